@@ -7,7 +7,7 @@ mod observability;
 mod paper;
 mod poles;
 pub mod radius;
-mod random;
+mod random_plant;
 mod simulate;
 pub use simulate::inlined;
 pub mod stability;
@@ -18,7 +18,7 @@ pub use exponential::exponential;
 pub use observability::observability_rank;
 pub use paper::{Numerator, nikolov2023};
 pub use poles::{PoleFinder, polynomial_from_poles};
-pub use random::random_stable;
+pub use random_plant::random_stable;
 pub use simulate::{drive, observe, simulate};
 pub use system::{StateSpace, SystemError, TransferFunction};
 

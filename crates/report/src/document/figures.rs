@@ -39,8 +39,8 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
             .then(|| super::bound_shares::shares(study))
             .flatten(),
         first.and_then(|measure| ratios(study, measure)),
-        super::coefficients::coverage(study),
-        super::coefficients::bias(study),
+        super::coefficient_coverage::coverage(study),
+        super::coefficient_bias::bias(study),
         super::state_error::curves(study),
     ];
     let rest = lead

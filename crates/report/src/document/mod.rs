@@ -3,7 +3,8 @@
 mod answer;
 mod bound_grid;
 mod bound_shares;
-mod coefficients;
+mod coefficient_bias;
+mod coefficient_coverage;
 mod columns;
 mod courses;
 mod extremes;

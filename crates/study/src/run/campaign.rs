@@ -1,4 +1,4 @@
-//! A study in a folder: finds what is already computed, computes the rest, and writes the results.
+//! A study in a folder: finds what is already computed (resumes), computes the rest, and writes the results.
 
 use crate::design::experiment::Experiment;
 use crate::design::file::engine::Engine;

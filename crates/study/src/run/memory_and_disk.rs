@@ -1,4 +1,4 @@
-//! Memory and disk space that a run of a study needs, computed from its design alone.
+//! The forecast of memory and disk space that a run of a study needs, computed from its design alone.
 //!
 //! Every term is a count from the design times a size: that of a type, or of its stored form. Sizes that no type gives
 //! are measured; they are the constants here.

@@ -13,7 +13,7 @@ use crate::run::blocks::{BlockFolder, StoredBlock};
 use crate::run::campaign::{Campaign, Origin, RunOptions};
 use crate::run::cluster::ClusterError;
 use crate::run::cluster::collect::{Collection, Verified};
-use crate::run::cluster::plan::ShardPlan;
+use crate::run::cluster::shard_plan::ShardPlan;
 use crate::run::cluster::status::Status;
 use crate::run::event::{CampaignError, go_on};
 use crate::run::rounds::Rounds;

@@ -20,18 +20,18 @@ use crate::run::trial_worker::WorkerError;
 use std::path::PathBuf;
 
 mod collect;
+mod compute_shard;
 mod cover;
 mod merge;
-mod plan;
 mod run_file;
-mod shard;
+mod shard_plan;
 mod status;
 
 pub use collect::{Collection, Verified};
+pub use compute_shard::{ShardOptions, compute_shard, shard_folder};
 pub use merge::{MergeOptions, Merged, merge, next_targets};
-pub use plan::{Part, ShardPlan};
 pub use run_file::Process;
-pub use shard::{ShardOptions, compute_shard, shard_folder};
+pub use shard_plan::{Part, ShardPlan};
 pub use status::{PlaceStatus, Status};
 
 /// Why a step of a study over many machines failed.

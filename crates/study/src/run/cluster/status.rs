@@ -1,7 +1,7 @@
 //! Which trials of a plan are computed.
 
 use crate::run::cluster::collect::Collection;
-use crate::run::cluster::plan::{Part, ShardPlan};
+use crate::run::cluster::shard_plan::{Part, ShardPlan};
 use crate::run::rounds::gaps;
 use crate::run::runner::Span;
 

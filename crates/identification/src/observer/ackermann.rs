@@ -1,6 +1,7 @@
-//! Pole placement for an observer of any observable pair (A, C): Ackermann's formula.
+//! Pole placement for an observer of any observable pair (A, C), also in continuous time: Ackermann's formula. The paper's
+//! own gain, for the canonical form, is in `pole_placement.rs`.
 
-use super::gain::{Gain, GainError, Poles};
+use super::pole_placement::{Gain, GainError, Poles};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 use std::f64::consts::PI;

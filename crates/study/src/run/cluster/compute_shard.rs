@@ -1,4 +1,4 @@
-//! The work of one process on a shard.
+//! Computes a shard: the work of one process. What is already there is not computed again (resume).
 
 use crate::design::experiment::Experiment;
 use crate::design::file::engine::Engine;
@@ -9,8 +9,8 @@ use crate::files::PathError;
 use crate::run::blocks::{BlockError, BlockFolder, StoredBlock};
 use crate::run::cluster::ClusterError;
 use crate::run::cluster::collect::{Collection, Found};
-use crate::run::cluster::plan::{Part, ShardPlan};
 use crate::run::cluster::run_file::{Process, RUN, Run};
+use crate::run::cluster::shard_plan::{Part, ShardPlan};
 use crate::run::compute::Work;
 use crate::run::event::Event;
 use crate::run::rounds::gaps;

@@ -1,0 +1,77 @@
+//! The figure of the coverage of the 95 % intervals of the coefficients.
+
+use super::figure::{Drawn, Figure, level, series_of, share_point};
+use super::layout::{Layout, x_key};
+use super::lead::lead_outputs;
+use crate::plot::{PlotAxis, Style};
+use crate::results::Study;
+use asobench_identification::metric::Coverage;
+
+/// The nominal coverage of the intervals.
+const NOMINAL: f64 = 0.95;
+
+/// Largest number of outputs that can be distinguished.
+const OUTPUTS: usize = 6;
+
+/// The coverage for the worst coefficient of each output, along the setting with the most values. If nothing varies,
+/// the coverage for every coefficient.
+pub(super) fn coverage(study: &Study) -> Option<Drawn> {
+    let mut outputs = lead_outputs(study);
+    outputs.retain(|(_, label)| {
+        let mut cells = study.summary.cells.iter();
+        cells.any(|cell| {
+            study
+                .output(cell, label)
+                .is_some_and(|output| !output.coverage.is_empty())
+        })
+    });
+    outputs.truncate(OUTPUTS);
+    let first = study.summary.cells.first()?;
+    let known = outputs
+        .iter()
+        .filter_map(|(_, label)| study.output(first, label));
+    let largest = known.max_by_key(|output| output.coverage.len())?;
+    let names: Vec<&String> = largest.coverage.iter().map(|(name, _)| name).collect();
+    let along = x_key(study);
+    let of = if along.is_some() {
+        "the coefficient whose coverage is farthest from 95 %"
+    } else {
+        "each coefficient"
+    };
+    let what = format!(
+        "How often the 95 % interval of a method holds the truth, for {of}, with Wilson's intervals; trials without a \
+        standard error are left out."
+    );
+    let distance = |coverage: &Coverage| (coverage.covered.share - NOMINAL).abs();
+    Figure {
+        name: "coverage",
+        title: "coverage",
+        what: &what,
+        x: along
+            .is_none()
+            .then(|| PlotAxis::categories("coefficient", &names)),
+        series: series_of(&outputs, Style::ErrorBars),
+        points: &|i, cell, at| {
+            let output = study.output(cell, &outputs[i].1);
+            let all = output.iter().flat_map(|output| &output.coverage);
+            if along.is_some() {
+                let worst = all.max_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)));
+                return worst
+                    .map(|(_, worst)| share_point(at, worst.covered))
+                    .into_iter()
+                    .collect();
+            }
+            let point = |(name, coverage): &(String, Coverage)| {
+                let at = names.iter().position(|other| *other == name)?;
+                Some(share_point(at as f64, coverage.covered))
+            };
+            all.filter_map(point).collect()
+        },
+        guides: &level("95 %", 100.0 * NOMINAL),
+        ..Figure::new(
+            &Layout::new(study, along, &[]),
+            PlotAxis::linear("intervals that hold the truth, %"),
+        )
+    }
+    .draw(study)
+}
