@@ -11,6 +11,7 @@ mod coverage;
 mod determinism;
 #[cfg(target_os = "linux")]
 mod external;
+mod first_guesses;
 mod golden;
 mod gpebo;
 #[cfg(unix)]

@@ -92,9 +92,16 @@ fn file(arguments: &Arguments, study: &StudyArguments) -> Result<ExperimentFile,
             .next()
             .is_some_and(|key| key.trim() == "seed")
     };
-    if arguments.confirmation.is_asked() && study.set.iter().any(sets_seed) {
-        let message = "--set seed: --confirm sets the seed; expected --confirm SEED alone";
-        return Err(Error::Input(message.to_owned()));
+    let seed = if study.seed.is_some() {
+        "--seed"
+    } else {
+        "--set seed"
+    };
+    if arguments.confirmation.is_asked()
+        && (study.seed.is_some() || study.set.iter().any(sets_seed))
+    {
+        let message = format!("{seed}: --confirm sets the seed; expected --confirm SEED alone");
+        return Err(Error::Input(message));
     }
     arguments.confirmation.of(study.read()?, &study.file)
 }

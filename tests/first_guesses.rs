@@ -1,0 +1,248 @@
+//! What people type first: a part of a study, another seed, results beside each other, words explained, and names that
+//! other tools have.
+
+use crate::common::{PROGRAM, stderr, stdout};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const STUDY: &str = "trials = 30\nmeasures = [\"e_a\", \"e_b\"]\ncompare = [[\"iv(4)\", \"ls\"]]\n\
+    [settings]\nwindow = [40, 98]\nnoise = \"white\"\n\
+    [[methods]]\nestimator = \"iv\"\n[[methods]]\nestimator = \"arx\"\n\
+    [[claims]]\nid = \"W\"\ntest = { ratio = \"e_a\", of = \"iv(4)\", to = \"arx\", below = 100 }\n";
+
+fn asobench(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(PROGRAM)
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("it runs")
+}
+
+fn done(folder: &Path, arguments: &[&str]) -> Output {
+    let output = asobench(folder, arguments);
+    assert!(
+        output.status.success(),
+        "{arguments:?}: {}",
+        stderr(&output)
+    );
+    output
+}
+
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = asobench(folder, arguments);
+    let line = stderr(&output);
+    assert_eq!(
+        (output.status.code(), line.lines().count()),
+        (Some(2), 1),
+        "{arguments:?}: {line}"
+    );
+    line
+}
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("s.toml"), STUDY).expect("a file");
+    folder
+}
+
+fn summary(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path.join("summary.json")).expect("a file"))
+        .expect("JSON")
+}
+
+/// Records do not depend on methods: a method has the same numbers alone as among others.
+#[test]
+fn one_method_alone_has_the_numbers_that_it_has_among_others() {
+    let folder = folder();
+    let at = folder.path();
+    done(at, &["run", "s.toml", "--out", "all"]);
+    let alone = done(at, &["run", "s.toml", "--method", "ARX", "--out", "one"]);
+    let said = stderr(&alone);
+    assert!(
+        said.contains(
+            "left out because they need other methods: the comparison of iv(4) with ls, claim W"
+        ),
+        "{said}"
+    );
+    let [all, one] = ["all", "one"].map(|name| summary(&at.join(name)));
+    for cell in 0..2 {
+        let outputs = one["cells"][cell]["outputs"].as_array().expect("a list");
+        assert_eq!(outputs.len(), 1);
+        let among = all["cells"][cell]["outputs"].as_array().expect("a list");
+        assert!(among.contains(&outputs[0]), "cell {cell}");
+    }
+    let line = refused(at, &["run", "s.toml", "--method", "oee"]);
+    assert!(
+        line.contains("--method oee: unknown method 'oee'") && line.contains("arx"),
+        "{line}"
+    );
+}
+
+#[test]
+fn another_seed_and_store_are_keys_of_the_file() {
+    let folder = folder();
+    let at = folder.path();
+    done(
+        at,
+        &[
+            "run", "s.toml", "--seed", "7", "--store", "trials", "--out", "flags",
+        ],
+    );
+    done(
+        at,
+        &[
+            "run",
+            "s.toml",
+            "--set",
+            "seed=7",
+            "--set",
+            "store=trials",
+            "--out",
+            "keys",
+        ],
+    );
+    for file in ["summary.json", "trials.parquet"] {
+        let [flags, keys] =
+            ["flags", "keys"].map(|name| std::fs::read(at.join(name).join(file)).expect("a file"));
+        assert!(flags == keys, "{file}");
+    }
+    let line = refused(at, &["run", "s.toml", "--seed", "7", "--confirm", "9"]);
+    assert!(
+        line.contains("--seed") && line.contains("--confirm"),
+        "{line}"
+    );
+}
+
+#[test]
+fn results_are_compared_by_experiment_and_by_cell() {
+    let folder = folder();
+    let at = folder.path();
+    done(at, &["run", "s.toml", "--out", "a"]);
+    done(
+        at,
+        &[
+            "run",
+            "s.toml",
+            "--seed",
+            "7",
+            "--set",
+            "window=98",
+            "--out",
+            "b",
+        ],
+    );
+    let text = stdout(&done(at, &["compare", "a", "b", "--measure", "e_b"]));
+    assert!(
+        text.contains("seed: 2023 -> 7") && text.contains("settings.window: [40,98] -> 98"),
+        "{text}"
+    );
+    // One cell is common, with five outputs of iv and one of arx.
+    let rows = text.lines().filter(|line| line.starts_with("N = 98"));
+    let all: Vec<&str> = rows.collect();
+    assert!(!all.is_empty() && !text.contains("N = 40"), "{text}");
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 80),
+        "{text}"
+    );
+    let same = stdout(&done(at, &["compare", "a", "a"]));
+    assert!(same.starts_with("a and a: the same experiment."), "{same}");
+    assert!(
+        same.lines()
+            .filter(|line| line.starts_with("N = "))
+            .all(|line| line.ends_with(" 0.0")),
+        "{same}"
+    );
+    let line = refused(at, &["compare", "a", "b", "--measure", "fit"]);
+    assert!(
+        line.contains("no cell with the same settings has fit"),
+        "{line}"
+    );
+}
+
+/// Without noise and with fewer samples than parameters of the passes, IV fails in every trial.
+#[test]
+fn failures_are_listed_with_the_command_that_replays_one() {
+    let folder = folder();
+    let at = folder.path();
+    let text = stdout(&done(
+        at,
+        &[
+            "run",
+            "s.toml",
+            "--set",
+            "window=18",
+            "--trials",
+            "200",
+            "--out",
+            "few",
+        ],
+    ));
+    let listed = stdout(&done(at, &["failures", "few"]));
+    let counted = summary(&at.join("few"));
+    let outputs = counted["cells"][0]["outputs"].as_array().expect("a list");
+    let kinds = outputs.iter().flat_map(|output| {
+        let kinds = output["failures"].as_object().into_iter().flatten();
+        kinds
+            .map(|(kind, count)| format!("{kind} in {count} of 200 trials"))
+            .collect::<Vec<_>>()
+    });
+    let kinds: Vec<String> = kinds.collect();
+    assert!(!kinds.is_empty(), "{text}");
+    let joined = listed.replace("\n    ", " ");
+    for kind in kinds {
+        assert!(joined.contains(&kind), "{kind}: {listed}");
+    }
+    let command = listed
+        .lines()
+        .find_map(|line| line.strip_prefix("  asobench "))
+        .expect("a command");
+    let replayed = done(at, &command.split(' ').collect::<Vec<_>>());
+    assert!(!stdout(&replayed).is_empty());
+    let line = refused(at, &["failures", "few", "--method", "oe"]);
+    assert!(line.contains("unknown output 'oe'"), "{line}");
+}
+
+#[test]
+fn words_are_explained() {
+    let folder = folder();
+    let explained = |word: &str| stdout(&done(folder.path(), &["explain", word]));
+    for (word, part) in [
+        ("eta", "eta (setting): noise level"),
+        ("E_A", "e_a (measure)"),
+        ("oe", "Prediction error method"),
+        ("passes", "option of iv"),
+        ("boundary", "failure or status"),
+        ("trials", "key of an experiment file"),
+        ("noise colour", "(glossary)"),
+        ("below", "key of a table"),
+    ] {
+        let text = explained(word);
+        assert!(text.contains(part), "{word}: {text}");
+        assert!(
+            text.lines().all(|line| line.chars().count() <= 80),
+            "{text}"
+        );
+    }
+    let line = refused(folder.path(), &["explain", "sede"]);
+    assert!(
+        line.contains("did you mean 'seed'?") && line.len() < 200,
+        "{line}"
+    );
+}
+
+#[test]
+fn names_from_elsewhere_lead_to_ours() {
+    let folder = folder();
+    for (given, here) in [
+        ("N=5", "'N', which is called 'window' here"),
+        ("snr=10", "'snr', which is called 'eta' here"),
+        ("runs=10", "'runs', which is called 'trials' here"),
+        ("input=PRBS", "'PRBS', which is called 'signs' here"),
+    ] {
+        let line = refused(folder.path(), &["check", "s.toml", "--set", given]);
+        assert!(line.contains(here), "{line}");
+    }
+    let line = refused(folder.path(), &["methods", "pem"]);
+    assert!(line.contains("'pem', which is called 'bj' here"), "{line}");
+}
