@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::lags::{StabilityTest, push};
-use super::settings::Given;
+use super::settings::{Forgetting, Given};
 use super::start::Start;
 use super::{
     Clock, Coefficients, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot,
@@ -41,6 +41,8 @@ pub struct RecursiveIvOptions {
     pub p0: Option<f64>,
     /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
     pub forgetting: Option<f64>,
+    /// Forgetting factor after the start, which approaches `forgetting` by 1 % of the difference a sample; by default there is no such rise.
+    pub early_forgetting: Option<f64>,
     /// Equations that least squares solves before residuals, instruments or filters are used; by default 0 with p0, else two for each parameter.
     pub start: Option<usize>,
     /// The initial state: estimate (stage 6 for the model found), or zero.
@@ -65,7 +67,7 @@ impl RecursiveIvOptions {
 impl MethodKind for RecursiveIvOptions {
     fn check(&self) -> Result<(), OptionError> {
         ArxOptions::check_orders(self.orders)?;
-        self.given().check(None)?;
+        self.given().check(self.early_forgetting)?;
         self.given().check_count(self.orders)
     }
 
@@ -75,7 +77,8 @@ impl MethodKind for RecursiveIvOptions {
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.orders(problem.shape.order);
-        let settings = RecursiveSettings::of(orders, &self.given(), None, problem.shape)?;
+        let early = self.early_forgetting;
+        let settings = RecursiveSettings::of(orders, &self.given(), early, problem.shape)?;
         let covariance = settings.remembers();
         let recursion = RecursiveIv::new(settings, self.instruments);
         Ok(Box::new(Batch::new(
@@ -94,7 +97,8 @@ impl MethodKind for RecursiveIvOptions {
 ///
 /// `delayed`: `z(k) = (u(k-nk-nb) ... u(k-nk-nb-na+1), u(k-nk) ... u(k-nk-nb+1))`, zeros before the record.
 /// `auxiliary`: `z(k) = (-x(k-1) ... -x(k-na), u(k-nk) ...)`, where `x(k) = z(k)' theta(k)` is the output of the present
-/// model from rest. While A-hat has a zero on or outside the unit circle, x is that of the last stable one.
+/// model from rest. A model of too few samples may have an output far larger than y, which then rules Z'Phi for long:
+/// a longer start, or early forgetting, prevents that. While A-hat has a zero on or outside the unit circle, x is that of the last stable one.
 ///
 /// P is not symmetric, so it has no square root: with lambda = 1, `P^-1 = P(0)^-1 + Z'Phi`, and the covariance is `s^2 P
 /// Z'Z P'`. A sample takes about 7 d^2 multiplications and additions, d = na + nb, and na^2 for stability.
@@ -103,6 +107,7 @@ impl MethodKind for RecursiveIvOptions {
 #[derive(Clone, Debug)]
 pub struct RecursiveIv {
     settings: RecursiveSettings,
+    forgetting: Forgetting,
     instruments: RecursiveInstruments,
     start: Start,
     started: bool,
@@ -235,6 +240,7 @@ impl RecursiveIv {
         let d = na + nb;
         assert_eq!(settings.theta0.len(), d);
         let mut made = Self {
+            forgetting: Forgetting::new(&settings),
             instruments,
             start: Start::new((0..d).collect()),
             started: false,
@@ -256,7 +262,7 @@ impl RecursiveIv {
 
     fn step(&mut self, y: f64) {
         let Orders { na, nb, nk, .. } = self.settings.orders;
-        let (phi, z, lambda) = (&mut self.phi, &mut self.z, self.settings.forgetting);
+        let (phi, z) = (&mut self.phi, &mut self.z);
         phi[..na].copy_from_slice(&self.outputs);
         phi[na..].copy_from_slice(&self.inputs[nk..nk + nb]);
         z.copy_from_slice(phi);
@@ -269,8 +275,10 @@ impl RecursiveIv {
             self.update.begin(self.start.root());
         }
         if self.started {
+            let lambda = self.forgetting.next();
             self.update.take(z, phi, y, lambda, &mut self.theta);
         } else {
+            let lambda = self.settings.forgetting;
             self.start.update(phi, y, lambda, &mut self.theta);
         }
         if self.test.passes(&self.theta[..na]) {
@@ -325,6 +333,7 @@ impl RecursiveEstimator for RecursiveIv {
     fn restart(&mut self) {
         self.start.restart(&self.settings);
         self.started = false;
+        self.forgetting = Forgetting::new(&self.settings);
         for signal in [&mut self.outputs, &mut self.inputs, &mut self.auxiliary] {
             signal.fill(0.0);
         }
