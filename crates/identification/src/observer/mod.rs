@@ -1,5 +1,6 @@
 //! Stage 12: the observer and its gain, or a Kalman filter instead.
 
+pub mod adaptive;
 mod discrete_gpebo;
 mod gain;
 pub mod gpebo;

@@ -1,6 +1,7 @@
 //! Recursive estimators and adaptive observers against values that were made without this program (`expected.json` has
 //! its conventions, `reference.py` makes `reference.json`), and against theory.
 
+mod observers;
 mod reference;
 mod theory;
 
