@@ -1,4 +1,4 @@
-//! A list of numbers as an option: a text or an array.
+//! Numbers as an option: a text, since a list in an option makes one method for each value.
 
 #[cfg(feature = "json")]
 use serde::{Deserialize, Deserializer};
@@ -39,22 +39,24 @@ impl std::str::FromStr for Coefficients {
     }
 }
 
+impl std::fmt::Display for Coefficients {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let texts: Vec<String> = self.0.iter().map(f64::to_string).collect();
+        f.pad(&texts.join(","))
+    }
+}
+
 impl Serialize for Coefficients {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.0.serialize(serializer)
+        serializer.collect_str(self)
     }
 }
 
 #[cfg(feature = "json")]
 impl<'de> Deserialize<'de> for Coefficients {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let read = match serde_json::Value::deserialize(deserializer)? {
-            serde_json::Value::String(text) => text.parse(),
-            list => serde_json::from_value(list)
-                .map_err(|error| error.to_string())
-                .and_then(Self::new),
-        };
-        read.map_err(serde::de::Error::custom)
+        let text = String::deserialize(deserializer)?;
+        text.parse().map_err(serde::de::Error::custom)
     }
 }
 
@@ -65,11 +67,26 @@ impl schemars::JsonSchema for Coefficients {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({
-            "anyOf": [
-                { "type": "string" },
-                { "type": "array", "items": { "type": "number" } }
-            ]
-        })
+        schemars::json_schema!({ "type": "string" })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back() {
+        let numbers: Coefficients = "-1.5, 0.7,1e-20".parse().unwrap();
+        assert_eq!(numbers.numbers(), [-1.5, 0.7, 1e-20]);
+        assert_eq!(numbers.to_string().parse(), Ok(numbers));
+        for (text, part) in [
+            ("1,x", "such as -1.5"),
+            ("", "such as"),
+            ("1,inf", "finite"),
+        ] {
+            let error = text.parse::<Coefficients>().unwrap_err();
+            assert!(error.contains(part), "{text}: {error}");
+        }
     }
 }
