@@ -22,10 +22,13 @@ fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
     let orders = match estimator {
         EstimatorName::Known => return None,
         EstimatorName::LeastSquares | EstimatorName::InstrumentalVariables => None,
-        EstimatorName::Stmcb | EstimatorName::Sriv | EstimatorName::Oe | EstimatorName::Wnsf => {
-            Some(format!("nb={n},nf={n}"))
-        }
-        EstimatorName::Armax => Some(format!("na={n},nb={n},nc=1")),
+        EstimatorName::Stmcb
+        | EstimatorName::Sriv
+        | EstimatorName::Oe
+        | EstimatorName::Wnsf
+        | EstimatorName::RecursiveSriv
+        | EstimatorName::Rpem => Some(format!("nb={n},nf={n}")),
+        EstimatorName::Armax | EstimatorName::Rels => Some(format!("na={n},nb={n},nc=1")),
         EstimatorName::Riv | EstimatorName::Bj => Some(format!("nb={n},nc=1,nd=1,nf={n}")),
         _ => Some(format!("n={n}")),
     };

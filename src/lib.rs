@@ -76,7 +76,7 @@ pub mod cli;
 mod run_in;
 
 pub use asobench_identification::{
-    data, diagnosis, estimator, metric, model, observer, plant, real, signal, theory,
+    adaptive, data, diagnosis, estimator, metric, model, observer, plant, real, signal, theory,
 };
 use asobench_identification::{names, number};
 pub use asobench_lanes as lanes;

@@ -144,7 +144,10 @@ fn wrong_types_have_line_and_column() {
         ),
         (
             "[[methods]]\nsolver = true",
-            ["line 2, column 10", "expected a whole number, a text"],
+            [
+                "line 2, column 10",
+                "expected a whole number, a fraction, a text",
+            ],
         ),
         ("seed = = 1", ["line 1", "="]),
         ("seed = 1\nseed = 2", ["line 2", "duplicate"]),

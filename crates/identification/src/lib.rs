@@ -41,6 +41,7 @@
 //! | [`estimator`] | stages 1 to 11 and all other methods, and solvers for p |
 //! | [`observer`] | stage 12 and its gain, Kalman filters, GPEBO |
 //! | [`diagnosis`] | tests of residuals; poles, zeros and responses with their errors |
+//! | [`adaptive`] | observers that estimate state and parameters together |
 //! | [`theory`] | limits, asymptotic covariances and bounds |
 //! | [`metric`] | errors, and summaries with their Monte-Carlo standard errors |
 //! | [`real`] | what arithmetic is written over: f64, or several numbers in lock step |
@@ -48,6 +49,7 @@
 //! | [`number`] | numbers with their standard errors as text |
 //! | [`text`] | texts of others made safe to show |
 
+pub mod adaptive;
 pub mod data;
 pub mod diagnosis;
 pub mod estimator;

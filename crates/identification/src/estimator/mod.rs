@@ -35,6 +35,7 @@ pub mod parameters;
 mod pass;
 mod prediction_error;
 mod reading;
+pub mod recursive;
 pub mod reflection;
 mod registry;
 pub mod regression;
@@ -198,6 +199,14 @@ pub enum SetupError {
         rows: usize,
         /// The number of parameters, or of instruments.
         needed: usize,
+    },
+    /// theta0 does not fit the orders.
+    #[error("theta0 has {given} numbers; orders {orders} have {} parameters", .orders.parameters())]
+    ParameterCount {
+        /// The orders.
+        orders: Orders,
+        /// The numbers given.
+        given: usize,
     },
     /// The Hankel matrices have fewer columns than rows, or too few block rows for the order.
     #[error("a window of {window} samples with {rows} block rows is too short for order {order}: at least {} samples, \

@@ -9,6 +9,9 @@ use super::method_kind::{MethodKind, Needs, Output, Problem};
 use super::option_error::OptionError;
 use super::output_error_iteration::{SrivOptions, StmcbOptions};
 use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
+use super::recursive::{
+    RecursiveIvOptions, RecursiveSrivOptions, RelsOptions, RlsOptions, RpemOptions,
+};
 use super::riv::RivOptions;
 use super::subspace::{MoespOptions, N4sidOptions};
 use super::wnsf::WnsfOptions;
@@ -153,6 +156,16 @@ estimators! {
     Moesp = "moesp": MoespOptions,
     /// Subspace method N4SID: as moesp, with a choice of the weighting.
     N4sid = "n4sid": N4sidOptions,
+    /// Recursive least squares with forgetting, sample by sample in square-root form.
+    Rls = "rls": RlsOptions,
+    /// Recursive instrumental variables: delayed inputs, or the output of the present model run along.
+    RecursiveIv = "recursive-iv": RecursiveIvOptions,
+    /// Recursive extended least squares (pseudo-linear regression): the ARMAX model A, B, C.
+    Rels = "rels": RelsOptions,
+    /// Recursive simplified refined instrumental variables of Young, filters run along: the output-error model B/F.
+    RecursiveSriv = "recursive-sriv": RecursiveSrivOptions,
+    /// Recursive prediction error method of Ljung, projected to stable predictors: any model A, B, C, D, F.
+    Rpem = "rpem": RpemOptions,
     /// The true plant and the mean of x(0): what an observer can achieve at best.
     Known = "known": KnownOptions,
 }

@@ -40,6 +40,7 @@ pub use quadratic_form::{distribution, quantile};
 pub use signal::{Signal, Source};
 
 use crate::data::{NoiseColour, Process};
+use crate::estimator::recursive::RecursiveInstruments;
 use crate::estimator::{Method, MethodOptions};
 use crate::model::Orders;
 use canonical::Shape;
@@ -156,6 +157,11 @@ fn largest(process: &Process, order: usize, methods: &[Method]) -> usize {
     models.fold(largest, usize::max)
 }
 
+/// Whether a forgetting factor is 1.
+fn forgets_nothing(factor: Option<f64>) -> bool {
+    factor.is_none_or(|factor| factor == 1.0)
+}
+
 /// The limits and covariances of a method's outputs, in their order.
 fn estimates(
     population: &Population,
@@ -197,6 +203,21 @@ fn estimates(
         // At a fixed point of `riv` the gradient of `bj` is zero.
         M::Riv(_) | M::Bj(_) => prediction_error::bj(population, orders),
         M::Moesp(_) | M::N4sid(_) => Err(Missing::Method("subspace methods")),
+        // A recursion that forgets nothing tends to what solves all its equations at once.
+        M::Rls(options) if forgets_nothing(options.forgetting) => regression(population, orders),
+        M::RecursiveIv(options)
+            if forgets_nothing(options.forgetting)
+                && options.instruments == RecursiveInstruments::Delayed =>
+        {
+            prediction_error::delayed_inputs(population, orders, 0)
+        }
+        M::RecursiveSriv(options) if forgets_nothing(options.forgetting) => {
+            prediction_error::output_error(population, orders, false)
+        }
+        M::Rls(_) | M::RecursiveIv(_) | M::Rels(_) | M::RecursiveSriv(_) | M::Rpem(_) => {
+            let missing = "rels, rpem, recursive-iv with an auxiliary model, and forgetting";
+            Err(Missing::Method(missing))
+        }
         M::Known(_) => Err(Missing::Method("a known plant")),
     };
     vec![one]

@@ -67,7 +67,8 @@ struct OptionValue(Value);
 impl<'de> Deserialize<'de> for OptionValue {
     /// Refuses a value that no option can have while parsing, so that the error names its line.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let single = |value: &Value| value.is_u64() || value.is_string() || value.is_object();
+        let is_number = |value: &Value| value.is_u64() || value.is_f64();
+        let single = |value: &Value| is_number(value) || value.is_string() || value.is_object();
         let value = Value::deserialize(deserializer)?;
         let fits = match &value {
             Value::Array(values) => values.iter().all(single),
@@ -76,7 +77,7 @@ impl<'de> Deserialize<'de> for OptionValue {
         if fits {
             return Ok(Self(value));
         }
-        let expected = "expected a whole number, a text, or a list of either";
+        let expected = "expected a whole number, a fraction, a text, or a list of these";
         Err(de::Error::custom(expected))
     }
 }

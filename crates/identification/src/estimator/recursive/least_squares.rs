@@ -1,0 +1,279 @@
+//! Recursive least squares.
+
+use super::batch::Batch;
+use super::lags::push;
+use super::settings::Given;
+use super::{
+    Clock, Coefficients, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot,
+};
+use crate::estimator::start_state::StartState;
+use crate::estimator::{ArxOptions, Estimator, SetupError};
+use crate::estimator::{MethodKind, OptionError, Problem};
+use crate::model::Orders;
+use crate::names::named_enum;
+
+named_enum! {
+    /// What recursive least squares carries from sample to sample.
+    RecursiveForm, "form" {
+        /// The square root of the information: P stays positive definite (the default).
+        SquareRoot = "square-root",
+        /// P itself, by the formula of the textbooks; needs p0.
+        Covariance = "covariance",
+    }
+}
+
+/// The options of `rls`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct RlsOptions {
+    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default zeros.
+    pub theta0: Option<Coefficients>,
+    /// P before the first equation is p0 times the identity; by default exact, the limit of p0 to infinity.
+    pub p0: Option<f64>,
+    /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
+    pub forgetting: Option<f64>,
+    /// What is carried from sample to sample: square-root (of the information, the default), covariance (P itself).
+    pub form: Option<RecursiveForm>,
+    /// The initial state: estimate (stage 6 for the model found), or zero.
+    pub initial_state: StartState,
+}
+
+impl RlsOptions {
+    fn given(&self) -> Given<'_> {
+        Given {
+            theta0: self.theta0.as_ref(),
+            p0: self.p0,
+            forgetting: self.forgetting,
+            start: None,
+        }
+    }
+
+    fn orders(&self, order: usize) -> Orders {
+        self.orders.unwrap_or(Orders::arx(order, order, 1))
+    }
+}
+
+impl MethodKind for RlsOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        ArxOptions::check_orders(self.orders)?;
+        self.given().check(None)?;
+        if self.form == Some(RecursiveForm::Covariance) && self.p0.is_none() {
+            let message = "'covariance' needs p0: infinity is no number of P";
+            return Err(OptionError::new("form", message));
+        }
+        self.given().check_count(self.orders)
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        Some(self.orders(setting))
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let orders = self.orders(problem.shape.order);
+        let settings = RecursiveSettings::of(orders, &self.given(), None, problem.shape)?;
+        let covariance = settings.remembers();
+        let recursion = RecursiveLeastSquares::new(settings, self.form.unwrap_or_default());
+        Ok(Box::new(Batch::new(
+            recursion,
+            self.initial_state,
+            covariance,
+        )))
+    }
+}
+
+/// `A(q) y = B(q) u + e` by recursive least squares with forgetting: with `phi(k) = (-y(k-1) ... -y(k-na), u(k-nk) ...
+/// u(k-nk-nb+1))`,
+///
+/// ```text
+///     K = P phi / (lambda + phi' P phi),  theta += K (y - phi' theta),  P = (P - K phi' P) / lambda
+/// ```
+///
+/// theta(k) minimises `sum lambda^(k-i) (y(i) - phi(i)' theta)^2 + lambda^(k-k0+1) |theta - theta0|^2 / p0`. With lambda
+/// = 1 and an exact start it is `arx` of the samples so far. The covariance is `s^2 P`.
+///
+/// A sample takes about 4 d^2 multiplications and additions in the square-root form ([`SquareRoot`]), 3 d^2 in the
+/// other, d = na + nb.
+///
+/// Source: L. Ljung, *System Identification*, 2nd ed., 1999, section 11.2.
+#[derive(Clone, Debug)]
+pub struct RecursiveLeastSquares {
+    settings: RecursiveSettings,
+    memory: Memory,
+    /// -y(k-1), -y(k-2), ...
+    outputs: Vec<f64>,
+    /// u(k), u(k-1), ...
+    inputs: Vec<f64>,
+    phi: Vec<f64>,
+    theta: Vec<f64>,
+    clock: Clock,
+}
+
+/// What is carried from sample to sample.
+#[derive(Clone, Debug)]
+enum Memory {
+    Root(SquareRoot),
+    Covariance {
+        p: Vec<f64>,
+        gain: Vec<f64>,
+        residual_sum: f64,
+        rows: usize,
+    },
+}
+
+impl RecursiveLeastSquares {
+    /// Makes the buffers; orders nc, nd and nf must be 0.
+    ///
+    /// # Panics
+    /// If theta0 does not fit the orders, or the covariance form has no p0.
+    pub fn new(settings: RecursiveSettings, form: RecursiveForm) -> Self {
+        let Orders { na, nb, nk, .. } = settings.orders;
+        let d = na + nb;
+        assert_eq!(settings.theta0.len(), d);
+        assert!(form == RecursiveForm::SquareRoot || settings.p0.is_some());
+        let memory = match form {
+            RecursiveForm::SquareRoot => Memory::Root(SquareRoot::new(d)),
+            RecursiveForm::Covariance => Memory::Covariance {
+                p: vec![0.0; d * d],
+                gain: vec![0.0; d],
+                residual_sum: 0.0,
+                rows: 0,
+            },
+        };
+        let mut made = Self {
+            memory,
+            outputs: vec![0.0; na],
+            inputs: vec![0.0; nb + nk],
+            phi: vec![0.0; d],
+            theta: vec![0.0; d],
+            clock: Clock::default(),
+            settings,
+        };
+        made.restart();
+        made
+    }
+
+    fn step(&mut self, y: f64) {
+        let (na, nk) = (self.settings.orders.na, self.settings.orders.nk);
+        let (lambda, phi) = (self.settings.forgetting, &mut self.phi);
+        phi[..na].copy_from_slice(&self.outputs);
+        phi[na..].copy_from_slice(&self.inputs[nk..]);
+        match &mut self.memory {
+            Memory::Root(root) => {
+                root.update(phi, y, lambda);
+                if root.is_determined() {
+                    root.solve(&mut self.theta);
+                }
+            }
+            Memory::Covariance {
+                p,
+                gain,
+                residual_sum,
+                rows,
+            } => {
+                let d = phi.len();
+                for (gain, row) in gain.iter_mut().zip(p.chunks_exact(d)) {
+                    *gain = dot(row, phi);
+                }
+                let scale = lambda + dot(phi, gain);
+                let error = y - dot(phi, &self.theta);
+                for i in 0..d {
+                    self.theta[i] += gain[i] / scale * error;
+                    // Both halves get the same bits: forgetting would blow up any difference by 1/lambda a sample.
+                    for j in 0..=i {
+                        p[i * d + j] = (p[i * d + j] - gain[i] / scale * gain[j]) / lambda;
+                        p[j * d + i] = p[i * d + j];
+                    }
+                }
+                *residual_sum = lambda * (*residual_sum + error * error / scale);
+                *rows += 1;
+            }
+        }
+    }
+}
+
+impl RecursiveEstimator for RecursiveLeastSquares {
+    fn orders(&self) -> Orders {
+        self.settings.orders
+    }
+
+    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+        self.clock.begin(u, y)?;
+        push(&mut self.inputs, u);
+        if self.clock.samples >= self.settings.first() {
+            self.step(y);
+        }
+        push(&mut self.outputs, -y);
+        let size = match &self.memory {
+            Memory::Root(root) => root.size(),
+            Memory::Covariance { residual_sum, .. } => *residual_sum,
+        };
+        self.clock.end(&self.theta, size)
+    }
+
+    fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    fn is_determined(&self) -> bool {
+        match &self.memory {
+            Memory::Root(root) => root.is_determined(),
+            Memory::Covariance { .. } => true,
+        }
+    }
+
+    fn noise_variance(&self) -> f64 {
+        let (sum, rows) = match &self.memory {
+            Memory::Root(root) => (root.residual_sum(), root.rows()),
+            Memory::Covariance {
+                residual_sum, rows, ..
+            } => (*residual_sum, *rows),
+        };
+        if self.settings.remembers() && rows > self.theta.len() {
+            sum / (rows - self.theta.len()) as f64
+        } else {
+            f64::NAN
+        }
+    }
+
+    fn covariance(&mut self, to: &mut [f64]) {
+        let variance = self.noise_variance();
+        match &self.memory {
+            Memory::Root(root) => root.covariance(variance, to),
+            Memory::Covariance { p, .. } => {
+                to.iter_mut().zip(p).for_each(|(to, p)| *to = variance * p);
+            }
+        }
+    }
+
+    fn samples(&self) -> usize {
+        self.clock.samples
+    }
+
+    fn restart(&mut self) {
+        let d = self.theta.len();
+        match &mut self.memory {
+            Memory::Root(root) => root.restart(self.settings.p0, &self.settings.theta0),
+            Memory::Covariance {
+                p,
+                residual_sum,
+                rows,
+                ..
+            } => {
+                p.fill(0.0);
+                let p0 = self.settings.p0.unwrap_or(f64::NAN);
+                (0..d).for_each(|i| p[i * d + i] = p0);
+                (*residual_sum, *rows) = (0.0, 0);
+            }
+        }
+        self.outputs.fill(0.0);
+        self.inputs.fill(0.0);
+        self.theta.copy_from_slice(&self.settings.theta0);
+        self.clock = Clock::default();
+    }
+}

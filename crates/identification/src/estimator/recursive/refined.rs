@@ -1,0 +1,245 @@
+//! Recursive simplified refined instrumental variables.
+
+use super::batch::Batch;
+use super::instrumental::InstrumentalUpdate;
+use super::lags::{StabilityTest, push};
+use super::settings::{Forgetting, Given};
+use super::start::Start;
+use super::{Clock, Coefficients, Diverged, RecursiveEstimator, RecursiveSettings, dot};
+use crate::estimator::output_error_iteration::{check_output_error, output_error};
+use crate::estimator::start_state::StartState;
+use crate::estimator::{Estimator, SetupError};
+use crate::estimator::{MethodKind, OptionError, Problem};
+use crate::model::Orders;
+
+/// The options of `recursive-sriv`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct RecursiveSrivOptions {
+    /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default zeros.
+    pub theta0: Option<Coefficients>,
+    /// P before the first equation is p0 times the identity; by default exact, the limit of p0 to infinity.
+    pub p0: Option<f64>,
+    /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
+    pub forgetting: Option<f64>,
+    /// Forgetting factor after the start, which approaches `forgetting` by 1 % of the difference a sample; by default there is no such rise.
+    pub early_forgetting: Option<f64>,
+    /// Equations that least squares solves before residuals, instruments or filters are used; by default 0 with p0, else two for each parameter.
+    pub start: Option<usize>,
+    /// The initial state: estimate (stage 6 for the model found), or zero.
+    pub initial_state: StartState,
+}
+
+impl RecursiveSrivOptions {
+    fn given(&self) -> Given<'_> {
+        Given {
+            theta0: self.theta0.as_ref(),
+            p0: self.p0,
+            forgetting: self.forgetting,
+            start: self.start,
+        }
+    }
+}
+
+impl MethodKind for RecursiveSrivOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        check_output_error(self.orders)?;
+        self.given().check(self.early_forgetting)?;
+        self.given().check_count(self.orders)
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        Some(output_error(self.orders, setting))
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let orders = output_error(self.orders, problem.shape.order);
+        let early = self.early_forgetting;
+        let settings = RecursiveSettings::of(orders, &self.given(), early, problem.shape)?;
+        let covariance = settings.remembers();
+        let recursion = RecursiveSriv::new(settings);
+        Ok(Box::new(Batch::new(
+            recursion,
+            self.initial_state,
+            covariance,
+        )))
+    }
+}
+
+/// `y = B/F u + e` by Young's simplified refined instrumental variables, sample by sample. With `uf = u/F`, `yf = y/F`
+/// and `xf = x/F`, F being the last stable one,
+///
+/// ```text
+///     phi = (uf(k-nk) ... uf(k-nk-nb+1), -yf(k-1) ... -yf(k-nf)),  z = the same with xf for yf
+///     K = P z / (lambda + phi' P z),  theta += K (yf - phi' theta),  P = (P - K phi' P) / lambda
+/// ```
+///
+/// where theta = (b, f) and `x(k) = b_0 u(k-nk) + ... - f_1 x(k-1) - ...` is the output of the new model, from rest.
+/// During the start, least squares of `F y = B u + e`, filters and x run along. In white output noise it is
+/// asymptotically efficient; its covariance is `s^2 P Z'Z P'`.
+///
+/// A sample takes about 7 d^2 multiplications and additions, d = nb + nf, and nf^2 for stability.
+///
+/// Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7; P. C. Young and A. J.
+/// Jakeman, Refined instrumental variable methods of recursive time-series analysis, part I, Int. J. Control 29, 1979.
+#[derive(Clone, Debug)]
+pub struct RecursiveSriv {
+    settings: RecursiveSettings,
+    forgetting: Forgetting,
+    start: Start,
+    started: bool,
+    update: InstrumentalUpdate,
+    inputs: Vec<f64>,
+    outputs: Vec<f64>,
+    /// uf(k), uf(k-1), ...
+    filtered_inputs: Vec<f64>,
+    /// -yf(k-1), -yf(k-2), ...
+    filtered_outputs: Vec<f64>,
+    /// -x(k-1), ..., and -xf(k-1), ...
+    auxiliary: Vec<f64>,
+    filtered_auxiliary: Vec<f64>,
+    /// The last theta with a stable F.
+    stable: Vec<f64>,
+    test: StabilityTest,
+    phi: Vec<f64>,
+    z: Vec<f64>,
+    theta: Vec<f64>,
+    clock: Clock,
+}
+
+impl RecursiveSriv {
+    /// Makes the buffers; orders na, nc and nd must be 0.
+    ///
+    /// # Panics
+    /// If theta0 does not fit the orders.
+    pub fn new(settings: RecursiveSettings) -> Self {
+        let Orders { nb, nf, nk, .. } = settings.orders;
+        let d = nb + nf;
+        assert_eq!(settings.theta0.len(), d);
+        let (of_outputs, of_parameters) = (|| vec![0.0; nf], || vec![0.0; d]);
+        let mut made = Self {
+            forgetting: Forgetting::new(&settings),
+            start: Start::new((0..d).collect()),
+            started: false,
+            update: InstrumentalUpdate::new(d),
+            inputs: vec![0.0; nk + nb],
+            outputs: of_outputs(),
+            filtered_inputs: vec![0.0; (nk + nb).max(nf + 1)],
+            filtered_outputs: of_outputs(),
+            auxiliary: of_outputs(),
+            filtered_auxiliary: of_outputs(),
+            stable: of_parameters(),
+            test: StabilityTest::new(nf),
+            phi: of_parameters(),
+            z: of_parameters(),
+            theta: of_parameters(),
+            clock: Clock::default(),
+            settings,
+        };
+        made.restart();
+        made
+    }
+
+    /// The equation of y(k), with the filtered signals of this sample.
+    fn step(&mut self, y: f64, filtered: f64) {
+        let Orders { nb, nk, .. } = self.settings.orders;
+        let (phi, theta) = (&mut self.phi, &mut self.theta);
+        if !self.started && self.start.is_over(&self.settings) {
+            self.started = true;
+            self.update.begin(self.start.root());
+        }
+        if self.started {
+            phi[..nb].copy_from_slice(&self.filtered_inputs[nk..nk + nb]);
+            self.z.copy_from_slice(phi);
+            phi[nb..].copy_from_slice(&self.filtered_outputs);
+            self.z[nb..].copy_from_slice(&self.filtered_auxiliary);
+            let lambda = self.forgetting.next();
+            self.update.take(&self.z, phi, filtered, lambda, theta);
+        } else {
+            phi[..nb].copy_from_slice(&self.inputs[nk..]);
+            phi[nb..].copy_from_slice(&self.outputs);
+            let lambda = self.settings.forgetting;
+            self.start.update(phi, y, lambda, theta);
+        }
+    }
+}
+
+impl RecursiveEstimator for RecursiveSriv {
+    fn orders(&self) -> Orders {
+        self.settings.orders
+    }
+
+    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+        self.clock.begin(u, y)?;
+        let Orders { nb, nf, nk, .. } = self.settings.orders;
+        // The outputs' lags have a minus, so a filter 1/F adds f_i times a lag.
+        let f = &self.stable[nb..];
+        let uf = u - dot(f, &self.filtered_inputs[..nf]);
+        let yf = y + dot(f, &self.filtered_outputs);
+        push(&mut self.inputs, u);
+        push(&mut self.filtered_inputs, uf);
+        if self.clock.samples >= self.settings.first() {
+            self.step(y, yf);
+            if self.test.passes(&self.theta[nb..]) {
+                self.stable.copy_from_slice(&self.theta);
+            }
+        }
+        let (b, f) = self.stable.split_at(nb);
+        let x = dot(b, &self.inputs[nk..]) + dot(f, &self.auxiliary);
+        let xf = x + dot(f, &self.filtered_auxiliary);
+        push(&mut self.outputs, -y);
+        push(&mut self.filtered_outputs, -yf);
+        push(&mut self.auxiliary, -x);
+        push(&mut self.filtered_auxiliary, -xf);
+        self.clock.end(&self.theta, self.start.size())
+    }
+
+    fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    fn is_determined(&self) -> bool {
+        self.start.is_determined()
+    }
+
+    fn noise_variance(&self) -> f64 {
+        if self.started && self.settings.remembers() {
+            self.update.variance(&self.theta)
+        } else {
+            f64::NAN
+        }
+    }
+
+    fn covariance(&mut self, to: &mut [f64]) {
+        self.update.covariance(self.noise_variance(), to);
+    }
+
+    fn samples(&self) -> usize {
+        self.clock.samples
+    }
+
+    fn restart(&mut self) {
+        self.start.restart(&self.settings);
+        self.started = false;
+        self.forgetting = Forgetting::new(&self.settings);
+        for signal in [
+            &mut self.inputs,
+            &mut self.outputs,
+            &mut self.filtered_inputs,
+            &mut self.filtered_outputs,
+            &mut self.auxiliary,
+            &mut self.filtered_auxiliary,
+            &mut self.stable,
+        ] {
+            signal.fill(0.0);
+        }
+        self.theta.copy_from_slice(&self.settings.theta0);
+        self.clock = Clock::default();
+    }
+}
