@@ -153,9 +153,9 @@ fn results_are_compared_by_experiment_and_by_cell() {
             .all(|line| line.ends_with(" 0.0")),
         "{same}"
     );
-    let line = refused(at, &["compare", "a", "b", "--measure", "fit"]);
+    let line = refused(at, &["compare", "a", "b", "--measure", "fit_fresh"]);
     assert!(
-        line.contains("no cell with the same settings has fit"),
+        line.contains("no cell with the same settings has fit_fresh"),
         "{line}"
     );
 }
@@ -182,7 +182,10 @@ fn failures_are_listed_with_the_command_that_replays_one() {
     let counted = summary(&at.join("few"));
     let outputs = counted["cells"][0]["outputs"].as_array().expect("a list");
     let kinds = outputs.iter().flat_map(|output| {
-        let kinds = output["failures"].as_object().into_iter().flatten();
+        let kinds = output["outcomes"]["failures"]
+            .as_object()
+            .into_iter()
+            .flatten();
         kinds
             .map(|(kind, count)| format!("{kind} in {count} of 200 trials"))
             .collect::<Vec<_>>()
@@ -211,7 +214,7 @@ fn words_are_explained() {
         ("eta", "eta (setting): noise level"),
         ("E_A", "e_a (measure)"),
         ("oe", "Prediction error method"),
-        ("passes", "option of iv"),
+        ("iterations", "option of iv"),
         ("boundary", "failure or status"),
         ("trials", "key of an experiment file"),
         ("noise colour", "(glossary)"),

@@ -118,8 +118,22 @@ impl ExperimentFile {
         let full = if top || path.contains('.') {
             path.to_owned()
         } else {
-            path.parse::<Key>()
-                .map_err(|error| wrong(error.to_string()))?;
+            if path.parse::<Key>().is_err() {
+                // What this kind of study has.
+                let continuous = self.continuous.is_some();
+                let settings = Key::ALL
+                    .iter()
+                    .filter(|key| key.is_of(continuous))
+                    .map(|key| key.name());
+                let keys = file
+                    .as_object()
+                    .into_iter()
+                    .flat_map(|keys| keys.keys().map(String::as_str));
+                let all: Vec<&str> = settings.chain(keys).collect();
+                return Err(wrong(
+                    UnknownName::new("setting or key", path, &all).to_string(),
+                ));
+            }
             format!("settings.{path}")
         };
         let mut place = &mut file;
