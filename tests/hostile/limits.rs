@@ -49,7 +49,7 @@ fn long_names_and_long_lists_are_refused_soon() {
         ),
         (
             format!("[settings]\n\"{long}\" = 1{method}"),
-            "unknown setting or key 'aaa",
+            "unknown setting 'aaa",
         ),
         (format!("[settings]\nplant = \"{long}\"{method}"), "plant"),
         (
