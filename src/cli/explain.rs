@@ -141,19 +141,12 @@ fn without_links(markdown: &str) -> String {
     let mut rest = markdown;
     while let Some((before, link)) = rest.split_once('[') {
         plain.push_str(before);
-        match link
-            .split_once("](")
-            .and_then(|(text, after)| Some((text, after.split_once(')')?.1)))
-        {
-            Some((text, after)) => {
-                plain.push_str(text);
-                rest = after;
-            }
-            None => {
-                plain.push('[');
-                rest = link;
-            }
-        }
+        let parts = link
+            .split_once(']')
+            .and_then(|(text, after)| Some((text, after.strip_prefix('(')?.split_once(')')?.1)));
+        let (text, after) = parts.unwrap_or(("[", link));
+        plain.push_str(text);
+        rest = after;
     }
     plain + rest
 }
