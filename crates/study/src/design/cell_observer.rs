@@ -56,8 +56,14 @@ impl CellObserver {
                     method.order(cell.order),
                 )));
             }
-            Some(kind) if known => return Ok(Self::Known(known_filter(cell, kind)?)),
-            Some(kind) => {
+            Some(
+                kind @ (ObserverKind::Kalman
+                | ObserverKind::KalmanColoured
+                | ObserverKind::KalmanVarying),
+            ) => {
+                if known {
+                    return Ok(Self::Known(known_filter(cell, kind)?));
+                }
                 return Ok(Self::Identified {
                     window: cell.window,
                     coloured: *kind == ObserverKind::KalmanColoured,
