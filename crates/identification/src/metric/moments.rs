@@ -214,13 +214,13 @@ impl Sample {
     /// The reported quantiles, with the trials without a measure given by `others` (none: over trials with a measure
     /// only).
     fn quantiles(&self, others: Others) -> Quantiles {
-        let at = |q: f64| self.quantile_among(q, others);
+        let [q05, q25, q50, q75, q95] = Quantiles::SHARES.map(|q| self.quantile_among(q, others));
         Quantiles {
-            q05: at(0.05),
-            q25: at(0.25),
-            q50: at(0.5),
-            q75: at(0.75),
-            q95: at(0.95),
+            q05,
+            q25,
+            q50,
+            q75,
+            q95,
         }
     }
 

@@ -27,6 +27,9 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
+    /// The q of each quantile, ascending.
+    pub const SHARES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
+
     /// The quantiles of an empty sample.
     pub const UNDEFINED: Self = Self {
         q05: Quantile::UNDEFINED,
@@ -36,8 +39,8 @@ impl Quantiles {
         q95: Quantile::UNDEFINED,
     };
 
-    /// The five quantiles in ascending order of q.
-    pub fn all(&self) -> [Quantile; 5] {
+    /// The quantiles in ascending order of q, which is that of [`Self::SHARES`].
+    pub fn all(&self) -> [Quantile; Self::SHARES.len()] {
         [self.q05, self.q25, self.q50, self.q75, self.q95]
     }
 }

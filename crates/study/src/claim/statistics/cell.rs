@@ -13,7 +13,7 @@ use crate::design::file::test_table::ClaimStatistic;
 use crate::design::file::theory_reference::TheoryReference;
 use crate::design::measure::Measure;
 use crate::outcome::summary::{CellSummary, OutputSummary};
-use asobench_identification::metric::{Estimate, Quantile, Share, Statistics, Worse};
+use asobench_identification::metric::{Estimate, Quantile, Quantiles, Share, Statistics, Worse};
 
 pub(crate) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
     let output = cell.output(&test.output);
@@ -133,8 +133,8 @@ fn quantile(statistics: &Statistics, q: f64, quantile: Quantile, measure: Measur
         (statistics.min, below + 1),
         (statistics.max, below + statistics.count),
     ];
-    let quantiles = [0.05, 0.25, 0.5, 0.75, 0.95].into_iter();
-    let quantiles = quantiles.zip(statistics.quantiles.all().map(|quantile| quantile.value));
+    let values = statistics.quantiles.all().map(|quantile| quantile.value);
+    let quantiles = Quantiles::SHARES.into_iter().zip(values);
     let points = at_ranks(quantiles, n).chain(extremes).chain([end]);
     ranks(q, n, (value, quantile.mcse), points, false)
 }
