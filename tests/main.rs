@@ -23,6 +23,7 @@ mod paper;
 mod properties;
 mod readme;
 mod recorded_data;
+mod records;
 mod report;
 mod standard_errors;
 mod studies;

@@ -24,6 +24,7 @@ mod orders;
 mod outputs;
 mod page;
 mod pictures;
+mod record;
 mod report;
 mod scan;
 pub(super) mod study_from;

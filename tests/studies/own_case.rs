@@ -311,7 +311,7 @@ fn a_record_becomes_a_study_that_runs() {
     let armax = ["--estimator", "armax", "--orders", "na=2,nb=2,nc=1"];
     let modes: [(&str, &str, &[&str]); 4] = [
         ("fixed", "open.csv", &[]),
-        ("spectrum", "open.csv", &["--input", "spectrum"]),
+        ("spectrum", "open.csv", &["--trial-input", "spectrum"]),
         (
             "residual",
             "open.csv",
@@ -455,8 +455,8 @@ fn records_that_make_no_study_are_refused() {
             &["known"],
         ),
         (
-            &["open.csv", "--order", "2", "--input", "fixd"],
-            &["--input", "did you mean 'fixed'"],
+            &["open.csv", "--order", "2", "--trial-input", "fixd"],
+            &["--trial-input", "did you mean 'fixed'"],
         ),
         (&["none.csv", "--order", "2"], &["none.csv", "No such file"]),
         (

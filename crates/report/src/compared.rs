@@ -27,19 +27,12 @@ pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, S
         return Err("expected at least two folders".to_owned());
     };
     let mut text = designs(first, others);
-    let measure = match measure {
-        Some(measure) => measure,
-        None => {
-            let has = |study: &Study, measure: &Measure| study.file.measures.contains(measure);
-            let mut all = first
-                .file
-                .measures
-                .iter()
-                .filter(|of| others.iter().all(|other| has(other, of)));
-            *all.next()
-                .ok_or("these studies have no measure in common")?
-        }
-    };
+    let has = |study: &Study, measure: &Measure| study.file.measures.contains(measure);
+    let mut common = first.file.measures.iter().copied();
+    let common = common.find(|of| others.iter().all(|other| has(other, of)));
+    let measure = measure
+        .or(common)
+        .ok_or("these studies have no measure in common")?;
     let rows = rows(first, others, measure);
     if rows.is_empty() {
         return Err(format!(

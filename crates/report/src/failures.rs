@@ -46,11 +46,7 @@ pub fn failures(study: &Study, method: Option<&str>) -> Result<String, UnknownNa
     let trials: u64 = all.iter().map(|(_, output)| output.outcomes.trials).sum();
     let mut text = match found.len() {
         0 => format!("No failure among {} estimates.\n", grouped(trials)),
-        _ => found
-            .into_iter()
-            .map(|(_, text)| text)
-            .collect::<Vec<_>>()
-            .join(""),
+        _ => found.into_iter().map(|(_, text)| text).collect(),
     };
     if unstable > 0 {
         let (unstable, trials) = (grouped(unstable), grouped(trials));

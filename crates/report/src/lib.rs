@@ -1,5 +1,6 @@
 //! Claims, tables and figures. They read stored results, never a running study.
 
+#[allow(clippy::format_push_string, reason = "lines of a terminal")]
 mod compared;
 #[allow(clippy::format_push_string, reason = "sentences of a few words")]
 mod document;

@@ -3,6 +3,7 @@
 use super::flags::OptionFlags;
 use crate::cli::output::Format;
 use crate::data::Detrend;
+use crate::data::csv::Missing;
 use crate::estimator::EstimatorName;
 use crate::observer::Gain;
 use serde_json::Value;
@@ -38,6 +39,15 @@ pub(in crate::cli) struct Arguments {
     /// Write a page: the record, models with intervals, residuals, poles and zeros, responses
     #[arg(long, value_name = "FILE.html")]
     pub(super) report: Option<PathBuf>,
+    /// A second record, on which the models are validated instead of the samples after the window
+    #[arg(long, value_name = "FILE.csv")]
+    pub(super) validate: Option<PathBuf>,
+    /// Time between samples, seconds [default: that of the column of times, if there is one]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
+    pub(super) ts: Option<f64>,
+    /// Frequencies in Hz instead of rad/s, where the time between samples is known
+    #[arg(long)]
+    pub(super) hz: bool,
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
     pub(super) format: Format,
@@ -68,10 +78,31 @@ impl Arguments {
 /// A record, and the orders of its models.
 #[derive(Clone, clap::Args)]
 pub(super) struct RecordArguments {
-    /// CSV file with a header line, or - for standard input: columns u, y and perhaps k or t (time); lines beginning
-    /// with # are comments
+    /// CSV file, or - for standard input: columns u, y and perhaps k or t (time), or those that --input and --output
+    /// choose; lines beginning with # are comments
     #[arg(value_name = "FILE.csv")]
     pub(super) file: PathBuf,
+    /// Column of u, by its name or its number from 1 [default: u, input or in]
+    #[arg(long, value_name = "COLUMN")]
+    pub(super) input: Option<String>,
+    /// Column of y, by its name or its number [default: y, output or out]
+    #[arg(long, value_name = "COLUMN")]
+    pub(super) output: Option<String>,
+    /// Column of the times, by its name or its number, or none [default: t or time, if there is one]
+    #[arg(long, value_name = "COLUMN")]
+    pub(super) time: Option<String>,
+    /// What is done about missing samples: refuse, longest-run (the longest part without a gap is the record)
+    #[arg(long, value_name = "WHAT", default_value_t)]
+    pub(super) missing: Missing,
+    /// Leave out the first N samples
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        hide_default_value = true,
+        allow_negative_numbers = true
+    )]
+    pub(super) skip: usize,
     /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares ARX
     /// models of these orders
     #[arg(long, value_name = "n", allow_negative_numbers = true)]
@@ -91,6 +122,13 @@ pub(super) fn whole(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(number) if number >= 1 => Ok(number),
         _ => Err("expected a whole number of at least 1".to_owned()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(number) if number > 0.0 && f64::is_finite(number) => Ok(number),
+        _ => Err("expected a number of seconds above 0".to_owned()),
     }
 }
 

@@ -79,8 +79,36 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
         })
     };
     let keys = option_keys().iter().map(String::as_str);
-    keys.filter(|key| *key != "gain").filter_map(flag).collect()
+    let mut flags: Vec<Flag> = keys.filter(|key| *key != "gain").filter_map(flag).collect();
+    // One flag for what the file has under two keys.
+    let state = flags.iter().position(|flag| flag.key == STATE);
+    if let Some(state) = state.map(|at| flags.remove(at))
+        && let Some(signals) = flags.iter_mut().find(|flag| flag.key == SIGNALS)
+    {
+        signals.help = format!("{}; {}", signals.help, state.help);
+    }
+    flags
 });
+
+/// The keys of the start of a record: the signals before it, and the state at its first sample. `--initial` is either,
+/// whichever an estimator has.
+const SIGNALS: &str = "initial";
+const STATE: &str = "initial_state";
+
+/// Returns the key of an estimator's option that a flag sets.
+fn key_of(flag: &str, estimator: EstimatorName) -> &str {
+    if flag == SIGNALS && estimator.takes(STATE) {
+        STATE
+    } else {
+        flag
+    }
+}
+
+/// Returns the flag that sets an option.
+pub(super) fn flag_of(key: &str) -> String {
+    let key = if key == STATE { SIGNALS } else { key };
+    format!("--{}", key.replace('_', "-"))
+}
 
 /// The options that were given.
 #[derive(Clone, Debug, Default)]
@@ -128,7 +156,11 @@ impl clap::Args for OptionFlags {
                 .help(flag.help.as_str())
                 .allow_negative_numbers(true)
                 .value_parser(|text: &str| flag.read(text));
-            command.arg(argument)
+            command.arg(if flag.key == SIGNALS {
+                argument.alias("initial-state")
+            } else {
+                argument
+            })
         })
     }
 
@@ -157,10 +189,7 @@ impl clap::FromArgMatches for OptionFlags {
 impl OptionFlags {
     /// Returns one of the given options as a flag; `None` if none was given.
     pub(super) fn first(&self) -> Option<String> {
-        self.0
-            .keys()
-            .next()
-            .map(|key| format!("--{}", key.replace('_', "-")))
+        self.0.keys().next().map(|key| flag_of(key))
     }
 
     /// Whether an option was given.
@@ -170,23 +199,28 @@ impl OptionFlags {
 
     /// Returns the given options that an estimator takes.
     pub(super) fn taken_by(&self, estimator: EstimatorName) -> Map<String, Value> {
-        let taken = self.0.iter().filter(|(key, _)| estimator.takes(key));
+        let named = self
+            .0
+            .iter()
+            .map(|(key, value)| (key_of(key, estimator), value));
+        let taken = named.filter(|(key, _)| estimator.takes(key));
         taken
-            .map(|(key, value)| (key.clone(), value.clone()))
+            .map(|(key, value)| (key.to_owned(), value.clone()))
             .collect()
     }
 
     /// Returns a message about a flag that none of the estimators takes, naming those that do.
     pub(super) fn useless(&self, estimators: &[EstimatorName]) -> Option<String> {
-        let taken = |key: &String| estimators.iter().any(|estimator| estimator.takes(key));
+        let takes = |estimator: &EstimatorName, key: &str| estimator.takes(key_of(key, *estimator));
+        let taken = |key: &String| estimators.iter().any(|estimator| takes(estimator, key));
         // The command itself uses orders, too.
         let mut keys = self.0.keys().filter(|key| *key != "orders");
         let key = keys.find(|key| !taken(key))?;
-        let takers = EstimatorName::ALL.iter().filter(|name| name.takes(key));
+        let takers = EstimatorName::ALL.iter().filter(|name| takes(name, key));
         let takers: Vec<String> = takers.map(|name| format!("'{name}'")).collect();
-        let flag = key.replace('_', "-");
         Some(format!(
-            "--{flag}: an option of estimator {} only",
+            "{}: an option of estimator {} only",
+            flag_of(key),
             takers.join(" or ")
         ))
     }

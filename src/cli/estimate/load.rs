@@ -2,23 +2,27 @@
 
 use super::arguments::Arguments;
 use super::hints;
-use super::report::Report;
+use super::record::{self, Recognised};
+use super::report::{Clock, Report, Validation};
 use super::unit::in_own_unit;
 use crate::cli::error::Error;
-use crate::data::{Trend, csv};
+use crate::data::{Detrend, Trend};
 use crate::diagnosis::feedback_p_value;
 use crate::estimator::SetupError;
-use crate::files::{self, Kind};
 use crate::model::Orders;
 use crate::plant::ORDER_LIMIT;
+use crate::text::rounded;
 
 /// Reads, checks and detrends the record.
 pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     let path = arguments.record.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
-    let file = files::open_named(&arguments.record.file, Kind::Record);
-    let file = file.map_err(|error| bad(error.to_string()))?;
-    let mut record = csv::read(file).map_err(|error| bad(error.to_string()))?;
+    let Recognised {
+        mut record,
+        clock,
+        form,
+    } = record::read(&arguments.record.file, &arguments.record)?;
+    let clock = clock_of(arguments, clock)?;
     let rows = record.y.len();
     // The samples that the equations look back, and one row per parameter.
     let needed = orders
@@ -82,8 +86,14 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
             )));
         }
     }
+    let validation = validation(arguments, unit, &trends, needed)?;
     Ok(Report {
         file: arguments.record.file.clone(),
+        form,
+        skipped: arguments.record.skip,
+        clock,
+        hertz: arguments.hz,
+        validation,
         unit,
         window,
         orders,
@@ -94,4 +104,76 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
         record,
         estimates: Vec::new(),
     })
+}
+
+/// Returns the times of the samples: by `--ts`, or by a column of times, with which it must agree.
+fn clock_of(arguments: &Arguments, column: Option<Clock>) -> Result<Option<Clock>, Error> {
+    // Of times that are rounded, the mean step has an error of about one part in the samples.
+    const AGREES: f64 = 0.01;
+    let Some(step) = arguments.ts else {
+        if arguments.hz && column.is_none() {
+            return Err(Error::Input(
+                "--hz: the time between samples is not known; expected --ts SECONDS or a column of times".to_owned(),
+            ));
+        }
+        return Ok(column);
+    };
+    match column {
+        Some(clock) if (clock.step - step).abs() > AGREES * step => Err(Error::Input(format!(
+            "--ts {step}: the column of times has steps of {}; expected the same, or --time none",
+            rounded(clock.step, 6)
+        ))),
+        Some(clock) => Ok(Some(Clock { step, ..clock })),
+        None => Ok(Some(Clock {
+            start: arguments.record.skip as f64 * step,
+            step,
+        })),
+    }
+}
+
+/// Reads the record for validation, in the unit of the other one and less its trend.
+fn validation(
+    arguments: &Arguments,
+    unit: f64,
+    trends: &[Trend; 2],
+    needed: usize,
+) -> Result<Option<Validation>, Error> {
+    let Some(path) = &arguments.validate else {
+        return Ok(None);
+    };
+    if arguments.record.detrend == Detrend::Linear {
+        let message = "--validate: the straight line of one record is not that of another; expected --detrend mean or none";
+        return Err(Error::Input(message.to_owned()));
+    }
+    let Recognised { mut record, .. } = record::read(path, &arguments.record)?;
+    let signals = [&mut record.u, &mut record.y];
+    for (values, trend) in signals.into_iter().zip(trends) {
+        for value in values.iter_mut() {
+            *value /= unit;
+        }
+        trend.subtract(values);
+    }
+    if record
+        .u
+        .iter()
+        .chain(&record.y)
+        .any(|value| !value.is_finite())
+    {
+        return Err(Error::Input(format!(
+            "{}: samples too large beside those of {}",
+            path.display(),
+            arguments.record.file.display()
+        )));
+    }
+    if record.y.len() < needed {
+        return Err(Error::Input(format!(
+            "{}: {} samples are too few to validate a model; at least {needed} are needed",
+            path.display(),
+            record.y.len()
+        )));
+    }
+    Ok(Some(Validation {
+        file: path.clone(),
+        record,
+    }))
 }

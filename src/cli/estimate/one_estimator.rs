@@ -1,10 +1,12 @@
 //! Runs an estimator on the window of a record.
 
 use super::arguments::Arguments;
+use super::flags::flag_of;
 use super::hints;
-use super::report::{Estimate, Fits, Observed, PassReport, Report, Samples};
+use super::report::{Clock, Estimate, Fits, Observed, PassReport, Report, Samples, Validation};
 use crate::cli::error::Error;
-use crate::diagnosis::{Precision, Residuals};
+use crate::diagnosis::{Mode, Precision, Residuals};
+use crate::estimator::initial_state::InitialState;
 use crate::estimator::{
     EstimatorName, Failure, FailureKind, Method, Pass, Problem, Progress, Shape, Stage, Window,
 };
@@ -34,8 +36,8 @@ pub(super) fn estimate(
                     bad(format!("of --order and --delay: {}", error.message))
                 }
                 Some(key) => {
-                    let flag = key.replace('_', "-");
-                    Error::Input(format!("--{flag}: {} (estimator {name})", error.message))
+                    let flag = flag_of(&key);
+                    Error::Input(format!("{flag}: {} (estimator {name})", error.message))
                 }
                 None => bad(error.message),
             })
@@ -97,6 +99,7 @@ pub(super) fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> Pass
             poles: Vec::new(),
             radius: None,
             precision: None,
+            modes: None,
             residuals: None,
             feedback: None,
         };
@@ -118,8 +121,14 @@ pub(super) fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> Pass
     let poles = finder.poles(&pass.a[pass.a.len() - degree..]);
     let (u, y) = (&report.record.u, &report.record.y);
     let window = report.window;
+    let precision = Precision::new(&model, &poles);
+    let modes = report.clock.map(|Clock { step, .. }| {
+        let poles = precision.poles.iter();
+        poles.filter_map(|pole| Mode::of(pole, step)).collect()
+    });
     PassReport {
-        precision: Some(Precision::new(&model, &poles)),
+        precision: Some(precision),
+        modes,
         residuals: Residuals::new(&model, &u[..window], &y[..window]),
         feedback: report.feedback,
         poles,
@@ -145,24 +154,12 @@ fn complete_residuals(model: &LinearModel, report: &Report) -> (f64, usize) {
 /// Computes FIT and observer for the last pass.
 fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
     let samples = report.shifted(estimate.shift);
-    let window = samples.window;
     let last = estimate.passes.len() - 1;
     let (number, PassReport { pass, .. }) = &mut estimate.passes[last];
     if pass.progress < Progress::InitialState {
         return;
     }
-    let model = FitModel {
-        model: &pass.model,
-        a: &pass.a,
-        b: &pass.b,
-        d: pass.direct,
-        x0: &pass.x0,
-    };
-    let on = |range| fit(model, samples.u, samples.y, window, range);
-    estimate.fit = Some(Fits {
-        window: on(0..window),
-        validation: (window < samples.y.len()).then(|| on(window..samples.y.len())),
-    });
+    estimate.fit = Some(fits(pass, estimate.shift, report));
     let observed = match pass.observed() {
         Some(model) => observe(model, gain, samples),
         None => return,
@@ -175,6 +172,50 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
         }),
         Ok(observed) => estimate.observer = Some(observed),
     }
+}
+
+/// Returns the FIT of a pass on the window, and on the record for validation or the samples after the window.
+pub(super) fn fits(pass: &Pass, shift: usize, report: &Report) -> Fits {
+    let Samples { u, y, window } = report.shifted(shift);
+    let model = FitModel {
+        model: &pass.model,
+        a: &pass.a,
+        b: &pass.b,
+        d: pass.direct,
+        x0: &pass.x0,
+    };
+    let validation = match &report.validation {
+        Some(Validation { record, .. }) => {
+            let (u, y) = (&record.u[..record.u.len() - shift], &record.y[shift..]);
+            let x0 = start_on(pass, u, y);
+            Some(fit(
+                FitModel { x0: &x0, ..model },
+                u,
+                y,
+                y.len(),
+                0..y.len(),
+            ))
+        }
+        None => (window < y.len()).then(|| fit(model, u, y, window, window..y.len())),
+    };
+    Fits {
+        window: fit(model, u, y, window, 0..window),
+        validation,
+    }
+}
+
+/// Returns the initial state of a model on another record, by least squares of its simulated output; NaN if it
+/// overflows.
+fn start_on(pass: &Pass, u: &[f64], y: &[f64]) -> Vec<f64> {
+    let y: Vec<f64> = y.iter().zip(u).map(|(y, u)| y - pass.direct * u).collect();
+    let mut x0 = vec![0.0; pass.a.len()];
+    let found = InitialState::new(x0.len()).estimate(
+        &pass.a,
+        &pass.b,
+        Window::new(u, &y, y.len()),
+        &mut x0,
+    );
+    found.map_or_else(|_| vec![f64::NAN; pass.a.len()], |()| x0)
 }
 
 /// Runs stage 12 on the whole record.

@@ -1,9 +1,9 @@
 //! A page about a record and the models estimated from it.
 
-use super::report::{Estimate, Fits, PassReport, Report};
+use super::report::{Estimate, Fits, Frequency, PassReport, Report, Validation};
 use super::{pictures, words};
 use crate::cli::equation::broken;
-use crate::diagnosis::{Precision, Root, Z_95};
+use crate::diagnosis::{Mode, Precision, Root, Z_95};
 use crate::report::html::{CellText, Column, Page, Section, Table};
 use crate::text::{rounded, visible};
 
@@ -57,7 +57,7 @@ pub(super) fn render(report: &Report) -> String {
     for (i, estimate) in report.estimates.iter().enumerate() {
         let name = estimate.name.name();
         page.section(name, &words::heading(estimate), |section| {
-            write(section, i + 1, estimate);
+            write(section, i + 1, estimate, report.frequency());
         });
     }
     page.html()
@@ -72,9 +72,12 @@ fn title(report: &Report) -> String {
 fn settings(report: &Report) -> Vec<(&'static str, String)> {
     let [u, y] = &report.trends;
     let samples = report.record.y.len();
-    let validation = match samples - report.window {
-        0 => "none".to_owned(),
-        rest => format!("{rest} samples after the window"),
+    let validation = match (&report.validation, samples - report.window) {
+        (Some(Validation { file, record }), _) => {
+            format!("{}, {} samples", visible(file.display()), record.y.len())
+        }
+        (None, 0) => "none".to_owned(),
+        (None, rest) => format!("{rest} samples after the window"),
     };
     let subtracted = if report.detrend.is_none() {
         "nothing".to_owned()
@@ -88,12 +91,21 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
         ("validation", validation),
         ("subtracted", subtracted),
     ];
+    if report.skipped > 0 {
+        settings.push(("left out", format!("the first {} samples", report.skipped)));
+    }
+    if let Some(clock) = report.clock {
+        settings.push((
+            "sampling",
+            format!("{} s between samples", rounded(clock.step, 6)),
+        ));
+    }
     settings.extend(report.unit_in_words().map(|words| ("unit", words)));
     settings
 }
 
 /// Writes the section of one estimator.
-fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
+fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequency) {
     let last = estimate.last();
     if let Some(failure) = last.pass.failure {
         if let Some(sentence) = words::unfinished(estimate) {
@@ -157,6 +169,9 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate) {
              95 % intervals of real ones.",
         );
         section.table(&roots(precision));
+        if let Some(known) = last.modes.as_deref().filter(|modes| !modes.is_empty()) {
+            section.table(&modes(known, unit));
+        }
     }
 }
 
@@ -227,6 +242,28 @@ fn roots(precision: &Precision) -> Table {
         number(precision.static_gain, DIGITS),
         number(precision.static_gain_se, ERROR_DIGITS),
     ]);
+    table
+}
+
+/// Returns the poles in continuous time.
+fn modes(modes: &[Mode], unit: Frequency) -> Table {
+    let columns = vec![
+        Column::number("natural frequency", unit.to_string()),
+        Column::number("its standard error", ""),
+        Column::number("damping", ""),
+        Column::number("its standard error", ""),
+        Column::number("time constant", "s"),
+    ];
+    let mut table = Table::new("Poles in continuous time, a pair as one", columns);
+    for mode in modes {
+        table.row([
+            number(unit.of(mode.frequency), DIGITS),
+            number(unit.of(mode.frequency_se), ERROR_DIGITS),
+            number(mode.damping, DIGITS),
+            number(mode.damping_se, ERROR_DIGITS),
+            number(mode.time_constant.unwrap_or(f64::NAN), DIGITS),
+        ]);
+    }
     table
 }
 

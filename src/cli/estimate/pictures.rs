@@ -25,23 +25,28 @@ const FARTHEST: f64 = 2.0;
 
 /// Makes a plot over the samples of the record, with the end of the window marked.
 fn over_time(report: &Report, title: &str, label: &str) -> Plot {
-    let plot = Plot::new(
-        title,
-        PlotAxis::linear("k, samples"),
-        PlotAxis::linear(label),
-    );
+    let plot = Plot::new(title, time_axis(report), PlotAxis::linear(label));
     if report.window < report.record.y.len() {
-        let end = Course::Vertical(report.window as f64);
+        let end = Course::Vertical(report.time(report.window));
         plot.reference("end of the window", end)
     } else {
         plot
     }
 }
 
+/// The axis of samples: seconds, if their times are known.
+fn time_axis(report: &Report) -> PlotAxis {
+    PlotAxis::linear(if report.clock.is_some() {
+        "t, s"
+    } else {
+        "k, samples"
+    })
+}
+
 /// Draws input and output, after detrending.
 pub(super) fn record(report: &Report) -> String {
     let panel = |name: &str, values: &[f64]| {
-        let series = Series::new("", Style::Line, points(0, values));
+        let series = Series::new("", Style::Line, points(report, 0, values));
         over_time(report, "", name).series(series.slot(0))
     };
     let panels = [panel("u", &report.record.u), panel("y", &report.record.y)];
@@ -51,19 +56,19 @@ pub(super) fn record(report: &Report) -> String {
 
 /// Draws measured and simulated output, and prediction errors.
 pub(super) fn outputs(report: &Report) -> String {
-    let measured = Series::new("measured", Style::Line, points(0, &report.record.y));
+    let measured = Series::new("measured", Style::Line, points(report, 0, &report.record.y));
     let outputs = over_time(report, "measured and simulated output", "y");
     let mut outputs = outputs.series(measured.slot(0));
     let mut errors = over_time(report, "errors of the one-step prediction", "e");
     for (i, estimate) in report.estimates.iter().enumerate() {
         let name = estimate.name.name();
         if let Some(y) = simulated(estimate, report) {
-            let points = points(estimate.shift, &y);
+            let points = points(report, estimate.shift, &y);
             let series = Series::new(name, Style::Line, points);
             outputs = outputs.series(series.slot(i + 1));
         }
         if let Some((first, e)) = errors_of(estimate, report) {
-            let series = Series::new(name, Style::Line, points(first, &e));
+            let series = Series::new(name, Style::Line, points(report, first, &e));
             errors = errors.series(series.slot(i + 1));
         }
     }
@@ -99,9 +104,9 @@ fn cut_unstable(plot: &mut Plot, report: &Report) {
     }
 }
 
-fn points(first: usize, values: &[f64]) -> Vec<Point> {
+fn points(report: &Report, first: usize, values: &[f64]) -> Vec<Point> {
     let samples = values.iter().enumerate();
-    let points = samples.map(|(k, value)| Point::new((first + k) as f64, *value));
+    let points = samples.map(|(k, value)| Point::new(report.time(first + k), *value));
     points.filter(|point| point.y.is_finite()).collect()
 }
 
@@ -142,13 +147,14 @@ fn worst(series: &[Series]) -> Option<f64> {
 /// Draws step responses of all models, stable ones with bands. The axis is chosen for the stable ones.
 pub(super) fn steps(report: &Report) -> String {
     let samples = settling(report);
+    let step = report.clock.map_or(1.0, |clock| clock.step);
     let (mut series, mut stable) = (Vec::new(), Vec::new());
     for (slot, estimate, model) in models(report) {
         let unstable = estimate.last().pass.unstable;
         let points = step_response(model, samples).into_iter().enumerate();
         let points = points.map(|(k, point)| {
             let se = if unstable { f64::NAN } else { point.se };
-            Point::uncertain(k as f64, point.value, se)
+            Point::uncertain(k as f64 * step, point.value, se)
         });
         let points: Vec<Point> = points.collect();
         if !unstable {
@@ -159,7 +165,7 @@ pub(super) fn steps(report: &Report) -> String {
     let held = ends(&mut stable.into_iter());
     let axis = PlotAxis::linear("output after a unit step of u");
     let axis = framed(axis, held.or_else(|| ends(&mut values(&series))), &series);
-    let mut plot = Plot::new("Step response", PlotAxis::linear("k, samples"), axis);
+    let mut plot = Plot::new("Step response", time_axis(report), axis);
     plot.series = series;
     cut_unstable(&mut plot, report);
     plot.svg()
@@ -179,6 +185,9 @@ fn settling(report: &Report) -> usize {
 
 /// Draws magnitude and phase of all models, with bands.
 pub(super) fn bode(report: &Report) -> String {
+    let unit = report.frequency();
+    let step = report.clock.map_or(1.0, |clock| clock.step);
+    let place = |omega: f64| unit.of(omega / step);
     let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
     for (slot, estimate, model) in models(report) {
         let precision = estimate.last().precision.as_ref();
@@ -186,11 +195,11 @@ pub(super) fn bode(report: &Report) -> String {
         let magnitude = response.iter().map(|point| {
             let factor = (Z_95 * point.log_magnitude_se).exp();
             let size = point.magnitude;
-            Point::interval(point.omega, size, size / factor, size * factor)
+            Point::interval(place(point.omega), size, size / factor, size * factor)
         });
         let phase = response.iter().map(|point| {
             let [phase, se] = [point.phase, point.phase_se].map(f64::to_degrees);
-            Point::uncertain(point.omega, phase, se)
+            Point::uncertain(place(point.omega), phase, se)
         });
         magnitudes.push(banded(estimate, magnitude.collect()).slot(slot));
         phases.push(banded(estimate, phase.collect()).slot(slot));
@@ -205,7 +214,7 @@ pub(super) fn bode(report: &Report) -> String {
         };
         let held = ends(&mut values(&series).map(place));
         let axis = framed(label, held, &series);
-        let mut plot = Plot::new("", PlotAxis::log("frequency, rad/sample"), axis);
+        let mut plot = Plot::new("", PlotAxis::log(format!("frequency, {unit}")), axis);
         plot.series = series;
         plot
     };

@@ -2,24 +2,36 @@
 
 use crate::data::csv::Record;
 use crate::data::{Detrend, Trend};
-use crate::diagnosis::{Precision, Residuals};
+use crate::diagnosis::{Mode, Precision, Residuals};
 use crate::estimator::{EstimatorName, Failure, Pass, Progress};
 use crate::metric::Fit;
 use crate::model::{LinearModel, Orders};
 use crate::observer::Gain;
 use faer::c64;
 use serde_json::{Map, Value};
+use std::f64::consts::TAU;
+use std::fmt::{Display, Formatter};
 use std::path::PathBuf;
 
 /// The estimates, with all that is printed.
 pub(super) struct Report {
     pub(super) file: PathBuf,
+    /// What was recognised in the file, where it has not the plain form.
+    pub(super) form: Vec<String>,
     /// The record, in a unit that [`unit_of`] chooses.
     pub(super) record: Record,
     /// The unit of u and y, a power of two; 1 for all records but those of very large or very small numbers.
     pub(super) unit: f64,
     /// Samples in the window.
     pub(super) window: usize,
+    /// Samples left out before the record.
+    pub(super) skipped: usize,
+    /// The times of the samples, if they are known.
+    pub(super) clock: Option<Clock>,
+    /// Whether frequencies are printed in Hz. They are in rad/sample where the time between samples is unknown.
+    pub(super) hertz: bool,
+    /// The record for validation, if it is another one.
+    pub(super) validation: Option<Validation>,
     /// The orders as given; with `--order` and `--delay`, those of the ARX form.
     pub(super) orders: Orders,
     pub(super) detrend: Detrend,
@@ -41,11 +53,72 @@ impl Report {
         }
     }
 
+    /// Returns the time of a sample of the record, seconds; its number where times are unknown.
+    pub(super) fn time(&self, k: usize) -> f64 {
+        self.clock
+            .map_or(k as f64, |Clock { start, step }| start + k as f64 * step)
+    }
+
+    /// Returns the unit of frequencies.
+    pub(super) fn frequency(&self) -> Frequency {
+        match self.clock {
+            None => Frequency::Sample,
+            Some(_) if self.hertz => Frequency::Hertz,
+            Some(_) => Frequency::Radian,
+        }
+    }
+
     /// Returns the largest shift of an estimate.
     pub(super) fn shift(&self) -> usize {
         let shifts = self.estimates.iter().map(|estimate| estimate.shift);
         shifts.max().unwrap_or(0)
     }
+}
+
+/// The unit of frequencies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Frequency {
+    /// rad/sample.
+    Sample,
+    /// rad/s.
+    Radian,
+    /// Hz.
+    Hertz,
+}
+
+impl Frequency {
+    /// Returns a frequency in this unit, given in rad/s, or in rad/sample where the time between samples is unknown.
+    pub(super) fn of(self, omega: f64) -> f64 {
+        match self {
+            Self::Sample | Self::Radian => omega,
+            Self::Hertz => omega / TAU,
+        }
+    }
+}
+
+impl Display for Frequency {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Sample => "rad/sample",
+            Self::Radian => "rad/s",
+            Self::Hertz => "Hz",
+        })
+    }
+}
+
+/// The times of samples, seconds.
+#[derive(Clone, Copy)]
+pub(super) struct Clock {
+    /// The time of the first sample.
+    pub(super) start: f64,
+    /// The time between samples.
+    pub(super) step: f64,
+}
+
+/// A second record, in the unit of the first and less the same trend.
+pub(super) struct Validation {
+    pub(super) file: PathBuf,
+    pub(super) record: Record,
 }
 
 /// One estimator's passes and what follows from its last one.
@@ -83,6 +156,8 @@ pub(super) struct PassReport {
     pub(super) radius: Option<f64>,
     /// Standard errors of the poles and of the static gain.
     pub(super) precision: Option<Precision>,
+    /// The poles in continuous time, if the time between samples is known.
+    pub(super) modes: Option<Vec<Mode>>,
     /// Tests of the residuals, if there are enough of them.
     pub(super) residuals: Option<Residuals>,
     /// [`feedback_p_value`] of the record.

@@ -3,14 +3,15 @@
 mod picture;
 
 use super::arguments::Span;
-use super::one_estimator::pass_report;
+use super::one_estimator::{fits, pass_report};
 use super::report::Report;
+use super::words;
 use crate::cli::error::Error;
 use crate::cli::output::{Format, print, print_json};
 use crate::estimator::{
     ArxOptions, Criterion, Method, OrderComparison, Pass, Progress, Shape, Window,
 };
-use crate::metric::{FitModel, fit};
+use crate::metric::Fit;
 use crate::model::Orders;
 use crate::text::{visible, wrap};
 use serde_json::{Map, Value, json};
@@ -108,20 +109,11 @@ impl Row {
             return Ok(());
         }
         let pass = pass_report(pass, report, 0).pass;
-        let model = FitModel {
-            model: &pass.model,
-            a: &pass.a,
-            b: &pass.b,
-            d: pass.direct,
-            x0: &pass.x0,
-        };
-        let on =
-            |range| Some(fit(model, u, y, window, range).simulated).filter(|fit| fit.is_finite());
+        let finite = |fit: Fit| Some(fit.simulated).filter(|fit| fit.is_finite());
+        let fits = fits(&pass, 0, report);
         self.own_loss = Some(pass.loss * report.told_unit().powi(2));
-        self.window_fit = on(0..window);
-        if window < y.len() {
-            self.validation_fit = on(window..y.len());
-        }
+        self.window_fit = finite(fits.window);
+        self.validation_fit = fits.validation.and_then(finite);
         Ok(())
     }
 
@@ -178,6 +170,9 @@ impl Scan {
             "file": report.file.display().to_string(),
             "samples": report.record.y.len(),
             "window": report.window,
+            "skipped": report.skipped,
+            "form": report.form,
+            "validation": report.validation.as_ref().map(|validation| validation.file.display().to_string()),
             "unit": report.unit,
             "detrend": report.detrend,
             "estimator": "arx",
@@ -201,6 +196,7 @@ impl Scan {
             report.record.y.len(),
             report.detrend
         )?;
+        text.push_str(&words::record(report));
         if let Some(unit) = report.unit_in_words() {
             text.push_str(&wrap(&unit, 80, ""));
         }
@@ -237,8 +233,13 @@ impl Scan {
         }
         writeln!(
             text,
-            "\n* the smallest value of each criterion, and the best FIT on samples after the window.\n\
-             V: mean squared residual; FIT: of the simulated output, its own equations."
+            "\n* the smallest value of each criterion, and the best FIT on {}.\n\
+             V: mean squared residual; FIT: of the simulated output, its own equations.",
+            if report.validation.is_some() {
+                "the record for validation"
+            } else {
+                "samples after the window"
+            }
         )
     }
 }

@@ -26,6 +26,9 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         states: None,
         plot: None,
         report: None,
+        validate: None,
+        ts: None,
+        hz: false,
         format: Format::Text,
         options: arguments.options.clone(),
     };

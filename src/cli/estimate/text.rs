@@ -1,13 +1,13 @@
 //! Prints the estimates for people, at most 80 columns wide.
 
-use super::report::{Estimate, PassReport, Report};
+use super::report::{Estimate, Frequency, PassReport, Report};
 use super::words;
 use crate::cli::equation::broken;
-use crate::diagnosis::{Residuals, Root, Z_95};
+use crate::diagnosis::{Mode, Residuals, Root, Z_95};
 use crate::estimator::Progress;
 use crate::metric::Fit;
 use crate::model::{LinearModel, Orders};
-use crate::text::{visible, wrap};
+use crate::text::{rounded, visible, wrap};
 use std::fmt::{self, Write};
 
 /// Significant digits.
@@ -40,11 +40,12 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
         report.detrend,
         report.gain
     )?;
+    text.push_str(&words::record(report));
     if let Some(unit) = report.unit_in_words() {
         text.push_str(&wrap(&unit, 80, ""));
     }
     for estimate in &report.estimates {
-        write_estimate(text, estimate)?;
+        write_estimate(text, estimate, report.frequency())?;
     }
     let shift = report.shift();
     writeln!(
@@ -61,7 +62,7 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
     Ok(())
 }
 
-fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
+fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fmt::Result {
     let report = estimate.last();
     writeln!(text, "\n{}", words::heading(estimate))?;
     if let Some(failure) = report.pass.failure {
@@ -79,7 +80,7 @@ fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
         let line = format!("  {:<18} {hint}", "hint");
         text.push_str(&wrap(&line, 80, &" ".repeat(21)));
     }
-    write_pass(text, report)?;
+    write_pass(text, report, unit)?;
     if let Some(fit) = &estimate.fit {
         write_fit(text, "window", fit.window)?;
         match fit.validation {
@@ -104,7 +105,7 @@ fn write_estimate(text: &mut String, estimate: &Estimate) -> fmt::Result {
     Ok(())
 }
 
-fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
+fn write_pass(text: &mut String, report: &PassReport, unit: Frequency) -> fmt::Result {
     let PassReport { pass, model, .. } = report;
     if pass.progress >= Progress::Parameters {
         let equation = model.equation().rounded(DIGITS).to_string();
@@ -135,6 +136,7 @@ fn write_pass(text: &mut String, report: &PassReport) -> fmt::Result {
     }
     if let Some(precision) = &report.precision {
         write_roots(text, "poles", &precision.poles)?;
+        write_modes(text, report.modes.as_deref().unwrap_or_default(), unit)?;
         write_roots(text, "zeros", &precision.zeros)?;
         if let Some(sentence) = words::cancellation(model, precision) {
             let line = format!("  {:<18} {sentence}", "order");
@@ -184,6 +186,30 @@ fn write_roots(text: &mut String, name: &str, roots: &[Root]) -> fmt::Result {
             "  {name:<18} {position:<30} modulus {:.6}{}",
             at.norm(),
             plus_minus(error.modulus)
+        )?;
+    }
+    Ok(())
+}
+
+/// Writes the poles in continuous time.
+fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Result {
+    for (i, mode) in modes.iter().enumerate() {
+        let name = if i == 0 { "frequencies" } else { "" };
+        let frequency = format!(
+            "{}{} {unit}",
+            rounded(unit.of(mode.frequency), DIGITS),
+            plus_minus(unit.of(mode.frequency_se))
+        );
+        let decay = mode.time_constant.map_or_else(
+            || "does not decay".to_owned(),
+            |time| format!("time constant {} s", rounded(time, 4)),
+        );
+        let damping = format!("damping {}", rounded(mode.damping, 4));
+        let error = plus_minus(mode.damping_se);
+        writeln!(
+            text,
+            "  {name:<18} {frequency}\n  {:<18} {damping}{error}, {decay}",
+            ""
         )?;
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! The unit of a record of very large or very small numbers.
 
-use super::report::Report;
+use super::report::{Report, Validation};
 use crate::data::csv::Record;
 use crate::estimator::unit_of;
 use crate::text::rounded;
@@ -66,6 +66,10 @@ impl Report {
         self.unit /= unit;
         let Record { u, y, .. } = &mut self.record;
         u.iter_mut().chain(y).for_each(|sample| *sample *= unit);
+        if let Some(Validation { record, .. }) = &mut self.validation {
+            let Record { u, y, .. } = record;
+            u.iter_mut().chain(y).for_each(|sample| *sample *= unit);
+        }
         for trend in &mut self.trends {
             *trend = trend.times(unit);
         }

@@ -1,12 +1,12 @@
 //! Words about a model, shared by the text and the page.
 
-use super::report::Estimate;
+use super::report::{Clock, Estimate, Report, Validation};
 use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness, is_feedback};
 use crate::estimator::FailureKind;
 use crate::model::{LinearModel, Orders};
 use crate::plant::PoleFinder;
 use crate::plant::canonical::reverse_negated;
-use crate::text::rounded;
+use crate::text::{rounded, visible, wrap};
 use faer::c64;
 
 /// Returns, in a line, what an estimator does and after which pass.
@@ -23,6 +23,29 @@ pub(super) fn heading(estimate: &Estimate) -> String {
         number => format!(", after pass {number}"),
     };
     format!("{}: {about}{pass}", estimate.name)
+}
+
+/// Returns lines on what was left out of the record, on its time, and on the record for validation; nothing where
+/// there is nothing to say.
+pub(super) fn record(report: &Report) -> String {
+    let mut lines = Vec::new();
+    if report.skipped > 0 {
+        lines.push(format!("the first {} samples are left out", report.skipped));
+    }
+    if let Some(Clock { step, .. }) = report.clock {
+        lines.push(format!("{} s between samples", rounded(step, 6)));
+    }
+    if let Some(Validation { file, record }) = &report.validation {
+        lines.push(format!(
+            "validation: {}, {} samples",
+            visible(file.display()),
+            record.y.len()
+        ));
+    }
+    if lines.is_empty() {
+        return String::new();
+    }
+    wrap(&lines.join("; "), 80, "")
 }
 
 /// Capitalises a sentence.

@@ -2,6 +2,7 @@
 //! input, and how uncertain its poles, zeros, responses and static gain are.
 
 mod feedback;
+mod mode;
 mod precision;
 mod response;
 mod roots;
@@ -10,6 +11,7 @@ mod tests;
 mod whiteness;
 
 pub use feedback::{feedback_p_value, is_feedback};
+pub use mode::Mode;
 pub use precision::Precision;
 pub use response::{FrequencyPoint, StepPoint, frequency_response, step_response};
 pub use roots::{Cancellation, Root, RootError};

@@ -170,7 +170,7 @@ impl Experiment {
                 self.target(until)?;
             }
             TrialRule::Decided(until) => {
-                crate::design::claim_checks::check_target(&self.file, &until.claim)?
+                crate::design::claim_checks::check_target(&self.file, &until.claim)?;
             }
         }
         for slope in &self.file.slopes {

@@ -291,7 +291,10 @@ impl Rows {
 /// for each measure: f64 ... | for each error and standard error: f64 ...
 /// ```
 pub(crate) mod stored {
-    use super::*;
+    use super::{
+        Cell, Deserialize, Experiment, Failure, Flags, Measure, OutputRows, Range, Rows, Serialize,
+        coefficients,
+    };
 
     /// The failures of each output, each with the index of its trial.
     #[derive(Serialize, Deserialize)]

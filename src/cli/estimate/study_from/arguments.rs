@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 named_enum! {
     /// The input of the trials.
-    InputOf, "input" {
+    InputOf, "input of the trials" {
         /// The record's own input, the same in every trial (the default).
         Fixed = "fixed",
         /// Drawn anew: Gaussian with the record's spectrum.
@@ -40,7 +40,7 @@ pub(in crate::cli) struct Arguments {
     pub(super) out: PathBuf,
     /// The input of the trials: fixed (the record's own) or spectrum (drawn anew with its spectrum)
     #[arg(long, value_name = "WHAT", default_value_t)]
-    pub(super) input: InputOf,
+    pub(super) trial_input: InputOf,
     /// What the noise is drawn from: parametric (Gaussian numbers) or residual (the record's residuals)
     #[arg(long, value_name = "WHAT", default_value_t)]
     pub(super) bootstrap: Bootstrap,

@@ -107,12 +107,12 @@ impl Case {
                 ("r", reference(law, &u, &report.record.y))
             }
         };
-        let spectrum = match arguments.input {
+        let spectrum = match arguments.trial_input {
             InputOf::Fixed => None,
             InputOf::Spectrum if variance(&input.1) > 0.0 => Some(spectrum(&about_mean(&input.1))),
             InputOf::Spectrum => {
                 return Err(Error::Input(format!(
-                    "--input spectrum: {} is constant; expected --input fixed",
+                    "--trial-input spectrum: {} is constant; expected --trial-input fixed",
                     input.0
                 )));
             }

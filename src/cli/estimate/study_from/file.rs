@@ -127,7 +127,7 @@ fn write(
     let samples = match case.spectrum {
         None => {
             "# How many samples for a wanted accuracy? The spread falls with the square root of N for an input like this one:\n\
-                 # half of it takes four times the samples. `--input spectrum` runs N, 2N and 4N."
+                 # half of it takes four times the samples. `--trial-input spectrum` runs N, 2N and 4N."
         }
         Some(_) => {
             "# How many samples for a wanted accuracy? Compare the windows N, 2N and 4N: the claim 'samples' tells whether errors\n\

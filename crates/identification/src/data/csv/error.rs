@@ -1,6 +1,6 @@
 //! Why a record is refused.
 
-use crate::text::{number, rounded};
+use crate::text::{beginning, number, rounded};
 
 /// The longest line that is read, so that a file without line ends cannot fill the memory.
 pub(super) const LONGEST_LINE: u64 = 1 << 20;
@@ -18,34 +18,86 @@ pub enum RecordError {
         "line {0}: no header; expected a line with the columns u and y (and perhaps k or t) first"
     )]
     NoHeader(u64),
-    /// A column is neither k, t, u nor y.
-    #[error(
-        "line {line}: unknown column '{column}'; expected u and y (and perhaps k, t or time), separated by commas"
-    )]
+    /// A column is neither k, t, u nor y, and none was chosen.
+    #[error("line {line}: unknown column '{column}'; expected u and y (and perhaps k, t or time)")]
     UnknownColumn {
         /// The header's line.
         line: u64,
         /// The column's name.
         column: String,
     },
-    /// A column is named twice.
+    /// Two columns have names of one role.
     #[error("line {line}: column '{column}' appears twice")]
     RepeatedColumn {
         /// The header's line.
         line: u64,
-        /// The column's name.
+        /// The role.
         column: &'static str,
     },
+    /// A chosen name stands above several columns.
+    #[error(
+        "line {line}: several columns are named '{column}'; expected a column's number, from 1"
+    )]
+    AmbiguousColumn {
+        /// The header's line.
+        line: u64,
+        /// The name.
+        column: String,
+    },
+    /// One column is chosen for u and for y.
+    #[error("line {line}: column '{column}' is chosen as input and as output")]
+    SameColumn {
+        /// The header's line.
+        line: u64,
+        /// The column.
+        column: String,
+    },
     /// Column u or y is missing.
-    #[error("line {line}: no column '{column}'; expected u and y (and perhaps k or t)")]
+    #[error("line {line}: no column '{column}' among {found}")]
     MissingColumn {
         /// The header's line.
         line: u64,
         /// The column's name.
         column: &'static str,
+        /// The columns of the file.
+        found: String,
+    },
+    /// A chosen column is missing.
+    #[error(
+        "line {line}: no column '{column}' among {found}; expected one of these, or its number from 1"
+    )]
+    NotThere {
+        /// The header's line.
+        line: u64,
+        /// The column's name.
+        column: String,
+        /// The columns of the file.
+        found: String,
+    },
+    /// A column is chosen by its name in a table without names.
+    #[error("line {line}: no header, so no column '{column}'; expected its number, 1 to {count}")]
+    NoNumber {
+        /// The first line.
+        line: u64,
+        /// The choice.
+        column: String,
+        /// Columns in the table.
+        count: usize,
+    },
+    /// The times have a unit that is not known.
+    #[error("line {line}: the unit of column '{column}' is unknown; expected s, ms, us, min or h")]
+    TimeUnit {
+        /// The header's line.
+        line: u64,
+        /// The column's name.
+        column: String,
     },
     /// A row has too few or too many cells.
-    #[error("line {line}: {found} cells, but the header has {expected}")]
+    #[error(
+        "line {line}: {found} cells, but {} {expected}{}",
+        if *.has_header { "the header has" } else { "the first row has" },
+        if *.found == 2 * expected { "; numbers with decimal commas are separated by semicolons, tabs or blanks" } else { "" }
+    )]
     RowLength {
         /// The line.
         line: u64,
@@ -53,6 +105,8 @@ pub enum RecordError {
         found: usize,
         /// Cells in the header.
         expected: usize,
+        /// Whether there is a header.
+        has_header: bool,
     },
     /// A requested column is missing.
     #[error("line {line}: no column '{column}'; the header line must name it")]
@@ -72,15 +126,38 @@ pub enum RecordError {
         /// The cell.
         text: String,
     },
+    /// A number has a decimal comma among numbers with decimal points, or a point among commas.
+    #[error("line {line}, column {column}: '{text}', but earlier numbers have {}",
+        if .text.contains(',') { "decimal points" } else { "decimal commas" })]
+    MixedDecimals {
+        /// The line.
+        line: u64,
+        /// The column's name.
+        column: String,
+        /// The cell.
+        text: String,
+    },
+    /// A sample is missing.
+    #[error("line {line}, column {column}: a sample is missing ('{text}')")]
+    Missing {
+        /// The line.
+        line: u64,
+        /// The column's name.
+        column: String,
+        /// The cell.
+        text: String,
+    },
     /// The samples are not consecutive.
     #[error(
-        "line {line}, column k: found {}, expected {}; samples must be consecutive",
+        "line {line}, column {column}: found {}, expected {}; samples must be consecutive",
         number(*.found),
         number(*.expected)
     )]
     Gap {
         /// The line.
         line: u64,
+        /// The column's name.
+        column: String,
         /// The k found.
         found: f64,
         /// The k expected.
@@ -88,13 +165,15 @@ pub enum RecordError {
     },
     /// The times of the samples are not equally spaced.
     #[error(
-        "line {line}, column t: a step of {}, the first one is {}; samples must be equally spaced",
+        "line {line}, column {column}: a step of {}, the first one is {}; samples must be equally spaced",
         rounded(*.found, 6),
         rounded(*.first, 6)
     )]
     Spacing {
         /// The line.
         line: u64,
+        /// The column's name.
+        column: String,
         /// The time since the sample before.
         found: f64,
         /// The time between the first two samples.
@@ -103,10 +182,27 @@ pub enum RecordError {
     /// The file has a header and no rows.
     #[error("no samples after the header")]
     NoSamples,
+    /// The text is in UTF-16.
+    #[error("line 1: the text is in UTF-16; expected UTF-8: save it as \"CSV UTF-8\"")]
+    Utf16,
     /// A line is too long for any record.
     #[error("line {0}: longer than {LONGEST_LINE} bytes")]
     LongLine(u64),
     /// The reader failed.
     #[error("line {0}: {1}")]
     Read(u64, std::io::Error),
+}
+
+/// Lists the first columns of a header.
+pub(super) fn listed(header: &[&str]) -> String {
+    const SHOWN: usize = 12;
+    let names = header
+        .iter()
+        .take(SHOWN)
+        .map(|name| format!("'{}'", beginning(name, 40)));
+    let mut names: Vec<String> = names.collect();
+    if let more @ 1.. = header.len().saturating_sub(SHOWN) {
+        names.push(format!("{more} more"));
+    }
+    names.join(", ")
 }

@@ -1,7 +1,5 @@
 //! The times of a record's samples, which must be equally spaced up to the rounding of what was printed.
 
-use super::error::RecordError;
-
 /// How far a step in time may be from the first one, relative to it. It must exceed the rounding of printed times: with
 /// two decimals, steps of 1/30 s are 0.03 or 0.04. A missing sample is a step of twice the length.
 const SPACING: f64 = 0.5;
@@ -10,7 +8,18 @@ const JITTER: f64 = 0.01;
 /// How many digits before the decimal point are told apart.
 const CLASSES: usize = 40;
 
+/// Equal steps end before a line.
+pub(super) struct Unequal {
+    /// The line whose sample is not a step after the one before.
+    pub(super) line: u64,
+    /// The time since the sample before.
+    pub(super) found: f64,
+    /// The time between the first two samples.
+    pub(super) first: f64,
+}
+
 /// The times of the samples so far.
+#[derive(Clone, Debug)]
 pub(super) struct Times {
     first: f64,
     last: f64,
@@ -38,6 +47,16 @@ impl Times {
         }
     }
 
+    /// Returns the mean step; `None` of a single sample.
+    pub(super) fn step(&self) -> Option<f64> {
+        (self.count > 1).then(|| (self.last - self.first) / (self.count - 1) as f64)
+    }
+
+    /// Returns the time of the first sample.
+    pub(super) fn first(&self) -> f64 {
+        self.first
+    }
+
     /// Half a unit of the last digit of printed times of this size.
     fn rounding(&self, time: f64) -> f64 {
         let decimals = self.decimals[class(time)..].iter().max();
@@ -46,7 +65,7 @@ impl Times {
     }
 
     /// Adds the time of the next sample, as it is printed.
-    pub(super) fn add(&mut self, cell: &str, time: f64, line: u64) -> Result<(), RecordError> {
+    pub(super) fn add(&mut self, cell: &str, time: f64, line: u64) -> Result<(), Unequal> {
         let known = &mut self.decimals[class(time)];
         *known = decimals(cell).max(*known);
         let found = time - std::mem::replace(&mut self.last, time);
@@ -79,7 +98,7 @@ impl Times {
         // Where the steps are equal again, the odd one before them is to blame.
         let is_equal = is_near && (found - first).abs() <= JITTER * first;
         let (found, line) = if is_equal { self.odd } else { (found, line) };
-        Err(RecordError::Spacing { line, found, first })
+        Err(Unequal { line, found, first })
     }
 }
 
@@ -92,7 +111,9 @@ fn class(time: f64) -> usize {
 /// The decimals of a printed number; negative if an exponent makes it a multiple of 10, 100 and so on.
 fn decimals(cell: &str) -> i32 {
     let (digits, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
-    let fraction = digits.split_once('.').map_or(0, |(_, after)| after.len());
+    let fraction = digits
+        .split_once(['.', ','])
+        .map_or(0, |(_, after)| after.len());
     let exponent: i32 = exponent.parse().unwrap_or(0);
     (fraction.min(400) as i32)
         .saturating_sub(exponent)
@@ -101,7 +122,7 @@ fn decimals(cell: &str) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::read;
+    use crate::data::csv::read;
 
     fn error(text: &str) -> String {
         read(text.as_bytes()).unwrap_err().to_string()

@@ -187,8 +187,9 @@ impl ClaimTable {
 /// The list `claims`: tables, or only names. Names are claims that are not judged, as in files from before claims had
 /// tests.
 pub(crate) mod list {
-    use super::ClaimTable;
-    use super::*;
+    use super::{
+        ClaimTable, Deserializer, Error, MapAccess, MapAccessDeserializer, Serializer, Visitor, fmt,
+    };
     use schemars::{Schema, SchemaGenerator, json_schema};
     use serde::Deserialize;
     use serde::Serialize;
@@ -253,7 +254,10 @@ pub(crate) mod list {
 
 /// One test, or a list of tests.
 mod tests_of_a_cell {
-    use super::*;
+    use super::{
+        Deserializer, Error, MapAccess, MapAccessDeserializer, SeqAccess, SeqAccessDeserializer,
+        Visitor, fmt,
+    };
     use crate::design::file::test_table::TestTable;
     use schemars::{Schema, SchemaGenerator, json_schema};
     use serde::Deserialize;

@@ -1,0 +1,212 @@
+//! Which columns of a table are the samples' number, the input, the output and the time.
+
+use super::error::{RecordError, listed};
+use super::options::ReadOptions;
+
+/// The roles of columns: the number of a sample, the input, the output, the time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    K,
+    U,
+    Y,
+    T,
+}
+
+impl Role {
+    const ALL: [Self; 4] = [Self::K, Self::U, Self::Y, Self::T];
+
+    const fn name(self) -> &'static str {
+        ["k", "u", "y", "t"][self as usize]
+    }
+
+    /// The names by which a column of this role is known, in lower case.
+    const fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::K => &["k"],
+            Self::U => &["u", "input", "in"],
+            Self::Y => &["y", "output", "out"],
+            Self::T => &["t", "time"],
+        }
+    }
+}
+
+/// The places of the columns in a row.
+pub(super) struct Columns {
+    places: [Option<usize>; 4],
+    /// What the file calls them: k, u, y and t where it has no header.
+    names: [String; 4],
+    /// Seconds in a unit of the times.
+    pub(super) unit: f64,
+}
+
+impl Columns {
+    /// Finds the columns in a header; `None` is a table without one.
+    pub(super) fn find(
+        header: Option<&[&str]>,
+        count: usize,
+        line: u64,
+        options: &ReadOptions,
+    ) -> Result<Self, RecordError> {
+        let chosen = [
+            None,
+            options.input.as_deref(),
+            options.output.as_deref(),
+            options.time.as_deref(),
+        ];
+        let is_chosen = chosen[1].is_some() || chosen[2].is_some();
+        let mut places = [None; 4];
+        for role in Role::ALL {
+            if let Some(column) = chosen[role as usize]
+                && (role != Role::T || column != NO_TIME)
+            {
+                places[role as usize] = Some(place(column, header, count, line)?);
+            }
+        }
+        if places[1].is_some() && places[1] == places[2] {
+            return Err(RecordError::SameColumn {
+                line,
+                column: chosen[1].unwrap_or_default().to_owned(),
+            });
+        }
+        let taken = places;
+        for (at, cell) in header.unwrap_or_default().iter().enumerate() {
+            if taken.contains(&Some(at)) {
+                continue;
+            }
+            let name = known_as(cell);
+            let role = Role::ALL
+                .into_iter()
+                .find(|role| role.names().contains(&name.as_str()));
+            match role {
+                // A choice leaves out what the column would be by its name.
+                Some(role) if chosen[role as usize].is_some() => {}
+                Some(role) => {
+                    if places[role as usize].replace(at).is_some() {
+                        return Err(RecordError::RepeatedColumn {
+                            line,
+                            column: role.name(),
+                        });
+                    }
+                }
+                None if is_chosen => {}
+                None => {
+                    let column = (*cell).to_owned();
+                    return Err(RecordError::UnknownColumn { line, column });
+                }
+            }
+        }
+        for role in [Role::U, Role::Y] {
+            if places[role as usize].is_none() {
+                let Some(header) = header else {
+                    return Err(RecordError::NoHeader(line));
+                };
+                let column = role.name();
+                return Err(RecordError::MissingColumn {
+                    line,
+                    column,
+                    found: listed(header),
+                });
+            }
+        }
+        let names = Role::ALL.map(|role| {
+            let cell = places[role as usize].and_then(|place| Some(header?[place].to_owned()));
+            cell.unwrap_or_else(|| role.name().to_owned())
+        });
+        let unit = match places[Role::T as usize] {
+            Some(_) => unit(&names[Role::T as usize]).ok_or_else(|| RecordError::TimeUnit {
+                line,
+                column: names[Role::T as usize].clone(),
+            })?,
+            None => 1.0,
+        };
+        Ok(Self {
+            places,
+            names,
+            unit,
+        })
+    }
+
+    /// Returns the cell of a role in a row; `None` if the table has no such column.
+    pub(super) fn cell<'a>(&self, row: &[&'a str], role: Role) -> Option<&'a str> {
+        self.places[role as usize].map(|place| row[place])
+    }
+
+    /// Returns what the file calls the column of a role.
+    pub(super) fn name(&self, role: Role) -> &str {
+        &self.names[role as usize]
+    }
+
+    /// Describes the columns of u, y and t where names other than these were taken.
+    pub(super) fn in_words(&self, has_header: bool) -> Vec<String> {
+        let words = [Role::U, Role::Y, Role::T].into_iter().filter_map(|role| {
+            let (place, name) = (self.places[role as usize]? + 1, self.name(role));
+            if !has_header {
+                return Some(format!("{} is column {place}", role.name()));
+            }
+            let plain = name == role.name() || name == "time";
+            (!plain).then(|| format!("{} is column '{name}'", role.name()))
+        });
+        words.collect()
+    }
+}
+
+/// The choice that no column holds times.
+const NO_TIME: &str = "none";
+
+/// Returns the place of a column that is chosen by its name or its number.
+fn place(
+    column: &str,
+    header: Option<&[&str]>,
+    count: usize,
+    line: u64,
+) -> Result<usize, RecordError> {
+    let header = header.unwrap_or_default();
+    let mut named = header
+        .iter()
+        .enumerate()
+        .filter(|(_, cell)| **cell == column);
+    if let Some((place, _)) = named.next() {
+        if named.next().is_some() {
+            return Err(RecordError::AmbiguousColumn {
+                line,
+                column: column.to_owned(),
+            });
+        }
+        return Ok(place);
+    }
+    match column.parse() {
+        Ok(number @ 1..) if number <= count => Ok(number - 1),
+        _ if header.is_empty() => Err(RecordError::NoNumber {
+            line,
+            column: column.to_owned(),
+            count,
+        }),
+        _ => Err(RecordError::NotThere {
+            line,
+            column: column.to_owned(),
+            found: listed(header),
+        }),
+    }
+}
+
+/// Returns a column's name in lower case, without a unit in brackets.
+fn known_as(cell: &str) -> String {
+    let name = cell.split(['(', '[']).next().unwrap_or(cell);
+    name.trim().to_lowercase()
+}
+
+/// Returns the seconds in the unit that a column's name has in brackets; `None` if it is unknown.
+fn unit(name: &str) -> Option<f64> {
+    let Some((_, unit)) = name.split_once(['(', '[']) else {
+        return Some(1.0);
+    };
+    let unit = unit.trim_end_matches([')', ']', ' ']).trim().to_lowercase();
+    Some(match unit.as_str() {
+        "s" | "sec" | "second" | "seconds" => 1.0,
+        "ms" => 1e-3,
+        "us" | "\u{b5}s" | "\u{3bc}s" => 1e-6,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => return None,
+    })
+}

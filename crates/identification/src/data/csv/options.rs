@@ -1,0 +1,26 @@
+//! How the columns of a table are found, and what is done about missing samples.
+
+use crate::names::named_enum;
+
+named_enum! {
+    /// What is done about missing samples.
+    Missing, "missing" {
+        /// A table with a missing sample is refused (the default).
+        Refuse = "refuse",
+        /// The longest run of rows without a gap is the record.
+        LongestRun = "longest-run",
+    }
+}
+
+/// How the columns of a table are found, and what is done about missing samples.
+#[derive(Clone, Debug, Default)]
+pub struct ReadOptions {
+    /// The column of u, by its name or its number from 1; otherwise the one named `u`, `input` or `in`.
+    pub input: Option<String>,
+    /// The column of y; otherwise the one named `y`, `output` or `out`.
+    pub output: Option<String>,
+    /// The column of the times, or `none`; otherwise the one named `t` or `time`, if there is one.
+    pub time: Option<String>,
+    /// What is done about missing samples.
+    pub missing: Missing,
+}

@@ -1,0 +1,532 @@
+//! Reads records and columns of tables.
+
+use super::columns::{Columns, Role};
+use super::dialect::{Dialect, Number, is_data};
+use super::error::RecordError;
+use super::lines::Lines;
+use super::options::{Missing, ReadOptions};
+use super::runs::{Break, Kept, Longest, Row, Run};
+use std::io::Read;
+
+/// A record of input and output samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Record {
+    /// u(k), k = 0 ... K-1.
+    pub u: Vec<f64>,
+    /// y(k).
+    pub y: Vec<f64>,
+}
+
+/// A record as it stood in a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// The samples.
+    pub record: Record,
+    /// The time of the first sample and the time between samples, seconds; `None` without a column of times, or with
+    /// a single sample.
+    pub times: Option<[f64; 2]>,
+    /// The form of the table and the names of its columns where they are not the plain ones: cells separated by commas,
+    /// decimal points, columns named u, y and t.
+    pub form: Vec<String>,
+    /// The part that was kept of a table with missing samples.
+    pub kept: Option<Kept>,
+}
+
+/// Reads a record from a table with columns named u and y: [`read_table`] with the default options.
+///
+/// # Errors
+/// [`RecordError`], with line and column.
+pub fn read(from: impl Read) -> Result<Record, RecordError> {
+    read_table(from, &ReadOptions::default()).map(|table| table.record)
+}
+
+/// The first line of a table that is no comment, with the form that it shows.
+struct First {
+    line: u64,
+    cells: Vec<String>,
+    dialect: Dialect,
+    is_header: bool,
+    /// Whether every line ends with a separator.
+    ends_open: bool,
+}
+
+impl First {
+    fn of<R: Read>(lines: &mut Lines<R>) -> Result<Option<Self>, RecordError> {
+        let Some((mut line, mut text)) = lines.next()? else {
+            return Ok(None);
+        };
+        let declared = Dialect::declared(text);
+        if declared.is_some() {
+            let Some(next) = lines.next()? else {
+                return Ok(None);
+            };
+            (line, text) = next;
+        }
+        let dialect = declared.unwrap_or_else(|| Dialect::of(text));
+        let mut cells = dialect.cells(text);
+        let is_header = !is_data(&cells);
+        let ends_open = is_header && cells.len() > 1 && cells.last() == Some(&"");
+        if ends_open {
+            cells.pop();
+        }
+        let cells = cells.into_iter().map(str::to_owned).collect();
+        Ok(Some(Self {
+            line,
+            cells,
+            dialect,
+            is_header,
+            ends_open,
+        }))
+    }
+
+    /// Returns the cells of a row.
+    fn row<'a>(&self, line: u64, text: &'a str) -> Result<Vec<&'a str>, RecordError> {
+        let mut row = self.dialect.cells(text);
+        let expected = self.cells.len();
+        if self.ends_open && row.len() == expected + 1 && row.last() == Some(&"") {
+            row.pop();
+        }
+        if row.len() == expected {
+            return Ok(row);
+        }
+        Err(RecordError::RowLength {
+            line,
+            found: row.len(),
+            expected,
+            has_header: self.is_header,
+        })
+    }
+}
+
+/// Collects rows.
+struct Rows {
+    columns: Columns,
+    dialect: Dialect,
+    /// The whole table, which has no gaps.
+    run: Run,
+    /// Its longest run, if gaps are allowed.
+    longest: Option<Longest>,
+}
+
+impl Rows {
+    /// Reads a number of a row; `None` if it is missing and that is allowed.
+    fn number(&mut self, row: &[&str], line: u64, role: Role) -> Result<Option<f64>, RecordError> {
+        let Some(cell) = self.columns.cell(row, role) else {
+            return Ok(None);
+        };
+        let column = self.columns.name(role);
+        match self.dialect.number(cell, line, column)? {
+            Number::Known(number) => Ok(Some(number)),
+            Number::Missing if self.longest.is_some() => Ok(None),
+            Number::Missing => Err(RecordError::Missing {
+                line,
+                column: column.to_owned(),
+                text: cell.to_owned(),
+            }),
+        }
+    }
+
+    fn add(&mut self, row: &[&str], line: u64) -> Result<(), RecordError> {
+        if let Some(longest) = &mut self.longest {
+            longest.rows += 1;
+        }
+        let has = |role| self.columns.cell(row, role).is_some();
+        let (has_number, has_time) = (has(Role::K), has(Role::T));
+        let k = self.number(row, line, Role::K)?;
+        let time = self.number(row, line, Role::T)?;
+        let (u, y) = (
+            self.number(row, line, Role::U)?,
+            self.number(row, line, Role::Y)?,
+        );
+        let (Some(u), Some(y), true) = (
+            u,
+            y,
+            k.is_some() == has_number && time.is_some() == has_time,
+        ) else {
+            self.longest.as_mut().into_iter().for_each(Longest::end);
+            return Ok(());
+        };
+        let cell = self.columns.cell(row, Role::T).unwrap_or_default();
+        let time = time.map(|time| (cell.to_owned(), time));
+        let row = Row {
+            line,
+            k,
+            time,
+            u,
+            y,
+        };
+        match &mut self.longest {
+            Some(longest) => longest.add(row),
+            None => self
+                .run
+                .add(row)
+                .map_err(|(reason, _)| self.refusal(reason, line))?,
+        }
+        Ok(())
+    }
+
+    fn refusal(&self, reason: Break, line: u64) -> RecordError {
+        match reason {
+            Break::Number(found, expected) => RecordError::Gap {
+                line,
+                column: self.columns.name(Role::K).to_owned(),
+                found,
+                expected,
+            },
+            Break::Time(unequal) => RecordError::Spacing {
+                line: unequal.line,
+                column: self.columns.name(Role::T).to_owned(),
+                found: unequal.found,
+                first: unequal.first,
+            },
+        }
+    }
+}
+
+/// Reads a record from a table. Cells are separated by commas, semicolons, tabs or blanks, and decimals by points or
+/// commas, as its first lines show. The memory used is that of the two columns. A column of times shows that the
+/// samples are equally spaced, up to the rounding of the printed times and a hundredth of the step.
+///
+/// # Errors
+/// [`RecordError`], with line and column.
+pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, RecordError> {
+    let mut lines = Lines::new(from);
+    let first = First::of(&mut lines)?.ok_or(RecordError::Empty)?;
+    let cells: Vec<&str> = first.cells.iter().map(String::as_str).collect();
+    let header = first.is_header.then_some(cells.as_slice());
+    let columns = Columns::find(header, cells.len(), first.line, options)?;
+    let allows_gaps = options.missing == Missing::LongestRun;
+    let mut rows = Rows {
+        columns,
+        dialect: first.dialect,
+        run: Run::new(false),
+        longest: allows_gaps.then(Longest::new),
+    };
+    if !first.is_header {
+        rows.add(&cells, first.line)?;
+    }
+    while let Some((line, text)) = lines.next()? {
+        rows.add(&first.row(line, text)?, line)?;
+    }
+    let Rows {
+        columns,
+        dialect,
+        run,
+        longest,
+    } = rows;
+    let (run, kept) = longest.map_or((run, None), Longest::finish);
+    if run.y.is_empty() {
+        return Err(RecordError::NoSamples);
+    }
+    let marks = [
+        (lines.has_mark, "a byte order mark"),
+        (lines.is_latin, "Latin-1"),
+        (!first.is_header, "no header"),
+    ];
+    let marks = marks
+        .into_iter()
+        .filter_map(|(is, what)| is.then_some(what));
+    let form = dialect
+        .in_words()
+        .into_iter()
+        .chain(marks)
+        .map(str::to_owned);
+    let times = run
+        .times
+        .step()
+        .map(|step| [run.times.first(), step].map(|time| time * columns.unit));
+    Ok(Table {
+        times,
+        form: form.chain(columns.in_words(first.is_header)).collect(),
+        record: Record { u: run.u, y: run.y },
+        kept,
+    })
+}
+
+/// Reads one column of a table with a header line; other columns are ignored.
+///
+/// # Errors
+/// [`RecordError`], with line and column.
+pub fn read_column(from: impl Read, name: &str) -> Result<Vec<f64>, RecordError> {
+    let mut lines = Lines::new(from);
+    let no_column = |line| RecordError::NoColumn {
+        line,
+        column: name.to_owned(),
+    };
+    let first = First::of(&mut lines)?.ok_or_else(|| no_column(1))?;
+    let place = first.cells.iter().position(|cell| cell == name);
+    let place = place.ok_or_else(|| no_column(first.line))?;
+    let mut dialect = first.dialect;
+    let mut samples = Vec::new();
+    while let Some((line, text)) = lines.next()? {
+        let cell = first.row(line, text)?[place];
+        match dialect.number(cell, line, name)? {
+            Number::Known(number) => samples.push(number),
+            Number::Missing => {
+                return Err(RecordError::Missing {
+                    line,
+                    column: name.to_owned(),
+                    text: cell.to_owned(),
+                });
+            }
+        }
+    }
+    if samples.is_empty() {
+        return Err(RecordError::NoSamples);
+    }
+    Ok(samples)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::error::LONGEST_LINE;
+    use super::*;
+
+    fn error(text: &str) -> String {
+        read(text.as_bytes()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_record_survives_writing_and_reading() {
+        let record = Record {
+            u: vec![1.0, -0.1, 1e-300],
+            y: vec![std::f64::consts::PI, -1.0 / 3.0, 12345.678],
+        };
+        let mut text = Vec::new();
+        crate::data::csv::write(&mut text, &["truth".to_owned()], &record.u, &record.y).unwrap();
+        assert_eq!(read(text.as_slice()).unwrap(), record);
+    }
+
+    #[test]
+    fn columns_may_stand_in_any_order_and_k_may_start_anywhere() {
+        let record = read("# a\ny, u ,k\n1,2,7\n# b\n\n3,4,8\r\n".as_bytes()).unwrap();
+        assert_eq!((record.u, record.y), (vec![2.0, 4.0], vec![1.0, 3.0]));
+        let record = read("time,u,y\n0.03,1,2\n0.07,3,4\n0.1,5,6\n".as_bytes()).unwrap();
+        assert_eq!(record.u, [1.0, 3.0, 5.0]);
+        let record = read("\u{feff}u,y\n1,2\n".as_bytes()).unwrap();
+        assert_eq!(record.y, [2.0]);
+    }
+
+    #[test]
+    fn one_column_of_any_table() {
+        let table = "# a\nt, in ,out\n0,1,x\n\n1,-2.5,y\n";
+        let column = |name: &str| read_column(table.as_bytes(), name);
+        assert_eq!(column("in").unwrap(), [1.0, -2.5]);
+        for (text, message) in [
+            ("", "line 1: no column 'u'; the header line must name it"),
+            (
+                "1,2\n",
+                "line 1: no column 'u'; the header line must name it",
+            ),
+            ("y,u\n", "no samples after the header"),
+            ("y,u\n1\n", "line 2: 1 cells, but the header has 2"),
+            (
+                "y,u\n1,nan\n",
+                "line 2, column u: a sample is missing ('nan')",
+            ),
+        ] {
+            assert_eq!(
+                read_column(text.as_bytes(), "u").unwrap_err().to_string(),
+                message
+            );
+        }
+    }
+
+    #[test]
+    fn refusals_name_line_and_column() {
+        assert!(error("").starts_with("the file is empty"));
+        assert!(error("# only\n").starts_with("the file is empty"));
+        assert!(error("1,2\n3,4\n").starts_with("line 1: no header"));
+        assert!(error("# c\nu,z\n1,2\n").starts_with("line 2: unknown column 'z'"));
+        assert!(error("u,u,y\n").starts_with("line 1: column 'u' appears twice"));
+        assert!(error("k,y\n").starts_with("line 1: no column 'u'"));
+        assert!(error("u,y\n").starts_with("no samples"));
+        for last in ["0.4", "0.2", "0.1"] {
+            let message = error(&format!("t,u,y\n0,1,2\n0.1,1,2\n0.2,1,3\n{last},1,2\n"));
+            assert!(
+                message.starts_with("line 5, column t: a step of "),
+                "{message}"
+            );
+        }
+        assert!(error("t,time,u,y\n").starts_with("line 1: column 't' appears twice"));
+        let long = "\0".repeat(LONGEST_LINE as usize + 1);
+        assert!(error(&format!("u,y\n{long}")).starts_with("line 2: longer than"));
+        assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cells, but the header has 2"));
+        for cell in ["abc", "inf", "-infinity", "1e999", "1.234.5"] {
+            let message = error(&format!("# c\nu,y\n1,2\n3,{cell}\n"));
+            assert_eq!(
+                message,
+                format!("line 4, column y: '{cell}' is not a finite number")
+            );
+        }
+        assert!(
+            error("k,u,y\n0,1,1\n2,1,1\n").starts_with("line 3, column k: found 2, expected 1")
+        );
+    }
+    /// Reads with options; u, y and what was recognised.
+    fn table(text: &[u8], options: &ReadOptions) -> (Vec<f64>, Vec<f64>, String) {
+        let table = read_table(text, options).unwrap();
+        (table.record.u, table.record.y, table.form.join(", "))
+    }
+
+    fn chosen(input: &str, output: &str) -> ReadOptions {
+        ReadOptions {
+            input: Some(input.to_owned()),
+            output: Some(output.to_owned()),
+            ..ReadOptions::default()
+        }
+    }
+
+    /// The same two rows as programs of several countries write them.
+    #[test]
+    fn separators_and_decimals_are_recognised() {
+        let plain = ReadOptions::default();
+        for (text, form) in [
+            ("u,y\n1.5,2\n-3,0.25\n", ""),
+            (
+                "u;y\n1,5;2\n-3;0,25\n",
+                "separated by semicolons, decimal commas",
+            ),
+            ("u;y;\r\n1.5;2;\r\n-3;0.25;\r\n", "separated by semicolons"),
+            (
+                "sep=;\nu;y\n1,5;2\n-3;0,25\n",
+                "separated by semicolons, decimal commas",
+            ),
+            (
+                "u\ty\n1,5\t2\n-3\t0,25\n",
+                "separated by tabs, decimal commas",
+            ),
+            ("  u   y\n 1.5 2\n-3 2.5e-1\n", "separated by blanks"),
+            (
+                "\"u\",\"y\"\n\"1,5\",\"2\"\n\"-3\",\"0,25\"\n",
+                "decimal commas",
+            ),
+            ("\u{feff}u,y\n1.5,2\n-3,0.25\n", "a byte order mark"),
+            (
+                "in,Output\n1.5,2\n-3,0.25\n",
+                "u is column 'in', y is column 'Output'",
+            ),
+            (
+                "U [V];Y (K)\n1.5;2\n-3;0.25\n",
+                "separated by semicolons, u is column 'U [V]', y is column 'Y (K)'",
+            ),
+        ] {
+            let read = table(text.as_bytes(), &plain);
+            assert_eq!(
+                read,
+                (vec![1.5, -3.0], vec![2.0, 0.25], form.to_owned()),
+                "{text}"
+            );
+        }
+        let latin = b"u;Druck;y \xb0C\n1;7;2\n";
+        assert_eq!(
+            table(latin, &chosen("u", "3")).2,
+            "separated by semicolons, Latin-1, y is column 'y \u{b0}C'"
+        );
+        let mixed = "u;y\n1,5;2\n3.5;2\n";
+        assert_eq!(
+            error(mixed),
+            "line 3, column u: '3.5', but earlier numbers have decimal commas"
+        );
+        let ambiguous = error("u,y\n1,5,2,5\n");
+        assert!(
+            ambiguous
+                .starts_with("line 2: 4 cells, but the header has 2; numbers with decimal commas")
+        );
+        assert!(error("u;y\n1.234,5;2\n").starts_with("line 2, column u: '1.234,5' is not"));
+        let utf16 = read([0xff, 0xfe, b'u', 0].as_slice())
+            .unwrap_err()
+            .to_string();
+        assert!(utf16.starts_with("line 1: the text is in UTF-16"));
+    }
+
+    #[test]
+    fn columns_are_chosen_by_name_or_number() {
+        let text = "time [ms],valve,flow,temp\n0,1,2,3\n10,4,5,6\n20,7,8,9\n";
+        let read = read_table(text.as_bytes(), &chosen("valve", "4")).unwrap();
+        assert_eq!(
+            (read.record.u, read.record.y),
+            (vec![1.0, 4.0, 7.0], vec![3.0, 6.0, 9.0])
+        );
+        assert_eq!(read.times, Some([0.0, 0.01]));
+        // Without a header, by number alone.
+        let bare = chosen("2", "1");
+        assert_eq!(
+            table(b"1 2\n3 4\n", &bare),
+            (
+                vec![2.0, 4.0],
+                vec![1.0, 3.0],
+                "separated by blanks, no header, u is column 2, y is column 1".to_owned()
+            )
+        );
+        for (text, options, message) in [
+            (
+                "a,b\n1,2\n",
+                chosen("a", "c"),
+                "line 1: no column 'c' among 'a', 'b'; expected one of these, or its number from 1",
+            ),
+            (
+                "a,b\n1,2\n",
+                chosen("a", "1"),
+                "line 1: column 'a' is chosen as input and as output",
+            ),
+            (
+                "a,a\n1,2\n",
+                chosen("a", "2"),
+                "line 1: several columns are named 'a'; expected a column's number, from 1",
+            ),
+            (
+                "1,2\n",
+                chosen("u", "2"),
+                "line 1: no header, so no column 'u'; expected its number, 1 to 2",
+            ),
+            (
+                "u,y,t (d)\n1,2,3\n",
+                chosen("u", "y"),
+                "line 1: the unit of column 't (d)' is unknown; expected s, ms, us, min or h",
+            ),
+        ] {
+            assert_eq!(
+                read_table(text.as_bytes(), &options)
+                    .unwrap_err()
+                    .to_string(),
+                message
+            );
+        }
+        // A column that is no time, although its name says so.
+        let none = ReadOptions {
+            time: Some("none".to_owned()),
+            ..chosen("u", "y")
+        };
+        assert_eq!(
+            table(b"t,u,y\n0,1,2\n7,3,4\n9,5,6\n", &none).0,
+            [1.0, 3.0, 5.0]
+        );
+    }
+
+    #[test]
+    fn the_longest_run_without_a_gap() {
+        let longest = ReadOptions {
+            missing: Missing::LongestRun,
+            ..ReadOptions::default()
+        };
+        let kept = |text: &str| {
+            let table = read_table(text.as_bytes(), &longest).unwrap();
+            let lines = table.kept.map(|kept| (kept.lines, kept.rows, kept.parts));
+            (table.record.u, lines, table.times)
+        };
+        let run = |u: [f64; 3], lines, rows, parts| (u.to_vec(), Some((lines, rows, parts)), None);
+        let text = "u,y\n1,1\n2,\n3,1\nNaN,1\n5,1\n6,1\n7,1\n8,NA\n";
+        assert_eq!(error(text), "line 3, column y: a sample is missing ('')");
+        assert_eq!(kept(text), run([5.0, 6.0, 7.0], [6, 8], 8, 3));
+        let text = "k,u,y\n0,1,1\n1,2,1\n4,5,1\n5,6,1\n6,7,1\n";
+        assert_eq!(kept(text), run([5.0, 6.0, 7.0], [4, 6], 5, 2));
+        // The step that differs is the first one of the part before.
+        let text = "t,u,y\n0,1,1\n0.1,2,1\n0.3,5,1\n0.4,6,1\n0.5,7,1\n";
+        let (u, lines, times) = kept(text);
+        assert_eq!((u, lines), (vec![5.0, 6.0, 7.0], Some(([4, 6], 5, 2))));
+        let [start, step] = times.unwrap();
+        assert!(start == 0.3 && (step - 0.1).abs() < 1e-15);
+        assert_eq!(kept("u,y\n1,1\n2,1\n").1, None);
+    }
+}

@@ -1,0 +1,168 @@
+//! Rows without a gap between them: the whole table, or its longest run.
+
+use super::times::{Times, Unequal};
+use std::collections::VecDeque;
+
+/// The columns of a row that are used.
+#[derive(Clone, Debug)]
+pub(super) struct Row {
+    pub(super) line: u64,
+    pub(super) k: Option<f64>,
+    /// The time as it is printed and as a number.
+    pub(super) time: Option<(String, f64)>,
+    pub(super) u: f64,
+    pub(super) y: f64,
+}
+
+/// Why a row does not continue the run before it.
+pub(super) enum Break {
+    /// The k found and the k expected.
+    Number(f64, f64),
+    Time(Unequal),
+}
+
+/// Consecutive rows at equal steps.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    pub(super) u: Vec<f64>,
+    pub(super) y: Vec<f64>,
+    pub(super) times: Times,
+    next: Option<f64>,
+    lines: [u64; 2],
+    /// The rows, if the run may have to be divided before one of them.
+    rows: Option<Vec<Row>>,
+}
+
+impl Run {
+    /// Begins a run. One that may be divided keeps its rows.
+    pub(super) fn new(divisible: bool) -> Self {
+        Self {
+            u: Vec::new(),
+            y: Vec::new(),
+            times: Times::new(),
+            next: None,
+            lines: [0; 2],
+            rows: divisible.then(Vec::new),
+        }
+    }
+
+    /// Adds a row, if it continues the run.
+    pub(super) fn add(&mut self, row: Row) -> Result<(), (Break, Row)> {
+        if let (Some(found), Some(expected)) = (row.k, self.next)
+            && found != expected
+        {
+            return Err((Break::Number(found, expected), row));
+        }
+        if let Some((cell, time)) = &row.time
+            && let Err(unequal) = self.times.add(cell, *time, row.line)
+        {
+            return Err((Break::Time(unequal), row));
+        }
+        self.next = row.k.map(|k| k + 1.0);
+        if self.u.is_empty() {
+            self.lines[0] = row.line;
+        }
+        self.lines[1] = row.line;
+        self.u.push(row.u);
+        self.y.push(row.y);
+        if let Some(rows) = &mut self.rows
+            && row.time.is_some()
+        {
+            rows.push(row);
+        }
+        Ok(())
+    }
+
+    /// Removes the rows from a line on, and returns them.
+    fn divide(&mut self, line: u64) -> Vec<Row> {
+        let rows = self.rows.as_mut();
+        let tail = rows.map_or_else(Vec::new, |rows| {
+            let at = rows.partition_point(|row| row.line < line);
+            rows.split_off(at)
+        });
+        let left = self.u.len() - tail.len();
+        self.u.truncate(left);
+        self.y.truncate(left);
+        self.times = Times::new();
+        for row in self.rows.iter().flatten() {
+            self.lines[1] = row.line;
+            if let Some((cell, time)) = &row.time {
+                // These were equal steps already.
+                let _ = self.times.add(cell, *time, row.line);
+            }
+        }
+        tail
+    }
+}
+
+/// The part of a table that was kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// Its first and last line.
+    pub lines: [u64; 2],
+    /// Rows of the table, those with missing samples included.
+    pub rows: usize,
+    /// Parts without a gap.
+    pub parts: usize,
+}
+
+/// The longest run of a table.
+pub(super) struct Longest {
+    run: Run,
+    best: Run,
+    parts: usize,
+    pub(super) rows: usize,
+}
+
+impl Longest {
+    pub(super) fn new() -> Self {
+        Self {
+            run: Run::new(true),
+            best: Run::new(true),
+            parts: 0,
+            rows: 0,
+        }
+    }
+
+    /// Adds a row, to the run before it or to a new one.
+    pub(super) fn add(&mut self, row: Row) {
+        let mut queue = VecDeque::from([row]);
+        while let Some(row) = queue.pop_front() {
+            let Err((reason, row)) = self.run.add(row) else {
+                continue;
+            };
+            let mut tail = match reason {
+                Break::Number(..) => Vec::new(),
+                // The step that differs may have been before this row.
+                Break::Time(unequal) => self.run.divide(unequal.line),
+            };
+            self.end();
+            tail.push(row);
+            tail.into_iter().rev().for_each(|row| queue.push_front(row));
+        }
+    }
+
+    /// Ends the run.
+    pub(super) fn end(&mut self) {
+        let run = std::mem::replace(&mut self.run, Run::new(true));
+        if run.u.is_empty() {
+            return;
+        }
+        self.parts += 1;
+        if run.u.len() > self.best.u.len() {
+            self.best = run;
+        }
+    }
+
+    /// Returns the longest run, the first one of several, and what it is a part of; `None` of a table without gaps.
+    pub(super) fn finish(mut self) -> (Run, Option<Kept>) {
+        self.end();
+        let kept = Kept {
+            lines: self.best.lines,
+            rows: self.rows,
+            parts: self.parts,
+        };
+        let is_part = self.best.u.len() < self.rows;
+        (self.best, is_part.then_some(kept))
+    }
+}

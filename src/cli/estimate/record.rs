@@ -1,0 +1,94 @@
+//! Reads the user's records, and says what was recognised in them.
+
+use super::arguments::RecordArguments;
+use super::report::Clock;
+use crate::cli::error::Error;
+use crate::cli::output::note;
+use crate::data::csv::{Kept, ReadOptions, Record, RecordError, Table, read_table};
+use crate::files::{self, Kind};
+use std::path::Path;
+
+/// A record as it is used, and what was recognised in its file.
+pub(super) struct Recognised {
+    pub(super) record: Record,
+    /// The times of the samples, if a column has them.
+    pub(super) clock: Option<Clock>,
+    /// The form of the file and the names of its columns, where they are not the plain ones.
+    pub(super) form: Vec<String>,
+}
+
+/// Reads a record without the samples that `--skip` leaves out, and prints a line on what is not plain.
+pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognised, Error> {
+    let file = path.display();
+    let bad = |message: String| Error::Input(format!("{file}: {message}"));
+    let options = ReadOptions {
+        input: arguments.input.clone(),
+        output: arguments.output.clone(),
+        time: arguments.time.clone(),
+        missing: arguments.missing,
+    };
+    let from = files::open_named(path, Kind::Record).map_err(|error| bad(error.to_string()))?;
+    let table = read_table(from, &options);
+    let table = table.map_err(|error| bad(format!("{error}{}", ways_on(&error))))?;
+    let Table {
+        mut record,
+        times,
+        mut form,
+        kept,
+    } = table;
+    form.extend(kept.map(|kept| part(kept, record.y.len())));
+    if !form.is_empty() {
+        note(&format!("{file}: {}", form.join(", ")));
+    }
+    let (skip, samples) = (arguments.skip, record.y.len());
+    if skip >= samples {
+        return Err(Error::Input(format!(
+            "--skip: {skip} leaves none of the {samples} samples of {file}"
+        )));
+    }
+    record.u.drain(..skip);
+    record.y.drain(..skip);
+    let clock = times.map(|[first, step]| Clock {
+        start: first + skip as f64 * step,
+        step,
+    });
+    Ok(Recognised {
+        record,
+        clock,
+        form,
+    })
+}
+
+/// Describes the part of a table that is the record.
+fn part(kept: Kept, samples: usize) -> String {
+    let Kept { lines, rows, parts } = kept;
+    format!(
+        "the longest run of {parts} without a gap: {samples} of {rows} rows, lines {} to {}",
+        lines[0], lines[1]
+    )
+}
+
+/// Returns what the user may do about a record that is refused.
+fn ways_on(error: &RecordError) -> &'static str {
+    match error {
+        RecordError::NoHeader(_)
+        | RecordError::UnknownColumn { .. }
+        | RecordError::MissingColumn { .. } => {
+            "; or --input and --output with a column's name or number"
+        }
+        RecordError::RepeatedColumn { .. } => {
+            "; --input, --output and --time choose one by its number"
+        }
+        RecordError::Missing { .. } | RecordError::Gap { .. } => {
+            "; --missing longest-run takes the longest part without a gap"
+        }
+        RecordError::Spacing { .. } => {
+            "; resample it, take the longest part at equal steps by --missing longest-run, or say --time none if the \
+             column does not tell when samples were taken"
+        }
+        RecordError::NotThere { column, .. } if column == "fixed" || column == "spectrum" => {
+            "; what the trials of study-from have is --trial-input"
+        }
+        _ => "",
+    }
+}

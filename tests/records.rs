@@ -1,0 +1,350 @@
+//! Records as people have them: what `asobench estimate` prints of each.
+//!
+//! The plant is of second order: natural frequency 10 rad/s, damping 0.2, sampled every 0.05 s.
+
+use std::fmt::Write as _;
+use std::process::{Command, Output};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
+const STEP: f64 = 0.05;
+const SAMPLES: usize = 60;
+
+/// `z^2 + a_1 z + a_2` with the roots `exp(s T)`, `s = -2 + 10 sqrt(0.96) i`.
+fn denominator() -> [f64; 2] {
+    let (decay, turn) = (-2.0 * STEP, 10.0 * f64::sqrt(0.96) * STEP);
+    [-2.0 * decay.exp() * turn.cos(), (2.0 * decay).exp()]
+}
+
+/// u and y with six decimals, which is all their noise.
+fn samples() -> Vec<[String; 2]> {
+    let [a_1, a_2] = denominator();
+    let mut seed = 1_u64;
+    let (mut u, mut y) = ([0.0; 2], [0.0; 2]);
+    let rows = (0..SAMPLES).map(|_| {
+        seed = seed
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        let now = ((seed >> 40) as f64 / 1e6).sin();
+        let next = -a_1 * y[0] - a_2 * y[1] + 0.5 * u[0] + 0.25 * u[1];
+        (u, y) = ([now, u[0]], [next, y[0]]);
+        [format!("{now:.6}"), format!("{next:.6}")]
+    });
+    rows.collect()
+}
+
+/// A table with a header, of rows made from the number of a sample, u and y.
+fn table(header: &str, row: impl Fn(usize, &str, &str) -> String) -> String {
+    let samples = samples();
+    let rows = samples
+        .iter()
+        .enumerate()
+        .map(|(k, [u, y])| row(k, u, y) + "\n");
+    format!("{header}{}", rows.collect::<String>())
+}
+
+/// A table with times that pass `step(k)` seconds before sample k.
+fn timed(step: impl Fn(usize) -> f64) -> String {
+    let mut t = 0.0;
+    let times = (0..SAMPLES).map(|k| {
+        if k > 0 {
+            t += step(k);
+        }
+        format!("{t:.4}")
+    });
+    let times: Vec<String> = times.collect();
+    table("t,u,y\n", |k, u, y| format!("{},{u},{y}", times[k]))
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("UTF-8")
+}
+
+fn comma(number: &str) -> String {
+    number.replace('.', ",")
+}
+
+fn run(command: &str, text: &[u8], flags: &[&str]) -> Output {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("my.csv"), text).expect("a file");
+    std::fs::write(
+        folder.path().join("other.csv"),
+        table("u,y\n", |_, u, y| format!("{u},{y}")),
+    )
+    .expect("a file");
+    let mut program = Command::new(PROGRAM);
+    program
+        .current_dir(folder.path())
+        .args([command, "my.csv", "--estimator", "arx"]);
+    program.args(flags).output().expect("the program")
+}
+
+/// What is printed of a record: errors and warnings, the head, the equation, and the lines on its time.
+fn printed(text: &[u8], flags: &[&str]) -> String {
+    let mut all = vec!["--order", "2"];
+    all.extend(flags);
+    let output = run("estimate", text, &all);
+    let mut shown = format!("$ asobench estimate my.csv {}\n", flags.join(" "));
+    shown += &stderr(&output);
+    let out = String::from_utf8(output.stdout).expect("UTF-8");
+    let head = out.lines().take_while(|line| !line.is_empty());
+    let of_model = out.lines().filter(|line| {
+        ["y(k) =", "  frequencies", " damping "]
+            .iter()
+            .any(|part| line.contains(part))
+    });
+    for line in head.chain(of_model) {
+        let _ = writeln!(shown, "{line}");
+    }
+    let _ = writeln!(shown, "exit code {}", output.status.code().unwrap_or(-1));
+    shown
+}
+
+/// Fourteen records, refused or taken; each that is taken has the plant's equation.
+#[test]
+fn fourteen_records() {
+    let plain = table("u,y\n", |_, u, y| format!("{u},{y}"));
+    let columns = |header: &str| {
+        table(header, |k, u, y| {
+            format!("{},{u},{y},{}", k + 7, 20 + k % 3)
+        })
+    };
+    let european = table("\u{feff}sep=;\r\nZeit [s];Ventil;Druck\r\n", |k, u, y| {
+        format!(
+            "{};{};{}\r",
+            comma(&format!("{:.2}", k as f64 * STEP)),
+            comma(u),
+            comma(y)
+        )
+    });
+    let gaps = |k: usize, y: &str| {
+        if k == 9 || k == 45 {
+            String::new()
+        } else {
+            y.to_owned()
+        }
+    };
+    let gaps = table("u;y\n", |k, u, y| format!("{u};{}", gaps(k, y)));
+    let lost = table("t,u,y\n", |k, u, y| {
+        let t = STEP * (k + usize::from(k >= 20)) as f64;
+        format!("{t:.2},{u},{y}")
+    });
+    let constant = table("u,y\n", |_, _, y| format!("1,{y}"));
+    let bare = table("", |_, u, y| format!("  {u}   {y}"));
+    let records: [(&str, String, &[&str]); 14] = [
+        (
+            "semicolons, decimal commas, byte order mark, names",
+            european,
+            &["--input", "Ventil", "--output", "Druck", "--time", "1"],
+        ),
+        ("tabs", table("U\tY\n", |_, u, y| format!("{u}\t{y}")), &[]),
+        ("blanks, no header", bare.clone(), &[]),
+        (
+            "blanks, no header, by number",
+            bare,
+            &["--input", "1", "--output", "2"],
+        ),
+        (
+            "commas for everything",
+            table("u,y\n", |_, u, y| format!("{},{}", comma(u), comma(y))),
+            &[],
+        ),
+        ("further columns", columns("n,in,out,temp\n"), &[]),
+        (
+            "further columns, chosen",
+            columns("n,in,out,temp\n"),
+            &["--input", "in", "--output", "3"],
+        ),
+        (
+            "a time column in seconds",
+            timed(|_| STEP),
+            &["--skip", "5", "--hz"],
+        ),
+        (
+            "one longer step",
+            timed(|k| if k == 30 { 0.075 } else { STEP }),
+            &[],
+        ),
+        (
+            "jitter",
+            timed(|k| STEP * (1.0 + 0.12 * (k as f64).sin())),
+            &[],
+        ),
+        (
+            "a step that changes halfway",
+            timed(|k| if k < 30 { STEP } else { 0.1 }),
+            &[],
+        ),
+        ("missing samples", gaps.clone(), &[]),
+        (
+            "missing samples, the longest run",
+            gaps,
+            &["--missing", "longest-run", "--ts", "0.05"],
+        ),
+        ("constant input", constant, &[]),
+    ];
+    let mut shown = String::new();
+    for (name, text, flags) in &records {
+        let _ = writeln!(shown, "# {name}\n{}", printed(text.as_bytes(), flags));
+    }
+    insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
+        insta::assert_snapshot!("records", shown);
+    });
+    // One sample that was lost, not one that is missing.
+    let lost_sample = printed(lost.as_bytes(), &[]);
+    assert!(
+        lost_sample.contains("line 22, column t: a step of 0.1"),
+        "{lost_sample}"
+    );
+    let kept = printed(lost.as_bytes(), &["--missing", "longest-run"]);
+    assert!(kept.contains("40 of 60 rows, lines 22 to 61"), "{kept}");
+    assert!(printed(plain.as_bytes(), &[]).contains("window 60 of 60"));
+}
+
+fn json(text: &str, flags: &[&str]) -> serde_json::Value {
+    let output = run(
+        "estimate",
+        text.as_bytes(),
+        &[flags, &["--order", "2", "--format", "json"]].concat(),
+    );
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+/// Natural frequency, damping and time constant are the plant's, by `--ts` and by a column in milliseconds.
+#[test]
+fn poles_in_seconds() {
+    let milliseconds = table("t [ms],u,y\n", |k, u, y| format!("{},{u},{y}", 50 * k));
+    let plain = table("u,y\n", |_, u, y| format!("{u},{y}"));
+    for (text, flags) in [(&milliseconds, &[][..]), (&plain, &["--ts", "0.05"])] {
+        let report = json(text, flags);
+        assert_eq!(report["sampling_time"], 0.05);
+        let modes = report["estimates"][0]["modes"].as_array().expect("modes");
+        let [mode] = modes.as_slice() else {
+            panic!("{modes:?}")
+        };
+        // Rounding to six decimals makes the error.
+        for (key, truth) in [
+            ("frequency", 10.0),
+            ("damping", 0.2),
+            ("time_constant", 0.5),
+        ] {
+            let found = mode[key].as_f64().expect("a number");
+            assert!((found / truth - 1.0).abs() < 1e-4, "{key}: {found}");
+        }
+    }
+    assert!(json(&plain, &[])["estimates"][0]["modes"].is_null());
+    for (flags, parts) in [
+        (
+            &["--hz"][..],
+            "--hz: the time between samples is not known; expected --ts SECONDS",
+        ),
+        (&["--ts", "-1"], "expected a number of seconds above 0"),
+        (
+            &["--skip", "60"],
+            "--skip: 60 leaves none of the 60 samples of my.csv",
+        ),
+    ] {
+        let all = [flags, &["--order", "2"]].concat();
+        let output = run("estimate", plain.as_bytes(), &all);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(parts), "{}", stderr(&output));
+    }
+    let all = ["--order", "2", "--ts", "0.1"];
+    let output = run("estimate", milliseconds.as_bytes(), &all);
+    assert!(stderr(&output).contains("--ts 0.1: the column of times has steps of 0.05"));
+}
+
+/// A record is described as well by its own model as a second one of the same plant, from its own initial state, and
+/// a shift of both columns is taken out by the same means.
+#[test]
+fn validation_on_a_second_record() {
+    let plain = table("u,y\n", |_, u, y| format!("{u},{y}"));
+    let late = plain.lines().skip(20).collect::<Vec<_>>().join("\n");
+    let late = format!("u,y\n{late}\n");
+    let report = json(&late, &["--validate", "other.csv"]);
+    assert_eq!(report["validation"], "other.csv");
+    for kind in ["simulated", "one_step"] {
+        let fit = report["estimates"][0]["fit_percent"]["validation"][kind]
+            .as_f64()
+            .expect("a number");
+        assert!(fit > 99.99 && fit <= 100.0, "{kind} {fit}");
+    }
+    let all = [
+        "--order",
+        "2",
+        "--detrend",
+        "linear",
+        "--validate",
+        "other.csv",
+    ];
+    let output = run("estimate", plain.as_bytes(), &all);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output)
+            .contains("--validate: the straight line of one record is not that of another")
+    );
+}
+
+/// `--initial` is one flag for both keys, and the old name of one of them is understood.
+#[test]
+fn one_name_for_the_start() {
+    let plain = table("u,y\n", |_, u, y| format!("{u},{y}"));
+    let options = |flags: &[&str]| {
+        let report = json(&plain, flags);
+        let estimates = report["estimates"].as_array().expect("estimates").clone();
+        let options = |i: usize, key: &str| estimates[i]["options"][key].clone();
+        [options(0, "initial_state"), options(1, "initial")]
+    };
+    for (flags, expected) in [
+        (&["--estimator", "oe"][..], ["estimate", "zero"]),
+        (
+            &["--estimator", "oe", "--initial", "zero"],
+            ["zero", "zero"],
+        ),
+        (
+            &["--estimator", "oe", "--initial", "estimate"],
+            ["estimate", "estimate"],
+        ),
+        (
+            &["--estimator", "oe", "--initial-state", "estimate"],
+            ["estimate", "estimate"],
+        ),
+    ] {
+        assert_eq!(
+            options(flags),
+            expected.map(serde_json::Value::from),
+            "{flags:?}"
+        );
+    }
+}
+
+/// `study-from` reads the same tables, and its trials have the columns that were chosen.
+#[test]
+fn a_study_from_a_european_table() {
+    let text = table("Zeit (s);Ventil;Druck\n", |k, u, y| {
+        // Noise of a size that its methods can estimate.
+        let y = y.parse::<f64>().expect("a number") + 1e-2 * ((k * k % 17) as f64 - 8.0);
+        format!(
+            "{};{};{}",
+            comma(&format!("{:.2}", k as f64 * STEP)),
+            comma(u),
+            comma(&format!("{y:.6}"))
+        )
+    });
+    let flags = [
+        "--order",
+        "2",
+        "--input",
+        "2",
+        "--output",
+        "Druck",
+        "--open-loop",
+        "--out",
+        "mine.toml",
+    ];
+    let output = run("study-from", text.as_bytes(), &flags);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).starts_with(
+        "my.csv: separated by semicolons, decimal commas, u is column 'Ventil', y is column 'Druck'"
+    ));
+}
