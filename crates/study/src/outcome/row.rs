@@ -9,7 +9,7 @@ use std::ops::{Index, IndexMut};
 pub struct Row {
     /// The trial's index.
     pub trial: u64,
-    /// The output's index in [`super::Experiment::outputs`].
+    /// The output's index in [`crate::design::experiment::Experiment::outputs`].
     pub output: usize,
     /// The failure that stopped the pass, if any.
     pub failure: Option<Failure>,
