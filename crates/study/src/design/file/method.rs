@@ -369,9 +369,14 @@ impl MethodTable {
         output.map_or(name, |output| output.estimator)
     }
 
-    /// Returns the labels of the outputs of a table from [`Self::expand`] that is no program.
+    /// Returns the labels of the outputs that a table from [`Self::expand`] that is no program reports.
     pub(crate) fn labels(&self) -> Vec<String> {
-        self.outputs().iter().map(Output::label).collect()
+        let outputs = self.outputs();
+        let reported = outputs.iter().filter(|output| match &self.report {
+            None => true,
+            Some(passes) => passes.contains(&output.pass),
+        });
+        reported.map(Output::label).collect()
     }
 
     fn outputs(&self) -> Vec<Output> {

@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     const TWO: &str = "compare = [[\"iv(4)\", \"ls\"]]\n\
-        [[methods]]\nestimator = \"ls\"\n[[methods]]\nestimator = \"iv\"\npasses = [1, 4]\nname = \"iv\"\n\
+        [[methods]]\nestimator = \"ls\"\n[[methods]]\nestimator = \"iv\"\nreport = [1, 4]\nname = \"iv\"\n\
         [[claims]]\nid = \"A\"\ntest = { value = \"e_a\", of = \"ls\", below = 1 }\n\
         [[claims]]\nid = \"B\"\ntest = { ratio = \"e_a\", of = \"iv(4)\", to = \"ls\", below = 1 }\n";
 
@@ -140,7 +140,7 @@ mod tests {
         let (file, left_out) = only(&["ls", "iv"]).unwrap();
         assert_eq!(
             (file.methods.len(), file.claims.len(), left_out.len()),
-            (3, 2, 0)
+            (2, 2, 0)
         );
     }
 
