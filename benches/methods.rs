@@ -1,5 +1,5 @@
-//! Every estimator on one record: orders 2, 4, 6, windows of 98, 998, 5000 samples, and the record of W98. The records are
-//! written to `target/records` for `benches/peers/methods.py`.
+//! Every estimator on one record: orders 2, 4, 6, windows of 98, 998, 5000 samples, and the record of W98. The records
+//! are written to `target/records` for `benches/peers/methods.py`.
 //!
 //! The plants have the first n of the poles 0.8, -0.7, 0.5, -0.4, 0.2, -0.2, and white output noise of a tenth of the
 //! output's size. Every method has n coefficients for each of its polynomials (one for C and D).

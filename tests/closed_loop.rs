@@ -309,9 +309,9 @@ fn state_feedback_closes_the_loop_at_the_first_sample() {
     assert_eq!((again.u, again.y), (record.u, record.y));
 }
 
-/// What the loop feeds back, by a plain simulation of the same trial: the pilot's record is that of the open loop, whose
-/// model is the plant or least squares on the pilot's samples; the dead-beat gain of order 2 is (a_2, a_1 + a_2^2).
-/// Errors of the state that is fed back are those of a trial's row.
+/// What the loop feeds back, by a plain simulation of the same trial: the pilot's record is that of the open loop,
+/// whose model is the plant or least squares on the pilot's samples; the dead-beat gain of order 2 is (a_2, a_1 +
+/// a_2^2). Errors of the state that is fed back are those of a trial's row.
 #[test]
 fn the_state_that_is_fed_back_is_scored() {
     const PILOT: usize = 50;

@@ -132,8 +132,8 @@ fn json(path: &Path) -> Value {
     serde_json::from_slice(&text).expect("JSON")
 }
 
-/// The files of a folder of results that must have the same bytes: all but the lock, and blocks where the study keeps its
-/// trials, which stay where they are.
+/// The files of a folder of results that must have the same bytes: all but the lock, and blocks where the study keeps
+/// its trials, which stay where they are.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(folder).expect("a folder") {

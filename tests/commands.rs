@@ -191,7 +191,8 @@ fn a_continuous_study_begins_with_a_template() {
     );
 }
 
-/// Text, JSON and page have the same numbers, in the unit of the file where doubles hold their squares. 2^-166 is 1.07e-50.
+/// Text, JSON and page have the same numbers, in the unit of the file where doubles hold their squares. 2^-166 is
+/// 1.07e-50.
 fn tells_results_in_the_unit_of_the_file(path: &Path, estimate: &dyn Fn(f64) -> Output) {
     let told = |power: i32| {
         let output = estimate(2.0_f64.powi(power));

@@ -1,5 +1,6 @@
-//! Estimators of a consistent structure on long records: within four of their own standard errors of the truth; subspace
-//! methods, which have none, nearer to it the longer the record; recovery without noise; failures of short records.
+//! Estimators of a consistent structure on long records: within four of their own standard errors of the truth;
+//! subspace methods, which have none, nearer to it the longer the record; recovery without noise; failures of short
+//! records.
 
 use asobench::estimator::{EstimatorName, FailureKind, MethodOptions, Pass, Shape, Window};
 use asobench::model::LinearModel;
@@ -181,8 +182,9 @@ fn plants_are_recovered_without_noise() {
     }
 }
 
-/// Short records of a plant under heavy noise. Reflected iterations have a model in each, with the kind "iteration-limit"
-/// where they did not converge; without reflection each end of an iteration is reached, and none is a panic.
+/// Short records of a plant under heavy noise. Reflected iterations have a model in each, with the kind
+/// "iteration-limit" where they did not converge; without reflection each end of an iteration is reached, and none is a
+/// panic.
 #[test]
 fn failures_of_iterations_are_typed() {
     let truth = truth("nb=2,nf=2", &[1.0, 0.5, -1.5, 0.7]);

@@ -127,8 +127,8 @@ fn as_printed_stage_ten_does_not_estimate() {
     }
 }
 
-/// E6: nothing is halved, so N - n may be odd, and any N from 3n on gives the plant without noise, with every solver but
-/// `dual`, whose matrix has rank 2n of N - n.
+/// E6: nothing is halved, so N - n may be odd, and any N from 3n on gives the plant without noise, with every solver
+/// but `dual`, whose matrix has rank 2n of N - n.
 #[test]
 fn any_window_from_3n_on_serves() {
     for solver in Solver::ALL.iter().filter(|solver| **solver != Solver::Dual) {

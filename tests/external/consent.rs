@@ -83,8 +83,8 @@ fn no_command_starts_a_program_by_itself() {
     assert!(text(&replay.stdout).contains("bit for bit") && started());
 }
 
-/// Results are of a program that says the same version: a run that finds them says so. Their manifest runs the program in
-/// the current folder, as `replay` does.
+/// Results are of a program that says the same version: a run that finds them says so. Their manifest runs the program
+/// in the current folder, as `replay` does.
 #[test]
 fn results_that_are_there_are_not_computed_again() {
     if !runs(&["python3", "-c", "1"]) {

@@ -50,8 +50,8 @@ impl Uniform {
     }
 }
 
-/// One step of the Gauss-Legendre method of order 6 (Hairer, Norsett, Wanner, Solving ODEs I, table II.7.4), its stages by
-/// fixed-point iteration.
+/// One step of the Gauss-Legendre method of order 6 (Hairer, Norsett, Wanner, Solving ODEs I, table II.7.4), its stages
+/// by fixed-point iteration.
 pub fn gauss_legendre(f: &impl Fn(f64, &[f64]) -> Vec<f64>, t: f64, y: &mut [f64], h: f64) {
     let r = 15_f64.sqrt();
     let nodes = [0.5 - r / 10.0, 0.5, 0.5 + r / 10.0];

@@ -175,8 +175,8 @@ fn order_is_kept_across_switches() {
     }
 }
 
-/// delta = 0: the error of the gradient is e^(-gamma int Delta^2) times the initial one, with the integral by Boole's rule
-/// from Delta as it is visited.
+/// delta = 0: the error of the gradient is e^(-gamma int Delta^2) times the initial one, with the integral by Boole's
+/// rule from Delta as it is visited.
 #[test]
 fn gradient_error_without_disturbance() {
     let cascade = example(0.0, 1e-2);

@@ -87,8 +87,8 @@ fn the_family_integrated_by_another_program() {
     assert_eq!(compared, 30);
 }
 
-/// Without a disturbance the mixed regression is exact, so that theta_i is `theta_i (1 - exp(-gamma int det(H)^2))`; large
-/// gains reach theta.
+/// Without a disturbance the mixed regression is exact, so that theta_i is `theta_i (1 - exp(-gamma int det(H)^2))`;
+/// large gains reach theta.
 #[test]
 fn mixed_least_squares_is_exact_without_a_disturbance() {
     let observer = ObserverSpec::LsDrem {

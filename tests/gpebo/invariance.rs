@@ -61,8 +61,8 @@ fn difference(t: &Mat<f64>, old: &[Vec<f64>], new: &[Vec<f64>]) -> f64 {
     difference / largest
 }
 
-/// Under x -> T x: theta -> T theta, Delta -> Delta / det T, mbar -> T mbar / det T. With equal gains, the gradient is one
-/// vector equation and xhat is invariant for any T if gamma goes to gamma (det T)^2. The Kalman-Bucy filter's prior
+/// Under x -> T x: theta -> T theta, Delta -> Delta / det T, mbar -> T mbar / det T. With equal gains, the gradient is
+/// one vector equation and xhat is invariant for any T if gamma goes to gamma (det T)^2. The Kalman-Bucy filter's prior
 /// N(0, p0 I) is invariant under rotations only. The full-order observer is invariant with L -> T L.
 #[test]
 fn invariance_of_gradient_and_kalman_bucy() {
@@ -105,10 +105,10 @@ fn invariance_of_gradient_and_kalman_bucy() {
     }
 }
 
-/// Eq. (17) is nonlinear in m_i and takes each component by itself, so only what keeps the components apart can leave xhat
-/// invariant: even permutations (det T = 1), and, once g is dropped, scalings x_i -> s_i x_i. There with d = det T
-/// m_i -> (s_i / d) m_i, phi -> phi / d, so psi_j -> s_i^(3-j) / d^3 psi_j and the determinant of the second mixing goes
-/// to s_i^3 / d^9 times itself: gamma_i -> gamma_i d^18 / s_i^6. With g kept, e^(m s / d) is another weight.
+/// Eq. (17) is nonlinear in m_i and takes each component by itself, so only what keeps the components apart can leave
+/// xhat invariant: even permutations (det T = 1), and, once g is dropped, scalings x_i -> s_i x_i. There with d = det T
+/// m_i -> (s_i / d) m_i, phi -> phi / d, so psi_j -> s_i^(3-j) / d^3 psi_j and the determinant of the second mixing
+/// goes to s_i^3 / d^9 times itself: gamma_i -> gamma_i d^18 / s_i^6. With g kept, e^(m s / d) is another weight.
 #[test]
 fn invariance_of_the_proposed() {
     let plant = Uniform(11).plant(3);

@@ -154,8 +154,8 @@ fn truth(
     [all.fold(0.0, f64::max), rounding]
 }
 
-/// States of unstable plants beyond this, from x(0) of at most 2, are left out: rounding grows as they do, in the run with
-/// short steps too.
+/// States of unstable plants beyond this, from x(0) of at most 2, are left out: rounding grows as they do, in the run
+/// with short steps too.
 const GROWN: f64 = 100.0;
 
 /// The step error says no less than a tenth of the true error, and no more than two hundred times it, where the true

@@ -182,7 +182,8 @@ fn a_long_trial_is_interrupted_within_a_second() {
     let text = "trials = 50\nmeasures = [\"e_a\"]\n[settings]\nwindow = 4000\nhorizon = 4000\norder = 1000\n\
                 [[methods]]\nestimator = \"arx\"\n";
     std::fs::write(place.path().join("study.toml"), text).expect("written");
-    // `check` has no handler, so the signal itself ends it; SIGINT would be ignored where the tests run in the background.
+    // `check` has no handler, so the signal itself ends it; SIGINT would be ignored where the tests run in the
+    // background.
     for (command, signal, code) in [
         (["run", "study.toml"], "-INT", 130),
         (["check", "study.toml"], "-TERM", -1),

@@ -238,17 +238,17 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 /// Every estimate of a trial that is stable in every pass differs by at most what rounding takes, `8 n N eps` times the
-/// largest condition number so far. That is derived for least squares; in later passes what differs before enters through
-/// instruments, which move an estimate by its residual only, and the same bound is asserted.
+/// largest condition number so far. That is derived for least squares; in later passes what differs before enters
+/// through instruments, which move an estimate by its residual only, and the same bound is asserted.
 ///
 /// What e_g, FIT and rms_x differ by is in the middle at most a thousand times what the estimates
 /// differ by: the responses of these models move by up to 50 times as much.
 ///
 /// The median is at most 1e-10, or `2n eps` times the median condition number where that is more (order 20).
 ///
-/// Failures and stability agree wherever rounding cannot have grown to the estimates' size, and there in all but a fiftieth
-/// of the rows of trials that are not stable in every pass: those simulate unstable models, each pass with the estimates
-/// of the one before.
+/// Failures and stability agree wherever rounding cannot have grown to the estimates' size, and there in all but a
+/// fiftieth of the rows of trials that are not stable in every pass: those simulate unstable models, each pass with the
+/// estimates of the one before.
 #[test]
 fn estimates_and_failures_are_those_of_faer() {
     let count = if small() { 20 } else { 120 };

@@ -125,7 +125,8 @@ fn initial_states_are_drawn_about_the_stated_one() {
     assert!(records.iter().all(starts));
 }
 
-/// Disturbances have streams of their own: input and measurement noise keep their bits, and more of either only scales it.
+/// Disturbances have streams of their own: input and measurement noise keep their bits, and more of either only scales
+/// it.
 #[test]
 fn disturbances_leave_input_and_noise_alone() {
     let [plain, disturbed, twice] =
@@ -352,8 +353,8 @@ fn what_an_observer_cannot_serve_is_refused_in_one_line() {
     }
 }
 
-/// Noise whose numerator has a zero on the unit circle: the filter has a pole there, so no steady state; the time-varying
-/// one runs.
+/// Noise whose numerator has a zero on the unit circle: the filter has a pole there, so no steady state; the
+/// time-varying one runs.
 #[test]
 fn no_filter_is_a_failure_of_the_row() {
     let text = "measures = [\"rms_x\"]\n[noises.difference]\nnumerator = [1.0, -1.0]\n\
@@ -483,9 +484,9 @@ fn known_models_of_unstable_plants_are_not_lost() {
     }
 }
 
-/// Stage 6 is the least squares of GPEBO: with xi(0) = 0, theta is x(0). From `P(0) = I / rho` theta solves
-/// `(D'D + rho I) theta = D'z`, and `D'D >= I`, for the first n rows of D are those of I. So theta differs from stage 6's
-/// x0 by at most `rho |x0|`.
+/// Stage 6 is the least squares of GPEBO: with xi(0) = 0, theta is x(0). From `P(0) = I / rho` theta solves `(D'D + rho
+/// I) theta = D'z`, and `D'D >= I`, for the first n rows of D are those of I. So theta differs from stage 6's x0 by at
+/// most `rho |x0|`.
 #[test]
 fn stage_6_is_the_least_squares_of_gpebo() {
     let plants: [(&[f64], &[f64]); 3] = [

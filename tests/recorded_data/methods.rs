@@ -155,7 +155,8 @@ fn instrumental_variables_of_other_programs() {
     }
 }
 
-/// Losses and criteria of ARX models of order 1 to 8 over the same equations, and the order that each criterion chooses.
+/// Losses and criteria of ARX models of order 1 to 8 over the same equations, and the order that each criterion
+/// chooses.
 #[test]
 fn orders_are_chosen_as_by_another_program() {
     let file = read("expected_methods.json");
@@ -246,8 +247,8 @@ fn residual_tests_of_another_program() {
     }
 }
 
-/// Refined IV diverges on this record from the start by least squares, though the output-error method has a minimum: it is
-/// stabilised, or fails with a name.
+/// Refined IV diverges on this record from the start by least squares, though the output-error method has a minimum: it
+/// is stabilised, or fails with a name.
 #[test]
 fn a_refined_iv_that_diverges_is_stabilised() {
     let estimate = |more: &[&str]| {
@@ -274,8 +275,8 @@ fn a_refined_iv_that_diverges_is_stabilised() {
     assert!(loss(0) < 1.3 * loss(1), "{} {}", loss(0), loss(1));
 }
 
-/// The weightings of subspace methods against explicit projections (`subspace.py`, which says how `data/subspace.json` was
-/// made).
+/// The weightings of subspace methods against explicit projections (`subspace.py`, which says how `data/subspace.json`
+/// was made).
 #[test]
 fn subspace_weightings_of_another_program() {
     for case in read("subspace.json").as_array().expect("cases") {

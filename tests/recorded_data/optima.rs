@@ -37,8 +37,8 @@ fn estimate(case: &Value, more: &[&str]) -> (Value, String) {
     (report["estimates"][0].clone(), error)
 }
 
-/// At the lowest interior minimum known, or below; where the criterion falls towards the boundary, a model with a status,
-/// and with standard errors only at a minimum.
+/// At the lowest interior minimum known, or below; where the criterion falls towards the boundary, a model with a
+/// status, and with standard errors only at a minimum.
 #[test]
 fn the_lowest_minimum_is_found() {
     let file = optima();

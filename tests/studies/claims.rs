@@ -1,5 +1,6 @@
-//! Claims of a file, from `check` to the report. Under 1/A noise least squares is asymptotically efficient: for the paper's
-//! plant sqrt(N) rms e_a is 0.970, that of IV 1.297 (specification, section 7), so the truth of each claim is known.
+//! Claims of a file, from `check` to the report. Under 1/A noise least squares is asymptotically efficient: for the
+//! paper's plant sqrt(N) rms e_a is 0.970, that of IV 1.297 (specification, section 7), so the truth of each claim is
+//! known.
 
 use super::{Place, succeeds};
 

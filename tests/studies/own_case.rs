@@ -7,8 +7,8 @@ use asobench::study::file::{ExperimentFile, FileError};
 use serde_json::Value;
 use std::fmt::Write as _;
 
-/// `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2) + e(k)` of numbers that a linear congruence makes; with `gain` in
-/// the loop `u = r - gain y`.
+/// `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2) + e(k)` of numbers that a linear congruence makes; with `gain`
+/// in the loop `u = r - gain y`.
 fn record(samples: usize, gain: f64) -> String {
     let mut state = 12_345_u64;
     let mut uniform = || {
@@ -71,8 +71,8 @@ fn given() -> (ExperimentFile, Vec<f64>) {
     (file, u)
 }
 
-/// Every trial is `y = y0 + 0.25 f`: y0 by the difference equation from x(0) = (y0(0), y0(1) - b_1 u(0)), f by that of the
-/// noise from white numbers of variance 1.
+/// Every trial is `y = y0 + 0.25 f`: y0 by the difference equation from x(0) = (y0(0), y0(1) - b_1 u(0)), f by that of
+/// the noise from white numbers of variance 1.
 #[test]
 fn a_trial_with_a_given_input_obeys_the_equations() {
     let (file, u) = given();
@@ -112,7 +112,8 @@ fn a_trial_with_a_given_input_obeys_the_equations() {
             let error = drawn.y[k] - (y0[k] + 0.25 * drawn.f[k]);
             assert!(error.abs() < 1e-12 * 100.0, "k = {k}: {error}");
         }
-        // w is what the noise's equation leaves: w(k) = f(k) - 0.9 f(k-1) - 0.5 w(k-1), from an unknown w(0) that fades.
+        // w is what the noise's equation leaves: w(k) = f(k) - 0.9 f(k-1) - 0.5 w(k-1), from an unknown w(0) that
+        // fades.
         let mut w = 0.0;
         for k in 1..40 {
             w = drawn.f[k] - 0.9 * drawn.f[k - 1] - 0.5 * w;

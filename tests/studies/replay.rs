@@ -284,7 +284,8 @@ fn the_errors_of_every_observer_follow_from_a_replay() {
         }
         assert_eq!(seen, 11);
     }
-    // The observers of a cell are different ones, except that a steady Kalman filter without process noise is the model alone.
+    // The observers of a cell are different ones, except that a steady Kalman filter without process noise is the model
+    // alone.
     let mut own = gains.clone();
     own.sort();
     own.dedup();

@@ -18,8 +18,8 @@ fn truth(cell: &Cell) -> Vec<f64> {
     [&plant.denominator()[1..], &plant.h()].concat()
 }
 
-/// `N z'P^-1 z`, z the error about the limit, has the mean of chi-squared with as many degrees as parameters: within four
-/// standard errors, for every output that has theory. Returns how many have.
+/// `N z'P^-1 z`, z the error about the limit, has the mean of chi-squared with as many degrees as parameters: within
+/// four standard errors, for every output that has theory. Returns how many have.
 fn check(experiment: &Experiment, trials: u64) -> usize {
     let mut checked = 0;
     for (index, cell) in experiment.cells.iter().enumerate() {

@@ -47,8 +47,9 @@ pub fn the_papers_experiment() -> Vec<Check> {
     checks
 }
 
-/// Least squares under 1/A: `sigma^2 R^-1 / N`, in proportion to eta at small eta (2000 trials); and the noise levels at
-/// which section 4 of the specification found the paper's bounds to be medians, to their printed digits (4000 trials).
+/// Least squares under 1/A: `sigma^2 R^-1 / N`, in proportion to eta at small eta (2000 trials); and the noise levels
+/// at which section 4 of the specification found the paper's bounds to be medians, to their printed digits (4000
+/// trials).
 pub fn noise_levels() -> Vec<Check> {
     const TRIALS: u64 = 2000;
     let set = [
@@ -275,9 +276,9 @@ pub fn convergence() -> Vec<Check> {
     ]
 }
 
-/// E4 in white noise: `literal` reports the b of least squares for ever, the first n Markov parameters, which with white
-/// input are consistent whatever the noise, so e_b falls as N^-1/2; `frozen` is consistent, with the covariance of
-/// instruments of (A, b of least squares). 800 trials.
+/// E4 in white noise: `literal` reports the b of least squares for ever, the first n Markov parameters, which with
+/// white input are consistent whatever the noise, so e_b falls as N^-1/2; `frozen` is consistent, with the covariance
+/// of instruments of (A, b of least squares). 800 trials.
 pub fn errata() -> Vec<Check> {
     const TRIALS: u64 = 800;
     let set = [

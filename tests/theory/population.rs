@@ -1,5 +1,6 @@
 //! Limits and asymptotic covariances from impulse responses: second-order theory written independently of the crate's
-//! own `least_squares_limit`, for open and closed loops. Soderstrom and Stoica, System Identification, chapters 7, 8, 10.
+//! own `least_squares_limit`, for open and closed loops. Soderstrom and Stoica, System Identification, chapters 7, 8,
+//! 10.
 
 use asobench::observer::Gain;
 use asobench::plant::{StateSpace, TransferFunction};
@@ -238,7 +239,8 @@ impl Population {
         lu.solve(half.transpose().to_owned())
     }
 
-    /// `E |x - xhat|^2` of the observer with the true model: `sum_ij F^i g g' F'^j r(i - j)`, r the autocovariance of f.
+    /// `E |x - xhat|^2` of the observer with the true model: `sum_ij F^i g g' F'^j r(i - j)`, r the autocovariance of
+    /// f.
     pub fn observer_error(&self, plant: &StateSpace, gain: &Gain) -> f64 {
         let n = self.n;
         let mut g = vec![0.0; n];

@@ -183,7 +183,8 @@ pub fn closed_loops() -> Vec<Check> {
         (share, 0.0),
         Theory::Value(1.0),
     ));
-    // With r: limits (800 trials). Least squares and IV from u by the population's version of each pass; IV from r is consistent.
+    // With r: limits (800 trials). Least squares and IV from u by the population's version of each pass; IV from r is
+    // consistent.
     const TRIALS: u64 = 800;
     let dynamic: (&[f64], &[f64]) = (&[0.4, -0.1], &[1.0, -0.5]);
     for (name, law) in [("static", (&[0.4][..], &[1.0][..])), ("dynamic", dynamic)] {

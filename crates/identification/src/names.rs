@@ -31,13 +31,14 @@ impl UnknownName {
     }
 }
 
-/// What people who come from elsewhere call a thing, in lower case, and its name here.
-const ELSEWHERE: [(&str, &str); 34] = [
-    ("n", "window"),
+/// What people who come from elsewhere call a thing, in lower case but for single letters, and its name here.
+const ELSEWHERE: [(&str, &str); 35] = [
+    ("N", "window"),
+    ("n", "order"),
     ("samples", "window"),
     ("nsamples", "window"),
     ("length", "window"),
-    ("k", "horizon"),
+    ("K", "horizon"),
     ("record", "horizon"),
     ("na", "order"),
     ("nx", "order"),
@@ -47,7 +48,7 @@ const ELSEWHERE: [(&str, &str); 34] = [
     ("nsr", "eta"),
     ("sigma", "eta"),
     ("std", "eta"),
-    ("m", "trials"),
+    ("M", "trials"),
     ("runs", "trials"),
     ("repeats", "trials"),
     ("replications", "trials"),
@@ -76,7 +77,9 @@ fn nearest(given: &str, valid: &[String]) -> String {
         return String::new();
     }
     let folded = given.to_lowercase();
-    let mut elsewhere = ELSEWHERE.iter().filter(|(other, _)| *other == folded);
+    // N and n are two things.
+    let is = |other: &str| other == given || (other.len() > 1 && other == folded);
+    let mut elsewhere = ELSEWHERE.iter().filter(|(other, _)| is(other));
     if let Some((_, here)) = elsewhere.find(|(_, here)| valid.iter().any(|name| name == here)) {
         return format!(", which is called '{here}' here");
     }

@@ -7,7 +7,7 @@ use asobench_study::study::file::Key;
 use asobench_study::study::{CellSummary, Measure};
 use asobench_study::text::{visible, wrap};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Columns of a terminal, and of a number.
 const WIDTH: usize = 80;
@@ -17,8 +17,8 @@ const LONGEST: usize = 30;
 
 /// Compares studies with the first one, as text: the keys in which their files differ, and the medians of a measure in
 /// cells with the same settings, for outputs with the same label. Without a measure the first is taken that all have.
-/// The last column is the difference of the last median from the first in standard errors of independent medians; studies
-/// with the same seed share their trials, and then it is too small.
+/// The last column is the difference of the last median from the first in standard errors of independent medians;
+/// studies with the same seed share their trials, and then it is too small.
 ///
 /// # Errors
 /// In words, if the studies have no such measure, or no cell in common.
@@ -94,36 +94,35 @@ struct Row {
 
 fn rows(first: &Study, others: &[Study], measure: Measure) -> Vec<Row> {
     // Every setting but those that a study has and another has not.
-    let common = |key: &Key| {
-        others.iter().all(|study| {
-            study
-                .summary
-                .cells
-                .iter()
-                .all(|cell| cell.settings.contains_key(key))
-        })
-    };
+    let others_cells = || others.iter().flat_map(|study| &study.summary.cells);
+    let mut common: BTreeSet<Key> = others_cells()
+        .flat_map(|cell| cell.settings.keys().copied())
+        .collect();
+    common.retain(|key| others_cells().all(|cell| cell.settings.contains_key(key)));
     let settings = |cell: &CellSummary| -> BTreeMap<Key, String> {
-        let settings = cell.settings.iter().filter(|(key, _)| common(key));
+        let settings = cell.settings.iter();
+        let settings = settings.filter(|(key, _)| common.contains(key));
         settings
             .map(|(key, value)| (*key, value.to_string()))
             .collect()
     };
+    // Of cells that differ only in other settings the first one.
+    let by_settings = |study: &Study| -> BTreeMap<BTreeMap<Key, String>, usize> {
+        let cells = study.summary.cells.iter().enumerate().rev();
+        cells.map(|(i, cell)| (settings(cell), i)).collect()
+    };
+    let places: Vec<_> = others.iter().map(by_settings).collect();
     let keys = first.varying();
     let mut rows = Vec::new();
     for cell in &first.summary.cells {
         let wanted = settings(cell);
-        let same: Option<Vec<&CellSummary>> = others
-            .iter()
-            .map(|study| {
-                study
-                    .summary
-                    .cells
-                    .iter()
-                    .find(|other| settings(other) == wanted)
-            })
-            .collect();
-        let Some(same) = same else { continue };
+        let same = others.iter().zip(&places).map(|(study, places)| {
+            let place = places.get(&wanted)?;
+            Some(&study.summary.cells[*place])
+        });
+        let Some(same) = same.collect::<Option<Vec<&CellSummary>>>() else {
+            continue;
+        };
         for label in first.labels() {
             let of = |study: &Study, cell: &CellSummary| -> Option<Estimate> {
                 let median = study.statistics(cell, label, measure)?.q50;
@@ -168,10 +167,7 @@ fn designs(first: &Study, others: &[Study]) -> String {
     let mut text = String::new();
     for study in others {
         let other = leaves(study);
-        let keys = own
-            .keys()
-            .chain(other.keys())
-            .collect::<std::collections::BTreeSet<_>>();
+        let keys = own.keys().chain(other.keys()).collect::<BTreeSet<_>>();
         let differing: Vec<String> = keys
             .into_iter()
             .filter(|key| own.get(*key) != other.get(*key))

@@ -8,8 +8,8 @@ use asobench_study::text::{folded, grouped, visible, wrap};
 /// Columns of a terminal.
 const WIDTH: usize = 80;
 
-/// Lists the failures of a study, the most frequent first, each with its first trials and the command that shows the first
-/// of them. `method`: only outputs with this label, or of this method.
+/// Lists the failures of a study, the most frequent first, each with its first trials and the command that shows the
+/// first of them. `method`: only outputs with this label, or of this method.
 ///
 /// # Errors
 /// [`UnknownName`] if no output has that name.

@@ -1,5 +1,5 @@
-//! One table in all its forms: as CSV with all digits or as a paper has them, as Markdown and as lines of text; for a page
-//! (`crate::html`), and as LaTeX (`crate::latex`).
+//! One table in all its forms: as CSV with all digits or as a paper has them, as Markdown and as lines of text; for a
+//! page (`crate::html`), and as LaTeX (`crate::latex`).
 
 use asobench_identification::data::csv;
 use asobench_study::claim::Verdict;

@@ -34,8 +34,8 @@ pub struct Iv4Options {
     pub initial_state: StartState,
     /// The conventions of another tool: r-sysid.
     pub reading: Option<Reading>,
-    /// What is done if the model whose output makes the instruments is unstable: reflect (its poles into the unit circle,
-    /// the default), none (also with a reading).
+    /// What is done if the model whose output makes the instruments is unstable: reflect (its poles into the unit
+    /// circle, the default), none (also with a reading).
     pub stabilise: Option<Stabilise>,
 }
 

@@ -75,7 +75,8 @@ pub struct IvOptions {
     pub initial_state: StartState,
     /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
     pub orders: Option<Orders>,
-    /// The equations that are used: complete (the default), prewindow (zeros before the record), padded (zeros before and after).
+    /// The equations that are used: complete (the default), prewindow (zeros before the record), padded (zeros before
+    /// and after).
     pub rows: Option<Rows>,
     /// The conventions of another tool: r-sysid.
     pub reading: Option<Reading>,

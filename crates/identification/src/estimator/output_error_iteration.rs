@@ -32,9 +32,11 @@ macro_rules! iteration {
             serde(deny_unknown_fields, default)
         )]
         pub struct $options {
-            /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
+            /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk =
+            /// 1.
             pub orders: Option<Orders>,
-            /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method fails).
+            /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method
+            /// fails).
             pub stabilise: Option<Stabilise>,
         }
 

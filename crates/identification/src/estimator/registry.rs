@@ -144,7 +144,7 @@ estimators! {
     Stmcb = "stmcb": StmcbOptions,
     /// Refined instrumental variables of Young, iterated until convergence: the Box-Jenkins model B/F, C/D.
     Riv = "riv": RivOptions,
-    /// Weighted null-space fitting: an output-error, ARMAX or Box-Jenkins model from a high-order one, without a search.
+    /// Weighted null-space fitting: an output-error, ARMAX or Box-Jenkins model from a high-order one, no search.
     Wnsf = "wnsf": WnsfOptions,
     /// Prediction error method: the output-error model B/F.
     Oe = "oe": OeOptions,

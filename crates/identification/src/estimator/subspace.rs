@@ -23,8 +23,9 @@ use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Mat, MatMut, Par};
 
 named_enum! {
-    /// The weighting of the oblique projection `O` of the future outputs on the past along the future inputs; `P` projects
-    /// the future inputs out (Van Overschee and De Moor, *Subspace Identification for Linear Systems*, 1996, table 4.1).
+    /// The weighting of the oblique projection `O` of the future outputs on the past along the future inputs; `P`
+    /// projects the future inputs out (Van Overschee and De Moor, *Subspace Identification for Linear Systems*, 1996,
+    /// table 4.1).
     Weights, "weighting" {
         /// `O` itself (the default).
         N4sid = "n4sid",
@@ -60,17 +61,17 @@ macro_rules! subspace {
             /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
             /// `order`, nk = 1.
             pub orders: Option<Orders>,
-            /// Block rows s of the future and of the past, more than n; by default chosen for each record: k, 3/2 k or 2 k, k being the order of
-            /// `A y = B u + e` by AIC, whichever output is closest to y.
+            /// Block rows s of the future and of the past, more than n; by default chosen for each record: k, 3/2 k or
+            /// 2 k, k being the order of `A y = B u + e` by AIC, whichever output is closest to y.
             pub block_rows: Option<usize>,
             /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
             pub stabilise: Stabilise,
-            /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides them by
-            /// their standard deviations.
+            /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides them
+            /// by their standard deviations.
             pub reading: Option<SubspaceReading>,
             $(
-                /// The weighting whose left singular vectors are taken: n4sid (the oblique projection itself), moesp (future
-                /// inputs projected out, as SLICOT's N4SID), cva (canonical variates).
+                /// The weighting whose left singular vectors are taken: n4sid (the oblique projection itself), moesp
+                /// (future inputs projected out, as SLICOT's N4SID), cva (canonical variates).
                 pub $weights: Weights,
             )?
         }

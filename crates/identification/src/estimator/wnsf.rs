@@ -25,7 +25,8 @@ const MOST_ITERATIONS: usize = 1000;
     serde(deny_unknown_fields, default)
 )]
 pub struct WnsfOptions {
-    /// Orders of `oe` (nb, nf), `armax` (na, nb, nc) or `bj` (nb, nc, nd, nf) and the delay nk; by default nb = nf = the setting `order`, nk = 1.
+    /// Orders of `oe` (nb, nf), `armax` (na, nb, nc) or `bj` (nb, nc, nd, nf) and the delay nk; by default nb = nf =
+    /// the setting `order`, nk = 1.
     pub orders: Option<Orders>,
     /// Order of the high-order model; without it, three are tried: that by AIC, twice it, and the largest.
     pub high_order: Option<usize>,

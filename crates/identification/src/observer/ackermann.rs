@@ -1,5 +1,5 @@
-//! Pole placement for an observer of any observable pair (A, C), also in continuous time: Ackermann's formula. The paper's
-//! own gain, for the canonical form, is in `pole_placement.rs`.
+//! Pole placement for an observer of any observable pair (A, C), also in continuous time: Ackermann's formula. The
+//! paper's own gain, for the canonical form, is in `pole_placement.rs`.
 
 use super::pole_placement::{Gain, GainError, Poles};
 use faer::linalg::solvers::Solve;

@@ -110,7 +110,8 @@ pub(super) fn overview(study: &Study) -> LongTable {
         )
 }
 
-/// The statistics of the CSV file in its order: the median, the other quantiles, the moments. The MSE is the RMSE squared.
+/// The statistics of the CSV file in its order: the median, the other quantiles, the moments. The MSE is the RMSE
+/// squared.
 fn statistics_in_csv() -> impl Iterator<Item = Statistic> {
     let mut all: Vec<Statistic> = Statistic::ALL
         .iter()

@@ -1,6 +1,5 @@
-//! A page with every kind of figure and table, from made-up numbers:
-//! `ASOBENCH_DEMO=DIR cargo test --release -p asobench-report demo` writes it as `DIR/demo.html`, with its figures beside
-//! it.
+//! A page with every kind of figure and table, from made-up numbers: `ASOBENCH_DEMO=DIR cargo test --release -p
+//! asobench-report demo` writes it as `DIR/demo.html`, with its figures beside it.
 
 use crate::html::{CellText, Column, Page, Table, Verdict};
 use crate::markup::elements;

@@ -1,8 +1,8 @@
 //! Forged files with the right checksum. Whatever a block, a manifest or a summary contains, it is either refused with
 //! a message of one line, or decoded, merged, summarised and reported. Nothing panics.
 //!
-//! `ASOBENCH_MUTATIONS=100000 cargo test --release -p asobench-report forged -- --nocapture` tries that many and counts the
-//! outcomes.
+//! `ASOBENCH_MUTATIONS=100000 cargo test --release -p asobench-report forged -- --nocapture` tries that many and counts
+//! the outcomes.
 
 #![expect(clippy::print_stdout, reason = "the counts that were found")]
 

@@ -114,7 +114,8 @@ impl CommandOptions {
         }
     }
 
-    /// The orders that the program is asked for, where the plant is of order n; of its models if it returns polynomials.
+    /// The orders that the program is asked for, where the plant is of order n; of its models if it returns
+    /// polynomials.
     pub fn orders_for(&self, n: usize) -> Orders {
         self.orders.unwrap_or(Orders::arx(n, n, 1))
     }

@@ -6,6 +6,7 @@ use super::error::RecordError;
 use super::lines::Lines;
 use super::options::{Missing, ReadOptions};
 use super::runs::{Break, Kept, Longest, Row, Run};
+use super::times::Time;
 use std::io::Read;
 
 /// A record of input and output samples.
@@ -147,7 +148,7 @@ impl Rows {
             return Ok(());
         };
         let cell = self.columns.cell(row, Role::T).unwrap_or_default();
-        let time = time.map(|time| (cell.to_owned(), time));
+        let time = time.map(|value| Time::printed(cell, value));
         let row = Row {
             line,
             k,

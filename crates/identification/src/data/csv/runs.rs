@@ -1,6 +1,6 @@
 //! Rows without a gap between them: the whole table, or its longest run.
 
-use super::times::{Times, Unequal};
+use super::times::{Time, Times, Unequal};
 use std::collections::VecDeque;
 
 /// The columns of a row that are used.
@@ -8,8 +8,7 @@ use std::collections::VecDeque;
 pub(super) struct Row {
     pub(super) line: u64,
     pub(super) k: Option<f64>,
-    /// The time as it is printed and as a number.
-    pub(super) time: Option<(String, f64)>,
+    pub(super) time: Option<Time>,
     pub(super) u: f64,
     pub(super) y: f64,
 }
@@ -53,8 +52,8 @@ impl Run {
         {
             return Err((Break::Number(found, expected), row));
         }
-        if let Some((cell, time)) = &row.time
-            && let Err(unequal) = self.times.add(cell, *time, row.line)
+        if let Some(time) = row.time
+            && let Err(unequal) = self.times.add(time, row.line)
         {
             return Err((Break::Time(unequal), row));
         }
@@ -86,9 +85,9 @@ impl Run {
         self.times = Times::new();
         for row in self.rows.iter().flatten() {
             self.lines[1] = row.line;
-            if let Some((cell, time)) = &row.time {
+            if let Some(time) = row.time {
                 // These were equal steps already.
-                let _ = self.times.add(cell, *time, row.line);
+                let _ = self.times.add(time, row.line);
             }
         }
         tail

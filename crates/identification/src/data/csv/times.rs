@@ -8,6 +8,30 @@ const JITTER: f64 = 0.01;
 /// How many digits before the decimal point are told apart.
 const CLASSES: usize = 40;
 
+/// A time as it is printed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Time {
+    value: f64,
+    /// The decimals of what is printed; negative if an exponent makes it a multiple of 10, 100 and so on.
+    decimals: i32,
+}
+
+impl Time {
+    /// Returns the time of a cell, whose number is known already.
+    pub(super) fn printed(cell: &str, value: f64) -> Self {
+        let (digits, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
+        let fraction = digits
+            .split_once(['.', ','])
+            .map_or(0, |(_, after)| after.len());
+        let exponent: i32 = exponent.parse().unwrap_or(0);
+        let decimals = (fraction.min(400) as i32).saturating_sub(exponent);
+        Self {
+            value,
+            decimals: decimals.clamp(-300, 300),
+        }
+    }
+}
+
 /// Equal steps end before a line.
 pub(super) struct Unequal {
     /// The line whose sample is not a step after the one before.
@@ -64,10 +88,11 @@ impl Times {
         0.5 * 10.0_f64.powi(-decimals) + 4.0 * f64::EPSILON * time.abs()
     }
 
-    /// Adds the time of the next sample, as it is printed.
-    pub(super) fn add(&mut self, cell: &str, time: f64, line: u64) -> Result<(), Unequal> {
+    /// Adds the time of the next sample.
+    pub(super) fn add(&mut self, printed: Time, line: u64) -> Result<(), Unequal> {
+        let time = printed.value;
         let known = &mut self.decimals[class(time)];
-        *known = decimals(cell).max(*known);
+        *known = printed.decimals.max(*known);
         let found = time - std::mem::replace(&mut self.last, time);
         self.count += 1;
         match self.count {
@@ -106,18 +131,6 @@ impl Times {
 fn class(time: f64) -> usize {
     let digits = time.abs().log10().floor() + 1.0;
     (digits.max(0.0) as usize).min(CLASSES - 1)
-}
-
-/// The decimals of a printed number; negative if an exponent makes it a multiple of 10, 100 and so on.
-fn decimals(cell: &str) -> i32 {
-    let (digits, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
-    let fraction = digits
-        .split_once(['.', ','])
-        .map_or(0, |(_, after)| after.len());
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    (fraction.min(400) as i32)
-        .saturating_sub(exponent)
-        .clamp(-300, 300)
 }
 
 #[cfg(test)]

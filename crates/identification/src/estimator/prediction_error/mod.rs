@@ -51,8 +51,8 @@ macro_rules! structure {
         pub struct $options {
             #[doc = $orders_doc]
             pub orders: Option<Orders>,
-            /// The largest number of random starts, besides those from linear methods; rule: by N, 8 to 128; truth: the true
-            /// plant alone, which shows whether errors come from missed minima or from the method.
+            /// The largest number of random starts, besides those from linear methods; rule: by N, 8 to 128; truth: the
+            /// true plant alone, which shows whether errors come from missed minima or from the method.
             pub starts: SearchStarts,
             /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
             pub initial: InitialCondition,

@@ -192,8 +192,8 @@ pub struct ObserverTable {
     /// gradient, finite-time, ls-drem, proposed: adaptation gains, one for each component of theta, or one for all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<Vec<f64>>,
-    /// finite-time: the share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5 if
-    /// absent.
+    /// finite-time: the share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5
+    /// if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
     /// proposed: k of the filter k / (p + k), Eq. (11).

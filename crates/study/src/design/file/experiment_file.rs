@@ -61,8 +61,8 @@ pub struct ExperimentFile {
     #[serde(with = "list")]
     #[schemars(schema_with = "list::schema")]
     pub claims: Vec<ClaimTable>,
-    /// Whether the verdicts are corrected over all claims of the file (Holm), so that the smallest `level` of a claim is
-    /// the error rate of all of them together, a side.
+    /// Whether the verdicts are corrected over all claims of the file (Holm), so that the smallest `level` of a claim
+    /// is the error rate of all of them together, a side.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub family: bool,
     /// In a resolved file: what the claims have added to the lists of measures, comparisons, bounds and slopes.
@@ -78,16 +78,17 @@ pub struct ExperimentFile {
     /// Trials in each cell: a number, or a rule such as { until = "e_a", output = "iv(4)", relative_mcse = 0.01,
     /// minimum = 1000, maximum = 100000 }.
     pub trials: TrialRule,
-    /// How many times the claims are to be judged, each time with more trials: their level is divided by it, and nothing
-    /// is left for further looks. Without it there may be any number, and the first spends nine tenths of the level.
+    /// How many times the claims are to be judged, each time with more trials: their level is divided by it, and
+    /// nothing is left for further looks. Without it there may be any number, and the first spends nine tenths of the
+    /// level.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub looks: Option<u32>,
     /// What computes the trials: "auto", "lanes" or "faer".
     pub engine: Engine,
     /// What is kept: "summaries" or "trials".
     pub store: Store,
-    /// Whether trials whose search left a model that is not at a minimum (`boundary`, `iteration-limit`) are "lost" (the
-    /// default) or "counted".
+    /// Whether trials whose search left a model that is not at a minimum (`boundary`, `iteration-limit`) are "lost"
+    /// (the default) or "counted".
     #[serde(skip_serializing_if = "Unfinished::is_lost")]
     pub unfinished: Unfinished,
     /// The measures that are computed and summarised.

@@ -143,8 +143,8 @@ pub struct NoiseTable {
     /// `1, d_1 ... d_p`; 1 if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub denominator: Option<Vec<f64>>,
-    /// The white noise is drawn with replacement from a column of a CSV file, "file:PATH#COLUMN", its mean subtracted and
-    /// its variance made 1; Gaussian if absent.
+    /// The white noise is drawn with replacement from a column of a CSV file, "file:PATH#COLUMN", its mean subtracted
+    /// and its variance made 1; Gaussian if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residuals: Option<String>,
 }
