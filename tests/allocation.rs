@@ -99,7 +99,9 @@ fn a_trial_allocates_nothing() {
         experiment.file.engine = engine;
         // Everything that a trial can be asked for.
         experiment.file.parameters = true;
-        let discrete = Measure::ALL.iter().filter(|measure| measure.is_of(false));
+        let discrete = Measure::ALL
+            .iter()
+            .filter(|measure| measure.is_of(asobench::study::file::StudyKind::Discrete));
         experiment.file.measures = discrete.copied().collect();
         if engine == Engine::Faer {
             let orders = Some(Orders::arx(3, 2, 2));

@@ -319,7 +319,9 @@ fn arx_is_measured_as_its_structure_allows() {
                 [[methods]]\nestimator = \"arx\"\n\
                 orders = [{ na = 6, nb = 6, nk = 1 }, \"na=8,nb=7,nk=1\", \"na=8,nb=8,nk=0\"]";
     let file = ExperimentFile::parse(text).expect("a valid file");
-    let measures = Measure::ALL.iter().filter(|measure| measure.is_of(false));
+    let measures = Measure::ALL
+        .iter()
+        .filter(|measure| measure.is_of(asobench::study::file::StudyKind::Discrete));
     let measures: Vec<Measure> = measures.copied().collect();
     let experiment = Experiment::new(ExperimentFile { measures, ..file }).expect("an experiment");
     let labels: Vec<String> = experiment.outputs().iter().map(Output::label).collect();

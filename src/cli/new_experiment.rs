@@ -3,7 +3,7 @@
 use super::error::Error;
 use super::output::note;
 use crate::files;
-use crate::study::file::{Key, Scalar};
+use crate::study::file::{Key, Scalar, StudyKind};
 use crate::text::shell_word;
 use std::fmt::Write as _;
 use std::io::ErrorKind;
@@ -170,8 +170,11 @@ trials = 20
 # Every other setting with its default, for the table [settings] above:
 "#;
 
-fn content(continuous: bool) -> String {
-    let text = if continuous { CONTINUOUS } else { DISCRETE };
+fn content(kind: StudyKind) -> String {
+    let text = match kind {
+        StudyKind::Continuous => CONTINUOUS,
+        StudyKind::Discrete => DISCRETE,
+    };
     let mut text = text.to_owned();
     let (_, settings) = text.split_once("\n[settings]\n").unwrap_or_default();
     let (settings, _) = settings.split_once("\n\n").unwrap_or_default();
@@ -181,11 +184,8 @@ fn content(continuous: bool) -> String {
             .lines()
             .any(|line| line.starts_with(&format!("{key} = ")))
     };
-    for key in Key::ALL
-        .iter()
-        .filter(|key| key.is_of(continuous) && !given(key))
-    {
-        let value = match key.default_of(continuous) {
+    for key in Key::ALL.iter().filter(|key| key.is_of(kind) && !given(key)) {
+        let value = match key.default_of(kind) {
             None => {
                 // The two keys exclude each other.
                 let _ = writeln!(text, "# Instead of window: {key} = 20 ({})", key.about());
@@ -221,7 +221,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             folder.display()
         )));
     }
-    let written = files::create(&path, content(arguments.continuous).as_bytes());
+    let kind = if arguments.continuous {
+        StudyKind::Continuous
+    } else {
+        StudyKind::Discrete
+    };
+    let written = files::create(&path, content(kind).as_bytes());
     written.map_err(|error| {
         let what = match error.kind() {
             ErrorKind::AlreadyExists => {
@@ -242,11 +247,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 #[cfg(test)]
 mod tests {
     use crate::study::Experiment;
-    use crate::study::file::{ExperimentFile, Key};
+    use crate::study::file::{ExperimentFile, Key, StudyKind};
 
     /// The file, and the lines of its list of settings.
-    fn parts(continuous: bool) -> (String, Vec<String>) {
-        let content = super::content(continuous);
+    fn parts(kind: StudyKind) -> (String, Vec<String>) {
+        let content = super::content(kind);
         let (file, list) = content
             .split_once("for the table [settings] above:\n")
             .unwrap();
@@ -267,8 +272,8 @@ mod tests {
     }
 
     /// Each setting by itself makes a valid experiment: it clashes with none that is given.
-    fn every_setting_stands_alone(continuous: bool) -> usize {
-        let (file, list) = parts(continuous);
+    fn every_setting_stands_alone(kind: StudyKind) -> usize {
+        let (file, list) = parts(kind);
         let list = list.iter().filter(|line| !line.starts_with("# Instead of"));
         let settings = list.map(|line| {
             let setting = line.strip_prefix("# ").unwrap();
@@ -281,31 +286,37 @@ mod tests {
 
     #[test]
     fn the_template_is_a_valid_experiment() {
-        let content = super::content(false);
+        let content = super::content(StudyKind::Discrete);
         let experiment = Experiment::new(ExperimentFile::parse(&content).unwrap()).unwrap();
         assert_eq!(
             (experiment.cells.len(), experiment.outputs().len()),
             (12, 5)
         );
-        let text = uncommented(&parts(false).0, ["trials", "zip"]);
+        let text = uncommented(&parts(StudyKind::Discrete).0, ["trials", "zip"]);
         let file = ExperimentFile::parse(&text);
         assert!(file.is_ok(), "{file:?}\n{text}");
         // Three are given, and l is instead of one.
-        let all = Key::ALL.iter().filter(|key| key.is_of(false)).count();
-        assert_eq!(every_setting_stands_alone(false), all - 4);
+        let all = Key::ALL
+            .iter()
+            .filter(|key| key.is_of(StudyKind::Discrete))
+            .count();
+        assert_eq!(every_setting_stands_alone(StudyKind::Discrete), all - 4);
     }
 
     #[test]
     fn the_continuous_template_is_a_valid_experiment() {
-        let content = super::content(true);
+        let content = super::content(StudyKind::Continuous);
         let experiment = Experiment::new(ExperimentFile::parse(&content).unwrap()).unwrap();
         assert_eq!((experiment.cells.len(), experiment.outputs().len()), (4, 3));
         // Own plant, own disturbance, the fourth observer and the claim.
-        let text = uncommented(&parts(true).0, [""; 2]);
+        let text = uncommented(&parts(StudyKind::Continuous).0, [""; 2]);
         let file = ExperimentFile::parse(&text);
         assert!(file.is_ok(), "{file:?}\n{text}");
         // Five are given.
-        let all = Key::ALL.iter().filter(|key| key.is_of(true)).count();
-        assert_eq!(every_setting_stands_alone(true), all - 5);
+        let all = Key::ALL
+            .iter()
+            .filter(|key| key.is_of(StudyKind::Continuous))
+            .count();
+        assert_eq!(every_setting_stands_alone(StudyKind::Continuous), all - 5);
     }
 }

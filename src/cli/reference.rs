@@ -3,7 +3,7 @@
 use super::error::Error;
 use super::output::{print, print_json};
 use crate::study::Measure;
-use crate::study::file::{Key, schema};
+use crate::study::file::{Key, StudyKind, schema};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -38,11 +38,17 @@ the options of the estimators are in [methods.md](methods.md).
 fn page(schema: &Value) -> String {
     let mut text = HEAD.to_owned();
     section(&mut text, "The file", &schema["properties"], &[]);
-    for (title, continuous) in [("Settings", false), ("Settings in continuous time", true)] {
-        settings(&mut text, title, continuous);
+    for (title, kind) in [
+        ("Settings", StudyKind::Discrete),
+        ("Settings in continuous time", StudyKind::Continuous),
+    ] {
+        settings(&mut text, title, kind);
     }
-    for (title, continuous) in [("Measures", false), ("Measures in continuous time", true)] {
-        measures(&mut text, title, continuous);
+    for (title, kind) in [
+        ("Measures", StudyKind::Discrete),
+        ("Measures in continuous time", StudyKind::Continuous),
+    ] {
+        measures(&mut text, title, kind);
     }
     let definitions = schema["$defs"].as_object().into_iter().flatten();
     for (name, definition) in definitions {
@@ -105,14 +111,14 @@ fn section(text: &mut String, title: &str, properties: &Value, required: &[&str]
     }
 }
 
-fn settings(text: &mut String, title: &str, continuous: bool) {
+fn settings(text: &mut String, title: &str, kind: StudyKind) {
     let _ = write!(
         text,
         "\n## {title}\n\nA number or a text each; a list, or a range such as `{{ linspace = [0, 1, 5] }}`, makes an axis of the \
          grid.\n\n| key | default | meaning |\n|---|---|---|\n"
     );
-    for key in Key::ALL.iter().filter(|key| key.is_of(continuous)) {
-        let default = key.default_of(continuous);
+    for key in Key::ALL.iter().filter(|key| key.is_of(kind)) {
+        let default = key.default_of(kind);
         let default = default.map_or_else(String::new, |value| {
             format!("`{}`", serde_json::json!(value))
         });
@@ -120,15 +126,12 @@ fn settings(text: &mut String, title: &str, continuous: bool) {
     }
 }
 
-fn measures(text: &mut String, title: &str, continuous: bool) {
+fn measures(text: &mut String, title: &str, kind: StudyKind) {
     let _ = write!(
         text,
         "\n## {title}\n\n| measure | unit | meaning |\n|---|---|---|\n"
     );
-    for measure in Measure::ALL
-        .iter()
-        .filter(|measure| measure.is_of(continuous))
-    {
+    for measure in Measure::ALL.iter().filter(|measure| measure.is_of(kind)) {
         let _ = writeln!(
             text,
             "| `{measure}` | {} | {} |",

@@ -1,6 +1,6 @@
 //! Look-ups that a report needs often, computed once: the values of every setting, and the value of each cell.
 
-use asobench_study::study::file::Key;
+use asobench_study::study::file::{Key, StudyKind};
 use asobench_study::study::{OutputSummary, Summary};
 use std::collections::{BTreeMap, HashMap};
 
@@ -90,7 +90,7 @@ pub(super) struct Index {
 
 impl Index {
     /// Builds the index of a summary. All cells must have the outputs of the first one.
-    pub(super) fn new(summary: &Summary, continuous: bool) -> Self {
+    pub(super) fn new(summary: &Summary, kind: StudyKind) -> Self {
         let values = Key::ALL
             .iter()
             .map(|key| (*key, Values::new(summary, *key)));
@@ -101,7 +101,7 @@ impl Index {
         });
         let outputs = labels.iter().cloned().zip(0..).collect();
         Self {
-            varying: varying(&values, continuous),
+            varying: varying(&values, kind),
             values,
             labels,
             outputs,
@@ -130,9 +130,9 @@ impl Index {
     }
 }
 
-fn varying(values: &BTreeMap<Key, Values>, continuous: bool) -> Vec<Key> {
+fn varying(values: &BTreeMap<Key, Values>, kind: StudyKind) -> Vec<Key> {
     let mut kept: Vec<Key> = Vec::new();
-    for key in Key::telling().filter(|key| key.is_of(continuous)) {
+    for key in Key::telling().filter(|key| key.is_of(kind)) {
         let own = &values[&key];
         let follows = kept.iter().any(|other| own.follows(&values[other]));
         if own.names.len() > 1 && !follows {
@@ -153,7 +153,7 @@ mod tests {
         let cells = (0..experiment.cells.len())
             .map(|cell| CellSummary::new(&experiment, cell, &CellTally::default()));
         let summary = Summary::new(&experiment, cells.collect(), &[], &[]);
-        (Index::new(&summary, false), summary)
+        (Index::new(&summary, StudyKind::Discrete), summary)
     }
 
     #[test]

@@ -172,7 +172,7 @@ impl Study {
             folder: folder.to_owned(),
             version: text("version").unwrap_or_default(),
             revision: text("git_revision"),
-            index: Index::new(&summary, file.continuous.is_some()),
+            index: Index::new(&summary, file.kind()),
             judged,
             file,
             summary,

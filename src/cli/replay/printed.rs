@@ -256,8 +256,8 @@ impl<'a> Replay<'a> {
         object.insert("status".to_owned(), json!(row.status()));
         object.insert("unstable".to_owned(), json!(row.unstable));
         object.insert("unstable_so_far".to_owned(), json!(row.unstable_so_far));
-        let continuous = self.cell.process().is_none();
-        for &figure in Measure::ALL.iter().filter(|of| of.is_of(continuous)) {
+        let kind = self.cell.kind();
+        for &figure in Measure::ALL.iter().filter(|of| of.is_of(kind)) {
             object.insert(figure.name().to_owned(), json!(row[figure]));
         }
         Value::Object(object)

@@ -5,6 +5,7 @@ use crate::index::Index;
 use asobench_identification::estimator::Output;
 use asobench_identification::metric::{Sample, Share};
 use asobench_study::study::file::ExperimentFile;
+use asobench_study::study::file::StudyKind;
 use asobench_study::study::{
     CellSummary, CellTally, ComparisonSummary, Experiment, Outcomes, OutputSummary, Summary,
 };
@@ -58,7 +59,7 @@ pub(crate) fn study(toml: &str) -> Study {
         folder: PathBuf::from("many"),
         version: String::new(),
         revision: None,
-        index: Index::new(&summary, false),
+        index: Index::new(&summary, StudyKind::Discrete),
         summary,
         file: experiment.file,
         times: Vec::new(),

@@ -1,7 +1,7 @@
 //! The scale on which the numbers of a test are compared.
 
-use crate::design::file::claim_test::{ClaimTest, TestKind, ValueOf};
-use crate::design::file::test_table::ClaimStatistic as Statistic;
+use crate::design::file::claim_statistic::CoefficientStatistic;
+use crate::design::file::claim_test::{ClaimTest, TestKind};
 use serde::Serialize;
 
 /// The scale on which the numbers of a test are compared.
@@ -22,16 +22,19 @@ impl Scale {
             TestKind::Outcome(_)
             | TestKind::Bound(_)
             | TestKind::Wins { .. }
-            | TestKind::Value {
-                statistic: Statistic::Coverage,
+            | TestKind::Coefficient {
+                statistic: CoefficientStatistic::Coverage,
                 ..
             } => Self::Share,
             TestKind::Slope(_)
-            | TestKind::Value {
-                what: ValueOf::Parameter(_) | ValueOf::Parameters,
+            | TestKind::Coefficient {
+                statistic: CoefficientStatistic::Bias,
                 ..
             } => Self::Difference,
-            _ => Self::Ratio,
+            TestKind::Value { .. }
+            | TestKind::Ratio { .. }
+            | TestKind::Cells { .. }
+            | TestKind::Time { .. } => Self::Ratio,
         }
     }
 }

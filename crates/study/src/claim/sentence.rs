@@ -8,8 +8,8 @@ use crate::claim::evidence::{Evidence, Part};
 use crate::claim::needed::Needed;
 use crate::claim::scale::is_share;
 use crate::design::file::claim::Holds;
-use crate::design::file::claim_test::{ClaimTest, Limit, Outcome, TestKind, ValueOf};
-use crate::design::file::test_table::ClaimStatistic as Statistic;
+use crate::design::file::claim_statistic::{CoefficientStatistic, RatioStatistic};
+use crate::design::file::claim_test::{ClaimTest, Limit, Outcome, TestKind};
 use crate::design::file::theory_reference::TheoryReference;
 use crate::outcome::looks::Look;
 use crate::outcome::place::Place;
@@ -450,27 +450,21 @@ pub(crate) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             "the share of trials in which {output} is better than {to} in {}",
             measure.label()
         ),
-        TestKind::Value { what, statistic } => match what {
-            ValueOf::Measure(measure) => {
-                format!(
-                    "{} {} of {output}",
-                    statistic_name(*statistic),
-                    measure.label()
-                )
-            }
-            of_coefficients => {
-                let name = match of_coefficients {
-                    ValueOf::Parameter(name) => name,
-                    _ => coefficient.unwrap_or("every coefficient"),
-                };
-                match statistic {
-                    Statistic::Coverage => {
-                        format!("the coverage of the 95 % intervals of {name} of {output}")
-                    }
-                    _ => bias(name, output),
+        TestKind::Value { measure, statistic } => {
+            format!("{} {} of {output}", statistic.words(), measure.label())
+        }
+        TestKind::Coefficient { name, statistic } => {
+            let name = name.as_deref().or(coefficient);
+            let name = name.unwrap_or("every coefficient");
+            match statistic {
+                CoefficientStatistic::Coverage => {
+                    format!("the coverage of the 95 % intervals of {name} of {output}")
+                }
+                CoefficientStatistic::Bias => {
+                    format!("the bias of {name} of {output}, in standard deviations,")
                 }
             }
-        },
+        }
         TestKind::Ratio {
             measure,
             to,
@@ -480,20 +474,22 @@ pub(crate) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             let (first, second) = (measure.label(), measure_of_to.label());
             let to = TheoryReference::named(to).map_or(to.as_str(), |of| of.words());
             match statistic {
-                Statistic::Median if measure != measure_of_to => {
+                RatioStatistic::Median if measure != measure_of_to => {
                     format!(
                         "the ratio of the median {first} of {output} to the median {second} of {to}"
                     )
                 }
-                Statistic::Median => {
+                RatioStatistic::Median => {
                     format!("the ratio of the median {first} of {output} to that of {to}")
                 }
-                Statistic::Rms => {
+                RatioStatistic::Rms => {
                     format!(
                         "the ratio of the rms over trials of {first} of {output} to that of {to}"
                     )
                 }
-                _ => format!("the median ratio of {first}, {output} over {to},"),
+                RatioStatistic::PairedMedian => {
+                    format!("the median ratio of {first}, {output} over {to},")
+                }
             }
         }
         TestKind::Cells {
@@ -523,22 +519,5 @@ pub(crate) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             format!("the log-log slope of the {statistic} of {measure} of {output} over {over}")
         }
         TestKind::Time { to } => format!("the time of {output} over that of {to}"),
-    }
-}
-
-fn bias(what: &str, output: &str) -> String {
-    format!("the bias of {what} of {output}, in standard deviations,")
-}
-
-fn statistic_name(statistic: Statistic) -> &'static str {
-    match statistic {
-        Statistic::Mean => "the mean",
-        Statistic::Rms => "the rms over trials of",
-        Statistic::Q05 => "the 5 % quantile of",
-        Statistic::Q25 => "the lower quartile of",
-        Statistic::Q75 => "the upper quartile of",
-        Statistic::Q95 => "the 95 % quantile of",
-        Statistic::Coverage => "the coverage of",
-        Statistic::Median | Statistic::PairedMedian | Statistic::Bias => "the median",
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::design::continuous_cell::ContinuousCell;
 use crate::design::file::grid::Settings;
+use crate::design::file::key::StudyKind;
 use crate::worker::Record;
 use crate::worker::seed_of;
 use asobench_identification::data::{Process, Realisation, Truth};
@@ -80,6 +81,14 @@ impl Cell {
             observer_start: ObserverStart::default(),
             scored_from: ScoredFrom::default(),
             source: Source::Continuous(Box::new(of)),
+        }
+    }
+
+    /// The kind of study that it is of.
+    pub fn kind(&self) -> StudyKind {
+        match &self.source {
+            Source::Record(_) => StudyKind::Discrete,
+            Source::Continuous(_) => StudyKind::Continuous,
         }
     }
 

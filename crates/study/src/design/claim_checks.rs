@@ -3,11 +3,11 @@
 use crate::design::experiment::Experiment;
 use crate::design::file::ClaimTable;
 use crate::design::file::axis::Axis;
-use crate::design::file::claim_test::{ClaimTest, TestKind, TestUnit, ValueOf};
+use crate::design::file::claim_test::{ClaimTest, TestKind, TestUnit};
 use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::grid::{Settings, cells, conditions, matches};
-use crate::design::file::key::Key;
+use crate::design::file::key::{Key, StudyKind};
 use crate::design::file::rule::TrialRule;
 use crate::design::file::theory_reference::TheoryReference;
 use crate::design::theory::smooth;
@@ -138,17 +138,13 @@ fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Resu
 
 /// Checks that the outputs, methods, measures and coefficients of a test exist.
 fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileError> {
-    let continuous = experiment.file.continuous.is_some();
+    let kind = experiment.file.kind();
+    let continuous = kind == StudyKind::Continuous;
     let wrong = |key: &str, message: String| Err(FileError::key(key, message));
-    if let Some(other) = test
-        .measures()
-        .iter()
-        .find(|measure| !measure.is_of(continuous))
-    {
-        let kind = if continuous { "continuous" } else { "discrete" };
+    if let Some(other) = test.measures().iter().find(|measure| !measure.is_of(kind)) {
         return wrong(
             "",
-            format!("'{other}' means nothing in a study in {kind} time"),
+            format!("'{other}' means nothing in a study in {} time", kind.name()),
         );
     }
     let by_ratio = matches!(
@@ -199,7 +195,7 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
         TestKind::Wins { to, .. } | TestKind::Ratio { to, .. } => {
             experiment.output("to", to)?;
         }
-        TestKind::Value { what, .. } => check_coefficient(experiment, what)?,
+        TestKind::Coefficient { name, .. } => check_coefficient(experiment, name.as_deref())?,
         _ => {}
     }
     let itself = match &test.kind {
@@ -218,11 +214,8 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
     Ok(())
 }
 
-fn check_coefficient(experiment: &Experiment, what: &ValueOf) -> Result<(), FileError> {
-    if matches!(what, ValueOf::Measure(_)) {
-        return Ok(());
-    }
-    if experiment.file.continuous.is_some() {
+fn check_coefficient(experiment: &Experiment, name: Option<&str>) -> Result<(), FileError> {
+    if experiment.file.kind() == StudyKind::Continuous {
         let message = "coefficients of a and h mean nothing in a study in continuous time";
         return Err(FileError::key("value", message));
     }
@@ -232,8 +225,8 @@ fn check_coefficient(experiment: &Experiment, what: &ValueOf) -> Result<(), File
         .map(|cell| cell.order)
         .min()
         .unwrap_or(0);
-    match what {
-        ValueOf::Parameter(name) if name[2..].parse().is_ok_and(|i: usize| i > least) => {
+    match name {
+        Some(name) if name[2..].parse().is_ok_and(|i: usize| i > least) => {
             let message = format!("'{name}'; expected a coefficient up to {least}, the order");
             Err(FileError::key("value", message))
         }

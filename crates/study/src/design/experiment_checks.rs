@@ -7,7 +7,7 @@ use crate::design::file::axis::Axis;
 use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::grid::cells;
-use crate::design::file::key::Key;
+use crate::design::file::key::{Key, StudyKind};
 use crate::design::file::limits::at_most;
 use crate::design::file::method::MethodTable;
 use crate::design::file::rule::TrialRule;
@@ -198,10 +198,9 @@ impl Experiment {
 
     /// Checks that every method serves every cell, and that every output has a distinct name.
     fn check_methods(&self) -> Result<(), FileError> {
-        let place = if self.file.continuous.is_some() {
-            "observers"
-        } else {
-            "methods"
+        let place = match self.file.kind() {
+            StudyKind::Continuous => "observers",
+            StudyKind::Discrete => "methods",
         };
         if self.output_count() == 0 {
             return Err(FileError::key(

@@ -1,6 +1,6 @@
 //! The measures of an output of a trial. Each has one entry of one table.
 
-use crate::design::file::key::Time;
+use crate::design::file::key::{StudyKind, Time};
 use asobench_identification::metric::Worse;
 use asobench_identification::names::named_table;
 
@@ -282,9 +282,9 @@ impl Measure {
         self.entry().in_lanes
     }
 
-    /// Whether studies in continuous time (`continuous`) or in discrete time have the measure.
-    pub const fn is_of(self, continuous: bool) -> bool {
-        self.entry().time.is_of(continuous)
+    /// Whether studies of this kind have the measure.
+    pub const fn is_of(self, kind: StudyKind) -> bool {
+        self.entry().time.is_of(kind)
     }
 }
 
@@ -312,7 +312,8 @@ mod tests {
     /// Both kinds of study have states, but each has identified parameters of its own.
     #[test]
     fn each_kind_of_study_has_its_measures() {
-        let is_of = |measure: Measure| [false, true].map(|continuous| measure.is_of(continuous));
+        let kinds = [StudyKind::Discrete, StudyKind::Continuous];
+        let is_of = |measure: Measure| kinds.map(|kind| measure.is_of(kind));
         assert_eq!(is_of(Measure::RmsState), [true, true]);
         assert_eq!(is_of(Measure::Ea), [true, false]);
         assert_eq!(is_of(Measure::Theta), [false, true]);

@@ -1,24 +1,28 @@
 //! Which settings tell cells apart, and descriptions of cells in words.
 
-use crate::design::file::key::Key;
+use crate::design::file::key::{Key, StudyKind};
 use crate::outcome::summary::CellSummary;
 use std::collections::{BTreeMap, HashSet};
 
 /// The place of a cell, or of a family of cells, in its study: the values of its settings as text.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     values: BTreeMap<Key, String>,
-    continuous: bool,
+    kind: StudyKind,
 }
 
 impl CellSummary {
     /// Returns the place of the cell.
     pub fn place(&self) -> Place {
-        let continuous = self.settings.contains_key(&Key::Disturbance);
-        let keys = Key::ALL.iter().filter(|key| key.is_of(continuous));
+        let kind = if self.settings.contains_key(&Key::Disturbance) {
+            StudyKind::Continuous
+        } else {
+            StudyKind::Discrete
+        };
+        let keys = Key::ALL.iter().filter(|key| key.is_of(kind));
         Place {
             values: keys.map(|key| (*key, self.setting(*key))).collect(),
-            continuous,
+            kind,
         }
     }
 }
@@ -50,7 +54,7 @@ impl Place {
 
     /// Whether a setting has its default.
     pub fn is_default(&self, key: Key) -> bool {
-        key.default_of(self.continuous)
+        key.default_of(self.kind)
             .is_some_and(|value| value.to_string() == self.value(key))
     }
 }

@@ -4,7 +4,7 @@ use super::part::{Part, Row, at_most, row};
 use super::words::{listed, table};
 use crate::results::Study;
 use asobench_identification::plant::{ContinuousPlant, Numerator, nikolov2023};
-use asobench_study::study::file::{AUTOMATIC, Axis, ExperimentFile, Key, TrialRule};
+use asobench_study::study::file::{AUTOMATIC, Axis, ExperimentFile, Key, StudyKind, TrialRule};
 use asobench_study::text::{grouped, number};
 
 pub(super) fn part(study: &Study) -> Part {
@@ -52,11 +52,11 @@ const ALWAYS: [Key; 10] = [
 /// The settings that `wanted` selects: those that are axes, not at their default, or always asked for; then the others.
 pub(super) fn settings(study: &Study, wanted: fn(Key) -> bool) -> (Vec<Row>, Vec<Row>) {
     let file = &study.file;
-    let continuous = file.continuous.is_some();
+    let kind = file.kind();
     let (mut given, mut defaults) = (Vec::new(), Vec::new());
     let keys = Key::ALL.iter().copied();
-    for key in keys.filter(|key| key.is_of(continuous) && wanted(*key)) {
-        let default = key.default_of(continuous);
+    for key in keys.filter(|key| key.is_of(kind) && wanted(*key)) {
+        let default = key.default_of(kind);
         let set = file.settings.get(&key);
         let Some(axis) = set.cloned().or_else(|| default.clone().map(Axis::One)) else {
             continue;
@@ -84,7 +84,7 @@ pub(super) fn settings(study: &Study, wanted: fn(Key) -> bool) -> (Vec<Row>, Vec
 /// The values of a setting, as text.
 fn values(file: &ExperimentFile, key: Key) -> Vec<String> {
     let axis = file.settings.get(&key).cloned();
-    let axis = axis.or_else(|| key.default_of(file.continuous.is_some()).map(Axis::One));
+    let axis = axis.or_else(|| key.default_of(file.kind()).map(Axis::One));
     let values = axis.map(|axis| axis.values(key.is_count()));
     values.iter().flatten().map(ToString::to_string).collect()
 }
@@ -109,7 +109,7 @@ fn plants(file: &ExperimentFile) -> Vec<Row> {
                 term,
                 "a new one in every trial: plant_order, pole_radius",
             ));
-        } else if file.continuous.is_some() {
+        } else if file.kind() == StudyKind::Continuous {
             rows.push(row(term, example_in_continuous_time()));
         } else {
             for numerator in values(file, Key::Numerator) {

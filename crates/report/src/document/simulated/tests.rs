@@ -3,7 +3,7 @@ use crate::document::report;
 use crate::document::tests::study;
 use asobench_identification::metric::SlopeOf;
 use asobench_study::study::Measure;
-use asobench_study::study::file::{Key, SlopeTable};
+use asobench_study::study::file::{Key, SlopeTable, StudyKind};
 
 /// A file with something of each kind, each value told apart from all others.
 const DISCRETE: &str = r#"
@@ -165,7 +165,7 @@ fn a_claim_has_its_words_test_and_level() {
 #[test]
 fn every_setting_is_there_once_and_defaults_come_last() {
     let parts = parts(&discrete());
-    for key in Key::ALL.iter().filter(|key| key.is_of(false)) {
+    for key in Key::ALL.iter().filter(|key| key.is_of(StudyKind::Discrete)) {
         let all = parts
             .iter()
             .flat_map(|part| part.rows.iter().chain(&part.defaults));

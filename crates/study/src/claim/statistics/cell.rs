@@ -6,10 +6,12 @@ use crate::claim::moment::Sum;
 use crate::claim::statistics::number::{Missing, Number, exact, not_kept, single};
 use crate::claim::statistics::of_output::moment;
 use crate::claim::statistics::of_output::{at_ranks, count_of, kept, ranks, statistics};
-use crate::claim::statistics::ratio::{over_theory, ratio, ratio_of_medians, wins};
+use crate::claim::statistics::ratio::{
+    compared, over_theory, paired_median, ratio_of_medians, ratio_of_rms, wins,
+};
 use crate::design::file::bounds::BoundTable;
-use crate::design::file::claim_test::{ClaimTest, Outcome, TestKind, ValueOf};
-use crate::design::file::test_table::ClaimStatistic;
+use crate::design::file::claim_statistic::{CoefficientStatistic, RatioStatistic, ValueStatistic};
+use crate::design::file::claim_test::{ClaimTest, Outcome, TestKind};
 use crate::design::file::theory_reference::TheoryReference;
 use crate::design::measure::Measure;
 use crate::outcome::summary::{CellSummary, OutputSummary};
@@ -22,20 +24,13 @@ pub(crate) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number
         TestKind::Outcome(outcome) => single(outcome_count(cell, output, *outcome)),
         TestKind::Bound(bound) => single(bound_count(cell, &test.output, bound)),
         TestKind::Wins { measure, to } => single(wins(cell, &test.output, to, *measure)),
-        TestKind::Value {
-            what: ValueOf::Measure(measure),
-            statistic,
-        } => value(cell, output, *measure, *statistic).map(|number| vec![number]),
-        TestKind::Value { what, statistic } => {
-            let name = match what {
-                ValueOf::Parameter(name) => Some(name),
-                _ => None,
-            };
-            match statistic {
-                ClaimStatistic::Coverage => coverages(cell, output, name),
-                _ => biases(cell, output, name),
-            }
+        TestKind::Value { measure, statistic } => {
+            value(cell, output, *measure, *statistic).map(|number| vec![number])
         }
+        TestKind::Coefficient { name, statistic } => match statistic {
+            CoefficientStatistic::Coverage => coverages(cell, output, name.as_ref()),
+            CoefficientStatistic::Bias => biases(cell, output, name.as_ref()),
+        },
         TestKind::Ratio {
             measure,
             to,
@@ -47,12 +42,16 @@ pub(crate) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number
                 over_theory(cell, output, measures, reference, *statistic)
                     .map(|number| vec![number])
             }
-            (None, ClaimStatistic::Median) => single(ratio_of_medians(
+            (None, RatioStatistic::Median) => single(ratio_of_medians(
                 cell,
                 [(&test.output, *measure), (to, *measure_of_to)],
             )),
-            (None, statistic) => {
-                ratio(cell, &test.output, to, *measure, *statistic).map(|number| vec![number])
+            (None, RatioStatistic::PairedMedian) => {
+                let pair = compared(cell, &test.output, to, *measure)?;
+                Ok(vec![paired_median(pair, *measure).into()])
+            }
+            (None, RatioStatistic::Rms) => {
+                ratio_of_rms(cell, &test.output, to, *measure).map(|number| vec![number])
             }
         },
         TestKind::Cells { .. } | TestKind::Slope(_) | TestKind::Time { .. } => Ok(Vec::new()),
@@ -102,18 +101,18 @@ pub(crate) fn value(
     cell: &CellSummary,
     output: &OutputSummary,
     measure: Measure,
-    statistic: ClaimStatistic,
+    statistic: ValueStatistic,
 ) -> Result<Number, Missing> {
     let statistics = statistics(output, measure)?;
     let quantile = |q: f64, of_q: Quantile| Ok(quantile(statistics, q, of_q, measure).into());
     match statistic {
-        ClaimStatistic::Mean => moment(cell, statistics, 1, measure),
-        ClaimStatistic::Rms => moment(cell, statistics, 2, measure),
-        ClaimStatistic::Q05 => quantile(0.05, statistics.q05),
-        ClaimStatistic::Q25 => quantile(0.25, statistics.q25),
-        ClaimStatistic::Q75 => quantile(0.75, statistics.q75),
-        ClaimStatistic::Q95 => quantile(0.95, statistics.q95),
-        _ => quantile(0.5, statistics.q50),
+        ValueStatistic::Mean => moment(cell, statistics, 1, measure),
+        ValueStatistic::Rms => moment(cell, statistics, 2, measure),
+        ValueStatistic::Q05 => quantile(0.05, statistics.q05),
+        ValueStatistic::Q25 => quantile(0.25, statistics.q25),
+        ValueStatistic::Q75 => quantile(0.75, statistics.q75),
+        ValueStatistic::Q95 => quantile(0.95, statistics.q95),
+        ValueStatistic::Median => quantile(0.5, statistics.q50),
     }
 }
 

@@ -7,7 +7,7 @@ use crate::claim::moment::Sum;
 use crate::claim::statistics::number::{Missing, Number, estimated, known, not_kept};
 use crate::claim::statistics::of_output::moment;
 use crate::claim::statistics::of_output::{at_ranks, count_of, kept, ranks, statistics};
-use crate::design::file::test_table::ClaimStatistic;
+use crate::design::file::claim_statistic::RatioStatistic;
 use crate::design::file::theory_reference::TheoryReference;
 use crate::design::measure::Measure;
 use crate::outcome::summary::{CellSummary, OutputSummary};
@@ -46,19 +46,14 @@ pub(crate) fn wins(
     count_of(count, smaller.total)
 }
 
-/// Returns the ratio of two outputs on the same trials. A trial in which one of them fails makes the ratio infinite or
-/// 0.
-pub(crate) fn ratio(
+/// Returns the ratio of the root mean squares of two outputs, each over the trials that both have.
+pub(crate) fn ratio_of_rms(
     cell: &CellSummary,
     output: &str,
     to: &str,
     measure: Measure,
-    statistic: ClaimStatistic,
 ) -> Result<Number, Missing> {
     let pair = compared(cell, output, to, measure)?;
-    if statistic != ClaimStatistic::Rms {
-        return Ok(paired_median(pair, measure).into());
-    }
     let sum = |label: &str| {
         let output = cell.output(label);
         let output = output.ok_or_else(|| format!("the results have no output '{label}'"))?;
@@ -72,7 +67,8 @@ pub(crate) fn ratio(
     })
 }
 
-/// Returns the median ratio of two outputs, or of two cells, over all trials.
+/// Returns the median ratio of two outputs, or of two cells, over all trials. A trial in which one of them fails makes
+/// the ratio infinite or 0.
 pub(crate) fn paired_median(pair: &PairedStatistics, measure: Measure) -> Known {
     let all = pair.trials();
     let (zero, infinite) = match measure.worse() {
@@ -157,7 +153,7 @@ pub(crate) fn over_theory(
     output: &OutputSummary,
     [measure, of_theory]: [Measure; 2],
     reference: TheoryReference,
-    statistic: ClaimStatistic,
+    statistic: RatioStatistic,
 ) -> Result<Number, Missing> {
     let theory = output.theory.get(&of_theory);
     let theory = theory.and_then(|theory| theory.reference(reference));
@@ -166,7 +162,7 @@ pub(crate) fn over_theory(
         format!("there is no {reference} of {of_theory} for '{label}' here")
     })?;
     let statistics = statistics(output, measure)?;
-    if statistic == ClaimStatistic::Rms {
+    if statistic == RatioStatistic::Rms {
         let mut number = moment(cell, statistics, 2, measure)?;
         number.known = number.known.over(theory.rms);
         return Ok(number);

@@ -2,13 +2,15 @@
 
 use crate::design::file::axis::{Axis, Scalar};
 use crate::design::file::bounds::BoundTable;
+use crate::design::file::claim_statistic::{
+    CoefficientStatistic, RatioStatistic, SLOPE_STATISTICS, ValueStatistic,
+};
 use crate::design::file::error::FileError;
 use crate::design::file::key::Key;
 use crate::design::file::tables::SlopeTable;
-use crate::design::file::test_table::{ClaimStatistic as Statistic, TestTable, TimeOf};
+use crate::design::file::test_table::{TestTable, TimeOf};
 use crate::design::file::theory_reference::TheoryReference;
 use crate::design::measure::Measure;
-use asobench_identification::metric::SlopeOf;
 use asobench_identification::names::{UnknownName, named_enum};
 use std::collections::BTreeMap;
 
@@ -22,17 +24,6 @@ named_enum! {
         /// With an unstable A-hat.
         Unstable = "unstable",
     }
-}
-
-/// What a value is taken of.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ValueOf {
-    /// A measure.
-    Measure(Measure),
-    /// Every coefficient of a and h.
-    Parameters,
-    /// One of them, such as "a_1".
-    Parameter(String),
 }
 
 /// The numbers that pass.
@@ -62,12 +53,19 @@ pub enum TestKind {
         /// The other output.
         to: String,
     },
-    /// A statistic of a measure or a coefficient.
+    /// A statistic of a measure.
     Value {
-        /// What it is taken of.
-        what: ValueOf,
+        /// The measure.
+        measure: Measure,
         /// Which statistic.
-        statistic: Statistic,
+        statistic: ValueStatistic,
+    },
+    /// A statistic of a coefficient of a and h, or of every one.
+    Coefficient {
+        /// Its name, such as "a_1"; `None` for every one.
+        name: Option<String>,
+        /// Which statistic.
+        statistic: CoefficientStatistic,
     },
     /// A ratio to another output.
     Ratio {
@@ -77,8 +75,8 @@ pub enum TestKind {
         to: String,
         /// The measure of the other output.
         measure_of_to: Measure,
-        /// Which ratio: [`Statistic::PairedMedian`], [`Statistic::Median`] or [`Statistic::Rms`].
-        statistic: Statistic,
+        /// Which ratio; never [`RatioStatistic::PairedMedian`] of theory.
+        statistic: RatioStatistic,
     },
     /// The median ratio of two cells.
     Cells {
@@ -210,14 +208,17 @@ impl TestTable {
         Ok(limit)
     }
 
-    fn statistic_of(&self, known: &[Statistic]) -> Result<Statistic, FileError> {
-        let given = self.statistic.unwrap_or(known[0]);
-        if known.contains(&given) {
-            return Ok(given);
-        }
-        let names: Vec<&str> = known.iter().map(|parameter| parameter.name()).collect();
-        let unknown = UnknownName::new("statistic of this test", given.name(), &names);
-        Err(FileError::key("statistic", unknown.to_string()))
+    /// Returns the statistic among those of a kind of test; the first by default.
+    fn statistic_of<T: Copy>(&self, known: &[(&str, T)]) -> Result<T, FileError> {
+        let Some(given) = &self.statistic else {
+            return Ok(known[0].1);
+        };
+        let found = known.iter().find(|(name, _)| name == given);
+        found.map(|(_, statistic)| *statistic).ok_or_else(|| {
+            let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+            let unknown = UnknownName::new("statistic of this test", given, &names);
+            FileError::key("statistic", unknown.to_string())
+        })
     }
 
     /// Returns `of` or `to` as the name of an output or method.
@@ -281,28 +282,26 @@ impl TestTable {
     }
 
     fn value_kind(&self, value: &str) -> Result<TestKind, FileError> {
-        use Statistic::{Bias, Coverage, Mean, Median, Q05, Q25, Q75, Q95, Rms};
-        let what = match value {
-            "parameters" => ValueOf::Parameters,
-            _ if is_coefficient(value) => ValueOf::Parameter(value.to_owned()),
-            _ => ValueOf::Measure(measure("value", value, ["parameters", "a_1", "h_1"])?),
-        };
-        let statistic = match what {
-            ValueOf::Measure(_) => self.statistic_of(&[Median, Mean, Rms, Q05, Q25, Q75, Q95])?,
-            _ => self.statistic_of(&[Bias, Coverage])?,
-        };
-        Ok(TestKind::Value { what, statistic })
+        let every = value == "parameters";
+        if every || is_coefficient(value) {
+            return Ok(TestKind::Coefficient {
+                name: (!every).then(|| value.to_owned()),
+                statistic: self.statistic_of(CoefficientStatistic::NAMES)?,
+            });
+        }
+        Ok(TestKind::Value {
+            measure: measure("value", value, ["parameters", "a_1", "h_1"])?,
+            statistic: self.statistic_of(ValueStatistic::NAMES)?,
+        })
     }
 
     fn ratio_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
         let to = self.other()?;
-        let mut known = &[Statistic::PairedMedian, Statistic::Median, Statistic::Rms][..];
-        if TheoryReference::named(&to).is_some() {
-            // Theory has no trials to pair with.
-            known = &known[1..];
-        }
-        let statistic = self.statistic_of(known)?;
-        if self.measure_of_to.is_some() && statistic != Statistic::Median {
+        let statistic = match TheoryReference::named(&to) {
+            Some(_) => self.statistic_of(RatioStatistic::OF_THEORY)?,
+            None => self.statistic_of(RatioStatistic::NAMES)?,
+        };
+        if self.measure_of_to.is_some() && statistic != RatioStatistic::Median {
             let message = "two different measures can be compared only by their medians; expected statistic = \"median\"";
             return Err(FileError::key("measure_of_to", message));
         }
@@ -332,14 +331,10 @@ impl TestTable {
             Some(Scalar::Number(from)) => from,
             Some(_) => return Err(FileError::key("from", "expected a number")),
         };
-        let statistic = match self.statistic_of(&[Statistic::Median, Statistic::Rms])? {
-            Statistic::Rms => SlopeOf::Rmse,
-            _ => SlopeOf::Median,
-        };
         Ok(TestKind::Slope(SlopeTable {
             measure,
             over: self.over.ok_or_else(|| missing("over", "a setting"))?,
-            statistic,
+            statistic: self.statistic_of(SLOPE_STATISTICS)?,
             from,
         }))
     }
@@ -428,10 +423,7 @@ impl ClaimTest {
         match &self.kind {
             TestKind::Bound(bound) => vec![bound.measure],
             TestKind::Slope(slope) => vec![slope.measure],
-            TestKind::Value {
-                what: ValueOf::Measure(measure),
-                ..
-            }
+            TestKind::Value { measure, .. }
             | TestKind::Wins { measure, .. }
             | TestKind::Cells { measure, .. } => vec![*measure],
             TestKind::Ratio {
@@ -439,7 +431,9 @@ impl ClaimTest {
                 measure_of_to,
                 ..
             } => vec![*measure, *measure_of_to],
-            TestKind::Outcome(_) | TestKind::Value { .. } | TestKind::Time { .. } => Vec::new(),
+            TestKind::Outcome(_) | TestKind::Coefficient { .. } | TestKind::Time { .. } => {
+                Vec::new()
+            }
         }
     }
 }

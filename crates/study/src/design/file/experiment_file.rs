@@ -7,7 +7,7 @@ use crate::design::file::continuous_tables::{
     ContinuousPlantTable, ContinuousTable, ObserverTable, SignalTable,
 };
 use crate::design::file::engine::Engine;
-use crate::design::file::key::Key;
+use crate::design::file::key::{Key, StudyKind};
 use crate::design::file::method::MethodTable;
 use crate::design::file::needs::Needs;
 use crate::design::file::rule::TrialRule;
@@ -189,6 +189,16 @@ impl Default for ExperimentFile {
             slopes: Vec::new(),
             bounds: Vec::new(),
             quick: None,
+        }
+    }
+}
+
+impl ExperimentFile {
+    /// The kind of the study.
+    pub fn kind(&self) -> StudyKind {
+        match self.continuous {
+            Some(_) => StudyKind::Continuous,
+            None => StudyKind::Discrete,
         }
     }
 }

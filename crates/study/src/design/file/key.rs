@@ -5,6 +5,25 @@ use Given::{Number, Text};
 use InWords::{Template, Words};
 use asobench_identification::names::named_table;
 
+/// What a study simulates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StudyKind {
+    /// Plants in discrete time, with methods.
+    Discrete,
+    /// Plants in continuous time, with observers.
+    Continuous,
+}
+
+impl StudyKind {
+    /// Returns its name in sentences: "discrete".
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Discrete => "discrete",
+            Self::Continuous => "continuous",
+        }
+    }
+}
+
 /// Which studies have a setting or a measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Time {
@@ -14,11 +33,11 @@ pub(crate) enum Time {
 }
 
 impl Time {
-    /// Whether studies in continuous time (`continuous`) or in discrete time have it.
-    pub(crate) const fn is_of(self, continuous: bool) -> bool {
+    /// Whether studies of this kind have it.
+    pub(crate) const fn is_of(self, kind: StudyKind) -> bool {
         match self {
-            Self::Discrete => !continuous,
-            Self::Continuous => continuous,
+            Self::Discrete => matches!(kind, StudyKind::Discrete),
+            Self::Continuous => matches!(kind, StudyKind::Continuous),
             Self::Both => true,
         }
     }
@@ -383,17 +402,19 @@ fn gain_words(value: &str) -> String {
 }
 
 impl Key {
-    /// Whether studies in continuous time (`continuous`) or in discrete time have the setting.
-    pub const fn is_of(self, continuous: bool) -> bool {
-        self.entry().time.is_of(continuous)
+    /// Whether studies of this kind have the setting.
+    pub const fn is_of(self, kind: StudyKind) -> bool {
+        self.entry().time.is_of(kind)
     }
 
     /// Returns the value if a file of that kind gives none.
-    pub fn default_of(self, continuous: bool) -> Option<Scalar> {
-        let own = self.entry().default_in_continuous.filter(|_| continuous);
+    pub fn default_of(self, kind: StudyKind) -> Option<Scalar> {
+        let own = match kind {
+            StudyKind::Discrete => None,
+            StudyKind::Continuous => self.entry().default_in_continuous,
+        };
         let own = own.map(|text| Scalar::Text(text.to_owned()));
-        own.or_else(|| self.default())
-            .filter(|_| self.is_of(continuous))
+        own.or_else(|| self.default()).filter(|_| self.is_of(kind))
     }
 
     /// Returns the value if a file gives none; `None` for `l`, which replaces `window`.

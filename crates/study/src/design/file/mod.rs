@@ -3,6 +3,7 @@
 pub(crate) mod axis;
 pub(crate) mod bounds;
 pub(crate) mod claim;
+pub(crate) mod claim_statistic;
 pub(crate) mod claim_test;
 pub(crate) mod columns;
 pub(crate) mod continuous_tables;
@@ -27,7 +28,8 @@ pub(crate) mod theory_reference;
 pub use axis::{Axis, Scalar};
 pub use bounds::BoundTable;
 pub use claim::{CLAIM_LEVEL, ClaimTable, Holds};
-pub use claim_test::{ClaimTest, Limit, Outcome, TestKind, TestUnit, ValueOf};
+pub use claim_statistic::{CoefficientStatistic, RatioStatistic, ValueStatistic};
+pub use claim_test::{ClaimTest, Limit, Outcome, TestKind, TestUnit};
 pub use continuous_tables::{
     ContinuousPlantTable, ContinuousTable, FactorName, FilterTable, HoldName, ObserverName,
     ObserverTable, SignalTable, WaveName, WaveTable,
@@ -35,10 +37,10 @@ pub use continuous_tables::{
 pub use error::FileError;
 pub use experiment_file::{ExperimentFile, Store, Unfinished};
 pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, partners};
-pub use key::{AUTOMATIC, Key};
+pub use key::{AUTOMATIC, Key, StudyKind};
 pub use method::MethodTable;
 pub use needs::{MediansTable, Needs, SeriesTable};
 pub use parse::schema;
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
 pub use tables::{FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
-pub use test_table::{ClaimStatistic, TestTable, TimeOf};
+pub use test_table::{TestTable, TimeOf};

@@ -2,11 +2,11 @@
 
 use crate::design::file::bounds::BoundTable;
 use crate::design::file::claim::ClaimTable;
-use crate::design::file::claim_test::{ClaimTest, TestKind, ValueOf};
+use crate::design::file::claim_statistic::{CoefficientStatistic, RatioStatistic};
+use crate::design::file::claim_test::{ClaimTest, TestKind};
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::key::Key;
 use crate::design::file::needs::{MediansTable, Needs, SeriesTable};
-use crate::design::file::test_table::ClaimStatistic;
 use crate::design::file::theory_reference::TheoryReference;
 
 /// Adds the items that the list does not have yet.
@@ -84,10 +84,12 @@ impl Needs {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.compare, &file.compare, [output(), to.clone()]);
             }
-            TestKind::Value { what, statistic } => match what {
-                ValueOf::Measure(measure) => push(&mut self.measures, &file.measures, *measure),
-                _ if *statistic == ClaimStatistic::Coverage => self.coverage |= !file.coverage,
-                ValueOf::Parameters | ValueOf::Parameter(_) => self.parameters |= !file.parameters,
+            TestKind::Value { measure, .. } => {
+                push(&mut self.measures, &file.measures, *measure);
+            }
+            TestKind::Coefficient { statistic, .. } => match statistic {
+                CoefficientStatistic::Coverage => self.coverage |= !file.coverage,
+                CoefficientStatistic::Bias => self.parameters |= !file.parameters,
             },
             TestKind::Ratio {
                 measure,
@@ -98,7 +100,7 @@ impl Needs {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.measures, &file.measures, *measure_of_to);
                 let of_theory = TheoryReference::named(to).is_some();
-                if *statistic == ClaimStatistic::Median && !of_theory {
+                if *statistic == RatioStatistic::Median && !of_theory {
                     let medians = MediansTable {
                         output: output(),
                         measure: *measure,

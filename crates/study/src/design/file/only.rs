@@ -4,6 +4,7 @@ use crate::design::file::axis::Axis;
 use crate::design::file::claim::ClaimTable;
 use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::key::StudyKind;
 use crate::design::file::method::MethodTable;
 use crate::text::folded;
 use asobench_identification::names::UnknownName;
@@ -25,10 +26,9 @@ impl ExperimentFile {
         let methods = expanded
             .collect::<Result<Vec<Vec<MethodTable>>, FileError>>()?
             .concat();
-        let methods = if self.continuous.is_some() {
-            Vec::new()
-        } else {
-            methods
+        let methods = match self.kind() {
+            StudyKind::Discrete => methods,
+            StudyKind::Continuous => Vec::new(),
         };
         let of_method: Vec<Vec<String>> = methods.iter().map(MethodTable::names).collect();
         let of_observer: Vec<Vec<String>> = self

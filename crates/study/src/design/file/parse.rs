@@ -120,10 +120,10 @@ impl ExperimentFile {
         } else {
             if path.parse::<Key>().is_err() {
                 // What this kind of study has.
-                let continuous = self.continuous.is_some();
+                let kind = self.kind();
                 let settings = Key::ALL
                     .iter()
-                    .filter(|key| key.is_of(continuous))
+                    .filter(|key| key.is_of(kind))
                     .map(|key| key.name());
                 let keys = file
                     .as_object()
@@ -195,7 +195,27 @@ pub fn schema() -> Value {
     let measures =
         measures.map(|of| serde_json::json!({ "const": of.name(), "description": of.about() }));
     schema["$defs"]["Measure"] = serde_json::json!({ "oneOf": measures.collect::<Vec<_>>() });
+    join_lines(&mut schema);
     schema
+}
+
+/// Joins the lines of descriptions, which end where those of the comments in the code do.
+fn join_lines(schema: &mut Value) {
+    match schema {
+        Value::Array(values) => values.iter_mut().for_each(join_lines),
+        Value::Object(values) => {
+            for (key, value) in values {
+                match value {
+                    Value::String(text) if key == "description" => {
+                        let paragraphs = text.split("\n\n").map(|text| text.replace('\n', " "));
+                        *text = paragraphs.collect::<Vec<_>>().join("\n\n");
+                    }
+                    other => join_lines(other),
+                }
+            }
+        }
+        _ => {}
+    }
 }
 
 #[cfg(test)]

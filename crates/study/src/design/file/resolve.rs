@@ -3,7 +3,7 @@
 use crate::design::file::axis::Axis;
 use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::{ExperimentFile, Unfinished};
-use crate::design::file::key::Key;
+use crate::design::file::key::{Key, StudyKind};
 use crate::design::file::method::MethodTable;
 use crate::design::file::rule::TrialRule;
 use crate::design::measure::Measure;
@@ -21,62 +21,54 @@ impl ExperimentFile {
 
     /// Refuses keys that belong to the other kind of study.
     fn check_kind(&self) -> Result<(), FileError> {
-        let continuous = self.continuous.is_some();
-        let kind = if continuous {
-            "continuous time (the file has [continuous])"
-        } else {
-            "discrete time (the file has no [continuous])"
+        let kind = self.kind();
+        let of_kind = match kind {
+            StudyKind::Continuous => "continuous time (the file has [continuous])",
+            StudyKind::Discrete => "discrete time (the file has no [continuous])",
         };
         let wrong = |key: &str| {
-            let message = format!("is not used in a study in {kind}");
+            let message = format!("is not used in a study in {of_kind}");
             Err(FileError::key(key, message))
         };
         // The same error, with the names that this kind of study has.
         let instead = |key: &str, names: Vec<&str>| {
             let message = format!(
-                "is not used in a study in {kind}; expected one of {}",
+                "is not used in a study in {of_kind}; expected one of {}",
                 names.join(", ")
             );
             Err(FileError::key(key, message))
         };
-        if let Some(key) = self.settings.keys().find(|key| !key.is_of(continuous)) {
-            let known = Key::ALL.iter().filter(|key| key.is_of(continuous));
+        if let Some(key) = self.settings.keys().find(|key| !key.is_of(kind)) {
+            let known = Key::ALL.iter().filter(|key| key.is_of(kind));
             return instead(key.name(), known.map(|key| key.name()).collect());
         }
         let default = Self::default();
-        let measured = self
-            .measures
-            .iter()
-            .find(|measure| !measure.is_of(continuous));
+        let measured = self.measures.iter().find(|measure| !measure.is_of(kind));
         if let Some(measure) = measured.filter(|_| self.measures != default.measures) {
-            let known = Measure::ALL.iter().filter(|of| of.is_of(continuous));
+            let known = Measure::ALL.iter().filter(|of| of.is_of(kind));
             let key = format!("measures: '{measure}'");
             return instead(&key, known.map(|of| of.name()).collect());
         }
-        let given = [
-            (
-                "methods",
-                continuous && self.methods != default.methods && !self.methods.is_empty(),
-            ),
-            ("plants", continuous && !self.plants.is_empty()),
-            ("noises", continuous && !self.noises.is_empty()),
-            ("feedbacks", continuous && !self.feedbacks.is_empty()),
-            ("parameters", continuous && self.parameters),
-            ("coverage", continuous && self.coverage),
-            ("curves", continuous && self.curves),
-            ("timing", continuous && self.timing),
-            (
-                "unfinished",
-                continuous && self.unfinished == Unfinished::Counted,
-            ),
-            (
-                "continuous_plants",
-                !continuous && !self.continuous_plants.is_empty(),
-            ),
-            ("signals", !continuous && !self.signals.is_empty()),
-            ("observers", !continuous && !self.observers.is_empty()),
-        ];
-        match given.into_iter().find(|(_, given)| *given) {
+        let methods = self.methods != default.methods && !self.methods.is_empty();
+        let of_other: &[(&str, bool)] = match kind {
+            StudyKind::Continuous => &[
+                ("methods", methods),
+                ("plants", !self.plants.is_empty()),
+                ("noises", !self.noises.is_empty()),
+                ("feedbacks", !self.feedbacks.is_empty()),
+                ("parameters", self.parameters),
+                ("coverage", self.coverage),
+                ("curves", self.curves),
+                ("timing", self.timing),
+                ("unfinished", self.unfinished == Unfinished::Counted),
+            ],
+            StudyKind::Discrete => &[
+                ("continuous_plants", !self.continuous_plants.is_empty()),
+                ("signals", !self.signals.is_empty()),
+                ("observers", !self.observers.is_empty()),
+            ],
+        };
+        match of_other.iter().find(|(_, given)| *given) {
             Some((key, _)) => wrong(key),
             None => Ok(()),
         }
@@ -91,10 +83,10 @@ impl ExperimentFile {
             let message = "cannot be set together with 'window' (N = 3n + 2l)";
             return Err(FileError::key("l", message));
         }
-        let continuous = self.continuous.is_some();
+        let kind = self.kind();
         self.check_kind()?;
         self.check_lengths()?;
-        if continuous {
+        if kind == StudyKind::Continuous {
             self.methods.clear();
             if self.measures == Self::default().measures {
                 self.measures = vec![
@@ -107,7 +99,7 @@ impl ExperimentFile {
         }
         for key in Key::ALL {
             let absent = *key == Key::Window && self.settings.contains_key(&Key::L);
-            if let Some(default) = key.default_of(continuous).filter(|_| !absent) {
+            if let Some(default) = key.default_of(kind).filter(|_| !absent) {
                 self.settings.entry(*key).or_insert(Axis::One(default));
             }
         }

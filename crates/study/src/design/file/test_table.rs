@@ -1,38 +1,15 @@
 //! A test of a claim as it is written in a file.
 
 use crate::design::file::axis::{Axis, Scalar};
+use crate::design::file::claim_statistic::{
+    CoefficientStatistic, RatioStatistic, SLOPE_STATISTICS, ValueStatistic,
+};
 use crate::design::file::key::Key;
 use crate::design::measure::Measure;
 use asobench_identification::names::named_enum;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
-
-named_enum! {
-    /// The statistic of a measure that a test looks at.
-    ClaimStatistic, "statistic" {
-        /// The median.
-        Median = "median",
-        /// The median over trials of the ratio of two outputs on the same trial; for ratios.
-        PairedMedian = "paired-median",
-        /// The mean.
-        Mean = "mean",
-        /// The root mean square.
-        Rms = "rms",
-        /// The 5 % quantile.
-        Q05 = "q05",
-        /// The lower quartile.
-        Q25 = "q25",
-        /// The upper quartile.
-        Q75 = "q75",
-        /// The 95 % quantile.
-        Q95 = "q95",
-        /// The mean of the signed error over its standard deviation; for a coefficient.
-        Bias = "bias",
-        /// The share of trials whose 95 % interval contains the truth, among those with a standard error; for a
-        /// coefficient.
-        Coverage = "coverage",
-    }
-}
+use std::borrow::Cow;
 
 /// A test of one cell. Exactly one of `share`, `value`, `ratio`, `cells`, `slope` and `time` says
 /// its kind, exactly one of `below`, `above`, `between` and `within` its limit.
@@ -72,10 +49,11 @@ pub struct TestTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measure_of_to: Option<Measure>,
     /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; of a coefficient "bias" (default),
-    /// "coverage"; ratio: "paired-median"
-    /// (default; of theory "median"), "median" (of two medians), "rms"; slope: "median" (default), "rms".
+    /// "coverage"; ratio: "paired-median" (default; of theory "median"), "median" (of two medians), "rms"; slope:
+    /// "median" (default), "rms".
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub statistic: Option<ClaimStatistic>,
+    #[schemars(with = "Option<StatisticName>")]
+    pub statistic: Option<String>,
     /// share: the measure must be below this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<f64>,
@@ -132,5 +110,28 @@ named_enum! {
     TimeOf, "time" {
         /// The whole estimate, with all passes.
         Estimate = "estimate",
+    }
+}
+
+/// The names of all statistics, for the schema.
+struct StatisticName;
+
+impl JsonSchema for StatisticName {
+    fn schema_name() -> Cow<'static, str> {
+        "ClaimStatistic".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let values = ValueStatistic::NAMES.iter().map(|(name, _)| *name);
+        let coefficients = CoefficientStatistic::NAMES.iter().map(|(name, _)| *name);
+        let ratios = RatioStatistic::NAMES.iter().map(|(name, _)| *name);
+        let slopes = SLOPE_STATISTICS.iter().map(|(name, _)| *name);
+        let mut names: Vec<&str> = Vec::new();
+        for name in values.chain(coefficients).chain(ratios).chain(slopes) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        json_schema!({ "type": "string", "enum": names })
     }
 }
