@@ -85,6 +85,11 @@ iterations = 4
 # A = [1, -1.5, 0.7]
 # B = [0, 1, 0.5]
 
+# Inputs of your own, for `input = "mine"`: prbs, multisine, steps or binary.
+# [inputs.mine]
+# law = "prbs"
+# register = 7
+
 # White noise e through C/D: e(k) + 0.5 e(k-1), then 1/(1 - 0.9 q^-1).
 # [noises.coloured]
 # C = [1, 0.5]

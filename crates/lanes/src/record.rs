@@ -55,8 +55,8 @@ impl<R: Real> Streams<R> {
                         *u = R::splat(*sample);
                     }
                 }
-                // Plans do not cover this input; return no number instead of a wrong one.
-                Input::Filtered { .. } => u.fill(R::splat(f64::NAN)),
+                // Plans do not cover these inputs; return no number instead of a wrong one.
+                Input::Filtered { .. } | Input::Binary { .. } => u.fill(R::splat(f64::NAN)),
             },
         );
     }

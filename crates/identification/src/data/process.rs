@@ -80,7 +80,9 @@ impl ProcessSettings {
             _ if closed && self.level != LevelReading::default() => {
                 Err(ProcessError::LevelWithFeedback { over, of })
             }
-            LevelOver::Process if matches!(self.input, Input::Samples(_)) => {
+            LevelOver::Process
+                if matches!(self.input, Input::Samples(_) | Input::Binary { .. }) =>
+            {
                 Err(ProcessError::LevelOfSamples(over))
             }
             _ => Ok(()),

@@ -61,9 +61,9 @@ pub enum ProcessError {
         /// The reading of the output.
         of: LevelOf,
     },
-    /// Nominal variances are asked for with an input that is not a random process.
+    /// Nominal variances are asked for with an input whose process variance at the output is not known.
     #[error(
-        "eta '{0}' needs the input's process variance, which given samples do not have; expected 'exact' or 'absolute'"
+        "eta '{0}' needs the variance of the output's process, which is not known for given samples and binary inputs; expected 'exact' or 'absolute'"
     )]
     LevelOfSamples(LevelOver),
     /// The controller has too few samples before it to set the noise level.

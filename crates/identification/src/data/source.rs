@@ -193,7 +193,7 @@ fn input_energy(plant: &StateSpace, input: &Input) -> Option<f64> {
             let both = NoiseFilter::new(&numerator, &denominator).ok()?;
             Some(both.variance() / filter.variance())
         }
-        Input::Samples(_) => None,
+        Input::Binary { .. } | Input::Samples(_) => None,
     }
 }
 

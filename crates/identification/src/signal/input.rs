@@ -71,6 +71,13 @@ pub enum Input {
         /// The standard deviation of the filter's output, in units of u.
         amplitude: f64,
     },
+    /// The signs of white Gaussian numbers through a filter, times the amplitude: a random binary input with a spectrum.
+    Binary {
+        /// The filter.
+        filter: NoiseFilter,
+        /// The amplitude, in units of u.
+        amplitude: f64,
+    },
     /// The same samples in every trial, repeated from the first after the last.
     Samples(Arc<[f64]>),
 }
@@ -109,6 +116,12 @@ impl Input {
                 "numerator": filter.numerator(),
                 "denominator": filter.denominator(),
             }),
+            Self::Binary { filter, amplitude } => json!({
+                "binary": true,
+                "amplitude": amplitude,
+                "numerator": filter.numerator(),
+                "denominator": filter.denominator(),
+            }),
             Self::Samples(samples) => json!({ "samples": samples[..] }),
         }
     }
@@ -123,7 +136,8 @@ impl Input {
         match self {
             Self::Signs(RandomSigns { amplitude, .. })
             | Self::Gaussian { amplitude }
-            | Self::Filtered { amplitude, .. } => *amplitude,
+            | Self::Filtered { amplitude, .. }
+            | Self::Binary { amplitude, .. } => *amplitude,
             Self::Samples(samples) => {
                 let squares: f64 = samples.iter().map(|u| u * u).sum();
                 (squares / samples.len() as f64).sqrt()
@@ -141,6 +155,12 @@ impl Input {
                 let scale = amplitude / filter.variance().sqrt();
                 for u in u {
                     *u *= scale;
+                }
+            }
+            Self::Binary { filter, amplitude } => {
+                filter.fill_from_one(stream, u);
+                for u in u {
+                    *u = amplitude.copysign(*u);
                 }
             }
             Self::Samples(samples) => {
@@ -188,6 +208,29 @@ mod tests {
         let mut short = vec![0.0; 77];
         input.fill(&mut stream(1, 0, Purpose::Input), &mut short);
         assert_eq!(short, u[..77]);
+    }
+
+    /// The lag-1 covariance of a binary input is `amplitude^2 2/pi asin(rho)`, rho the correlation before the signs are
+    /// taken (the arcsine law), within 4.5 standard errors.
+    #[test]
+    fn binary_input_follows_the_arcsine_law() {
+        const TRIALS: u64 = 40_000;
+        let filter = NoiseFilter::new(&[3.0], &[1.0, -0.8]).unwrap();
+        let input = Input::Binary {
+            filter,
+            amplitude: 2.0,
+        };
+        let mut sum = 0.0;
+        for trial in 0..TRIALS {
+            let mut u = [0.0; 3];
+            input.fill(&mut stream(1, trial, Purpose::Input), &mut u);
+            assert!(u.iter().all(|u| u.abs() == 2.0));
+            sum += u[0] * u[1];
+        }
+        let expected = 4.0 * std::f64::consts::FRAC_2_PI * 0.8_f64.asin();
+        let error = (16.0 - expected * expected).sqrt() / (TRIALS as f64).sqrt();
+        let mean = sum / TRIALS as f64;
+        assert!((mean - expected).abs() < 4.5 * error, "{mean}, {expected}");
     }
 
     /// The variance and lag-1 covariance of an AR(1) input over trials, including its first sample, are within 4.5

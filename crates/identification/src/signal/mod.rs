@@ -8,6 +8,7 @@ mod input;
 mod level;
 pub mod noise;
 pub mod normal;
+pub mod periodic_input;
 mod random_stream;
 mod wave;
 mod wave_sum;

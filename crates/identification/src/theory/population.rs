@@ -64,7 +64,7 @@ impl Population {
                 Sequence::Periodic127 => return Err(NoTheory::PeriodicInput),
             },
             Input::Gaussian { .. } => 0.0,
-            Input::Filtered { .. } => return Err(NoTheory::FilteredInput),
+            Input::Filtered { .. } | Input::Binary { .. } => return Err(NoTheory::FilteredInput),
             Input::Samples(_) => return Err(NoTheory::GivenInput),
         };
         let feedback = match &settings.feedback {

@@ -6,6 +6,7 @@ use crate::design::curve_bins::{CURVES_LIMIT, curve_bytes};
 use crate::design::file::axis::Scalar;
 use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::input_table::InputTable;
 use crate::design::file::key::Key;
 use crate::design::file::tables::{FeedbackTable, NoiseTable, PlantTable};
 use crate::design::settings_reader::{LARGEST_COUNT, SettingsReader, unknown};
@@ -15,6 +16,7 @@ use asobench_identification::data::{
 };
 use asobench_identification::estimator::{SetupError, Shape, Solver};
 use asobench_identification::model::LinearModel;
+use asobench_identification::names::UnknownName;
 use asobench_identification::observer::Gain;
 use asobench_identification::plant::{ORDER_LIMIT, nikolov2023};
 use asobench_identification::signal::{Input, InputLaw, LevelOf, LevelReading, NoiseFilter};
@@ -118,7 +120,8 @@ impl SettingsReader<'_> {
             None => self.number(Key::Amplitude)?,
         };
         let input = self.input(amplitude)?;
-        if let (Input::Samples(_), Some(reference)) = (&input, reference) {
+        let own = self.file.inputs.contains_key(&self.text(Key::Input));
+        if let (Input::Samples(_), Some(reference), false) = (&input, reference, own) {
             let place = format!("feedbacks.{}.reference", self.text(Key::Feedback));
             let message = format!(
                 "{}; the reference is the input '{}', as it is",
@@ -149,6 +152,10 @@ impl SettingsReader<'_> {
         let Input::Samples(samples) = process.input() else {
             return Ok(None);
         };
+        // A table's sequence goes on after its period.
+        if self.file.inputs.contains_key(&self.text(Key::Input)) {
+            return Ok(None);
+        }
         let most = samples
             .len()
             .saturating_sub(process.settings().feedback.pilot());
@@ -175,19 +182,46 @@ impl SettingsReader<'_> {
         if let Ok(law) = name.parse() {
             return Ok(Input::new(law, amplitude, self.name(Key::Sequence)?));
         }
-        let laws = InputLaw::ALL.iter().map(|law| law.name());
-        let known: Vec<&str> = laws
-            .chain(self.file.noises.keys().map(String::as_str))
-            .collect();
-        let table = self.file.noises.get(&name);
-        let table = table.ok_or_else(|| unknown(Key::Input, &name, &known))?;
+        if let Some(table) = self.file.inputs.get(&name) {
+            let place = format!("inputs.{name}");
+            let period = table.period().map_err(|e| FileError::key(&place, e))?;
+            if let Some(period) = period {
+                return Ok(Input::Samples(
+                    period.iter().map(|u| amplitude * u).collect(),
+                ));
+            }
+            if let InputTable::Binary { filter } = table {
+                let place = format!("{place}.filter");
+                let filter = self.input_filter(&place, filter, &[])?;
+                return Ok(Input::Binary { filter, amplitude });
+            }
+        }
+        let laws: Vec<&str> = InputLaw::ALL.iter().map(|law| law.name()).collect();
+        let inputs = self.file.inputs.keys().map(String::as_str);
+        let others: Vec<&str> = laws.into_iter().chain(inputs).collect();
+        let filter = self.input_filter(key, &name, &others)?;
+        Ok(Input::Filtered { filter, amplitude })
+    }
+
+    /// Returns the filter of Gaussian numbers that an input names; `others` are further names to offer.
+    fn input_filter(
+        &self,
+        place: &str,
+        name: &str,
+        others: &[&str],
+    ) -> Result<NoiseFilter, FileError> {
+        let noises = self.file.noises.keys().map(String::as_str);
+        let known: Vec<&str> = others.iter().copied().chain(noises).collect();
+        let table = self.file.noises.get(name).ok_or_else(|| {
+            let unknown = UnknownName::new(Key::Input.name(), name, &known);
+            FileError::key(place, unknown.to_string())
+        })?;
         if table.residuals.is_some() {
             let message =
                 format!("noise '{name}' is drawn from residuals; expected one that is Gaussian");
-            return Err(FileError::key(key, message));
+            return Err(FileError::key(place, message));
         }
-        let filter = filter(&name, table)?;
-        Ok(Input::Filtered { filter, amplitude })
+        filter(name, table)
     }
 
     fn plant(&self) -> Result<PlantSource, FileError> {

@@ -4,6 +4,7 @@ use crate::design::cell::Cell;
 use crate::design::cell_observer::CellObserver;
 use crate::design::experiment::{Experiment, design_of};
 use crate::design::file::axis::Axis;
+use crate::design::file::axis::Scalar;
 use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::grid::cells;
@@ -15,7 +16,6 @@ use crate::design::name_checks::{check_labels, check_names};
 use crate::design::settings_reader::SettingsReader;
 use crate::worker::Program;
 use asobench_identification::estimator::{Method, Output, Shape};
-use asobench_identification::signal::Input;
 use std::sync::{Arc, OnceLock};
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -263,9 +263,9 @@ impl Experiment {
                 }
             }
         }
-        let given = |cell: &Cell| {
-            let process = cell.process();
-            process.is_some_and(|process| matches!(process.input(), Input::Samples(_)))
+        let given = |cell: &Cell| match cell.settings.get(&Key::Input) {
+            Some(Scalar::Text(name)) => self.file.columns.contains_key(name),
+            _ => false,
         };
         if !self.cells.is_empty() && self.cells.iter().all(given) {
             for key in [Key::Amplitude, Key::Sequence] {

@@ -7,6 +7,7 @@ use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::key::Key;
 use crate::text::{alike, folded, name_fault};
+use asobench_identification::signal::InputLaw;
 
 /// Checks every name of a resolved file, except those of outputs.
 ///
@@ -14,6 +15,8 @@ use crate::text::{alike, folded, name_fault};
 /// The first faulty name.
 pub(crate) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
     tables("plants", file.plants.keys(), &PLANTS)?;
+    let laws: Vec<&str> = InputLaw::ALL.iter().map(|law| law.name()).collect();
+    tables("inputs", file.inputs.keys(), &laws)?;
     tables("noises", file.noises.keys(), &NOISES)?;
     tables("feedbacks", file.feedbacks.keys(), &FEEDBACKS)?;
     let plants = file.continuous_plants.keys();

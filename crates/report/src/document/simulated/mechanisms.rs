@@ -146,8 +146,10 @@ fn example_in_continuous_time() -> String {
     )
 }
 
-/// Noise filters, feedbacks and given samples.
+/// Inputs, noise filters, feedbacks and given samples.
 fn filters(file: &ExperimentFile) -> Vec<Row> {
+    let inputs = file.inputs.iter();
+    let inputs = inputs.map(|(name, input)| row(format!("input {name}"), table(input, &[])));
     let noises = file.noises.iter();
     let noises = noises.map(|(name, noise)| {
         let filter = "white noise through C(q)/D(q)";
@@ -171,7 +173,11 @@ fn filters(file: &ExperimentFile) -> Vec<Row> {
         let count = grouped(samples.len() as u64);
         row(name.clone(), format!("{count} samples, in manifest.json"))
     });
-    noises.chain(feedbacks).chain(columns).collect()
+    inputs
+        .chain(noises)
+        .chain(feedbacks)
+        .chain(columns)
+        .collect()
 }
 
 /// What only a study in continuous time has.

@@ -7,6 +7,7 @@ use crate::design::file::continuous_tables::{
     ContinuousPlantTable, ContinuousTable, ObserverTable, SignalTable,
 };
 use crate::design::file::engine::Engine;
+use crate::design::file::input_table::InputTable;
 use crate::design::file::key::{Key, StudyKind};
 use crate::design::file::method::MethodTable;
 use crate::design::file::needs::Needs;
@@ -111,6 +112,9 @@ pub struct ExperimentFile {
     pub exclude: Vec<BTreeMap<Key, Axis>>,
     /// Plants by name.
     pub plants: BTreeMap<String, PlantTable>,
+    /// Inputs by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub inputs: BTreeMap<String, InputTable>,
     /// Noise filters by name.
     pub noises: BTreeMap<String, NoiseTable>,
     /// In a resolved file: the columns of CSV files that `input` and the noises name, by these names.
@@ -177,6 +181,7 @@ impl Default for ExperimentFile {
             zip: Vec::new(),
             exclude: Vec::new(),
             plants: BTreeMap::new(),
+            inputs: BTreeMap::new(),
             noises: BTreeMap::new(),
             columns: BTreeMap::new(),
             feedbacks: BTreeMap::new(),

@@ -11,6 +11,7 @@ pub(crate) mod engine;
 pub(crate) mod error;
 pub(crate) mod experiment_file;
 pub(crate) mod grid;
+pub(crate) mod input_table;
 pub(crate) mod key;
 pub(crate) mod lengths;
 pub(crate) mod limits;
@@ -37,6 +38,7 @@ pub use continuous_tables::{
 pub use error::FileError;
 pub use experiment_file::{ExperimentFile, Store, Unfinished};
 pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, partners};
+pub use input_table::InputTable;
 pub use key::{AUTOMATIC, Key, StudyKind};
 pub use method::MethodTable;
 pub use needs::{MediansTable, Needs, SeriesTable};
