@@ -161,6 +161,11 @@ impl Sample {
                 .all(|(power, sum)| sum_fits(self.count, power, self.largest(), sum))
     }
 
+    /// The bytes of the sample in memory.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.sketch.bytes()
+    }
+
     /// Trials with a measure.
     pub fn count(&self) -> u64 {
         self.count

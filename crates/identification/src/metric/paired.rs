@@ -157,6 +157,11 @@ impl Paired {
                 .all(|powers| powers.are_of(self.both - self.overflowed))
     }
 
+    /// The bytes of the comparison in memory.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() - size_of::<Sample>() + self.difference.bytes() + self.ratio.bytes()
+    }
+
     /// Adds the trials of another comparison.
     pub fn merge(&mut self, other: &Self) {
         self.both += other.both;

@@ -33,6 +33,13 @@ pub fn expected_bins(values: f64) -> f64 {
     USUAL * (1.0 - (-values / USUAL).exp())
 }
 
+impl Sketch {
+    /// The bytes of its bins in memory.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.bins[..])
+    }
+}
+
 /// Returns the bin of a value; bins ascend with values.
 #[inline(always)]
 fn bin_of(x: f64) -> i32 {

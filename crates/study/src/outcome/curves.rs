@@ -159,6 +159,11 @@ impl Curves {
                 .all(|histogram| total(histogram) <= trials)
     }
 
+    /// The number of samples K.
+    pub(crate) fn horizon(&self) -> usize {
+        self.horizon
+    }
+
     /// Makes empty histograms for records of K samples.
     pub fn new(horizon: usize) -> Self {
         Self {

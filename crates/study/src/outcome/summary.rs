@@ -600,14 +600,17 @@ impl Summary {
 /// Serializes items with numbers of nine significant digits. Works item by item, because all items of a large study
 /// would not fit into memory.
 fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(items.iter().map(|item| {
-        let mut json = serde_json::to_value(item).unwrap_or_default();
-        round(&mut json);
-        json
-    }))
+    serializer.collect_seq(items.iter().map(stored))
 }
 
-pub(crate) fn round(value: &mut Value) {
+/// Returns an item as it is stored.
+pub(crate) fn stored(item: &impl Serialize) -> Value {
+    let mut json = serde_json::to_value(item).unwrap_or_default();
+    round(&mut json);
+    json
+}
+
+fn round(value: &mut Value) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(round),
         Value::Object(values) => values.values_mut().for_each(round),

@@ -1,6 +1,7 @@
 //! The tally of a block: counts and accumulators that give the same bits in whatever order they are merged.
 
 use crate::design::cell::{Cell, Source};
+use crate::design::curve_bins::curve_bytes;
 use crate::design::experiment::Experiment;
 use crate::design::file::bounds::BoundTable;
 use crate::design::measure::Measure;
@@ -236,6 +237,23 @@ impl CellTally {
             }
         }
         Ok(())
+    }
+
+    /// Returns the bytes of the tally in memory, but for small parts.
+    pub(crate) fn bytes(&self) -> usize {
+        let outputs = self.outputs.iter();
+        let samples = outputs.flat_map(|output| output.samples.iter().chain(&output.parameters));
+        let samples = samples.chain(self.groups.iter().flatten().flatten());
+        let pairs = self.pairs.iter().flatten();
+        let series = self.series.iter().flat_map(BTreeMap::values);
+        let curves = self
+            .curves
+            .as_ref()
+            .map_or(0, |curves| curve_bytes(curves.horizon()));
+        samples.map(Sample::bytes).sum::<usize>()
+            + pairs.map(Paired::bytes).sum::<usize>()
+            + series.map(|run| size_of_val(&run[..])).sum::<usize>()
+            + curves
     }
 
     /// Returns the series of all trials, in their order.
