@@ -167,8 +167,9 @@ fn estimates(
 ) -> Result<String, Error> {
     let threads = threads(None);
     let (least, most) = rule.extent();
-    let program = memory::taken();
     let forecast = Forecast::measure(experiment, most).map_err(failed)?;
+    // By now it has loaded what a run needs.
+    let program = memory::taken();
     let (done, room) = (done(folder, experiment), Room::of(folder));
     let need = Need::of(&forecast, most, threads, done);
     let seconds = |trials: u64| {

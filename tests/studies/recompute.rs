@@ -264,6 +264,15 @@ fn folders_of_older_builds_are_read() {
     }
     let path = folder.join("summary.json");
     std::fs::write(path, older.to_string()).expect("written");
+    place.refuses(&["report", "out", "--out", "older"], &["summary.json", "the checksum in manifest.json differs"]);
+    // Manifests of version 0.2.0 have no checksums.
+    let path = folder.join("manifest.json");
+    let text = std::fs::read(&path).expect("a manifest");
+    let mut manifest: Value = serde_json::from_slice(&text).expect("JSON");
+    for key in ["checksum", "checksums"] {
+        manifest.as_object_mut().expect("an object").remove(key);
+    }
+    std::fs::write(path, manifest.to_string()).expect("written");
     succeeds(&place.run(&["report", "out", "--out", "older"]));
     let mut tables = contents(&place.path("new/tables"));
     assert!(tables.remove("out-failed-trials.csv").is_some());

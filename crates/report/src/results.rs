@@ -9,7 +9,7 @@ use asobench_study::study::file::{ClaimTable, ExperimentFile, FileError, Key};
 pub use asobench_study::study::place::{axis_label, value_name, words};
 use asobench_study::study::{
     CellSummary, Experiment, Look, Looks, Measure, OutputSummary, Summary, TheoryReference,
-    read_manifest,
+    check_result, read_manifest,
 };
 use asobench_study::text::{grouped, shell_word};
 use serde::Deserialize;
@@ -87,6 +87,7 @@ impl Study {
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let manifest = read_manifest(folder)?;
         let manifest = manifest.ok_or_else(|| ResultsError::NoResults(folder.to_owned()))?;
+        check_result(folder, &manifest, "summary.json")?;
         let path = folder.join("summary.json");
         let summary = files::read_own(&path, Kind::Summary)?;
         let summary = summary.ok_or_else(|| ResultsError::File {
@@ -151,13 +152,11 @@ impl Study {
         if summary.cells.is_empty() {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
-        let Times { times, machine } = match times.map(serde_json::from_slice).transpose() {
-            Ok(times) => times.unwrap_or_default(),
-            Err(error) => {
-                let reason = error.to_string();
-                return Err(parsed("timing/times.json", "times", &reason));
-            }
-        };
+        let of_json = |json| serde_json::from_value(json).map_err(|error| error.to_string());
+        let times = times.map(|text| files::parsed(text).and_then(of_json));
+        let Times { times, machine } = times
+            .unwrap_or_else(|| Ok(Times::default()))
+            .map_err(|error| parsed("timing/times.json", "times", &error))?;
         if !times.iter().all(|time| time.is_of(summary.cells.len())) {
             let reason = "damaged: a time of a cell that does not exist, or quantiles of times that do not ascend";
             return Err(wrong("timing/times.json", reason.to_owned()));

@@ -16,7 +16,7 @@ pub use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 #[doc(hidden)]
 pub use crate::outcome::folder::parse_manifest;
 pub use crate::outcome::folder::{
-    FolderError, MANIFEST, ResultsFolder, read_manifest, stored_design,
+    FolderError, MANIFEST, ResultsFolder, check_result, read_manifest, stored_design,
 };
 pub use crate::outcome::looks::{Look, Looks};
 pub use crate::outcome::method_times::MethodTime;

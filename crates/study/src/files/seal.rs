@@ -1,14 +1,29 @@
 //! The checksum of a stored JSON object: XXH3 of the text before it, as its last key.
 
+use super::{PathError, open_own};
 use serde::Serialize;
 use serde_json::Value;
-use xxhash_rust::xxh3::xxh3_128;
+use std::io::{self, Read};
+use std::path::Path;
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 const KEY: &str = "checksum";
 
-/// Returns a checksum as text: XXH3 with 128 bits, in hexadecimal digits.
-pub fn checksum(bytes: &[u8]) -> String {
-    format!("{:032x}", xxh3_128(bytes))
+/// Returns the checksum of a file in a folder of results: XXH3 with 128 bits, in hexadecimal digits.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn checksum_of(path: &Path) -> Result<String, PathError> {
+    let io = PathError::io(path);
+    let file = open_own(path)?.ok_or_else(|| io(io::ErrorKind::NotFound.into()));
+    let (mut file, mut hash) = (file?, Xxh3::new());
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer).map_err(&io)? {
+            0 => return Ok(format!("{:032x}", hash.digest128())),
+            length => hash.update(&buffer[..length]),
+        }
+    }
 }
 
 /// Returns an object as JSON with its checksum.
@@ -21,7 +36,7 @@ pub fn sealed(object: &impl Serialize) -> String {
 
 /// The end of a text that begins so.
 fn ending(begin: &[u8]) -> String {
-    format!(",\"{KEY}\":\"{}\"}}\n", checksum(begin))
+    format!(",\"{KEY}\":\"{:032x}\"}}\n", xxh3_128(begin))
 }
 
 /// Takes the checksum out of an object that was parsed from `text`. Files of version 0.2.0 have none.

@@ -75,21 +75,13 @@ impl Looks {
         let Some(text) = files::read_own(&path, Kind::Looks)? else {
             return Ok(Self::default());
         };
-        let stored: Result<Stored, String> =
-            serde_json::from_slice(&text).map_err(|error| error.to_string());
-        let sound = |looks: &Self| {
-            let shares = looks
-                .looks
-                .iter()
-                .flat_map(|look| [look.share, look.set_aside]);
-            shares.into_iter().all(|share| (0.0..=1.0).contains(&share))
-        };
-        match stored {
-            Ok(stored) if sound(&stored.looks) => Ok(stored.looks),
-            Ok(_) => Err("a share outside 0 to 1".to_owned()),
-            Err(reason) => Err(reason),
-        }
-        .map_err(|reason| FolderError::Looks { path, reason })
+        let stored = files::parsed(&text).and_then(|json| {
+            let stored: Result<Stored, _> = serde_json::from_value(json);
+            stored.map_err(|error| error.to_string())
+        });
+        stored
+            .map(|stored| stored.looks)
+            .map_err(|reason| FolderError::Looks { path, reason })
     }
 
     /// Returns the look at so many trials: the one that was made, or the next one under a rule.
@@ -156,13 +148,8 @@ impl Looks {
             looks_of: "asobench".to_owned(),
             looks: self.clone(),
         };
-        let text = serde_json::to_string(&stored).unwrap_or_default();
-        let path = folder.join(LOOKS);
-        Ok(files::replace(
-            &path,
-            Kind::Looks,
-            format!("{text}\n").as_bytes(),
-        )?)
+        let (path, text) = (folder.join(LOOKS), files::sealed(&stored));
+        Ok(files::replace(&path, Kind::Looks, text.as_bytes())?)
     }
 }
 

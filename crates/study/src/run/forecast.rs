@@ -33,10 +33,10 @@ const LEAST: u64 = 64;
 const WASTED: f64 = 2048.0;
 /// Of rows that wait to be written to trials.parquet there are these: rows, columns, pages.
 const COPIES: f64 = 3.0;
-/// A report: its page and pictures, whatever the study, and tables, which say again what is in the summaries. Reports of
-/// 36 studies have a third to three times as many bytes.
-const PAGES: f64 = 2e5;
-const TABLES: f64 = 0.5;
+/// A report: its page and pictures, whatever the study, and its tables for each byte of summary.parquet, which has the same
+/// numbers. To a factor of two in 36 studies.
+const PAGES: f64 = 2.5e5;
+const TABLES: f64 = 2.5;
 
 /// Bytes on disk.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -117,22 +117,23 @@ impl Forecast {
     /// # Errors
     /// None.
     pub fn of_sizes(experiment: &Experiment, trials: u64) -> Result<Self, WorkerError> {
-        Self::new(experiment, trials, CELLS / 10, |_, _, _| Ok((0.0, 0.0)))
+        Self::new(experiment, trials, CELLS / 10, |_, _, _, _| Ok((0.0, 0.0)))
     }
 
     fn new(
         experiment: &Experiment,
         trials: u64,
         most: usize,
-        run: impl Fn(&Experiment, &Cell, &mut Trials) -> Result<(f64, f64), WorkerError>,
+        run: impl Fn(&Experiment, &Cell, u64, &mut Trials) -> Result<(f64, f64), WorkerError>,
     ) -> Result<Self, WorkerError> {
         let (mut sampled, mut summaries) = (Vec::new(), Vec::new());
         for members in kinds(experiment, most) {
             let index = members[(members.len() - 1) / 2];
             let cell = &experiment.cells[index];
             let mut found = Trials::new(experiment, cell);
-            let (setup, trial) = run(experiment, cell, &mut found)?;
-            let (of_block, summary) = sample(experiment, index, found, trials);
+            let wanted = block_size(experiment, index).min(experiment.trials_of(index, trials));
+            let (setup, trial) = run(experiment, cell, wanted, &mut found)?;
+            let (of_block, summary) = sample(experiment, index, found, wanted);
             sampled.push(Sampled {
                 members,
                 setup,
@@ -245,10 +246,11 @@ impl Forecast {
             disk.blocks += of.cells() * (blocks * (tally + WASTED) + trials * of.row_bytes[1]);
             disk.trials += of.cells() * trials * self.outputs * of.parquet[0];
             disk.summary += of.cells() * (of.summary_bytes + self.table[0]);
+            disk.report += of.cells() * TABLES * self.table[0];
         }
         let alone = self.sampled.iter().map(|of| of.parquet[1]);
         disk.trials += alone.fold(0.0, f64::max);
-        disk.report = PAGES + TABLES * disk.summary;
+        disk.report += PAGES;
         disk
     }
 }
@@ -323,16 +325,18 @@ fn clocked<T>(times: usize, mut work: impl FnMut() -> T) -> (f64, T) {
     (shortest.min(seconds), result)
 }
 
-/// Runs trials of a cell until the time is up. Returns the seconds for the buffers, and the median of those for a trial.
+/// Runs trials of a cell until the time is up or there are so many. Returns the seconds for the buffers, and the median of
+/// those for a trial.
 fn run_trials(
     experiment: &Experiment,
     cell: &Cell,
+    wanted: u64,
     to: &mut Trials,
 ) -> Result<(f64, f64), WorkerError> {
     let (setup, worker) = clocked(1, || Worker::new(experiment, cell));
     let mut worker = worker?;
     // A program estimates whole batches, and it keeps the last one.
-    let stride = worker.stride(cell).max(experiment.batch());
+    let stride = worker.stride(cell).min(wanted).max(experiment.batch());
     let mut run = |from: u64, to: &mut Trials| -> Result<f64, WorkerError> {
         let begin = Instant::now();
         worker.run_into(from..from + stride, to)?;
@@ -345,8 +349,10 @@ fn run_trials(
     }
     *to = Trials::new(experiment, cell);
     let (begin, mut times) = (Instant::now(), Vec::new());
-    while times.is_empty() || begin.elapsed() < BUDGET {
-        times.push(run(times.len() as u64 * stride, to)?);
+    let mut next = 0;
+    while next < wanted && (next == 0 || begin.elapsed() < BUDGET) {
+        next += stride;
+        times.push(run(next - stride, to)?);
     }
     times.sort_by(f64::total_cmp);
     Ok((setup, times[times.len() / 2]))
@@ -357,15 +363,14 @@ fn sample(
     experiment: &Experiment,
     index: usize,
     mut found: Trials,
-    asked: u64,
+    wanted: u64,
 ) -> (Sampled, CellSummary) {
     let (cell, kept) = (
         &experiment.cells[index],
         experiment.file.store == Store::Trials,
     );
-    let most = block_size(experiment, index).min(experiment.trials_of(index, asked));
-    found.make_up(most.min(LEAST));
-    found.rows.truncate(most as usize);
+    found.make_up(wanted.min(LEAST));
+    found.rows.truncate(wanted as usize);
     let trials = found.rows.trial_count();
     let curves = found.curves.take();
     let (tally_seconds, tally) = clocked(REPETITIONS, || {
