@@ -264,7 +264,10 @@ fn folders_of_older_builds_are_read() {
     }
     let path = folder.join("summary.json");
     std::fs::write(path, older.to_string()).expect("written");
-    place.refuses(&["report", "out", "--out", "older"], &["summary.json", "the checksum in manifest.json differs"]);
+    place.refuses(
+        &["report", "out", "--out", "older"],
+        &["summary.json", "the checksum in manifest.json differs"],
+    );
     // Manifests of version 0.2.0 have no checksums.
     let path = folder.join("manifest.json");
     let text = std::fs::read(&path).expect("a manifest");

@@ -12,9 +12,8 @@ use crate::estimator::{
 use crate::files;
 use crate::study::file::MethodTable;
 use crate::study::{
-    check_result,
-    Cell, Experiment, Measure, Row, Rows, Source, TrialRecord, design_of, read_manifest,
-    stage_twelve, stored_alike,
+    Cell, Experiment, Measure, Row, Rows, Source, TrialRecord, check_result, design_of,
+    read_manifest, stage_twelve, stored_alike,
 };
 use crate::text::{number, visible};
 use serde_json::{Map, Value, json};
@@ -60,7 +59,9 @@ pub(super) fn stored(
     let refused = |error: &dyn std::fmt::Display| {
         note(&format!("warning: the stored rows cannot be read: {error}"));
     };
-    check_result(folder, &manifest, "trials.parquet").map_err(|error| refused(&error)).ok()?;
+    check_result(folder, &manifest, "trials.parquet")
+        .map_err(|error| refused(&error))
+        .ok()?;
     let alike = stored_alike(&file, experiment, cell, &trials, rows);
     alike.map_err(|error| refused(&error)).ok()?
 }

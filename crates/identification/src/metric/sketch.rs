@@ -167,16 +167,6 @@ impl Sketch {
         self.bins.iter().map(|(_, count)| count).sum()
     }
 
-    /// The lowest and the highest bin; `None` for an empty sketch.
-    pub(super) fn ends(&self) -> Option<(i32, i32)> {
-        Some((self.bins.first()?.0, self.bins.last()?.0))
-    }
-
-    /// The bins of two values.
-    pub(super) fn ends_of((low, high): (f64, f64)) -> (i32, i32) {
-        (bin_of(low), bin_of(high))
-    }
-
     /// Returns the order statistic of a rank in 0 ... count-1.
     fn order_statistic(&self, rank: u64) -> Option<OrderStatistic> {
         let mut before = 0;

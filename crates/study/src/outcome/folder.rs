@@ -424,7 +424,11 @@ impl ResultsFolder {
                 manifest["checksums"][name] = files::checksum_of(path)?.into();
             }
         }
-        self.write(MANIFEST, Kind::Manifest, files::sealed(&manifest).as_bytes())
+        self.write(
+            MANIFEST,
+            Kind::Manifest,
+            files::sealed(&manifest).as_bytes(),
+        )
     }
 
     /// Renames every staged file to its final name, the manifest last. An older manifest is removed first, so that a

@@ -79,9 +79,14 @@ impl Looks {
             let stored: Result<Stored, _> = serde_json::from_value(json);
             stored.map_err(|error| error.to_string())
         });
-        stored
-            .map(|stored| stored.looks)
-            .map_err(|reason| FolderError::Looks { path, reason })
+        let share = |share: f64| (0.0..=1.0).contains(&share);
+        let sound = |look: &Made| share(look.share) && share(look.set_aside);
+        match stored {
+            Ok(stored) if stored.looks.looks.iter().all(sound) => Ok(stored.looks),
+            Ok(_) => Err("a share outside 0 to 1".to_owned()),
+            Err(reason) => Err(reason),
+        }
+        .map_err(|reason| FolderError::Looks { path, reason })
     }
 
     /// Returns the look at so many trials: the one that was made, or the next one under a rule.
