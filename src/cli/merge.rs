@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                     word(&out)
                 ));
             }
-            let (text, verdicts) = results(&out, &summary)?;
+            let (text, verdicts) = results(&out, &experiment.file, &summary)?;
             print_with_verdicts(&text, &verdicts)?;
             Ok(ExitCode::SUCCESS)
         }

@@ -485,6 +485,15 @@ impl Summary {
         self.cells.iter().map(|cell| cell.trials).sum()
     }
 
+    /// Returns the summary as it comes back from JSON.
+    ///
+    /// # Errors
+    /// As for [`Self::from_json`].
+    pub fn as_stored(&self) -> Result<Self, String> {
+        let text = serde_json::to_vec(self).map_err(|error| error.to_string())?;
+        Self::from_json(&text)
+    }
+
     /// Reads a summary from JSON.
     ///
     /// # Errors
