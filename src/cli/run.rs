@@ -73,7 +73,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     // All files are checked before the first one runs.
     for prepared in &mut prepared {
-        let made = prepared.study.of_file(prepared.file.clone(), &prepared.path)?;
+        let made = prepared
+            .study
+            .of_file(prepared.file.clone(), &prepared.path)?;
         prepared.made = Some(made);
     }
     for prepared in prepared {
@@ -95,7 +97,8 @@ struct Prepared<'a> {
 impl<'a> Prepared<'a> {
     fn read(arguments: &Arguments, study: &'a StudyArguments) -> Result<Self, Error> {
         if arguments.out.is_none() && study.name() == "-" {
-            let message = "--out: expected a folder, because the experiment comes from standard input";
+            let message =
+                "--out: expected a folder, because the experiment comes from standard input";
             return Err(Error::Input(message.to_owned()));
         }
         let file = file(arguments, study)?;
