@@ -75,7 +75,7 @@ pub(super) fn ask(
     }
     let done = crate::study::done(folder, experiment);
     let (_, most) = rule.extent();
-    let forecast = Forecast::of_sizes(experiment, most).map_err(failed)?;
+    let forecast = Forecast::of_sizes(experiment, most);
     let need = Need::of(&forecast, most, threads, done);
     let Some(beyond) = need.beyond(&Room::of(folder)) else {
         return Ok(());

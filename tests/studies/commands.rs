@@ -195,8 +195,14 @@ fn replays_equal_what_is_stored() {
         place.path("out/trials.parquet"),
     )
     .expect("a copy");
-    let output = place.run(&["replay", "out", "1:7", "--format", "json"]);
+    let replay = ["replay", "out", "1:7", "--format", "json"];
+    let output = place.run(&replay);
     let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+    assert_eq!(json["equal_to_stored"], Value::Null);
+    let said = "trials.parquet: damaged: the checksum in manifest.json differs";
+    assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    place.take_checksums("out");
+    let json: Value = serde_json::from_str(&stdout(&place.run(&replay))).expect("JSON");
     assert_eq!(json["equal_to_stored"], false);
 }
 

@@ -131,19 +131,28 @@ fn memory_and_a_report_take_what_was_told() {
     for (out, more) in [
         ("kept", &["--trials", "5000"][..]),
         ("few", &["--trials", "20", "--set", "curves=false"]),
-        ("counted", &["--trials", "20000", "--set", "store=summaries"]),
+        (
+            "counted",
+            &["--trials", "20000", "--set", "store=summaries"],
+        ),
         ("long", &["--trials", "20", "--set", "horizon=4000"]),
     ] {
         let text = stdout(&place.run(&[&["check", "everything.toml"], more].concat()));
         let said = amounts(line(&text, "memory"))[0];
         let run = ["run", "everything.toml", "--out", out];
         let is = peak(&place, &[&run[..], more].concat());
-        assert!(said <= 2.0 * is && is <= 2.0 * said, "{out}: {said} of {is}: {text}");
+        assert!(
+            said <= 2.0 * is && is <= 2.0 * said,
+            "{out}: {said} of {is}: {text}"
+        );
         let said = amounts(line(&text, "disk"));
         succeeds(&place.run(&["report", out, "--out", "page"]));
         let is = bytes(&place.path("page"));
         let report = said[said.len() - 2];
-        assert!(report <= 2.0 * is && is <= 2.0 * report, "{out}: {report} of {is}: {text}");
+        assert!(
+            report <= 2.0 * is && is <= 2.0 * report,
+            "{out}: {report} of {is}: {text}"
+        );
         fs::remove_dir_all(place.path("page")).expect("removed");
     }
 }

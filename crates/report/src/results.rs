@@ -109,13 +109,13 @@ impl Study {
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let manifest = read_manifest(folder)?;
         let manifest = manifest.ok_or_else(|| ResultsError::NoResults(folder.to_owned()))?;
-        check_result(folder, &manifest, "summary.json")?;
         let path = folder.join("summary.json");
         let summary = files::read_own(&path, Kind::Summary)?;
         let summary = summary.ok_or_else(|| ResultsError::File {
             path,
             reason: "the file is missing".to_owned(),
         })?;
+        check_result(folder, &manifest, "summary.json", Some(&summary))?;
         let times = read_times(folder)?;
         let looks = Looks::read(folder)?;
         Self::decode(folder, &manifest, &summary, times.as_deref(), &looks)

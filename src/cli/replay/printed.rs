@@ -59,7 +59,7 @@ pub(super) fn stored(
     let refused = |error: &dyn std::fmt::Display| {
         note(&format!("warning: the stored rows cannot be read: {error}"));
     };
-    check_result(folder, &manifest, "trials.parquet")
+    check_result(folder, &manifest, "trials.parquet", None)
         .map_err(|error| refused(&error))
         .ok()?;
     let alike = stored_alike(&file, experiment, cell, &trials, rows);

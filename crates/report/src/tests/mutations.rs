@@ -341,7 +341,7 @@ fn flipped_bits_are_refused_or_change_nothing() {
         let manifest = read_manifest(folder).map_err(|e| line(e.to_string()))?;
         let manifest = manifest.ok_or("no manifest")?;
         for name in ["trials.parquet", "summary.parquet"] {
-            check_result(folder, &manifest, name).map_err(|e| line(e.to_string()))?;
+            check_result(folder, &manifest, name, None).map_err(|e| line(e.to_string()))?;
         }
         let (rule, options) = (experiment.file.trials.clone(), RunOptions::default());
         let campaign = Campaign::open(folder, experiment, rule, options);

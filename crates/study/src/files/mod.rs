@@ -21,7 +21,7 @@ mod staged;
 pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
 #[cfg(target_os = "linux")]
 pub(crate) use pipes::{Mark, Pipes};
-pub use seal::{checksum_of, parsed, sealed, unseal};
+pub use seal::{checksum, checksum_of, parsed, sealed, unseal};
 pub use staged::{Staged, replace};
 pub(crate) use staged::{probe, remove_temporary};
 

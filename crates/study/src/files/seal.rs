@@ -9,6 +9,11 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 const KEY: &str = "checksum";
 
+/// Returns the checksum of a file with this content.
+pub fn checksum(content: &[u8]) -> String {
+    format!("{:032x}", xxh3_128(content))
+}
+
 /// Returns the checksum of a file in a folder of results: XXH3 with 128 bits, in hexadecimal digits.
 ///
 /// # Errors
@@ -36,7 +41,7 @@ pub fn sealed(object: &impl Serialize) -> String {
 
 /// The end of a text that begins so.
 fn ending(begin: &[u8]) -> String {
-    format!(",\"{KEY}\":\"{:032x}\"}}\n", xxh3_128(begin))
+    format!(",\"{KEY}\":\"{}\"}}\n", checksum(begin))
 }
 
 /// Takes the checksum out of an object that was parsed from `text`. Files of version 0.2.0 have none.

@@ -144,15 +144,27 @@ pub fn parse_manifest(path: PathBuf, text: &[u8]) -> Result<Value, FolderError> 
     }
 }
 
-/// Checks a result against its checksum in the manifest. Results of version 0.2.0 have none.
+/// Checks a result against its checksum in the manifest: its content, or its file if that was not read. Results of version
+/// 0.2.0 have no checksum.
 ///
 /// # Errors
 /// If the checksum differs, or the file cannot be read.
-pub fn check_result(folder: &Path, manifest: &Value, name: &str) -> Result<(), FolderError> {
-    let path = folder.join(name);
-    match manifest["checksums"][name].as_str() {
-        Some(stored) if files::checksum_of(&path)? != stored => Err(FolderError::Damaged(path)),
-        _ => Ok(()),
+pub fn check_result(
+    folder: &Path,
+    manifest: &Value,
+    name: &str,
+    content: Option<&[u8]>,
+) -> Result<(), FolderError> {
+    let (path, stored) = (folder.join(name), manifest["checksums"][name].as_str());
+    let found = match (stored, content) {
+        (None, _) => return Ok(()),
+        (_, Some(content)) => files::checksum(content),
+        (_, None) => files::checksum_of(&path)?,
+    };
+    if stored == Some(&found) {
+        Ok(())
+    } else {
+        Err(FolderError::Damaged(path))
     }
 }
 

@@ -16,6 +16,7 @@ use crate::run::blocks::Content;
 use crate::run::runner::{Span, block_size};
 use crate::run::trial_worker::{Worker, WorkerError};
 use asobench_identification::metric::expected_bins;
+use std::convert::Infallible;
 use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -109,23 +110,22 @@ impl Forecast {
     /// # Errors
     /// If a cell has no worker.
     pub fn measure(experiment: &Experiment, trials: u64) -> Result<Self, WorkerError> {
-        Self::new(experiment, trials, CELLS, run_trials)
+        Self::new(experiment, trials, (CELLS, REPETITIONS), run_trials)
     }
 
     /// Returns a forecast of sizes alone, from made-up results of a few cells: no trial is run.
-    ///
-    /// # Errors
-    /// None.
-    pub fn of_sizes(experiment: &Experiment, trials: u64) -> Result<Self, WorkerError> {
-        Self::new(experiment, trials, CELLS / 10, |_, _, _, _| Ok((0.0, 0.0)))
+    pub fn of_sizes(experiment: &Experiment, trials: u64) -> Self {
+        let none = |_: &Experiment, _: &Cell, _, _: &mut Trials| Ok::<_, Infallible>((0.0, 0.0));
+        let Ok(forecast) = Self::new(experiment, trials, (CELLS / 10, 1), none);
+        forecast
     }
 
-    fn new(
+    fn new<E>(
         experiment: &Experiment,
         trials: u64,
-        most: usize,
-        run: impl Fn(&Experiment, &Cell, u64, &mut Trials) -> Result<(f64, f64), WorkerError>,
-    ) -> Result<Self, WorkerError> {
+        (most, times): (usize, usize),
+        run: impl Fn(&Experiment, &Cell, u64, &mut Trials) -> Result<(f64, f64), E>,
+    ) -> Result<Self, E> {
         let (mut sampled, mut summaries) = (Vec::new(), Vec::new());
         for members in kinds(experiment, most) {
             let index = members[(members.len() - 1) / 2];
@@ -133,7 +133,7 @@ impl Forecast {
             let mut found = Trials::new(experiment, cell);
             let wanted = block_size(experiment, index).min(experiment.trials_of(index, trials));
             let (setup, trial) = run(experiment, cell, wanted, &mut found)?;
-            let (of_block, summary) = sample(experiment, index, found, wanted);
+            let (of_block, summary) = sample(experiment, index, found, wanted, times);
             sampled.push(Sampled {
                 members,
                 setup,
@@ -364,6 +364,7 @@ fn sample(
     index: usize,
     mut found: Trials,
     wanted: u64,
+    times: usize,
 ) -> (Sampled, CellSummary) {
     let (cell, kept) = (
         &experiment.cells[index],
@@ -373,7 +374,7 @@ fn sample(
     found.rows.truncate(wanted as usize);
     let trials = found.rows.trial_count();
     let curves = found.curves.take();
-    let (tally_seconds, tally) = clocked(REPETITIONS, || {
+    let (tally_seconds, tally) = clocked(times, || {
         found.curves.clone_from(&curves);
         CellTally::from_trials(experiment, cell, &mut found)
     });
@@ -397,7 +398,7 @@ fn sample(
         let _ = content.encode(experiment, cell, &mut bytes);
         bytes
     };
-    let (encode, bytes) = clocked(REPETITIONS, || {
+    let (encode, bytes) = clocked(times, || {
         let bytes = encoded(&tally, kept);
         (xxh3_128(&bytes), bytes).1
     });
@@ -405,7 +406,7 @@ fn sample(
         cell: index,
         trials: found.rows.trials(),
     };
-    let (decode, _) = clocked(REPETITIONS, || {
+    let (decode, _) = clocked(times, || {
         let mut merged = CellTally::default();
         if let Ok(content) = Content::decode(&bytes, experiment, &span) {
             merged.merge(&content.tally);
@@ -414,7 +415,7 @@ fn sample(
     });
     let tally_stored = [&few, &tally].map(|tally| encoded(tally, false).len() as f64);
     let whole = [&few, &tally].map(|tally| tally.bytes() as f64);
-    let (seconds, (summary, json)) = clocked(REPETITIONS, || {
+    let (seconds, (summary, json)) = clocked(times, || {
         let summary = CellSummary::new(experiment, index, &tally);
         let _ = SlopeStatistics::new(experiment, &tally);
         let json = stored(&summary).to_string().len();
@@ -425,7 +426,7 @@ fn sample(
         let cost = |trials: usize| {
             let mut rows = found.rows.clone();
             rows.truncate(trials);
-            let (seconds, bytes) = clocked(REPETITIONS, || writer.file_of(index, rows.clone()));
+            let (seconds, bytes) = clocked(times, || writer.file_of(index, rows.clone()));
             [bytes.map_or(0.0, |bytes| bytes.len() as f64), seconds]
         };
         let (few, all) = (cost(trials / 4), cost(trials));

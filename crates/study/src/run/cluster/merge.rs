@@ -6,7 +6,6 @@ use crate::design::file::experiment_file::Store;
 use crate::design::file::rule::TrialRule;
 use crate::files;
 use crate::files::Kind;
-use crate::files::PathError;
 use crate::outcome::looks::{Look, Looks};
 use crate::outcome::summary::Summary;
 use crate::run::blocks::{BlockFolder, StoredBlock};
@@ -77,7 +76,12 @@ pub fn merge(
     let before = std::mem::replace(&mut campaign.stored, chosen);
     if experiment.file.store == Store::Summaries {
         campaign.stored = fold(&campaign, options.threads, stop)?;
-        remove_parts(before.iter().flatten(), &campaign.stored)?;
+        for block in before.iter().flatten() {
+            let mut whole = campaign.stored[block.span.cell].iter();
+            if whole.any(|whole| whole.path != block.path && whole.span.holds(&block.span)) {
+                files::remove(&block.path, Kind::Block)?;
+            }
+        }
     }
     let mut targets = plan.trials.clone();
     if partial {
@@ -115,21 +119,6 @@ fn fold(
     };
     let pool = pool(threads)?;
     pool.install(|| campaign.stored.par_iter().map(of_cell).collect())
-}
-
-/// Removes earlier blocks in the folder of the results that lie within others.
-fn remove_parts<'a>(
-    before: impl Iterator<Item = &'a StoredBlock>,
-    whole: &[Vec<StoredBlock>],
-) -> Result<(), PathError> {
-    for block in before {
-        let is_part =
-            |other: &StoredBlock| other.path != block.path && other.span.holds(&block.span);
-        if whole[block.span.cell].iter().any(is_part) {
-            files::remove(&block.path, Kind::Block)?;
-        }
-    }
-    Ok(())
 }
 
 /// Returns the vector instructions of faer's cells, and the blocks computed with them where there are others. If no
