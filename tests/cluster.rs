@@ -331,8 +331,10 @@ fn a_shard_is_computed_twice_at_once() {
 fn partial_results_say_so() {
     for store in ["store=trials", "store=summaries"] {
         let place = Place::new();
-        place.done(&["run", "study.toml", "--out", "one", "--set", store]);
-        place.shards(9, "2", &["--set", store]);
+        // Six cells of one trial each, so that some get none.
+        let study = ["--set", store, "--trials", "1"];
+        place.done(&[&["run", "study.toml", "--out", "one"][..], &study].concat());
+        assert_eq!(place.shards(9, "2", &study).len(), 6);
         let folders = [
             "study-shards/shard-0001",
             "study-shards/shard-0002",
@@ -398,7 +400,13 @@ fn bad_input_is_one_line() {
     );
     place.refused(
         &["shard", "edited.plan.json", "1"],
-        &["edited.plan.json", "not the one for which it was made"],
+        &["edited.plan.json", "the checksum differs", "plan again"],
+    );
+    let unsealed = text.split(",\"checksum\"").next().expect("a beginning");
+    place.write("unsealed.plan.json", &format!("{unsealed}}}"));
+    place.refused(
+        &["status", "unsealed.plan.json"],
+        &["unsealed.plan.json", "an older build", "plan again"],
     );
     place.write("cut.plan.json", &text[..text.len() / 2]);
     place.refused(
@@ -562,6 +570,8 @@ fn bits_of_two_machines_are_not_mixed() {
         .expect("text")
         .to_owned();
     other["faer_instructions"] = "abacus".into();
+    // With its checksum, which is no longer right, it says nothing.
+    other.as_object_mut().expect("an object").remove("checksum");
     std::fs::write(run(&folders[1]), other.to_string()).expect("written");
     let merge = ["merge", "study.plan.json", "--out", "merged"];
     place.refused(&merge, &["abacus", &here, "--mix-instructions"]);

@@ -8,7 +8,7 @@ use super::study_arguments::StudyArguments;
 use super::{memory, progress, timing};
 use crate::model::Orders;
 use crate::study::file::{Axis, Key, TrialRule};
-use crate::study::{Cost, Disk, Experiment, disk_of, done, memory_of};
+use crate::study::{Disk, Experiment, Forecast, done};
 use crate::text::visible;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -167,30 +167,32 @@ fn estimates(
 ) -> Result<String, Error> {
     let threads = threads(None);
     let (least, most) = rule.extent();
-    let cost = Cost::measure(experiment, most).map_err(failed)?;
+    let forecast = Forecast::measure(experiment, most).map_err(failed)?;
+    // By now it has loaded what a run needs.
+    let program = memory::taken();
     let (done, room) = (done(folder, experiment), Room::of(folder));
-    let need = Need::of(experiment, most, threads, cost.row(), done);
+    let need = Need::of(&forecast, most, threads, done);
     let seconds = |trials: u64| {
         let missing = (total(experiment, trials) - done.trials as f64)
             / (experiment.cells.len() as f64 * trials as f64);
-        duration(setup + cost.seconds(trials, missing.max(0.0), threads))
+        duration(setup + forecast.seconds(trials, missing.max(0.0), threads))
     };
     let mut time = format!(
         "about {} on {threads} threads of this machine",
         span((seconds(least), seconds(most)))
     );
     if experiment.file.timing {
-        let more = duration(timing::duration(experiment, cost.seconds_per_trial()));
+        let more = duration(timing::duration(experiment, forecast.seconds_per_trial()));
         // Writing to a string does not fail.
         let _ = write!(
             time,
             ", then about {more} for the times of the methods, on one thread"
         );
     }
-    let memory = |trials: u64| amount(memory_of(experiment, trials, threads));
+    let memory = |trials: u64| amount(program + forecast.memory(trials, threads));
     let memory = span((memory(least), memory(most)));
     let memory = format!("about {memory}{}", free(room.memory));
-    let disk = [least, most].map(|trials| disk_of(experiment, trials, cost.row()));
+    let disk = [least, most].map(|trials| forecast.disk(trials));
     let mut text = String::new();
     line(&mut text, "time", &time);
     line(&mut text, "memory", &memory);

@@ -2,7 +2,8 @@
 
 use super::error::{Error, failed};
 use super::execute;
-use crate::study::cluster::{ClusterError, ShardPlan, Status};
+use super::output::note;
+use crate::study::cluster::{ClusterError, Collection, ShardPlan, Status};
 use crate::study::{BlockError, CampaignError, RunError};
 use crate::text::shell_word;
 use std::path::{Path, PathBuf};
@@ -12,9 +13,9 @@ use std::time::Duration;
 pub(super) const LINES: usize = 20;
 
 /// Returns an input error if the user can correct the cause, otherwise a failure.
-pub(super) fn refused(error: ClusterError) -> Error {
-    match error {
-        ClusterError::File(error)
+pub(super) fn refused(error: impl Into<ClusterError>) -> Error {
+    match error.into() {
+        ClusterError::File(error) | ClusterError::Block(BlockError::File(error))
             if error.foreign || error.source.kind() == std::io::ErrorKind::NotFound =>
         {
             Error::Input(error.to_string())
@@ -29,14 +30,10 @@ pub(super) fn refused(error: ClusterError) -> Error {
             Error::Input(format!("--out {error}; {advice}"))
         }
         ClusterError::Campaign(error) => execute::refused("--out ", error),
-        ClusterError::Plan { .. }
-        | ClusterError::Experiment(_)
-        | ClusterError::Foreign { .. }
-        | ClusterError::Instructions(_) => Error::Input(error.to_string()),
-        ClusterError::File(_)
-        | ClusterError::Block(_)
-        | ClusterError::Worker(_)
-        | ClusterError::Run(_) => failed(error),
+        error @ (ClusterError::File(_) | ClusterError::Block(_) | ClusterError::Run(_)) => {
+            failed(error)
+        }
+        error => Error::Input(error.to_string()),
     }
 }
 
@@ -65,84 +62,68 @@ pub(super) fn folders(plan: &Path, given: &[PathBuf]) -> Vec<PathBuf> {
     }
 }
 
-/// Returns lines that say what is missing and how to continue.
-pub(super) fn missing(plan_path: &Path, plan: &ShardPlan, status: &Status) -> String {
-    let mut lines: Vec<String> = Vec::new();
-    for span in status.missing.iter().take(LINES) {
-        let (from, last) = (span.trials.start, span.trials.end - 1);
-        lines.push(format!(
-            "missing: cell {}, trials {from} to {last}",
-            span.cell
-        ));
+/// Says what was found and not used.
+pub(super) fn note_refused(found: &Collection) {
+    for line in found.refused.iter().take(LINES) {
+        note(line);
     }
-    if let Some(more @ 1..) = status.missing.len().checked_sub(LINES) {
-        lines.push(format!("missing: {more} more ranges of trials"));
+    if let Some(more @ 1..) = found.refused.len().checked_sub(LINES) {
+        note(&format!("{more} more, not taken"));
     }
-    if status.unplanned > 0 {
-        lines.push(format!(
-            "{} trials are in no shard of this plan; plan again: asobench plan {} --out {}",
-            status.unplanned,
-            word(plan_path),
-            word(plan_path),
-        ));
-    }
-    lines.extend(again(plan_path, plan, status));
-    lines.join("\n") + "\n"
 }
 
-/// Returns the line that computes what is missing, as a job if the plan has a job script. `None` if no shard has
-/// missing trials.
-pub(super) fn again(plan_path: &Path, plan: &ShardPlan, status: &Status) -> Option<String> {
+/// Returns the lines that say how to compute what is missing: as a job if the plan has a job script.
+pub(super) fn again(path: &Path, plan: &ShardPlan, status: &Status) -> String {
+    let (script, plan_word) = (script_of(path), word(path));
+    let mut text = match status.unplanned {
+        0 => String::new(),
+        trials => format!(
+            "{trials} trials are in no shard of this plan; plan again: asobench plan {plan_word} --out {plan_word}\n"
+        ),
+    };
     let array = status.array();
     let first = array.split([',', '-']).next().unwrap_or_default();
-    if array.is_empty() {
-        return None;
-    }
-    let script = script_of(plan_path);
-    Some(if crate::files::is_there(&script) {
-        format!("run again: sbatch --array={array} {}", word(&script))
-    } else {
-        format!(
-            "run again: shards {array}, such as: asobench shard {} {first}/{}",
-            word(plan_path),
+    text += &match (first, crate::files::is_there(&script)) {
+        ("", _) => String::new(),
+        (_, true) => format!("run again: sbatch --array={array} {}\n", word(&script)),
+        (_, false) => format!(
+            "run again: shards {array}, such as: asobench shard {plan_word} {first}/{}\n",
             plan.shards.len()
-        )
-    })
+        ),
+    };
+    text
 }
 
 /// Parses a time as people and Slurm write it: 90s, 30m, 2h, 1d, 1:30:00, 1-12:00:00.
 pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
-    let wrong = || "expected a time such as 90s, 30m, 2h, 12:00:00 or 1-12:00:00".to_owned();
     let number = |text: &str| {
         let digits =
             !text.is_empty() && text.len() <= 9 && text.bytes().all(|b| b.is_ascii_digit());
-        text.parse::<u64>()
-            .ok()
-            .filter(|_| digits)
-            .ok_or_else(wrong)
+        text.parse::<u64>().ok().filter(|_| digits)
     };
-    for (unit, seconds) in [("s", 1), ("m", 60), ("h", 3600), ("d", 86_400)] {
-        if let Some(count) = text.strip_suffix(unit) {
-            return positive(number(count)? * seconds).ok_or_else(wrong);
+    let seconds = || {
+        for (unit, seconds) in [("s", 1), ("m", 60), ("h", 3600), ("d", 86_400)] {
+            if let Some(count) = text.strip_suffix(unit) {
+                return Some(number(count)? * seconds);
+            }
         }
-    }
-    let (days, rest) = match text.split_once('-') {
-        Some((days, rest)) => (Some(number(days)?), rest),
-        None => (None, text),
+        let (days, rest) = match text.split_once('-') {
+            Some((days, rest)) => (Some(number(days)?), rest),
+            None => (None, text),
+        };
+        let parts: Option<Vec<u64>> = rest.split(':').map(number).collect();
+        let of_day = match (days, &parts?[..]) {
+            (_, [h, m, s]) => h * 3600 + m * 60 + s,
+            (Some(_), [h, m]) => h * 3600 + m * 60,
+            (Some(_), [h]) => h * 3600,
+            (None, [m, s]) => m * 60 + s,
+            _ => return None,
+        };
+        Some(days.unwrap_or(0) * 86_400 + of_day)
     };
-    let parts: Vec<u64> = rest.split(':').map(number).collect::<Result<_, _>>()?;
-    let seconds = match (days, &parts[..]) {
-        (_, [h, m, s]) => h * 3600 + m * 60 + s,
-        (Some(_), [h, m]) => h * 3600 + m * 60,
-        (Some(_), [h]) => h * 3600,
-        (None, [m, s]) => m * 60 + s,
-        _ => return Err(wrong()),
-    };
-    positive(days.unwrap_or(0) * 86_400 + seconds).ok_or_else(wrong)
-}
-
-fn positive(seconds: u64) -> Option<Duration> {
-    (seconds > 0).then(|| Duration::from_secs(seconds))
+    let seconds = seconds().filter(|seconds| *seconds > 0);
+    let wrong = || "expected a time such as 90s, 30m, 2h, 12:00:00 or 1-12:00:00".to_owned();
+    seconds.map(Duration::from_secs).ok_or_else(wrong)
 }
 
 /// Formats a time as Slurm does.

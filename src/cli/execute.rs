@@ -5,7 +5,7 @@ use super::files::cannot_write;
 use super::output::note;
 use super::progress;
 use crate::report::{Study, terminal};
-use crate::study::file::TrialRule;
+use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{
     BlockError, Campaign, CampaignError, Event, Experiment, FolderError, RunError, RunOptions,
     Summary,
@@ -21,7 +21,11 @@ use std::sync::atomic::AtomicBool;
 const WIDTH: usize = 80;
 
 /// Returns the text on what was computed and its results, and separately the verdicts.
-pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String), Error> {
+pub(super) fn results(
+    path: &Path,
+    file: &ExperimentFile,
+    summary: &Summary,
+) -> Result<(String, String), Error> {
     let cells = summary.cells.len();
     let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
     let fallbacks: u64 = summary.cells.iter().map(|cell| cell.fallbacks).sum();
@@ -29,7 +33,7 @@ pub(super) fn results(path: &Path, summary: &Summary) -> Result<(String, String)
         0 => String::new(),
         some => format!("solves that needed pivoting (no effect on results): {some}\n"),
     };
-    let study = Study::read(path).map_err(failed)?;
+    let study = Study::of_run(path, file, summary).map_err(failed)?;
     let verdicts = terminal::verdicts(&study);
     let gap = if verdicts.is_empty() { "" } else { "\n" };
     let done = format!("{cells} cells, {trials} trials, {}", failures(summary));

@@ -51,6 +51,17 @@ pub(super) fn available() -> Option<f64> {
     all.into_iter().flatten().reduce(f64::min)
 }
 
+/// Returns the bytes that the program and what it has made take now; 0 if unknown.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "a file of the kernel, which is short"
+)]
+pub(super) fn taken() -> f64 {
+    let status = read_to_string("/proc/self/status").ok();
+    let taken = status.and_then(|text| kibibytes(&text, "VmRSS:"));
+    taken.unwrap_or(0.0)
+}
+
 /// Parses the bytes in a line such as `MemAvailable:  1234 kB`.
 fn kibibytes(text: &str, name: &str) -> Option<f64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;

@@ -42,30 +42,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let out = out.unwrap_or_else(|| Path::new("results").join(cluster::name_of(path)));
     mark_added(&mut experiment.file, &out);
     let folders = folders(path, &arguments.folders);
-    let found = Collection::from_folders(&folders, &experiment).map_err(|e| refused(e.into()))?;
     let stop = progress::stop_flag()?;
     let options = MergeOptions {
         threads: threads(arguments.threads),
         partial: arguments.partial,
         mix_instructions: arguments.mix_instructions,
     };
+    let found = Collection::from_folders(&folders, &experiment, true).map_err(refused)?;
     let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
     let merged = merge(
         (&plan, &experiment),
-        found,
+        &found,
         &out,
         options,
         &stop,
         is_decided,
     );
-    let (merged, notes, read) = merged.map_err(refused)?;
-    for line in notes.iter().take(cluster::LINES) {
-        note(line);
-    }
-    if let Some(more @ 1..) = notes.len().checked_sub(cluster::LINES) {
-        note(&format!("{more} more, not taken"));
-    }
-    note(&format!("{} blocks, {} bytes", read.files, read.bytes));
+    let merged = merged.map_err(refused)?;
+    cluster::note_refused(&found);
+    note(&format!("{} blocks, {} bytes", found.read.0, found.read.1));
     match merged {
         Merged::Done(summary) => {
             if experiment.file.timing {
@@ -75,14 +70,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                     word(&out)
                 ));
             }
-            let (text, verdicts) = results(&out, &summary)?;
+            let (text, verdicts) = results(&out, &experiment.file, &summary)?;
             print_with_verdicts(&text, &verdicts)?;
             Ok(ExitCode::SUCCESS)
         }
         Merged::Missing(status) => {
-            for line in cluster::missing(path, &plan, &status).lines() {
-                note(line);
+            for span in status.missing.iter().take(cluster::LINES) {
+                let (from, last) = (span.trials.start, span.trials.end - 1);
+                note(&format!(
+                    "missing: cell {}, trials {from} to {last}",
+                    span.cell
+                ));
             }
+            if let Some(more @ 1..) = status.missing.len().checked_sub(cluster::LINES) {
+                note(&format!("missing: {more} more ranges of trials"));
+            }
+            cluster::again(path, &plan, &status).lines().for_each(note);
             let missing: u64 = status.cells.iter().map(|cell| cell.missing).sum();
             Err(Error::Again(format!(
                 "{missing} trials are missing, nothing was written; --partial makes results of the \

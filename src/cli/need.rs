@@ -3,7 +3,7 @@
 use super::error::{Error, failed};
 use super::memory;
 use crate::study::file::TrialRule;
-use crate::study::{Done, Experiment, disk_of, memory_of, row_of};
+use crate::study::{Done, Experiment, Forecast};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
@@ -27,24 +27,18 @@ impl Room {
 
 /// The largest needs of a run, in bytes.
 pub(super) struct Need {
+    /// What is taken in addition to what the program and the experiment take already.
     pub(super) memory: f64,
     /// Bytes still to be written.
     pub(super) disk: f64,
 }
 
 impl Need {
-    /// Returns the needs of a run with so many trials of each cell, of which `done` are already stored. A row of
-    /// trials.parquet takes `row` bytes.
-    pub(super) fn of(
-        experiment: &Experiment,
-        trials: u64,
-        threads: usize,
-        row: f64,
-        done: Done,
-    ) -> Self {
-        let disk = disk_of(experiment, trials, row).of_run();
+    /// Returns the needs of a run with so many trials of each cell, of which `done` are already stored.
+    pub(super) fn of(forecast: &Forecast, trials: u64, threads: usize, done: Done) -> Self {
+        let disk = forecast.disk(trials).of_run();
         Self {
-            memory: memory_of(experiment, trials, threads),
+            memory: forecast.memory(trials, threads),
             disk: (disk - done.bytes as f64).max(0.0),
         }
     }
@@ -81,7 +75,8 @@ pub(super) fn ask(
     }
     let done = crate::study::done(folder, experiment);
     let (_, most) = rule.extent();
-    let need = Need::of(experiment, most, threads, row_of(experiment), done);
+    let forecast = Forecast::of_sizes(experiment, most);
+    let need = Need::of(&forecast, most, threads, done);
     let Some(beyond) = need.beyond(&Room::of(folder)) else {
         return Ok(());
     };

@@ -4,7 +4,7 @@ use super::cluster::{self, folders, parse_time, refused, word};
 use super::error::{Error, failed};
 use super::execute::threads;
 use super::need::duration;
-use super::output::{note, print};
+use super::output::print;
 use super::programs::{self, Consent};
 use super::progress;
 use super::study_arguments::StudyArguments;
@@ -12,7 +12,7 @@ use crate::claim;
 use crate::files::is_there;
 use crate::study::cluster::{Collection, ShardPlan, next_targets};
 use crate::study::file::TrialRule;
-use crate::study::{Cost, Experiment};
+use crate::study::{Experiment, Forecast, Span, Summary};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -132,30 +132,20 @@ pub(super) fn plan(
     let (trials, missing) = wanted(&experiment, &rule, path, from)?;
     let (_, most) = rule.extent();
     let seconds = if missing.is_empty() {
-        vec![0.0; trials.len()]
+        0.0
     } else {
-        let cost = Cost::measure(&experiment, most).map_err(failed)?;
-        cost.seconds_of_cells()
+        let forecast = Forecast::measure(&experiment, most).map_err(failed)?;
+        forecast.seconds_of(&missing)
     };
     experiment.programs.iter().for_each(|program| program.end());
-    let of_span = missing
-        .iter()
-        .map(|span| (span.trials.end - span.trials.start, span.cell));
-    let all: f64 = of_span
-        .map(|(trials, cell)| trials as f64 * seconds[cell])
-        .sum();
     let target = size.target_time.unwrap_or(Duration::from_hours(1));
-    let by_time = all / threads_of_shard as f64 / target.as_secs_f64();
+    let by_time = seconds / threads_of_shard as f64 / target.as_secs_f64();
     let shards = size
         .shards
         .map_or(by_time.ceil() as usize, |count| count as usize);
-    let plan = ShardPlan::new(&experiment, trials, &missing, &seconds, shards.max(1));
-    let plan = plan.map_err(refused)?;
+    let plan = ShardPlan::new(&experiment, trials, &missing, seconds, shards.max(1));
     plan.write(path).map_err(refused)?;
-    let missing = missing
-        .iter()
-        .map(|span| span.trials.end - span.trials.start);
-    let missing = missing.sum();
+    let missing = missing.iter().map(Span::len).sum();
     let allow = match &experiment.programs[..] {
         [] => "",
         _ => " --allow-commands",
@@ -173,19 +163,15 @@ fn wanted(
     rule: &TrialRule,
     path: &Path,
     from: &[PathBuf],
-) -> Result<(Vec<u64>, Vec<crate::study::Span>), Error> {
+) -> Result<(Vec<u64>, Vec<Span>), Error> {
     let mut from = folders(path, from);
     // The default folder need not exist yet.
     if from == folders(path, &[]) {
         from.retain(|folder| is_there(folder));
     }
-    let mut found = Collection::from_folders(&from, experiment).map_err(|e| refused(e.into()))?;
-    found.verify(experiment).map_err(|e| refused(e.into()))?;
-    for line in found.refused.iter().take(cluster::LINES) {
-        note(line);
-    }
+    let found = Collection::from_folders(&from, experiment, true).map_err(refused)?;
+    cluster::note_refused(&found);
     let stop = progress::stop_flag()?;
-    let is_decided =
-        |summary: &crate::study::Summary, look| claim::decides(&experiment.file, summary, look);
+    let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
     next_targets(experiment, rule, &found, (threads(None), &stop), is_decided).map_err(refused)
 }

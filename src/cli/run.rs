@@ -8,7 +8,7 @@ use super::output::{note, print_with_verdicts};
 use super::programs::{self, Consent};
 use super::study_arguments::{StudyArguments, mark_added};
 use super::{memory, need, timing};
-use crate::study::file::ExperimentFile;
+use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{Experiment, RunOptions};
 use crate::text::{alike, visible};
 use std::iter;
@@ -48,7 +48,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let study = &arguments.study;
     if arguments.more.is_empty() {
-        return run_one(arguments, study);
+        return run_one(arguments, Prepared::read(arguments, study)?);
     }
     if arguments.out.is_some() {
         let message =
@@ -60,14 +60,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ..study.clone()
     });
     let studies: Vec<StudyArguments> = iter::once(study.clone()).chain(more).collect();
-    let files: Result<Vec<ExperimentFile>, Error> =
-        studies.iter().map(|study| file(arguments, study)).collect();
-    let files = files?;
-    let folder = |(study, file)| arguments.confirmation.folder(study, file, None);
-    let folders: Vec<PathBuf> = studies.iter().zip(&files).map(folder).collect();
-    let names: Vec<String> = folders
+    let read = studies.iter().map(|study| Prepared::read(arguments, study));
+    let mut prepared: Vec<Prepared<'_>> = read.collect::<Result<_, Error>>()?;
+    let names: Vec<String> = prepared
         .iter()
-        .map(|folder| folder.display().to_string())
+        .map(|prepared| prepared.path.display().to_string())
         .collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
         let message =
@@ -75,14 +72,44 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return Err(Error::Input(message));
     }
     // All files are checked before the first one runs.
-    for ((study, folder), file) in studies.iter().zip(&folders).zip(files) {
-        study.of_file(file, folder)?;
+    for prepared in &mut prepared {
+        let made = prepared
+            .study
+            .of_file(prepared.file.clone(), &prepared.path)?;
+        prepared.made = Some(made);
     }
-    for study in &studies {
-        note(&format!("{}:", study.file.display()));
-        run_one(arguments, study)?;
+    for prepared in prepared {
+        note(&format!("{}:", prepared.study.file.display()));
+        run_one(arguments, prepared)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A file that was read, with the folder of its results.
+struct Prepared<'a> {
+    study: &'a StudyArguments,
+    file: ExperimentFile,
+    path: PathBuf,
+    /// The study, if it was made.
+    made: Option<(Experiment, TrialRule)>,
+}
+
+impl<'a> Prepared<'a> {
+    fn read(arguments: &Arguments, study: &'a StudyArguments) -> Result<Self, Error> {
+        if arguments.out.is_none() && study.name() == "-" {
+            let message =
+                "--out: expected a folder, because the experiment comes from standard input";
+            return Err(Error::Input(message.to_owned()));
+        }
+        let file = file(arguments, study)?;
+        let out = arguments.out.as_deref();
+        Ok(Self {
+            path: arguments.confirmation.folder(study, &file, out),
+            study,
+            file,
+            made: None,
+        })
+    }
 }
 
 /// Returns one of the files, with another seed if its claims are confirmed.
@@ -107,16 +134,17 @@ fn file(arguments: &Arguments, study: &StudyArguments) -> Result<ExperimentFile,
 }
 
 /// Runs one of the files.
-fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Error> {
-    if arguments.out.is_none() && study.name() == "-" {
-        let message = "--out: expected a folder, because the experiment comes from standard input";
-        return Err(Error::Input(message.to_owned()));
-    }
-    let file = file(arguments, study)?;
-    let out = arguments.out.as_deref();
-    let path = arguments.confirmation.folder(study, &file, out);
+fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Error> {
+    let Prepared {
+        study,
+        file,
+        path,
+        made,
+    } = prepared;
     let (file, introduced) = programs::introduced(file, &study.file, arguments.consent)?;
-    let (mut experiment, rule) = study.of_file(file, &path)?;
+    // What programs say of themselves is part of the study.
+    let made = made.filter(|_| introduced.is_none());
+    let (mut experiment, rule) = made.map_or_else(|| study.of_file(file, &path), Ok)?;
     programs::take_over(&experiment, introduced.as_ref());
     programs::same_versions(&experiment, &path)?;
     mark_added(&mut experiment.file, &path);
@@ -159,7 +187,7 @@ fn run_one(arguments: &Arguments, study: &StudyArguments) -> Result<ExitCode, Er
         }
         timing::measure(&experiment, &path, &stop)?;
     }
-    let (text, verdicts) = results(&path, &summary)?;
+    let (text, verdicts) = results(&path, &experiment.file, &summary)?;
     print_with_verdicts(&text, &verdicts)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -115,24 +115,20 @@ fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error
             return Err(Error::Input(message));
         }
     };
-    let wrong = |what: &str| {
-        let space = if flag.is_empty() { "" } else { " " };
-        let plan = plan.display();
-        Error::Input(format!(
-            "{flag}{space}'{text}': {what}; {plan} has the shards 1 to {shards}"
-        ))
-    };
     let (number, total) = match text.split_once('/') {
-        Some((number, total)) => (number, Some(total)),
-        None => (&text[..], None),
+        Some((number, total)) => (number, total.parse()),
+        None => (&text[..], Ok(shards)),
     };
-    let parsed = |text: &str| text.parse::<usize>().ok();
-    match (parsed(number), total.map(parsed)) {
-        (_, Some(total)) if total != Some(shards) => Err(wrong("not the plan's number of shards")),
-        (Some(number), _) if (1..=shards).contains(&number) => Ok(number - 1),
-        (Some(_), _) => Err(wrong("no such shard")),
-        (None, _) => Err(wrong("not a shard's number")),
-    }
+    let what = match number.parse::<usize>() {
+        _ if total != Ok(shards) => "not the plan's number of shards",
+        Ok(number) if (1..=shards).contains(&number) => return Ok(number - 1),
+        Ok(_) => "no such shard",
+        Err(_) => "not a shard's number",
+    };
+    let (space, plan) = (if flag.is_empty() { "" } else { " " }, plan.display());
+    Err(Error::Input(format!(
+        "{flag}{space}'{text}': {what}; {plan} has the shards 1 to {shards}"
+    )))
 }
 
 /// Returns the number of threads: as asked for, as the job has, or as this process may use by its group and affinity.
@@ -157,16 +153,18 @@ fn this_process() -> Process {
     let of_kernel = || std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
     let host = std::env::var("SLURMD_NODENAME").ok().or_else(of_kernel);
     let host = host.or_else(|| std::env::var("HOSTNAME").ok());
+    let host = host.filter(|host| !host.trim().is_empty());
+    let host: String = host
+        .as_deref()
+        .unwrap_or("host")
+        .trim()
+        .chars()
+        .take(60)
+        .collect();
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '.' || c == '_';
-    let host: String = host.unwrap_or_default().trim().chars().take(60).collect();
-    let host = host.replace(|c| !plain(c), "_");
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     Process {
-        host: if host.is_empty() {
-            "host".to_owned()
-        } else {
-            host
-        },
+        host: host.replace(|c| !plain(c), "_"),
         pid: std::process::id(),
         begin: since.map_or(0, |time| time.as_secs()),
         job: std::env::var("SLURM_JOB_ID").ok(),

@@ -92,38 +92,30 @@ impl Job {
         toml::from_str(&text).map_err(|e: toml::de::Error| wrong(&e.message()))
     }
 
-    /// Returns the options of sbatch that both scripts share, and the time limit.
-    fn check(&self) -> Result<Checked, Error> {
+    /// Returns the options of sbatch that both scripts share as their lines, and the time limit of a shard.
+    fn check(&self) -> Result<(String, Option<Duration>), Error> {
         let time = self.time.as_deref().map(parse_time).transpose();
         let time = time.map_err(|error| Error::Input(format!("--time: {error}")))?;
         let mut lines = String::new();
         let known = [
-            ("partition", self.partition.clone()),
-            ("account", self.account.clone()),
-            ("mem", self.mem.clone()),
+            ("partition", &self.partition),
+            ("account", &self.account),
+            ("mem", &self.mem),
         ];
         for (name, value) in known {
             let Some(value) = value else { continue };
-            if value.is_empty() {
-                return Err(Error::Input(format!(
-                    "--{name}: expected a text, not empty"
-                )));
-            }
-            let value = script_word(&value);
-            let value = value.map_err(|error| Error::Input(format!("--{name}: {error}")))?;
-            lines.extend(["#SBATCH --", name, "=", &value, "\n"]);
+            let word = match &value[..] {
+                "" => Err("expected a text, not empty".to_owned()),
+                value => script_word(value),
+            };
+            let word = word.map_err(|error| Error::Input(format!("--{name}: {error}")))?;
+            lines += &format!("#SBATCH --{name}={word}\n");
         }
         for option in &self.options {
-            lines.extend(["#SBATCH ", &option_word(option)?, "\n"]);
+            lines += &format!("#SBATCH {}\n", option_word(option)?);
         }
-        Ok(Checked { lines, time })
+        Ok((lines, time))
     }
-}
-
-/// Options of sbatch as lines of a script, and the time limit of a shard.
-struct Checked {
-    lines: String,
-    time: Option<Duration>,
 }
 
 /// Returns an option of sbatch as a word of a script.
@@ -140,41 +132,34 @@ fn option_word(option: &str) -> Result<String, Error> {
     script_word(option).map_err(|error| Error::Input(format!("options: {error}")))
 }
 
-/// Names and paths, as words of a script.
-struct Places {
-    program: String,
-    folder: String,
-    plan: String,
-    script: String,
-    shards: String,
-    out: String,
-    name: String,
-    /// The folder of the experiment file, where programs run.
-    home: String,
-}
-
-impl Places {
-    fn new(name: &str, file: &Path, plan: &Path, out: &Path) -> Result<Self, Error> {
-        let plan = std::path::absolute(plan).map_err(failed)?;
-        let folder = plan.parent().unwrap_or(Path::new("/"));
-        // In the name of a log sbatch takes these for patterns.
-        if folder.to_string_lossy().contains(['\\', '%']) {
-            return Err(Error::Input(format!(
-                "slurm: '{}'; expected a path without \\ and %, in which Slurm writes logs",
-                visible(folder.display())
-            )));
-        }
-        Ok(Self {
-            program: path_word(&std::env::current_exe().map_err(failed)?)?,
-            folder: path_word(folder)?,
-            plan: path_word(&plan)?,
-            script: path_word(&script_of(&plan))?,
-            shards: path_word(&ShardPlan::default_folder(&plan))?,
-            out: path_word(&std::path::absolute(out).map_err(failed)?)?,
-            name: script_word(name).map_err(Error::Input)?,
-            home: path_word(&folder_of(file)?)?,
-        })
+/// Returns names and paths by their places in the scripts, as words of the shell.
+fn places(
+    name: &str,
+    file: &Path,
+    plan: &Path,
+    out: &Path,
+) -> Result<Vec<(&'static str, String)>, Error> {
+    let plan = std::path::absolute(plan).map_err(failed)?;
+    let folder = plan.parent().unwrap_or(Path::new("/"));
+    // In the name of a log sbatch takes these for patterns.
+    if folder.to_string_lossy().contains(['\\', '%']) {
+        return Err(Error::Input(format!(
+            "slurm: '{}'; expected a path without \\ and %, in which Slurm writes logs",
+            visible(folder.display())
+        )));
     }
+    let path = |name, path: &Path| Ok((name, path_word(path)?));
+    Ok(vec![
+        ("name", script_word(name).map_err(Error::Input)?),
+        path("program", &std::env::current_exe().map_err(failed)?)?,
+        path("folder", folder)?,
+        path("plan", &plan)?,
+        path("script", &script_of(&plan))?,
+        path("shards", &ShardPlan::default_folder(&plan))?,
+        path("out", &std::path::absolute(out).map_err(failed)?)?,
+        // Where programs run.
+        path("home", &folder_of(file)?)?,
+    ])
 }
 
 /// Returns a path as a word of a script.
@@ -197,13 +182,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let file = arguments.config.as_deref().map(Job::read).transpose()?;
     let job = arguments.job.clone().or(file.unwrap_or_default());
-    let checked = job.check()?;
-    let time = checked.time;
+    let (lines, time) = job.check()?;
     let work = arguments.work.clone();
     let work = work.unwrap_or_else(|| PathBuf::from(format!("{name}-slurm")));
     let path = work.join(format!("{name}.plan.json"));
     let out = arguments.study.folder(arguments.out.as_deref());
-    let places = Places::new(&name, &arguments.study.file, &path, &out)?;
+    let mut places = places(&name, &arguments.study.file, &path, &out)?;
     files::make_folder(&work).map_err(failed)?;
     files::make_folder(&work.join("logs")).map_err(failed)?;
     let size = SizeArguments {
@@ -214,13 +198,34 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let cpus = job.cpus_per_task.unwrap_or(1);
     let study = (&arguments.study, arguments.consent);
     let planned = plan(study, &size, usize::from(cpus), &path, &[])?;
-    let merge_script = work.join(format!("{name}-merge.sbatch"));
-    let script = script_of(&path);
+    let home = places.pop().filter(|_| !planned.allow.is_empty());
+    let line = |time| format!("#SBATCH --time={}\n", slurm_time(time));
+    // Leaves time to finish and write the blocks under way. A block takes about five seconds at most, unless one trial
+    // takes longer.
+    let limit = |time: Duration| {
+        let notice = Duration::from_mins(1).min(time / 4);
+        format!(" --time-limit {}", slurm_time(time.saturating_sub(notice)))
+    };
+    places.extend([
+        ("cpus", cpus.to_string()),
+        ("options", lines),
+        ("time", time.map(line).unwrap_or_default()),
+        ("limit", time.map(limit).unwrap_or_default()),
+        ("allow", planned.allow.to_owned()),
+        (
+            "at",
+            home.map_or_else(String::new, |(_, home)| format!("cd {home} && ")),
+        ),
+    ]);
+    let (script, merge_script) = (script_of(&path), work.join(format!("{name}-merge.sbatch")));
     write(
         &script,
-        &shard_script(&places, cpus, &checked, planned.allow),
+        &filled(include_str!("slurm/shards.sbatch"), &places),
     )?;
-    write(&merge_script, &merge_script_of(&places, &checked))?;
+    write(
+        &merge_script,
+        &filled(include_str!("slurm/merge.sbatch"), &places),
+    )?;
     let shards = planned.plan.shards.len();
     let array = match (shards, job.array_limit) {
         (0, _) => None,
@@ -250,82 +255,19 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
         .map_err(|error| Error::Failed(format!("{}: {error}", path.display())))
 }
 
-/// `allow`: the flag with which the shards start programs, with a leading blank.
-fn shard_script(places: &Places, cpus: u16, checked: &Checked, allow: &'static str) -> String {
-    let Places {
-        program,
-        folder,
-        plan,
-        script,
-        name,
-        home,
-        ..
-    } = places;
-    let Checked { lines, time } = checked;
-    let time_line = time.map_or_else(String::new, |time| {
-        format!("#SBATCH --time={}\n", slurm_time(time))
-    });
-    let at = match allow {
-        "" => String::new(),
-        _ => format!("cd {home} && "),
-    };
-    // Leaves time to finish and write the blocks under way. A block takes about five seconds at most, unless one trial
-    // takes longer.
-    let limit = time.map_or_else(String::new, |time| {
-        let notice = Duration::from_mins(1).min(time / 4);
-        format!(" --time-limit {}", slurm_time(time.saturating_sub(notice)))
-    });
-    format!(
-        "#!/bin/bash\n\
-         # Written by `asobench slurm`, yours to edit: it is never \
-         overwritten.\n\
-         # All shards:   sbatch --array=1-S {script}\n\
-         # Some of them: sbatch --array=3,17 {script}   (`asobench status {plan}` prints that \
-         line)\n\
-         #SBATCH --job-name={name}\n\
-         #SBATCH --chdir={folder}\n\
-         #SBATCH --output=logs/%x-%A_%a.log\n\
-         #SBATCH --open-mode=append\n\
-         #SBATCH --requeue\n\
-         #SBATCH --cpus-per-task={cpus}\n\
-         {lines}{time_line}\n\
-         # The number of the shard is SLURM_ARRAY_TASK_ID, the number of threads \
-         SLURM_CPUS_PER_TASK.\n\
-         {at}{program} shard {plan}{limit}{allow}\n\
-         code=$?\n\
-         \n\
-         # 75: stopped before its end. What is finished is stored, so the task goes back into the \
-         queue for the rest.\n\
-         if [ \"$code\" = 75 ] && [ \"${{SLURM_RESTART_COUNT:-0}}\" -lt 100 ]; then\n\
-         \x20   scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\"\n\
-         fi\n\
-         exit \"$code\"\n"
-    )
-}
-
-fn merge_script_of(places: &Places, checked: &Checked) -> String {
-    let Places {
-        program,
-        folder,
-        plan,
-        shards,
-        out,
-        name,
-        ..
-    } = places;
-    let lines = &checked.lines;
-    format!(
-        "#!/bin/bash\n\
-         # Written by `asobench slurm`, yours to edit: it is never \
-         overwritten.\n\
-         # Puts the results together; where trials are missing, the log says which, and the line \
-         that computes them.\n\
-         #SBATCH --job-name={name}-merge\n\
-         #SBATCH --chdir={folder}\n\
-         #SBATCH --output=logs/%x-%j.log\n\
-         {lines}\n\
-         {program} merge {plan} {shards} --out {out}\n"
-    )
+/// Fills the places `{name}` of a script. What is filled in is not looked at again; braces of the shell have no such names.
+fn filled(script: &str, places: &[(&str, String)]) -> String {
+    let mut text = String::new();
+    for part in script.split_inclusive('}') {
+        let at = part.rfind('{').map(|at| part.split_at(at));
+        let value = at.and_then(|(before, place)| {
+            let name = place.trim_matches(['{', '}']);
+            let (_, value) = places.iter().find(|(known, _)| *known == name)?;
+            Some([before, value])
+        });
+        text.extend(value.map_or_else(|| vec![part], |parts| parts.to_vec()));
+    }
+    text
 }
 
 /// Prints the commands, or runs them.

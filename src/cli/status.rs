@@ -2,7 +2,7 @@
 
 use super::cluster::{self, folders, refused, word};
 use super::error::Error;
-use super::output::{note, print};
+use super::output::print;
 use crate::study::cluster::{Collection, PlaceStatus, ShardPlan, Status};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -29,71 +29,53 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         // No folder exists before the first shard has run.
         folders.retain(|folder| crate::files::is_there(folder));
     }
-    let mut found =
-        Collection::from_folders(&folders, &experiment).map_err(|e| refused(e.into()))?;
-    if arguments.verify {
-        found.verify(&experiment).map_err(|e| refused(e.into()))?;
-    } else {
-        found.forget_unknown();
-    }
-    for line in found.refused.iter().take(cluster::LINES) {
-        note(line);
-    }
+    let found = Collection::from_folders(&folders, &experiment, arguments.verify);
+    let found = found.map_err(refused)?;
+    cluster::note_refused(&found);
     let status = Status::new(&plan, &found);
     let mut text = table("shard", 1, &status.shards);
     text += &table("cell", 0, &status.cells);
     if !arguments.verify {
         text += "By the names of files; --verify reads them.\n";
     }
-    if status.is_complete() {
+    let code = if status.is_complete() {
         // Writing to a string does not fail.
         let _ = writeln!(text, "all there: asobench merge {}", word(path));
-        print(&text)?;
-        return Ok(ExitCode::SUCCESS);
-    }
-    if status.unplanned > 0 {
-        let _ = writeln!(
-            text,
-            "{} trials are in no shard of this plan; plan again: asobench plan {} --out {}",
-            status.unplanned,
-            word(path),
-            word(path)
-        );
-    }
-    if let Some(again) = cluster::again(path, &plan, &status) {
-        let _ = writeln!(text, "{again}");
-    }
+        ExitCode::SUCCESS
+    } else {
+        text += &cluster::again(path, &plan, &status);
+        ExitCode::from(75)
+    };
     print(&text)?;
-    Ok(ExitCode::from(75))
+    Ok(code)
 }
 
 /// Counts the places that are whole, and gives a line for each of the first that are not.
 fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
-    let (mut whole, mut begun, mut listed, mut text) = (0, 0, 0, String::new());
-    for (i, place) in places.iter().enumerate() {
-        let PlaceStatus { wanted, missing } = *place;
-        if missing == 0 {
-            whole += 1;
-            continue;
-        }
-        begun += usize::from(missing < wanted);
-        listed += 1;
-        if listed > cluster::LINES {
-            continue;
-        }
-        // Writing to a string does not fail.
-        let _ = writeln!(
-            text,
-            "  {name} {}: {missing} of {wanted} trials missing",
+    let lacking = places
+        .iter()
+        .enumerate()
+        .filter(|(_, place)| place.missing > 0);
+    let lines = lacking.clone().map(|(i, PlaceStatus { wanted, missing })| {
+        format!(
+            "  {name} {}: {missing} of {wanted} trials missing\n",
             i + first
-        );
-    }
-    if let Some(more @ 1..) = listed.checked_sub(cluster::LINES) {
+        )
+    });
+    let mut text: String = lines.take(cluster::LINES).collect();
+    let lacking = lacking.count();
+    if let Some(more @ 1..) = lacking.checked_sub(cluster::LINES) {
+        // Writing to a string does not fail.
         let _ = writeln!(text, "  and {more} more");
     }
-    let not_begun = places.len() - whole - begun;
+    let not_begun = places
+        .iter()
+        .filter(|place| place.missing > 0 && place.missing == place.wanted);
+    let not_begun = not_begun.count();
     format!(
-        "{} {name}s: {whole} whole, {begun} begun, {not_begun} not begun\n{text}",
-        places.len()
+        "{} {name}s: {} whole, {} begun, {not_begun} not begun\n{text}",
+        places.len(),
+        places.len() - lacking,
+        lacking - not_begun
     )
 }

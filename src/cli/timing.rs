@@ -5,7 +5,7 @@ use crate::data::Realisation;
 use crate::estimator::{Estimator, Pass, Window};
 use crate::files::{self, Kind, PathError};
 use crate::study::Experiment;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -36,7 +36,7 @@ fn file(folder: &Path) -> PathBuf {
 pub(super) fn are_there(experiment: &Experiment, folder: &Path) -> Result<bool, PathError> {
     check(folder)?;
     let text = files::read_own(&file(folder), Kind::Times)?;
-    let times: Option<Value> = text.and_then(|text| serde_json::from_slice(&text).ok());
+    let times = text.and_then(|text| files::parsed(&text).ok());
     Ok(times.is_some_and(|times| times["design"] == design(experiment)))
 }
 
@@ -117,9 +117,9 @@ pub(super) fn measure(
         "machine": machine(),
         "times": times,
     });
-    let text = serde_json::to_string_pretty(&content).map_err(failed)?;
+    let text = files::sealed(&content);
     files::make_subfolder(folder, FOLDER)
-        .and_then(|_| files::replace(&file(folder), Kind::Times, format!("{text}\n").as_bytes()))
+        .and_then(|_| files::replace(&file(folder), Kind::Times, text.as_bytes()))
         .map_err(failed)
 }
 

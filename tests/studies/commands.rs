@@ -195,8 +195,14 @@ fn replays_equal_what_is_stored() {
         place.path("out/trials.parquet"),
     )
     .expect("a copy");
-    let output = place.run(&["replay", "out", "1:7", "--format", "json"]);
+    let replay = ["replay", "out", "1:7", "--format", "json"];
+    let output = place.run(&replay);
     let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+    assert_eq!(json["equal_to_stored"], Value::Null);
+    let said = "trials.parquet: damaged: the checksum in manifest.json differs";
+    assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    place.take_checksums("out");
+    let json: Value = serde_json::from_str(&stdout(&place.run(&replay))).expect("JSON");
     assert_eq!(json["equal_to_stored"], false);
 }
 
@@ -207,8 +213,10 @@ fn replays_of_a_damaged_manifest_are_compared_with_nothing() {
     place.write("methods.toml", METHODS.as_bytes());
     succeeds(&place.run(&["run", "methods.toml", "--out", "out"]));
     let path = place.path("out/manifest.json");
-    let whole: Value =
+    let mut whole: Value =
         serde_json::from_slice(&std::fs::read(&path).expect("a file")).expect("JSON");
+    // With its checksum, which would no longer be right, it is refused.
+    whole.as_object_mut().expect("an object").remove("checksum");
     let compared = |trials: Value| {
         let mut manifest = whole.clone();
         manifest["trials"] = trials;

@@ -216,7 +216,7 @@ fn times_are_measured_once() {
     assert!(again("times are there already") == first);
     // Those of another design, or half of a file, are not this study's.
     let text = String::from_utf8(first.clone()).expect("UTF-8");
-    let other = text.replacen("\"design\": \"", "\"design\": \"0", 1);
+    let other = text.replacen("\"design\":\"", "\"design\":\"0", 1);
     assert!(other != text);
     for damaged in [other.as_str(), &text[..text.len() / 2], ""] {
         place.write("out/timing/times.json", damaged.as_bytes());

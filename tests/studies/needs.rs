@@ -107,6 +107,56 @@ fn a_run_takes_the_room_that_was_told() {
     }
 }
 
+/// The most memory that a run of these arguments has at once, by the kernel's account while it runs.
+#[cfg(target_os = "linux")]
+fn peak(place: &Place, arguments: &[&str]) -> f64 {
+    let mut child = place.start(arguments);
+    let status = format!("/proc/{}/status", child.id());
+    let mut most = 0.0_f64;
+    while child.try_wait().expect("a process").is_none() {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let number = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+        most = most.max(1024.0 * number.unwrap_or(0.0));
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    most
+}
+
+/// Memory and the bytes of a report are told to a factor of two, also where rows or curves take most of it, or nothing does.
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_and_a_report_take_what_was_told() {
+    let place = Place::new();
+    for (out, more) in [
+        ("kept", &["--trials", "5000"][..]),
+        ("few", &["--trials", "20", "--set", "curves=false"]),
+        (
+            "counted",
+            &["--trials", "20000", "--set", "store=summaries"],
+        ),
+        ("long", &["--trials", "20", "--set", "horizon=4000"]),
+    ] {
+        let text = stdout(&place.run(&[&["check", "everything.toml"], more].concat()));
+        let said = amounts(line(&text, "memory"))[0];
+        let run = ["run", "everything.toml", "--out", out];
+        let is = peak(&place, &[&run[..], more].concat());
+        assert!(
+            said <= 2.0 * is && is <= 2.0 * said,
+            "{out}: {said} of {is}: {text}"
+        );
+        let said = amounts(line(&text, "disk"));
+        succeeds(&place.run(&["report", out, "--out", "page"]));
+        let is = bytes(&place.path("page"));
+        let report = said[said.len() - 2];
+        assert!(
+            report <= 2.0 * is && is <= 2.0 * report,
+            "{out}: {report} of {is}: {text}"
+        );
+        fs::remove_dir_all(place.path("page")).expect("removed");
+    }
+}
+
 #[test]
 fn what_is_there_is_taken_off() {
     let place = Place::new();

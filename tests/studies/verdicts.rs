@@ -119,6 +119,10 @@ fn times_are_of_a_machine() {
             .is_some_and(|name| !name.is_empty())
     );
     times["machine"] = "an abacus".into();
+    let damaged = times.to_string();
+    times.as_object_mut().unwrap().remove("checksum");
+    place.write("own/timing/times.json", damaged.as_bytes());
+    place.refuses(&["report", "own"], &["times.json", "the checksum differs"]);
     place.write("own/timing/times.json", times.to_string().as_bytes());
     let report = place.run(&["report", "own"]);
     succeeds(&report);

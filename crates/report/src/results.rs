@@ -9,7 +9,7 @@ use asobench_study::study::file::{ClaimTable, ExperimentFile, FileError, Key};
 pub use asobench_study::study::place::{axis_label, value_name, words};
 use asobench_study::study::{
     CellSummary, Experiment, Look, Looks, Measure, OutputSummary, Summary, TheoryReference,
-    read_manifest,
+    check_result, read_manifest,
 };
 use asobench_study::text::{grouped, shell_word};
 use serde::Deserialize;
@@ -50,6 +50,28 @@ struct Times {
     times: Vec<Time>,
     /// The machine's processor.
     machine: Option<String>,
+}
+
+const TIMES: &str = "timing/times.json";
+
+/// Reads the times in a folder, if they were measured.
+fn read_times(folder: &Path) -> Result<Option<Vec<u8>>, PathError> {
+    match files::subfolder(folder, "timing")? {
+        Some(_) => files::read_own(&folder.join(TIMES), Kind::Times),
+        None => Ok(None),
+    }
+}
+
+impl Times {
+    fn decode(folder: &Path, text: Option<&[u8]>) -> Result<Self, ResultsError> {
+        let of_json = |json| serde_json::from_value(json).map_err(|error| error.to_string());
+        let times = text.map(|text| files::parsed(text).and_then(of_json));
+        let times = times.unwrap_or_else(|| Ok(Self::default()));
+        times.map_err(|error| ResultsError::File {
+            path: folder.join(TIMES),
+            reason: format!("not times of this version ({error})"),
+        })
+    }
 }
 
 /// A study with its results.
@@ -93,10 +115,8 @@ impl Study {
             path,
             reason: "the file is missing".to_owned(),
         })?;
-        let times = match files::subfolder(folder, "timing")? {
-            Some(timing) => files::read_own(&timing.join("times.json"), Kind::Times)?,
-            None => None,
-        };
+        check_result(folder, &manifest, "summary.json", Some(&summary))?;
+        let times = read_times(folder)?;
         let looks = Looks::read(folder)?;
         Self::decode(folder, &manifest, &summary, times.as_deref(), &looks)
     }
@@ -148,21 +168,49 @@ impl Study {
         };
         let summary = Summary::from_json(summary)
             .map_err(|error| parsed("summary.json", "a summary", &error))?;
+        let times = Times::decode(folder, times)?;
+        let text = |key: &str| manifest[key].as_str().map(str::to_owned);
+        let origin = (text("version").unwrap_or_default(), text("git_revision"));
+        Self::of(folder, origin, (file, summary), times, looks)
+    }
+
+    /// Returns the study of a run in a folder, from the summary that the run returned.
+    ///
+    /// # Errors
+    /// If the summary has no cell, or the times or looks in the folder cannot be read.
+    pub fn of_run(
+        folder: &Path,
+        file: &ExperimentFile,
+        summary: &Summary,
+    ) -> Result<Self, ResultsError> {
+        // As it is stored, so that a report says the same.
+        let summary = summary.as_stored().map_err(|reason| ResultsError::File {
+            path: folder.join("summary.json"),
+            reason,
+        })?;
+        let times = Times::decode(folder, read_times(folder)?.as_deref())?;
+        let revision = asobench_study::GIT_REVISION.map(str::to_owned);
+        let origin = (env!("CARGO_PKG_VERSION").to_owned(), revision);
+        let looks = Looks::read(folder)?;
+        Self::of(folder, origin, (file.clone(), summary), times, &looks)
+    }
+
+    fn of(
+        folder: &Path,
+        (version, revision): (String, Option<String>),
+        (file, summary): (ExperimentFile, Summary),
+        Times { times, machine }: Times,
+        looks: &Looks,
+    ) -> Result<Self, ResultsError> {
         if summary.cells.is_empty() {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
-        let Times { times, machine } = match times.map(serde_json::from_slice).transpose() {
-            Ok(times) => times.unwrap_or_default(),
-            Err(error) => {
-                let reason = error.to_string();
-                return Err(parsed("timing/times.json", "times", &reason));
-            }
-        };
-        if !times.iter().all(|time| time.is_of(summary.cells.len())) {
-            let reason = "damaged: a time of a cell that does not exist, or quantiles of times that do not ascend";
-            return Err(wrong("timing/times.json", reason.to_owned()));
+        if times.iter().any(|time| time.cell >= summary.cells.len()) {
+            return Err(ResultsError::File {
+                path: folder.join(TIMES),
+                reason: "damaged: a time of a cell that does not exist".to_owned(),
+            });
         }
-        let text = |key: &str| manifest[key].as_str().map(str::to_owned);
         let look = looks.at(summary.trials(), &file, &file.trials);
         let judged = judged(&file, &summary, (&times, machine.as_deref()), look);
         Ok(Self {
@@ -170,8 +218,8 @@ impl Study {
             machine,
             name: name(folder),
             folder: folder.to_owned(),
-            version: text("version").unwrap_or_default(),
-            revision: text("git_revision"),
+            version,
+            revision,
             index: Index::new(&summary, file.kind()),
             judged,
             file,

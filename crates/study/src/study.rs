@@ -16,7 +16,7 @@ pub use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 #[doc(hidden)]
 pub use crate::outcome::folder::parse_manifest;
 pub use crate::outcome::folder::{
-    FolderError, MANIFEST, ResultsFolder, read_manifest, stored_design,
+    FolderError, MANIFEST, ResultsFolder, check_result, read_manifest, stored_design,
 };
 pub use crate::outcome::looks::{Look, Looks};
 pub use crate::outcome::method_times::MethodTime;
@@ -42,13 +42,12 @@ pub use crate::run::campaign::{Campaign, RunOptions};
 pub use crate::run::cluster;
 pub use crate::run::continuous_trial::ContinuousTrial;
 pub use crate::run::event::{CampaignError, Event};
+pub use crate::run::forecast::{Disk, Forecast};
 pub use crate::run::kernels;
 pub use crate::run::machine_peak::fma_peak;
-pub use crate::run::memory_and_disk::{Disk, disk_of, memory_of, row_of};
 pub use crate::run::pack::PackTrial;
 pub use crate::run::pilot::{Pilot, pilot_seed};
 pub use crate::run::runner::{Block, RunError, Span, block_size, run, run_and_forget};
-pub use crate::run::time::Cost;
 pub use crate::run::trial::{Trial, TrialRecord};
 pub use crate::run::trial_worker::{Worker, WorkerError};
 pub use crate::run::workload::W98;

@@ -12,8 +12,8 @@ use crate::estimator::{
 use crate::files;
 use crate::study::file::MethodTable;
 use crate::study::{
-    Cell, Experiment, Measure, Row, Rows, Source, TrialRecord, design_of, read_manifest,
-    stage_twelve, stored_alike,
+    Cell, Experiment, Measure, Row, Rows, Source, TrialRecord, check_result, design_of,
+    read_manifest, stage_twelve, stored_alike,
 };
 use crate::text::{number, visible};
 use serde_json::{Map, Value, json};
@@ -56,10 +56,14 @@ pub(super) fn stored(
         Value::Array(counts) => counts.iter().map(Value::as_u64).collect::<Option<_>>()?,
         count => vec![count.as_u64()?; experiment.cells.len()],
     };
-    stored_alike(&file, experiment, cell, &trials, rows).unwrap_or_else(|error| {
+    let refused = |error: &dyn std::fmt::Display| {
         note(&format!("warning: the stored rows cannot be read: {error}"));
-        None
-    })
+    };
+    check_result(folder, &manifest, "trials.parquet", None)
+        .map_err(|error| refused(&error))
+        .ok()?;
+    let alike = stored_alike(&file, experiment, cell, &trials, rows);
+    alike.map_err(|error| refused(&error)).ok()?
 }
 
 /// One stage's vectors under their names.

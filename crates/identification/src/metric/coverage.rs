@@ -40,22 +40,6 @@ impl Coverage {
             relative_error: Estimate::new(ratio - 1.0, ratio * relative),
         }
     }
-
-    /// Whether a stored coverage can be that of this many trials.
-    pub fn is_of(&self, trials: u64) -> bool {
-        let intervals = self.covered.total;
-        intervals <= trials
-            && self.covered.is_of(intervals)
-            && self.bias_eliminated.is_of(intervals)
-            && [
-                self.bias,
-                self.empirical_se,
-                self.model_se,
-                self.relative_error,
-            ]
-            .iter()
-            .all(Estimate::is_sound)
-    }
 }
 
 /// The share of the intervals that hold x: those with `low < x` and not `high < x`. Exact for x = 0.
@@ -97,7 +81,6 @@ mod tests {
         assert_eq!((found.model_se.value, found.model_se.mcse), (5.0, 0.0));
         let relative = 5.0 / f64::sqrt(variance) - 1.0;
         assert!((found.relative_error.value - relative).abs() < 1e-12);
-        assert!(found.is_of(40) && found.is_of(41) && !found.is_of(39));
     }
 
     /// Standard errors 3 and 4 in turn: the root of the mean square is sqrt(12.5), and its error by table 6 is

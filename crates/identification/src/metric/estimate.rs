@@ -46,17 +46,6 @@ impl Estimate {
     pub fn interval(&self) -> (f64, f64) {
         (self.value - Z * self.mcse, self.value + Z * self.mcse)
     }
-
-    /// Whether a stored pair of numbers can be an estimate: value not infinite, error not negative.
-    pub(super) fn is_sound(&self) -> bool {
-        !self.value.is_infinite() && !(self.mcse < 0.0)
-    }
-}
-
-/// Whether the numbers ascend; NaN is ignored.
-pub fn ascend(numbers: impl IntoIterator<Item = f64>) -> bool {
-    let numbers = numbers.into_iter().filter(|x| !x.is_nan());
-    numbers.is_sorted_by(|a, b| a <= b)
 }
 
 impl Default for Estimate {

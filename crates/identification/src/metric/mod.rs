@@ -40,7 +40,6 @@ pub mod tails;
 
 pub use coverage::Coverage;
 pub use error::{StateError, relative_error, relative_error_as_printed};
-pub use estimate::ascend;
 pub use estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, Z};
 pub use exact_sum::ExactSum;
 pub use fit::{Fit, FitModel, fit};

@@ -1,9 +1,9 @@
 //! Comparison of two methods on the same trials.
 
 use super::double_double::{Dd, powers, product};
-use super::estimate::{Estimate, FEWEST_FOR_SQUARES, ascend, not_negative};
+use super::estimate::{Estimate, FEWEST_FOR_SQUARES, not_negative};
 use super::exact_sum::{BUNDLE, Buckets, bundles};
-use super::moments::{finite, largest_share, sum_fits};
+use super::moments::{finite, largest_share};
 use super::sketch::Others;
 use super::statistics::DOMINANT_SHARE;
 use super::{ExactSum, Quantile, Sample, Share, Sketch, Worse};
@@ -44,14 +44,6 @@ struct Powers {
 }
 
 impl Powers {
-    /// Whether these can be the sums of this many trials.
-    fn are_of(&self, count: u64) -> bool {
-        self.largest >= 0.0
-            && self.largest.is_finite()
-            && sum_fits(count, 2, self.largest, &self.squares)
-            && sum_fits(count, 4, self.largest, &self.fourths)
-    }
-
     fn merge(&mut self, other: &Self) {
         self.squares.merge(&other.squares);
         self.fourths.merge(&other.fourths);
@@ -143,18 +135,9 @@ impl Paired {
         }
     }
 
-    /// Checks a stored comparison before use: returns whether it can be one of this many trials.
-    pub fn is_of(&self, trials: u64) -> bool {
-        let sum = |counts: &[u64]| counts.iter().try_fold(0, |sum: u64, n| sum.checked_add(*n));
-        let all = [self.both, self.only_first, self.only_second, self.neither];
-        sum(&all) == Some(trials)
-            && sum(&[self.smaller, self.ties]).is_some_and(|counted| counted <= self.both)
-            && self.overflowed <= self.both
-            && self.ratio.count() <= self.both.saturating_sub(self.ties)
-            && self.difference.is_of(self.both)
-            && [&self.first, &self.second]
-                .iter()
-                .all(|powers| powers.are_of(self.both - self.overflowed))
+    /// The bytes of the comparison in memory.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() - size_of::<Sample>() + self.difference.bytes() + self.ratio.bytes()
     }
 
     /// Adds the trials of another comparison.
@@ -294,33 +277,6 @@ impl PairedStatistics {
     pub fn trials(&self) -> u64 {
         self.both + self.only_first + self.only_second + self.neither
     }
-
-    /// The number of paired trials, including those where a method has no measure; `None` if the counts overflow.
-    pub fn checked_trials(&self) -> Option<u64> {
-        let counts = [self.both, self.only_first, self.only_second, self.neither];
-        let mut counts = counts.iter();
-        counts.try_fold(0, |sum: u64, n| sum.checked_add(*n))
-    }
-
-    /// Whether stored statistics can be those of this many trials.
-    pub fn are_of(&self, trials: u64) -> bool {
-        let ratios = [
-            self.ratio_q05,
-            self.ratio_q25,
-            self.median_ratio,
-            self.ratio_q75,
-            self.ratio_q95,
-        ];
-        let untied = trials.checked_sub(self.ties);
-        self.checked_trials() == Some(trials)
-            && untied.is_some_and(|untied| self.share_smaller.is_of(untied))
-            && ascend(ratios.iter().map(|ratio| ratio.value))
-            && ratios.iter().all(Quantile::is_sound)
-            && self.median_difference.is_sound()
-            && self.mean_difference.is_sound()
-            && self.rmse_ratio.is_sound()
-            && !(self.rmse_ratio.value < 0.0)
-    }
 }
 
 #[cfg(test)]
@@ -427,7 +383,6 @@ mod tests {
             (40, 70)
         );
         assert_eq!(found.ties, 31);
-        assert!(found.are_of(101));
         // If larger is better, a failed trial counts as the smaller one.
         let fit = pair.statistics(Worse::Smaller).share_smaller;
         assert_eq!((fit.count, fit.total), (40, 70));
@@ -467,26 +422,6 @@ mod tests {
         assert!(large.rmse_ratio.value.is_nan() && large.dominated);
         let none = Paired::default().statistics(Worse::Larger);
         assert!(none.rmse_ratio.value.is_nan() && !none.dominated);
-    }
-
-    #[test]
-    fn stored_counts_must_add_up() {
-        let whole = Paired::from_pairs(pairs(30));
-        assert!(whole.is_of(30) && !whole.is_of(29) && Paired::default().is_of(0));
-        let altered: [fn(&mut Paired); 7] = [
-            |paired| paired.both += 1,
-            |paired| paired.neither = u64::MAX,
-            |paired| paired.smaller = 31,
-            |paired| paired.ties = u64::MAX,
-            |paired| paired.overflowed = 31,
-            |paired| paired.first.largest = f64::NAN,
-            |paired| paired.second.squares.add(1e9),
-        ];
-        for alter in altered {
-            let mut paired = whole.clone();
-            alter(&mut paired);
-            assert!(!paired.is_of(30), "{paired:?}");
-        }
     }
 
     #[test]

@@ -56,11 +56,6 @@ impl Quantile {
         }
     }
 
-    /// Whether a stored triple can be a quantile: value not infinite, error not negative, and no value if lost.
-    pub(super) fn is_sound(&self) -> bool {
-        !(self.value.is_infinite() || self.mcse < 0.0 || self.lost && self.value.is_finite())
-    }
-
     /// The 95 % interval `value -+ 1.96 mcse`.
     pub fn interval(&self) -> (f64, f64) {
         (self.value - Z * self.mcse, self.value + Z * self.mcse)

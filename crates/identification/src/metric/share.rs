@@ -28,18 +28,6 @@ pub struct Share {
 }
 
 impl Share {
-    /// Whether a stored share, its numbers rounded to nine digits, can be a share of this many trials.
-    pub fn is_of(&self, trials: u64) -> bool {
-        let same = |x: f64, y: f64| x.is_nan() && y.is_nan() || (x - y).abs() <= 1e-8;
-        let own = Self::new(self.count, self.total);
-        self.total == trials
-            && self.count <= self.total
-            && same(self.share, own.share)
-            && same(self.low, own.low)
-            && same(self.high, own.high)
-            && !(self.mcse < 0.0 || self.mcse > 1.0)
-    }
-
     /// The share `count / of`.
     pub fn new(count: u64, total: u64) -> Self {
         let m = total as f64;

@@ -33,6 +33,13 @@ pub fn expected_bins(values: f64) -> f64 {
     USUAL * (1.0 - (-values / USUAL).exp())
 }
 
+impl Sketch {
+    /// The bytes of its bins in memory.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.bins[..])
+    }
+}
+
 /// Returns the bin of a value; bins ascend with values.
 #[inline(always)]
 fn bin_of(x: f64) -> i32 {
@@ -158,16 +165,6 @@ impl Sketch {
     /// Number of values.
     pub fn count(&self) -> u64 {
         self.bins.iter().map(|(_, count)| count).sum()
-    }
-
-    /// The lowest and the highest bin; `None` for an empty sketch.
-    pub(super) fn ends(&self) -> Option<(i32, i32)> {
-        Some((self.bins.first()?.0, self.bins.last()?.0))
-    }
-
-    /// The bins of two values.
-    pub(super) fn ends_of((low, high): (f64, f64)) -> (i32, i32) {
-        (bin_of(low), bin_of(high))
     }
 
     /// Returns the order statistic of a rank in 0 ... count-1.

@@ -36,11 +36,6 @@ pub struct Slope {
 }
 
 impl Slope {
-    /// Whether a stored slope can be one over this many cells.
-    pub fn is_over(&self, cells: usize) -> bool {
-        self.points == cells && !self.value.is_infinite() && !(self.mcse < 0.0)
-    }
-
     /// The 95 % interval `value -+ t mcse`, with t = 2.093 of Student's law with G - 1 = 19 degrees of freedom. An
     /// error from 20 groups is too uncertain for 1.96, which would cover 93.5 %.
     pub fn interval(&self) -> (f64, f64) {

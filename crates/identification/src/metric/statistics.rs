@@ -1,6 +1,6 @@
 //! The statistics reported of a measure over trials.
 
-use super::estimate::{ascend, nan_is_null};
+use super::estimate::nan_is_null;
 use super::{Estimate, Quantile};
 use serde::{Deserialize, Serialize};
 use std::ops::Deref;
@@ -120,31 +120,6 @@ impl Statistics {
         let ninth = 2.0 / (9.0 * degrees);
         let chi_square = degrees * (1.0 - ninth - POINT * ninth.sqrt()).powi(3);
         chi_square / (degrees * self.tail)
-    }
-
-    /// Whether stored statistics can be those of this many trials.
-    pub fn are_of(&self, trials: u64) -> bool {
-        let estimates = [self.mean, self.sd, self.mse, self.rmse, self.trimmed];
-        let conditional = self.conditional.unwrap_or(self.quantiles);
-        let quantiles = || self.quantiles.all().into_iter().chain(conditional.all());
-        let order_of = |quantiles: Quantiles| {
-            let values = quantiles.all().map(|quantile| quantile.value);
-            [self.min].into_iter().chain(values).chain([self.max])
-        };
-        let order = order_of(self.quantiles);
-        let squares = [self.sd, self.mse, self.rmse].map(|estimate| estimate.value);
-        let mut all = order
-            .clone()
-            .chain(estimates.iter().map(|estimate| estimate.value));
-        self.count.checked_add(self.undefined) == Some(trials)
-            && self.overflowed <= self.count
-            && (self.count > 0 || all.all(f64::is_nan))
-            && ascend(order)
-            && ascend(order_of(conditional))
-            && estimates.iter().all(Estimate::is_sound)
-            && quantiles().all(|quantile| quantile.is_sound())
-            && !squares.iter().any(|x| *x < 0.0)
-            && !(self.largest_share < 0.0 || self.largest_share > 1.0 + 1e-8)
     }
 }
 

@@ -17,3 +17,4 @@ pub(crate) mod name_checks;
 pub(crate) mod settings_reader;
 pub(crate) mod state_feedback;
 pub(crate) mod theory;
+pub(crate) mod thread_bytes;

@@ -15,11 +15,13 @@
 mod kind;
 #[cfg(target_os = "linux")]
 mod pipes;
+mod seal;
 mod staged;
 
 pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
 #[cfg(target_os = "linux")]
 pub(crate) use pipes::{Mark, Pipes};
+pub use seal::{checksum, checksum_of, parsed, sealed, unseal};
 pub use staged::{Staged, replace};
 pub(crate) use staged::{probe, remove_temporary};
 

@@ -57,6 +57,12 @@ impl Staged {
         written.map_err(PathError::io(path))
     }
 
+    /// Returns the files with their names and temporary paths.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &Path)> {
+        let files = self.0.iter();
+        files.filter_map(|file| Some((file.path.file_name()?.to_str()?, file.temporary.as_path())))
+    }
+
     /// Checks once more that every file may be put in its place.
     ///
     /// # Errors

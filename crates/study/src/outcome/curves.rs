@@ -7,7 +7,6 @@
 use crate::design::curve_bins::{
     BINS, BINS_PER_OCTAVE_LOG2, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes,
 };
-use asobench_identification::metric::ascend;
 use asobench_identification::real::{MOST_LANES, Real};
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -74,14 +73,10 @@ pub struct CurveQuantiles {
 }
 
 impl CurveQuantiles {
-    /// Whether stored quantiles can be those of records of K samples.
+    /// Whether there are quantiles for each of K samples.
     pub(crate) fn are_of(&self, horizon: usize) -> bool {
         let all = [&self.q05, &self.q50, &self.q95];
-        let place = |k: usize| all.map(|quantile| quantile[k].unwrap_or(f64::NAN));
         all.iter().all(|quantile| quantile.len() == horizon)
-            && (0..horizon)
-                .map(place)
-                .all(|values| ascend(values) && !(values[0] < 0.0))
     }
 }
 
@@ -149,14 +144,9 @@ fn middle(bin: usize) -> f64 {
 }
 
 impl Curves {
-    /// Whether these can be the curves of so many records of K samples.
-    pub(crate) fn are_of(&self, horizon: usize, trials: u64) -> bool {
-        let total = |counts: &[u32]| counts.iter().map(|count| u64::from(*count)).sum::<u64>();
-        self.horizon == horizon
-            && self
-                .counts
-                .chunks_exact(BINS)
-                .all(|histogram| total(histogram) <= trials)
+    /// The number of samples K.
+    pub(crate) fn horizon(&self) -> usize {
+        self.horizon
     }
 
     /// Makes empty histograms for records of K samples.

@@ -33,6 +33,9 @@ pub enum FolderError {
         /// The reason.
         reason: String,
     },
+    /// A result is not what was written.
+    #[error("{}: damaged: the checksum in manifest.json differs", .0.display())]
+    Damaged(PathBuf),
     /// Another run has the folder.
     #[error("{}: another run is writing there", .0.display())]
     Busy(PathBuf),
@@ -127,16 +130,42 @@ pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
 /// # Errors
 /// What is wrong with the content.
 pub fn parse_manifest(path: PathBuf, text: &[u8]) -> Result<Value, FolderError> {
-    let manifest: Result<Value, String> = serde_json::from_slice(text).map_err(|e| e.to_string());
-    if let Ok(manifest) = &manifest {
-        refuse_newer(&path, manifest)?;
+    let wrong = |reason: String| FolderError::Manifest {
+        path: path.clone(),
+        reason,
+    };
+    let mut manifest: Value = serde_json::from_slice(text).map_err(|e| wrong(e.to_string()))?;
+    refuse_newer(&path, &manifest)?;
+    files::unseal(&mut manifest, text).map_err(|reason| wrong(reason.to_owned()))?;
+    if manifest["experiment"].is_object() {
+        Ok(manifest)
+    } else {
+        Err(wrong("no experiment in it".to_owned()))
     }
-    match manifest {
-        Ok(manifest) if manifest["experiment"].is_object() => Ok(manifest),
-        Ok(_) => Err("no experiment in it".to_owned()),
-        Err(reason) => Err(reason),
+}
+
+/// Checks a result against its checksum in the manifest: its content, or its file if that was not read. Results of version
+/// 0.2.0 have no checksum.
+///
+/// # Errors
+/// If the checksum differs, or the file cannot be read.
+pub fn check_result(
+    folder: &Path,
+    manifest: &Value,
+    name: &str,
+    content: Option<&[u8]>,
+) -> Result<(), FolderError> {
+    let (path, stored) = (folder.join(name), manifest["checksums"][name].as_str());
+    let found = match (stored, content) {
+        (None, _) => return Ok(()),
+        (_, Some(content)) => files::checksum(content),
+        (_, None) => files::checksum_of(&path)?,
+    };
+    if stored == Some(&found) {
+        Ok(())
+    } else {
+        Err(FolderError::Damaged(path))
     }
-    .map_err(|reason| FolderError::Manifest { path, reason })
 }
 
 /// Returns the design of the results or blocks in a folder, if it can be read.
@@ -145,7 +174,7 @@ pub fn stored_design(folder: &Path) -> Option<Value> {
     let stored = manifest.or_else(|| {
         let path = files::subfolder(folder, BLOCKS).ok()??.join(DESIGN);
         let text = files::read_own(&path, Kind::Design).ok()??;
-        serde_json::from_slice(&text).ok()
+        files::parsed(&text).ok()
     });
     Some(design_of(&stored?["experiment"]))
 }
@@ -271,14 +300,16 @@ impl ResultsFolder {
             return Ok(files::replace(
                 &path,
                 Kind::Design,
-                design.to_string().as_bytes(),
+                files::sealed(design).as_bytes(),
             )?);
         };
-        let stored = serde_json::from_slice(&text).map_err(|error| FolderError::Manifest {
+        let wrong = |reason: String| FolderError::Manifest {
             path: path.clone(),
-            reason: error.to_string(),
-        })?;
+            reason,
+        };
+        let mut stored = serde_json::from_slice(&text).map_err(|error| wrong(error.to_string()))?;
         refuse_newer(&path, &stored)?;
+        files::unseal(&mut stored, &text).map_err(|reason| wrong(reason.to_owned()))?;
         self.compare(&stored, design)?;
         self.check_targets(figures)
     }
@@ -395,12 +426,21 @@ impl ResultsFolder {
         Ok(written.map_err(PathError::io(&path))?)
     }
 
-    /// Writes the manifest, which is published last.
+    /// Writes the manifest, which is published last, with the checksums of the results that were written before.
     ///
     /// # Errors
     /// As for [`Self::write`].
-    pub fn write_manifest(&mut self, manifest: &Value) -> Result<(), FolderError> {
-        self.write(MANIFEST, Kind::Manifest, format!("{manifest}\n").as_bytes())
+    pub fn write_manifest(&mut self, mut manifest: Value) -> Result<(), FolderError> {
+        for (name, path) in self.staged.files() {
+            if RESULTS.iter().any(|(result, _)| *result == name) {
+                manifest["checksums"][name] = files::checksum_of(path)?.into();
+            }
+        }
+        self.write(
+            MANIFEST,
+            Kind::Manifest,
+            files::sealed(&manifest).as_bytes(),
+        )
     }
 
     /// Renames every staged file to its final name, the manifest last. An older manifest is removed first, so that a
@@ -478,7 +518,7 @@ mod tests {
         let mut manifest = json!({"program": "asobench"});
         manifest["version"] = "0.0.0".into();
         manifest["experiment"] = design(1, 2)["experiment"].clone();
-        results.write_manifest(&manifest).unwrap();
+        results.write_manifest(manifest).unwrap();
         write(&mut results, "a.svg");
         results.publish().unwrap();
         let mut names: Vec<_> = fs::read_dir(&path)

@@ -75,17 +75,14 @@ impl Looks {
         let Some(text) = files::read_own(&path, Kind::Looks)? else {
             return Ok(Self::default());
         };
-        let stored: Result<Stored, String> =
-            serde_json::from_slice(&text).map_err(|error| error.to_string());
-        let sound = |looks: &Self| {
-            let shares = looks
-                .looks
-                .iter()
-                .flat_map(|look| [look.share, look.set_aside]);
-            shares.into_iter().all(|share| (0.0..=1.0).contains(&share))
-        };
+        let stored = files::parsed(&text).and_then(|json| {
+            let stored: Result<Stored, _> = serde_json::from_value(json);
+            stored.map_err(|error| error.to_string())
+        });
+        let share = |share: f64| (0.0..=1.0).contains(&share);
+        let sound = |look: &Made| share(look.share) && share(look.set_aside);
         match stored {
-            Ok(stored) if sound(&stored.looks) => Ok(stored.looks),
+            Ok(stored) if stored.looks.looks.iter().all(sound) => Ok(stored.looks),
             Ok(_) => Err("a share outside 0 to 1".to_owned()),
             Err(reason) => Err(reason),
         }
@@ -156,13 +153,8 @@ impl Looks {
             looks_of: "asobench".to_owned(),
             looks: self.clone(),
         };
-        let text = serde_json::to_string(&stored).unwrap_or_default();
-        let path = folder.join(LOOKS);
-        Ok(files::replace(
-            &path,
-            Kind::Looks,
-            format!("{text}\n").as_bytes(),
-        )?)
+        let (path, text) = (folder.join(LOOKS), files::sealed(&stored));
+        Ok(files::replace(&path, Kind::Looks, text.as_bytes())?)
     }
 }
 

@@ -19,14 +19,3 @@ pub struct MethodTime {
     #[serde(default)]
     pub rounds: Vec<f64>,
 }
-
-impl MethodTime {
-    /// Whether it can be a time from a study of so many cells.
-    pub fn is_of(&self, cells: usize) -> bool {
-        let times = [self.q25_seconds, self.median_seconds, self.q75_seconds];
-        self.rounds.iter().all(|time| *time > 0.0)
-            && self.cell < cells
-            && times[0] >= 0.0
-            && times.is_sorted_by(|a, b| a <= b)
-    }
-}

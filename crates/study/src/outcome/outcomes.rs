@@ -3,7 +3,6 @@
 use asobench_identification::estimator::{FailureKind, Reason};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 /// The most failed trials of a kind that a tally lists by number.
 pub(crate) const LISTED: usize = 10;
@@ -47,35 +46,6 @@ impl Outcomes {
             return (self.lost, true);
         }
         ((self.failed() + self.unstable).min(self.trials), false)
-    }
-
-    /// Whether these can be the counts of so many trials.
-    pub(crate) fn are_of(&self, trials: u64) -> bool {
-        let known = |kind: &String| kind.parse::<FailureKind>().is_ok();
-        let mut counts = self.failures.values();
-        let all = counts.try_fold(0, |sum: u64, count| sum.checked_add(*count));
-        let failed = all.filter(|all| *all <= trials).map(|_| self.failed());
-        let both = failed.and_then(|failed| failed.checked_add(self.unstable));
-        self.trials == trials
-            && self.unstable <= self.unstable_so_far
-            && self.unstable_so_far <= trials
-            && self.lost <= trials
-            && failed.is_some_and(|failed| failed.max(self.unstable) <= self.lost)
-            && both.is_some_and(|both| self.lost <= both)
-            && self.failures.keys().all(known)
-    }
-
-    /// Whether the failed trials can be listed as they are: for each failure some of these trials in ascending order,
-    /// as many as there are up to [`LISTED`]. Nothing relies on their being different.
-    pub(crate) fn lists_trials_of(&self, trials: &Range<u64>) -> bool {
-        let fits = |(kind, count): (&String, &u64)| {
-            self.failed_trials.get(kind).is_some_and(|listed| {
-                listed.len() as u64 == (*count).min(LISTED as u64)
-                    && listed.is_sorted()
-                    && listed.iter().all(|trial| trials.contains(trial))
-            })
-        };
-        self.failed_trials.len() == self.failures.len() && self.failures.iter().all(fits)
     }
 
     /// Counts a failed trial. Trials come in ascending order.

@@ -268,6 +268,33 @@ impl Rows {
         self.truncate(0);
     }
 
+    /// Returns the bytes of the rows in memory.
+    pub(crate) fn bytes(&self) -> usize {
+        let numbers = |output: &OutputRows| output.values.len() + output.parameters.len();
+        let row = |output| size_of::<Flags>() + size_of::<f64>() * numbers(output);
+        self.trial_count() * self.outputs.iter().map(row).sum::<usize>()
+    }
+
+    /// Adds trials until there are so many. Their values are the last ones, or 1, times one of `factors` for each trial.
+    pub(crate) fn make_up(&mut self, factors: &[f64]) {
+        for output in &mut self.outputs {
+            let there = output.flags.len();
+            let flags = output.flags.last().copied().unwrap_or_default();
+            output.flags.resize(factors.len().max(there), flags);
+            for column in output.values.iter_mut().chain(&mut output.parameters) {
+                let last = column
+                    .last()
+                    .copied()
+                    .filter(|x| x.is_finite() && *x != 0.0);
+                let made_up = factors
+                    .iter()
+                    .skip(there)
+                    .map(|factor| factor * last.unwrap_or(1.0));
+                column.extend(made_up);
+            }
+        }
+    }
+
     /// Keeps the first `trials` trials.
     pub(crate) fn truncate(&mut self, trials: usize) {
         for output in &mut self.outputs {

@@ -6,10 +6,8 @@ use crate::design::file::bounds::BoundTable;
 use crate::design::file::grid::{Settings, partners};
 use crate::design::file::key::Key;
 use crate::design::file::needs::{MediansTable, SeriesTable};
-use crate::design::file::rule::TRIAL_LIMIT;
 use crate::design::file::tables::SlopeTable;
 use crate::design::measure::Measure;
-use crate::design::settings_reader::LARGEST_COUNT;
 use crate::design::theory::smooth;
 use crate::outcome::coefficient_statistics;
 use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles};
@@ -22,7 +20,6 @@ use asobench_identification::metric::{
     BoundVerdict, Coverage, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share,
     Slope, Statistics, correlation_of_medians, slope_of_statistics, verdict,
 };
-use asobench_identification::plant::ORDER_LIMIT;
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -277,71 +274,23 @@ impl CellSummary {
         self.outputs.iter().map(OutputSummary::label).collect()
     }
 
-    /// Checks that a stored cell could have come from [`Self::new`], with these outputs and at least `least` trials.
-    /// The error names the faulty part.
-    fn check(&self, index: usize, labels: &[String], least: u64) -> Result<(), &'static str> {
-        let (trials, n) = (self.trials, self.order);
-        let output = |output: &OutputSummary| {
-            let parameters = output.parameters.iter().map(|(_, statistics)| statistics);
-            let listed = &output.outcomes.failed_trials;
-            output.outcomes.are_of(trials)
-                // Partial results may have trials of any number.
-                && (listed.is_empty() || output.outcomes.lists_trials_of(&(0..TRIAL_LIMIT)))
-                && output.failed.is_of(trials)
-                && output.failed.count == output.outcomes.failed()
-                && output.unstable.is_of(trials)
-                && output.unstable.count == output.outcomes.unstable
-                && [0, 2 * n].contains(&output.parameters.len())
-                && output.coverage.len() <= 2 * n
-                && output
-                    .coverage
-                    .iter()
-                    .all(|(_, coverage)| coverage.is_of(trials))
-                && output
-                    .measures
-                    .values()
-                    .chain(parameters)
-                    .all(|statistics| statistics.are_of(trials))
+    /// Whether a stored cell has the parts by which others find it, and courses of its length.
+    fn has_parts_of(&self, index: usize, labels: &[String]) -> bool {
+        let mut curves = self.curves.iter().flatten();
+        let outputs = self.outputs.len();
+        let of_labels = |pair: &ComparisonSummary| {
+            [&pair.first, &pair.second]
+                .into_iter()
+                .all(|label| labels.contains(label))
         };
-        let pair = |pair: &ComparisonSummary| {
-            let known = labels.contains(&pair.first) && labels.contains(&pair.second);
-            known
-                && pair
-                    .measures
-                    .values()
-                    .all(|statistics| statistics.are_of(trials))
-        };
-        let medians = |pair: &MedianPair| {
-            pair.correlation.abs() <= 1.0 && labels.contains(&pair.table.output)
-        };
-        let share = |share: &OutputShare| labels.contains(&share.output) && share.met.is_of(trials);
-        let bound = |bound: &BoundSummary| bound.outputs.iter().all(share);
-        let curves =
-            |curves: &[CurveQuantiles; 2]| curves.iter().all(|curve| curve.are_of(self.horizon));
-        let traces = |traces: &Traces| traces.are_of(n, self.outputs.len());
-        for (fits, part) in [
-            (self.cell == index, "the index"),
-            (
-                (least..=TRIAL_LIMIT).contains(&trials),
-                "the number of trials",
-            ),
-            ((1..=ORDER_LIMIT).contains(&n), "the order"),
-            (self.window <= self.horizon, "the window"),
-            (self.horizon as f64 <= LARGEST_COUNT, "the horizon"),
-            (self.eta >= 0.0 && self.eta.is_finite(), "eta"),
-            (!labels.is_empty() && self.labels() == labels, "the outputs"),
-            (self.outputs.iter().all(output), "an output"),
-            (self.comparisons.iter().all(pair), "a comparison"),
-            (self.medians.iter().all(medians), "a pair of medians"),
-            (self.bounds.iter().all(bound), "a bound"),
-            (self.curves.as_ref().is_none_or(curves), "the curves"),
-            (self.traces.as_ref().is_none_or(traces), "the course"),
-        ] {
-            if !fits {
-                return Err(part);
-            }
-        }
-        Ok(())
+        self.cell == index
+            && self.labels() == labels
+            && self.comparisons.iter().all(of_labels)
+            && curves.all(|curve| curve.are_of(self.horizon))
+            && self
+                .traces
+                .as_ref()
+                .is_none_or(|traces| traces.are_of(self.order, outputs))
     }
 
     /// Returns the output with this label.
@@ -536,63 +485,36 @@ impl Summary {
         self.cells.iter().map(|cell| cell.trials).sum()
     }
 
-    /// Reads a summary from JSON, and checks that a run could have written it.
+    /// Returns the summary as it comes back from JSON.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// As for [`Self::from_json`].
+    pub fn as_stored(&self) -> Result<Self, String> {
+        let text = serde_json::to_vec(self).map_err(|error| error.to_string())?;
+        Self::from_json(&text)
+    }
+
+    /// Reads a summary from JSON.
+    ///
+    /// # Errors
+    /// If it is not one, or refers to what is not in it.
     pub fn from_json(text: &[u8]) -> Result<Self, String> {
         let summary: Self = serde_json::from_slice(text).map_err(|error| error.to_string())?;
-        let errors = [
-            summary.quantile_relative_error,
-            summary.curve_relative_error,
-        ];
-        if !errors.iter().all(|error| (0.0..=1.0).contains(error)) {
-            return Err("a relative error of quantiles outside 0 to 1".to_owned());
+        let cells = &summary.cells;
+        let labels = cells.first().map_or_else(Vec::new, CellSummary::labels);
+        let mut parts = cells.iter().enumerate();
+        if let Some((index, _)) = parts.find(|(index, cell)| !cell.has_parts_of(*index, &labels)) {
+            return Err(format!("damaged: cell {index}"));
         }
-        let labels = summary
-            .cells
-            .first()
-            .map_or_else(Vec::new, CellSummary::labels);
-        for (index, cell) in summary.cells.iter().enumerate() {
-            if let Err(part) = cell.check(index, &labels, u64::from(!summary.partial)) {
-                return Err(format!("damaged: {part} of cell {index}"));
-            }
-        }
-        let cells = summary.cells.len();
-        let fits = |slope: &SlopeSummary| {
-            labels.contains(&slope.output)
-                && slope.cells.iter().all(|cell| *cell < cells)
-                && slope
-                    .slope
-                    .is_none_or(|estimate| estimate.is_over(slope.cells.len()))
+        let is_there = |cell: &usize| *cell < cells.len();
+        let slope = |slope: &SlopeSummary| {
+            labels.contains(&slope.output) && slope.cells.iter().all(is_there)
         };
-        if let Some(slope) = summary.slopes.iter().position(|slope| !fits(slope)) {
-            return Err(format!("damaged: slope {slope}"));
-        }
-        let fits = |pair: &CellPair| {
-            let cells = [pair.from, pair.to].map(|cell| summary.cells.get(cell));
-            let [Some(from), Some(to)] = cells else {
-                return false;
-            };
-            let trials = match (from.deterministic, to.deterministic) {
-                (true, false) => to.trials,
-                (false, true) => from.trials,
-                _ => from.trials.min(to.trials),
-            };
-            // If trials are missing, cells are paired up to the first missing one.
-            let trials = if summary.partial {
-                pair.ratio
-                    .checked_trials()
-                    .filter(|paired| *paired <= trials)
-            } else {
-                Some(trials)
-            };
-            let is_sound = trials.is_some_and(|trials| pair.ratio.are_of(trials));
-            labels.contains(&pair.table.output) && is_sound
-        };
-        match summary.cell_pairs.iter().position(|pair| !fits(pair)) {
-            Some(pair) => Err(format!("damaged: pair of cells {pair}")),
-            None => Ok(summary),
+        let pair = |pair: &CellPair| [pair.from, pair.to].iter().all(is_there);
+        if summary.slopes.iter().all(slope) && summary.cell_pairs.iter().all(pair) {
+            Ok(summary)
+        } else {
+            Err("damaged: cells that are not there".to_owned())
         }
     }
 }
@@ -600,14 +522,17 @@ impl Summary {
 /// Serializes items with numbers of nine significant digits. Works item by item, because all items of a large study
 /// would not fit into memory.
 fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(items.iter().map(|item| {
-        let mut json = serde_json::to_value(item).unwrap_or_default();
-        round(&mut json);
-        json
-    }))
+    serializer.collect_seq(items.iter().map(stored))
 }
 
-pub(crate) fn round(value: &mut Value) {
+/// Returns an item as it is stored.
+pub(crate) fn stored(item: &impl Serialize) -> Value {
+    let mut json = serde_json::to_value(item).unwrap_or_default();
+    round(&mut json);
+    json
+}
+
+fn round(value: &mut Value) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(round),
         Value::Object(values) => values.values_mut().for_each(round),

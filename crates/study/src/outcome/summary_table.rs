@@ -88,6 +88,19 @@ pub fn write_summary(
     Ok(file.sync_all().map_err(PathError::io(path))?)
 }
 
+/// Returns a table of some cells alone.
+///
+/// # Errors
+/// If a name cannot be the name of a column.
+pub(crate) fn table_of(experiment: &Experiment, cells: &[CellSummary]) -> PolarsResult<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut frame = summary_frame(experiment, &numeric_settings(experiment), cells)?;
+    ParquetWriter::new(&mut bytes)
+        .with_compression(ParquetCompression::Zstd(None))
+        .finish(&mut frame)?;
+    Ok(bytes)
+}
+
 /// A row of the summary's table: cell, output, name of the measure and its statistics.
 type SummaryRow<'a> = (usize, &'a OutputSummary, String, &'a Statistics);
 

@@ -1,10 +1,10 @@
 //! The tally of a block: counts and accumulators that give the same bits in whatever order they are merged.
 
-use crate::design::cell::{Cell, Source};
+use crate::design::cell::Cell;
+use crate::design::curve_bins::curve_bytes;
 use crate::design::experiment::Experiment;
 use crate::design::file::bounds::BoundTable;
 use crate::design::measure::Measure;
-use crate::outcome::coefficients;
 use crate::outcome::curves::Curves;
 use crate::outcome::outcomes::Outcomes;
 use crate::outcome::rows::{Flags, OutputRows};
@@ -144,8 +144,7 @@ impl CellTally {
         }
     }
 
-    /// Checks that this can be what [`Self::from_trials`] returns for these trials of a cell: every part is there, and
-    /// each keeps the invariants of its type.
+    /// Checks that this has the parts of what [`Self::from_trials`] returns for these trials of a cell.
     ///
     /// # Errors
     /// The faulty part.
@@ -155,87 +154,62 @@ impl CellTally {
         cell: &Cell,
         trials: &Range<u64>,
     ) -> Result<(), &'static str> {
-        let file = &experiment.file;
-        let (measures, outputs) = (file.measures.len(), experiment.output_count());
-        let parameters = coefficients::columns(file, cell.order);
-        let count = trials.end - trials.start;
-        let passes: u64 = experiment
-            .methods
-            .iter()
-            .map(|method| method.passes() as u64)
-            .sum();
-        let all = |samples: &[Sample], wanted: usize| {
-            samples.len() == wanted && samples.iter().all(|sample| sample.is_of(count))
-        };
-        let output = |output: &OutputTally| {
-            output.outcomes.are_of(count)
-                && output.outcomes.lists_trials_of(trials)
-                && all(&output.samples, measures)
-                && all(&output.parameters, parameters)
-                && output.met.len() == file.bounds.len()
-                && output.met.iter().all(|met| *met <= count)
-        };
-        let pairs = |pairs: &Vec<Paired>| {
-            pairs.len() == measures && pairs.iter().all(|pair| pair.is_of(count))
-        };
-        let groups = |groups: &Vec<Sample>| {
-            groups.len() == JACKKNIFE_GROUPS
-                && (0..)
-                    .zip(groups)
-                    .all(|(group, samples)| samples.is_of(group_size(group, trials)))
-        };
-        let slope = |slope: &Vec<Vec<Sample>>| slope.len() == outputs && slope.iter().all(groups);
-        let curves_fit = match &self.curves {
-            Some(curves) => file.curves && curves.are_of(cell.horizon, count),
-            None => !file.curves,
-        };
-        let traces_fit = self.traces.as_ref().is_none_or(|traces| {
-            let wanted = match &cell.source {
-                Source::Continuous(cell) => cell.trace_every.is_some(),
-                Source::Record(_) => false,
-            };
-            wanted && trials.start == 0 && traces.are_of(cell.order, outputs)
-        });
-        let series = experiment.series_of(cell).count();
-        let whole = |parts: &BTreeMap<u64, Vec<f64>>| {
-            let mut next = trials.start;
-            let joined = parts.iter().all(|(first, values)| {
-                let follows = *first == next;
-                next = first.saturating_add(values.len() as u64);
-                follows
-            });
-            joined && next == trials.end
-        };
-        // Stages 3 or 10, and stage 6.
-        let solves = count.saturating_mul(2 * passes);
-        for (fits, part) in [
-            (self.trials == count, "a wrong number of trials"),
-            (self.fallbacks <= solves, "more repeated solves than solves"),
-            (self.outputs.len() == outputs, "a wrong number of outputs"),
-            (
-                self.outputs.iter().all(output),
-                "an output's counts or sums",
-            ),
-            (self.pairs.len() == experiment.compare.len(), "comparisons"),
-            (
-                self.pairs.iter().all(pairs),
-                "a comparison's counts or sums",
-            ),
-            (self.series.len() == series, "the series"),
-            (self.series.iter().all(whole), "a series"),
-            (
-                self.groups.len() == experiment.sloped_measures().len(),
-                "slopes",
-            ),
-            (self.groups.iter().all(slope), "a slope's groups"),
-            (curves_fit, "curves"),
-            (traces_fit, "the course of trial 0"),
-        ] {
-            if !fits {
-                return Err(part);
-            }
+        let none = Self::from_trials(experiment, cell, &mut Trials::new(experiment, cell));
+        let traces = |traces: &Traces| traces.are_of(cell.order, self.outputs.len());
+        if self.trials != trials.end - trials.start {
+            Err("a wrong number of trials")
+        } else if self.parts() != none.parts() || !self.traces.as_ref().is_none_or(traces) {
+            Err("parts of another study")
+        } else {
+            Ok(())
         }
-        Ok(())
+    }
+
+    /// Returns the lengths of all parts that do not depend on the trials.
+    fn parts(&self) -> Vec<usize> {
+        let outputs = self.outputs.iter().flat_map(|output| {
+            [
+                output.samples.len(),
+                output.parameters.len(),
+                output.met.len(),
+            ]
+        });
+        let pairs = self.pairs.iter().map(Vec::len);
+        let groups = self.groups.iter().flat_map(|of_measure| {
+            [of_measure.len()]
+                .into_iter()
+                .chain(of_measure.iter().map(Vec::len))
+        });
+        let whole = [
+            self.outputs.len(),
+            self.pairs.len(),
+            self.groups.len(),
+            self.series.len(),
+            self.curves.as_ref().map_or(0, Curves::horizon),
+        ];
+        whole
+            .into_iter()
+            .chain(outputs)
+            .chain(pairs)
+            .chain(groups)
+            .collect()
+    }
+
+    /// Returns the bytes of the tally in memory, but for small parts.
+    pub(crate) fn bytes(&self) -> usize {
+        let outputs = self.outputs.iter();
+        let samples = outputs.flat_map(|output| output.samples.iter().chain(&output.parameters));
+        let samples = samples.chain(self.groups.iter().flatten().flatten());
+        let pairs = self.pairs.iter().flatten();
+        let series = self.series.iter().flat_map(BTreeMap::values);
+        let curves = self
+            .curves
+            .as_ref()
+            .map_or(0, |curves| curve_bytes(curves.horizon()));
+        samples.map(Sample::bytes).sum::<usize>()
+            + pairs.map(Paired::bytes).sum::<usize>()
+            + series.map(|run| size_of_val(&run[..])).sum::<usize>()
+            + curves
     }
 
     /// Returns the series of all trials, in their order.
@@ -273,13 +247,6 @@ impl CellTally {
             self.traces.clone_from(&other.traces);
         }
     }
-}
-
-/// Returns how many of some trials belong to a group of the jackknife.
-fn group_size(group: u64, trials: &Range<u64>) -> u64 {
-    let groups = JACKKNIFE_GROUPS as u64;
-    let before = |end: u64| (end + groups - 1 - group) / groups;
-    before(trials.end) - before(trials.start)
 }
 
 fn sample(column: &[f64]) -> Sample {

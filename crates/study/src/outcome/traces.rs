@@ -45,24 +45,21 @@ impl Traces {
 }
 
 impl Traces {
-    /// Whether this can be the course of a trial of n states and so many observers: all parts have the same length, and
-    /// the times ascend.
+    /// Whether the courses of n states and of all observers have the same length.
     pub(crate) fn are_of(&self, n: usize, observers: usize) -> bool {
-        let points = self.times.len();
         let full = |courses: &[Vec<f64>]| {
-            courses.len() == n && courses.iter().all(|course| course.len() == points)
-        };
-        let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
-        let output = |trace: &OutputTrace| {
-            full(&trace.x_hat) && (trace.theta_hat.is_empty() || full(&trace.theta_hat))
+            courses.len() == n
+                && courses
+                    .iter()
+                    .all(|course| course.len() == self.times.len())
         };
         self.theta.len() == n
-            && finite(&self.theta)
-            && finite(&self.times)
-            && self.times.is_sorted_by(|a, b| a < b)
             && full(&self.x)
             && self.outputs.len() == observers
-            && self.outputs.iter().all(output)
+            && self
+                .outputs
+                .iter()
+                .all(|of| full(&of.x_hat) && (of.theta_hat.is_empty() || full(&of.theta_hat)))
     }
 }
 

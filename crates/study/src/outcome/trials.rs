@@ -43,6 +43,22 @@ impl Trials {
         self.fallbacks = 0;
     }
 
+    /// Adds made-up trials until there are so many, whose values differ by up to a half.
+    pub(crate) fn make_up(&mut self, trials: u64) {
+        // The golden ratio's multiples fill the interval evenly.
+        let factors =
+            (1..=trials).map(|trial| 0.5 + (0.618_033_988_749_895 * trial as f64).fract());
+        let factors: Vec<f64> = factors.collect();
+        if let Some(curves) = &mut self.curves {
+            for factor in factors.iter().skip(self.rows.trial_count()) {
+                for last in [false, true] {
+                    curves.add(last, std::iter::repeat_n(*factor, curves.horizon()));
+                }
+            }
+        }
+        self.rows.make_up(&factors);
+    }
+
     fn from_rows(rows: Rows) -> Self {
         Self {
             rows,

@@ -21,7 +21,6 @@ use crate::outcome::rows;
 use crate::outcome::rows::Rows;
 use crate::outcome::tally::{CellTally, outcomes};
 use crate::run::runner::Span;
-use serde_json::Value;
 use std::io;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
@@ -408,7 +407,7 @@ pub fn done(results: &Path, experiment: &Experiment) -> Done {
     let design = files::read_own(&path.join(DESIGN), Kind::Design)
         .ok()
         .flatten();
-    let design = design.and_then(|text| serde_json::from_slice::<Value>(&text).ok());
+    let design = design.and_then(|text| files::parsed(&text).ok());
     let (Some(true), Ok(paths)) = (
         design.map(|design| design == experiment.stamped_design()),
         files::list(&path),

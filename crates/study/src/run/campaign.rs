@@ -289,7 +289,7 @@ impl<'e> Campaign<'e> {
             self.folder.write(&name, Kind::Figure, content.as_bytes())?;
         }
         self.folder
-            .write_manifest(&manifest(experiment, targets, &self.origin))?;
+            .write_manifest(manifest(experiment, targets, &self.origin))?;
         go_on(stop)?;
         // A look counts from when its results can be read.
         self.looks.add(summary.trials(), &self.rule);

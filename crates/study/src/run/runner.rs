@@ -12,6 +12,7 @@ use crate::outcome::trials::Trials;
 use crate::run::trial_worker::{Worker, WorkerError};
 use asobench_identification::estimator::{Method, ProgramError};
 use asobench_identification::real::MOST_LANES;
+use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,7 +40,7 @@ const BLOCKS_OF_A_THREAD: u64 = 4;
 const LONGEST: Duration = Duration::from_secs(5);
 
 /// A contiguous range of trials of one cell, as assigned to one worker.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Span {
     /// The cell's index.
     pub cell: usize,
@@ -49,7 +50,7 @@ pub struct Span {
 
 impl Span {
     /// Returns the number of trials.
-    pub(crate) fn len(&self) -> u64 {
+    pub fn len(&self) -> u64 {
         self.trials.end - self.trials.start
     }
 

@@ -183,7 +183,7 @@ named_table! {
             left_out: true,
             ..DISCRETE
         },
-        /// "signs" (random, +-amplitude), "gaussian" (of that standard deviation), a name in
+        /// "signs" (random, +-amplitude), "gaussian" (of that standard deviation), a name in `[inputs]`, one in
         /// `[noises]` (Gaussian through that filter, of that standard deviation), or
         /// "file:PATH#COLUMN" (the same samples in every trial; column u if none is named)
         Input = "input": Entry {

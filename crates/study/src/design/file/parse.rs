@@ -81,7 +81,7 @@ impl ExperimentFile {
 
     fn parse_manifest(text: &str) -> Result<Self, FileError> {
         let wrong = |message: &str| FileError::key("experiment", message);
-        let manifest: Value = serde_json::from_str(text).map_err(|e| wrong(&e.to_string()))?;
+        let manifest = files::parsed(text.as_bytes()).map_err(|error| wrong(&error))?;
         let experiment = manifest.get("experiment");
         let expected = "expected a manifest.json of a results folder, or a TOML file";
         Self::from_json(experiment.ok_or_else(|| wrong(expected))?)

@@ -6,20 +6,18 @@ use crate::design::file::experiment_file::Store;
 use crate::design::file::rule::TrialRule;
 use crate::files;
 use crate::files::Kind;
-use crate::files::PathError;
 use crate::outcome::looks::{Look, Looks};
 use crate::outcome::summary::Summary;
 use crate::run::blocks::{BlockFolder, StoredBlock};
 use crate::run::campaign::{Campaign, Origin, RunOptions};
 use crate::run::cluster::ClusterError;
-use crate::run::cluster::collect::{Collection, Verified};
+use crate::run::cluster::collect::Collection;
 use crate::run::cluster::shard_plan::ShardPlan;
 use crate::run::cluster::status::Status;
 use crate::run::event::{CampaignError, go_on};
 use crate::run::rounds::Rounds;
 use crate::run::runner::{Span, pool};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -44,27 +42,25 @@ pub enum Merged {
     More(usize),
 }
 
-/// Merges the blocks in folders. Blocks are read in place, each thread holding one at a time in memory. Afterwards
+/// Merges blocks that were read before, once more in place, each thread holding one at a time in memory. Afterwards
 /// `out` has what a run leaves in its folder; but without blocks, if the study keeps its trials.
 ///
 /// # Errors
 /// [`ClusterError`].
 pub fn merge(
     (plan, experiment): (&ShardPlan, &Experiment),
-    mut found: Collection,
+    found: &Collection,
     out: &Path,
     options: MergeOptions,
     stop: &AtomicBool,
     is_decided: impl Fn(&Summary, Look) -> bool,
-) -> Result<(Merged, Vec<String>, Verified), ClusterError> {
-    let verified = pool(options.threads)?.install(|| found.verify(experiment))?;
-    let notes = std::mem::take(&mut found.refused);
-    let done = |merged| Ok((merged, notes, verified));
-    let faer_instructions = one_kind(plan, &mut found, options.mix_instructions)?;
-    let status = Status::new(plan, &found);
+) -> Result<Merged, ClusterError> {
+    let (one_kind, faer_instructions) = one_kind((plan, experiment), found, options)?;
+    let found = one_kind.as_ref().unwrap_or(found);
+    let status = Status::new(plan, found);
     let partial = !status.is_complete();
     if partial && !options.partial {
-        return done(Merged::Missing(status));
+        return Ok(Merged::Missing(status));
     }
     let run = RunOptions {
         threads: options.threads,
@@ -78,10 +74,14 @@ pub fn merge(
     };
     let chosen = found.chosen(|cell| plan.trials[cell]);
     let before = std::mem::replace(&mut campaign.stored, chosen);
-    drop(found);
     if experiment.file.store == Store::Summaries {
         campaign.stored = fold(&campaign, options.threads, stop)?;
-        remove_parts(before.iter().flatten(), &campaign.stored)?;
+        for block in before.iter().flatten() {
+            let mut whole = campaign.stored[block.span.cell].iter();
+            if whole.any(|whole| whole.path != block.path && whole.span.holds(&block.span)) {
+                files::remove(&block.path, Kind::Block)?;
+            }
+        }
     }
     let mut targets = plan.trials.clone();
     if partial {
@@ -93,14 +93,14 @@ pub fn merge(
             let raised = targets.iter().zip(&plan.trials).filter(|(a, b)| a > b);
             let raised = raised.count();
             if !options.partial {
-                return done(Merged::More(raised));
+                return Ok(Merged::More(raised));
             }
             campaign.origin.partial = true;
             targets.clone_from(&plan.trials);
         }
     }
     let summary = campaign.conclude(&targets, stop, |_| Vec::new())?;
-    done(Merged::Done(Box::new(summary)))
+    Ok(Merged::Done(Box::new(summary)))
 }
 
 /// Writes to the folder of the results one block per cell and contiguous range of trials.
@@ -121,55 +121,28 @@ fn fold(
     pool.install(|| campaign.stored.par_iter().map(of_cell).collect())
 }
 
-/// Removes earlier blocks in the folder of the results that lie within others.
-fn remove_parts<'a>(
-    before: impl Iterator<Item = &'a StoredBlock>,
-    whole: &[Vec<StoredBlock>],
-) -> Result<(), PathError> {
-    for block in before {
-        let is_part =
-            |other: &StoredBlock| other.path != block.path && other.span.holds(&block.span);
-        if whole[block.span.cell].iter().any(is_part) {
-            files::remove(&block.path, Kind::Block)?;
-        }
-    }
-    Ok(())
-}
-
-/// Returns the vector instructions of faer's cells, and keeps only blocks computed with them. If no single kind covers
-/// all trials, nothing is left out, and it is an error unless `mix`.
-fn one_kind(plan: &ShardPlan, found: &mut Collection, mix: bool) -> Result<String, ClusterError> {
-    let by_faer = |cell: &usize| plan.is_by_faer(*cell);
-    let mut kinds: BTreeMap<String, u64> = BTreeMap::new();
-    for cell in (0..plan.trials.len()).filter(by_faer) {
-        for run in found.runs_of(cell) {
-            let kind = run.map_or("unknown", |run| run.faer_instructions.as_str());
-            *kinds.entry(kind.to_owned()).or_default() += 1;
-        }
-    }
+/// Returns the vector instructions of faer's cells, and the blocks computed with them where there are others. If no
+/// single kind covers all trials, nothing is left out, and it is an error unless they may be mixed.
+fn one_kind(
+    (plan, experiment): (&ShardPlan, &Experiment),
+    found: &Collection,
+    options: MergeOptions,
+) -> Result<(Option<Collection>, String), ClusterError> {
+    let kinds = found.instructions(experiment);
     let names: Vec<String> = kinds.keys().cloned().collect();
     match &names[..] {
-        [] => return Ok(Engine::faer_instructions().to_owned()),
-        [block] => return Ok(block.clone()),
+        [] => return Ok((None, Engine::faer_instructions().to_owned())),
+        [alone] => return Ok((None, alone.clone())),
         _ => {}
     }
     for kind in &names {
-        let is_whole = |cell| {
-            let trials = plan.trials[cell];
-            let of_kind = found.cover_of(cell, trials, |run| {
-                run.is_some_and(|run| run.faer_instructions == *kind)
-            });
-            of_kind == trials
-        };
-        if (0..plan.trials.len()).filter(by_faer).all(is_whole) {
-            found.retain(|cell, run| {
-                !plan.is_by_faer(cell) || run.is_some_and(|run| run.faer_instructions == *kind)
-            });
-            return Ok(kind.clone());
+        let of_kind = found.with_instructions(experiment, kind);
+        if Status::new(plan, &of_kind).is_complete() {
+            return Ok((Some(of_kind), kind.clone()));
         }
     }
-    if mix {
-        return Ok(names.join("+"));
+    if options.mix_instructions {
+        return Ok((None, names.join("+")));
     }
     let counts = kinds
         .iter()
@@ -192,7 +165,7 @@ pub fn next_targets(
     is_decided: impl Fn(&Summary, Look) -> bool,
 ) -> Result<(Vec<u64>, Vec<Span>), ClusterError> {
     if let TrialRule::Until(until) = rule {
-        experiment.target(until)?;
+        experiment.target(until).map_err(CampaignError::from)?;
     }
     let (_, most) = rule.extent();
     let stored = found.chosen(|cell| experiment.trials_of(cell, most));

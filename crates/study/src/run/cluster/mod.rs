@@ -11,27 +11,23 @@
 //! A trial is a pure function of design, cell and index, and tallies merge in any order. So a shard may be computed
 //! twice, at the same time or by different plans of one design: any blocks that cover all trials give the same results.
 
-use crate::design::file::error::FileError;
 use crate::files::PathError;
 use crate::run::blocks::BlockError;
 use crate::run::event::CampaignError;
 use crate::run::runner::RunError;
-use crate::run::trial_worker::WorkerError;
 use std::path::PathBuf;
 
 mod collect;
 mod compute_shard;
 mod cover;
 mod merge;
-mod run_file;
 mod shard_plan;
 mod status;
 
-pub use collect::{Collection, Verified};
+pub use collect::{Collection, Process};
 pub use compute_shard::{ShardOptions, compute_shard, shard_folder};
 pub use merge::{MergeOptions, Merged, merge, next_targets};
-pub use run_file::Process;
-pub use shard_plan::{Part, ShardPlan};
+pub use shard_plan::ShardPlan;
 pub use status::{PlaceStatus, Status};
 
 /// Why a step of a study over many machines failed.
@@ -43,12 +39,6 @@ pub enum ClusterError {
     /// A block file failed.
     #[error(transparent)]
     Block(#[from] BlockError),
-    /// The experiment of a plan is wrong.
-    #[error(transparent)]
-    Experiment(#[from] FileError),
-    /// A cell has no worker.
-    #[error(transparent)]
-    Worker(#[from] WorkerError),
     /// The run failed: threads, the stop flag, a worker or a block file.
     #[error(transparent)]
     Run(#[from] RunError<BlockError>),
@@ -69,7 +59,7 @@ pub enum ClusterError {
         /// The folder.
         path: PathBuf,
         /// What it holds.
-        what: String,
+        what: &'static str,
     },
     /// The blocks have faer's bits from different machines.
     #[error(

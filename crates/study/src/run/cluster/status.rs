@@ -1,9 +1,10 @@
 //! Which trials of a plan are computed.
 
 use crate::run::cluster::collect::Collection;
-use crate::run::cluster::shard_plan::{Part, ShardPlan};
+use crate::run::cluster::shard_plan::ShardPlan;
 use crate::run::rounds::gaps;
 use crate::run::runner::Span;
+use std::ops::Range;
 
 /// Trials of a shard or a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,43 +31,56 @@ pub struct Status {
 impl Status {
     /// Returns the status of a plan, given the blocks in a collection.
     pub fn new(plan: &ShardPlan, found: &Collection) -> Self {
-        let mut status = Self {
-            shards: vec![PlaceStatus::default(); plan.shards.len()],
-            ..Self::default()
-        };
-        // The parts of every cell with their shards. They ascend, and so do missing trials.
-        let mut parts: Vec<Vec<(Part, usize)>> = vec![Vec::new(); plan.trials.len()];
-        for (shard, of_shard) in plan.shards.iter().enumerate() {
-            for part in of_shard {
-                parts[part.cell].push((*part, shard));
-                status.shards[shard].wanted += part.len();
-            }
-        }
-        for (cell, wanted) in plan.trials.iter().enumerate() {
+        let gaps_of = |(cell, wanted): (usize, &u64)| -> Vec<Range<u64>> {
             let covered = found.cover(cell, &(0..*wanted));
-            let trials = covered.iter().map(|found| found.trials.clone());
-            let mut of_cell = PlaceStatus {
-                wanted: *wanted,
-                missing: 0,
+            gaps(covered.iter().map(|found| found.trials.clone()), 0..*wanted).collect()
+        };
+        let missing: Vec<Vec<Range<u64>>> = plan.trials.iter().enumerate().map(gaps_of).collect();
+        let within = |piece: &Span| -> u64 {
+            let gaps = &missing[piece.cell];
+            let begun = gaps.partition_point(|gap| gap.end <= piece.trials.start);
+            let ends = |gap: &Range<u64>| {
+                (
+                    gap.start.max(piece.trials.start),
+                    gap.end.min(piece.trials.end),
+                )
             };
-            let mut parts = &parts[cell][..];
-            for gap in gaps(trials, 0..*wanted) {
-                of_cell.missing += gap.end - gap.start;
-                status.unplanned += gap.end - gap.start;
-                let begun = parts.partition_point(|(part, _)| part.to <= gap.start);
-                parts = &parts[begun..];
-                let within = parts.iter().take_while(|(part, _)| part.from < gap.end);
-                for (part, shard) in within {
-                    let both = part.to.min(gap.end) - part.from.max(gap.start);
-                    status.shards[*shard].missing += both;
-                    status.unplanned -= both;
-                }
-                let trials = gap;
-                status.missing.push(Span { cell, trials });
-            }
-            status.cells.push(of_cell);
+            let within = gaps[begun..]
+                .iter()
+                .map(ends)
+                .take_while(|(from, to)| from < to);
+            within.map(|(from, to)| to - from).sum()
+        };
+        let shards = plan.shards.iter().map(|pieces| PlaceStatus {
+            wanted: pieces.iter().map(Span::len).sum(),
+            missing: pieces.iter().map(within).sum(),
+        });
+        let cells = plan
+            .trials
+            .iter()
+            .enumerate()
+            .map(|(cell, wanted)| PlaceStatus {
+                wanted: *wanted,
+                missing: within(&Span {
+                    cell,
+                    trials: 0..*wanted,
+                }),
+            });
+        let (shards, cells): (Vec<_>, Vec<_>) = (shards.collect(), cells.collect());
+        let sum = |places: &[PlaceStatus]| places.iter().map(|place| place.missing).sum::<u64>();
+        let spans = missing.iter().enumerate();
+        let spans = spans.flat_map(|(cell, gaps)| {
+            gaps.iter().map(move |trials| Span {
+                cell,
+                trials: trials.clone(),
+            })
+        });
+        Self {
+            unplanned: sum(&cells) - sum(&shards),
+            missing: spans.collect(),
+            shards,
+            cells,
         }
-        status
     }
 
     /// Whether all trials are there.
@@ -76,10 +90,10 @@ impl Status {
 
     /// Returns the numbers, from 1, of the shards with missing trials, in the form of Slurm's `--array`: `3,17-19`.
     pub fn array(&self) -> String {
-        let shards = self.shards.iter().enumerate();
+        let shards = (1..).zip(&self.shards);
         let numbers: Vec<usize> = shards
             .filter(|(_, shard)| shard.missing > 0)
-            .map(|(i, _)| i + 1)
+            .map(|(number, _)| number)
             .collect();
         let runs = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
             [first, .., last] => format!("{first}-{last}"),
