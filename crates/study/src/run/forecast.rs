@@ -22,7 +22,9 @@ use xxhash_rust::xxh3::xxh3_128;
 
 /// The largest number of cells that are sampled.
 const CELLS: usize = 40;
-/// The time for the trials of all of them; exceeded if trials take longer.
+/// So many at least are sampled, even if their trials take long.
+const FEWEST: usize = 4;
+/// The time for the trials of all of them. It may take twice as long; more if single trials do.
 const BUDGET: Duration = Duration::from_millis(800);
 /// A trial that takes longer, in seconds, is run once: what a first run loads and allocates is little beside it.
 const LONG: f64 = 0.02;
@@ -127,24 +129,38 @@ impl Forecast {
         (most, times): (usize, usize),
         run: impl Fn(&Experiment, &Cell, (u64, Duration), &mut Trials) -> Result<(f64, f64), E>,
     ) -> Result<Self, E> {
-        let (mut sampled, mut summaries) = (Vec::new(), Vec::new());
         let kinds = kinds(experiment, most);
-        let budget = BUDGET / kinds.len() as u32;
-        for members in kinds {
+        let (begin, budget) = (Instant::now(), BUDGET / kinds.len() as u32);
+        // From coarse to fine, so that what is left when the time is up lies between what was sampled.
+        let mut places: Vec<(usize, Vec<usize>)> = kinds.into_iter().enumerate().collect();
+        places.sort_by_key(|(place, _)| (*place as u32).reverse_bits());
+        let (mut sampled, mut summaries) = (Vec::<(usize, Sampled)>::new(), Vec::new());
+        for (place, members) in places {
+            if sampled.len() >= FEWEST && begin.elapsed() > 2 * BUDGET {
+                let nearest = sampled
+                    .iter_mut()
+                    .min_by_key(|(other, _)| place.abs_diff(*other));
+                if let Some((_, of)) = nearest {
+                    of.members.extend(members);
+                }
+                continue;
+            }
             let index = members[(members.len() - 1) / 2];
             let cell = &experiment.cells[index];
             let mut found = Trials::new(experiment, cell);
             let wanted = block_size(experiment, index).min(experiment.trials_of(index, trials));
             let (setup, trial) = run(experiment, cell, (wanted, budget), &mut found)?;
             let (of_block, summary) = sample(experiment, index, found, wanted, times);
-            sampled.push(Sampled {
+            let of_cells = Sampled {
                 members,
                 setup,
                 trial,
                 ..of_block
-            });
+            };
+            sampled.push((place, of_cells));
             summaries.push(summary);
         }
+        let sampled = sampled.into_iter().map(|(_, of)| of).collect();
         let (seconds, table) = clocked(1, || table_of(experiment, &summaries));
         let table = table.map_or(0.0, |table| table.len() as f64);
         let count = summaries.len() as f64;
