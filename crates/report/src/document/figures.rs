@@ -56,7 +56,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
     drawn
 }
 
-fn quantiles(at: f64, statistics: &Statistics) -> Point {
+pub(super) fn quantiles(at: f64, statistics: &Statistics) -> Point {
     let values = [
         statistics.q05,
         statistics.q25,
@@ -69,7 +69,7 @@ fn quantiles(at: f64, statistics: &Statistics) -> Point {
 }
 
 /// A value with its 95 % interval. On a logarithmic axis, it is the interval of the logarithm.
-fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
+pub(super) fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
     if *scale == Scale::Log && quantile.value > 0.0 {
         let factor = (Z * quantile.mcse / quantile.value).exp();
         Point::interval(
@@ -92,7 +92,7 @@ pub(super) fn is_shown(study: &Study, cell: &CellSummary, label: &str) -> bool {
 }
 
 /// The part of a caption that says what is left out.
-fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
+pub(super) fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     let cells = || study.summary.cells.iter();
     let failing = |cell: &&CellSummary| {
         let mut labels = outputs.iter().map(|(_, label)| label);
@@ -118,7 +118,7 @@ fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
 }
 
 /// Whether all points have the same x on an axis with room for more.
-fn at_one_place(plots: &[Plot]) -> bool {
+pub(super) fn at_one_place(plots: &[Plot]) -> bool {
     let series = plots.iter().flat_map(|plot| &plot.series);
     let mut places: Vec<f64> = series
         .flat_map(|series| series.points.iter().map(|point| point.x))

@@ -3,6 +3,7 @@
 mod answer;
 mod bound_grid;
 mod bound_shares;
+mod chosen;
 mod coefficient_bias;
 mod coefficient_coverage;
 mod columns;
@@ -26,6 +27,7 @@ use super::folder::Files;
 use super::html::{Page, Section};
 use super::results::Study;
 use asobench_study::text::grouped;
+pub use chosen::{Chosen, chosen_figure};
 pub use courses::course_figures;
 use extremes::LongTable;
 use figure::Drawn;
