@@ -1,7 +1,7 @@
 //! One figure of a study, with the measure, statistic, setting along x and outputs that are asked for.
 
 use super::figure::{Figure, quantile_note, series_of, y_axis};
-use super::figures::{at_one_place, estimate, is_shown, left_out, quantiles};
+use super::figures::{BANDS, at_one_place, estimate, is_shown, left_out, quantiles};
 use super::layout::{Layout, x_of};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
 use crate::plot::{Point, Scale, Style};
@@ -58,7 +58,7 @@ pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<[String; 3], Stri
     }
     let style = match (chosen.statistic, layout.has_names, outputs.len()) {
         (None, true, ..=4) => Style::Boxes,
-        (None, false, ..=3) if measure.scale() != measure::Scale::Percent => Style::Band,
+        (None, false, ..=BANDS) if measure.scale() != measure::Scale::Percent => Style::Band,
         _ => Style::ErrorBars,
     };
     let what = match (chosen.statistic, style) {

@@ -15,6 +15,9 @@ use asobench_study::text::number;
 /// Largest number of outputs for which marks of theory can still be distinguished.
 const MOST_MARKS: usize = 4;
 
+/// Largest number of outputs whose bands can be told apart.
+pub(super) const BANDS: usize = 3;
+
 /// With fewer trials than this, quartiles are drawn, because the interval of a median says little.
 const FEW: u64 = 100;
 
@@ -135,7 +138,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let outputs = lead_outputs(study);
     let style = match (layout.has_names, outputs.len()) {
         (true, ..=4) => Style::Boxes,
-        (false, ..=3) if measure.scale() != measure::Scale::Percent => Style::Band,
+        (false, ..=BANDS) if measure.scale() != measure::Scale::Percent => Style::Band,
         _ => Style::ErrorBars,
     };
     let few = study.summary.cells.iter().all(|cell| cell.trials < FEW);
@@ -157,6 +160,9 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
             median."
         }
         _ if few => "Medians with the middle half of the trials.",
+        _ if !layout.has_names && outputs.len() > BANDS => {
+            "Medians with their 95 % intervals; bands of more than three outputs would hide each other."
+        }
         _ => "Medians with their 95 % intervals.",
     };
     let limits = limits(study, &layout, measure);
