@@ -75,7 +75,7 @@ pub(super) fn note_refused(found: &Collection) {
 /// Returns the lines that say how to compute what is missing: as a job if the plan has a job script.
 pub(super) fn again(path: &Path, plan: &ShardPlan, status: &Status) -> String {
     let (script, plan_word) = (script_of(path), word(path));
-    let mut text = match status.unplanned {
+    let unplanned = match status.unplanned {
         0 => String::new(),
         trials => format!(
             "{trials} trials are in no shard of this plan; plan again: asobench plan {plan_word} --out {plan_word}\n"
@@ -83,7 +83,7 @@ pub(super) fn again(path: &Path, plan: &ShardPlan, status: &Status) -> String {
     };
     let array = status.array();
     let first = array.split([',', '-']).next().unwrap_or_default();
-    text += &match (first, crate::files::is_there(&script)) {
+    let again = match (first, crate::files::is_there(&script)) {
         ("", _) => String::new(),
         (_, true) => format!("run again: sbatch --array={array} {}\n", word(&script)),
         (_, false) => format!(
@@ -91,7 +91,7 @@ pub(super) fn again(path: &Path, plan: &ShardPlan, status: &Status) -> String {
             plan.shards.len()
         ),
     };
-    text
+    unplanned + &again
 }
 
 /// Parses a time as people and Slurm write it: 90s, 30m, 2h, 1d, 1:30:00, 1-12:00:00.

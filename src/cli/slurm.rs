@@ -109,10 +109,10 @@ impl Job {
                 value => script_word(value),
             };
             let word = word.map_err(|error| Error::Input(format!("--{name}: {error}")))?;
-            lines += &format!("#SBATCH --{name}={word}\n");
+            lines.extend(["#SBATCH --", name, "=", &word, "\n"]);
         }
         for option in &self.options {
-            lines += &format!("#SBATCH {}\n", option_word(option)?);
+            lines.extend(["#SBATCH ", &option_word(option)?, "\n"]);
         }
         Ok((lines, time))
     }

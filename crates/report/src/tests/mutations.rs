@@ -159,7 +159,7 @@ impl Original {
     /// Reports from a manifest and a summary. Returns false if they were refused.
     fn take_results(&self, manifest: &Value, summary: &Value) -> bool {
         let path = self.folder.path().join("manifest.json");
-        let Ok(manifest) = parse_manifest(path, manifest.to_string().as_bytes()) else {
+        let Ok(manifest) = parse_manifest(&path, manifest.to_string().as_bytes()) else {
             return false;
         };
         match Study::decode(

@@ -122,20 +122,20 @@ pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
     let Some(text) = files::read_own(&path, Kind::Manifest)? else {
         return Ok(None);
     };
-    parse_manifest(path, &text).map(Some)
+    parse_manifest(&path, &text).map(Some)
 }
 
 /// Parses the text of a manifest.
 ///
 /// # Errors
 /// What is wrong with the content.
-pub fn parse_manifest(path: PathBuf, text: &[u8]) -> Result<Value, FolderError> {
+pub fn parse_manifest(path: &Path, text: &[u8]) -> Result<Value, FolderError> {
     let wrong = |reason: String| FolderError::Manifest {
-        path: path.clone(),
+        path: path.to_owned(),
         reason,
     };
     let mut manifest: Value = serde_json::from_slice(text).map_err(|e| wrong(e.to_string()))?;
-    refuse_newer(&path, &manifest)?;
+    refuse_newer(path, &manifest)?;
     files::unseal(&mut manifest, text).map_err(|reason| wrong(reason.to_owned()))?;
     if manifest["experiment"].is_object() {
         Ok(manifest)

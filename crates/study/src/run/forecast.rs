@@ -22,12 +22,15 @@ use xxhash_rust::xxh3::xxh3_128;
 
 /// The largest number of cells that are sampled.
 const CELLS: usize = 40;
-/// The time for the trials of a cell; exceeded if one trial takes longer.
-const BUDGET: Duration = Duration::from_millis(30);
-/// A trial that takes longer is run once: what a first run loads and allocates is little beside it.
-const LONG: f64 = 2.0;
-/// How often the other steps are timed.
+/// So many at least are sampled, even if their trials take long.
+const FEWEST: usize = 4;
+/// The time for the trials of all of them. It may take twice as long; more if single trials do.
+const BUDGET: Duration = Duration::from_millis(800);
+/// A trial that takes longer, in seconds, is run once: what a first run loads and allocates is little beside it.
+const LONG: f64 = 0.02;
+/// How often the other steps are timed, unless they take longer than this.
 const REPETITIONS: usize = 5;
+const REPEATED: Duration = Duration::from_millis(2);
 /// Where fewer trials were run, made-up ones give the sizes for so many.
 const LEAST: u64 = 64;
 /// A file occupies whole blocks of the disk, of 4 kB on most. On average it wastes half a block.
@@ -35,9 +38,9 @@ const WASTED: f64 = 2048.0;
 /// Of rows that wait to be written to trials.parquet there are these: rows, columns, pages.
 const COPIES: f64 = 3.0;
 /// A report: its page and pictures, whatever the study, and its tables for each byte of summary.parquet, which has the same
-/// numbers. To a factor of two in 36 studies.
-const PAGES: f64 = 2.5e5;
-const TABLES: f64 = 2.5;
+/// numbers. To a factor of two and a half in 36 studies.
+const PAGES: f64 = 2e5;
+const TABLES: f64 = 4.0;
 
 /// Bytes on disk.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -124,24 +127,40 @@ impl Forecast {
         experiment: &Experiment,
         trials: u64,
         (most, times): (usize, usize),
-        run: impl Fn(&Experiment, &Cell, u64, &mut Trials) -> Result<(f64, f64), E>,
+        run: impl Fn(&Experiment, &Cell, (u64, Duration), &mut Trials) -> Result<(f64, f64), E>,
     ) -> Result<Self, E> {
-        let (mut sampled, mut summaries) = (Vec::new(), Vec::new());
-        for members in kinds(experiment, most) {
+        let kinds = kinds(experiment, most);
+        let (begin, budget) = (Instant::now(), BUDGET / kinds.len() as u32);
+        // From coarse to fine, so that what is left when the time is up lies between what was sampled.
+        let mut places: Vec<(usize, Vec<usize>)> = kinds.into_iter().enumerate().collect();
+        places.sort_by_key(|(place, _)| (*place as u32).reverse_bits());
+        let (mut sampled, mut summaries) = (Vec::<(usize, Sampled)>::new(), Vec::new());
+        for (place, members) in places {
+            if sampled.len() >= FEWEST && begin.elapsed() > 2 * BUDGET {
+                let nearest = sampled
+                    .iter_mut()
+                    .min_by_key(|(other, _)| place.abs_diff(*other));
+                if let Some((_, of)) = nearest {
+                    of.members.extend(members);
+                }
+                continue;
+            }
             let index = members[(members.len() - 1) / 2];
             let cell = &experiment.cells[index];
             let mut found = Trials::new(experiment, cell);
             let wanted = block_size(experiment, index).min(experiment.trials_of(index, trials));
-            let (setup, trial) = run(experiment, cell, wanted, &mut found)?;
+            let (setup, trial) = run(experiment, cell, (wanted, budget), &mut found)?;
             let (of_block, summary) = sample(experiment, index, found, wanted, times);
-            sampled.push(Sampled {
+            let of_cells = Sampled {
                 members,
                 setup,
                 trial,
                 ..of_block
-            });
+            };
+            sampled.push((place, of_cells));
             summaries.push(summary);
         }
+        let sampled = sampled.into_iter().map(|(_, of)| of).collect();
         let (seconds, table) = clocked(1, || table_of(experiment, &summaries));
         let table = table.map_or(0.0, |table| table.len() as f64);
         let count = summaries.len() as f64;
@@ -312,17 +331,16 @@ fn kinds(experiment: &Experiment, most: usize) -> Vec<Vec<usize>> {
 /// Times some work and returns its result. Takes the shortest of a few times, because other load on the machine can
 /// only add time.
 fn clocked<T>(times: usize, mut work: impl FnMut() -> T) -> (f64, T) {
-    let mut once = || {
-        let begin = Instant::now();
+    let (begin, mut shortest, mut left) = (Instant::now(), f64::INFINITY, times);
+    loop {
+        let start = Instant::now();
         let result = work();
-        (begin.elapsed().as_secs_f64(), result)
-    };
-    let mut shortest = f64::INFINITY;
-    for _ in 1..times {
-        shortest = shortest.min(once().0);
+        shortest = shortest.min(start.elapsed().as_secs_f64());
+        left = left.saturating_sub(1);
+        if left == 0 || begin.elapsed() >= REPEATED {
+            return (shortest, result);
+        }
     }
-    let (seconds, result) = once();
-    (shortest.min(seconds), result)
 }
 
 /// Runs trials of a cell until the time is up or there are so many. Returns the seconds for the buffers, and the median of
@@ -330,7 +348,7 @@ fn clocked<T>(times: usize, mut work: impl FnMut() -> T) -> (f64, T) {
 fn run_trials(
     experiment: &Experiment,
     cell: &Cell,
-    wanted: u64,
+    (wanted, budget): (u64, Duration),
     to: &mut Trials,
 ) -> Result<(f64, f64), WorkerError> {
     let (setup, worker) = clocked(1, || Worker::new(experiment, cell));
@@ -350,7 +368,7 @@ fn run_trials(
     *to = Trials::new(experiment, cell);
     let (begin, mut times) = (Instant::now(), Vec::new());
     let mut next = 0;
-    while next < wanted && (next == 0 || begin.elapsed() < BUDGET) {
+    while next < wanted && (next == 0 || begin.elapsed() < budget) {
         next += stride;
         times.push(run(next - stride, to)?);
     }

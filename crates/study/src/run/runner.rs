@@ -54,6 +54,11 @@ impl Span {
         self.trials.end - self.trials.start
     }
 
+    /// Whether there are no trials.
+    pub fn is_empty(&self) -> bool {
+        self.trials.is_empty()
+    }
+
     /// Whether another span lies within this one.
     pub(crate) fn holds(&self, part: &Self) -> bool {
         let (whole, trials) = (&self.trials, &part.trials);
@@ -391,7 +396,7 @@ impl<'a> Shared<'a> {
             while from < span.trials.end && !self.stopped() {
                 let (block, error) = self.block(worker, room, span.cell, from..span.trials.end);
                 from = block.span.trials.end;
-                if block.span.len() > 0 && sender.send(Some(finish(block))).is_err() {
+                if !block.span.is_empty() && sender.send(Some(finish(block))).is_err() {
                     return;
                 }
                 if let Some(error) = error {

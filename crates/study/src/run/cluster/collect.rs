@@ -25,7 +25,8 @@ pub(crate) const RUN: &str = "run.json";
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Run {
     /// "asobench".
-    pub(crate) run: String,
+    #[serde(rename = "run")]
+    pub(crate) program: String,
     pub(crate) version: String,
     pub(crate) git_revision: Option<String>,
     pub(crate) fingerprint: String,

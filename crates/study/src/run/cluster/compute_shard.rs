@@ -156,7 +156,7 @@ fn own_folder(
         again += 1;
     }
     let run = Run {
-        run: "asobench".to_owned(),
+        program: "asobench".to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         git_revision: crate::revision::GIT_REVISION.map(str::to_owned),
         fingerprint: plan.fingerprint().to_owned(),

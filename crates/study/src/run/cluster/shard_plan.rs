@@ -225,7 +225,12 @@ mod tests {
                 });
                 let cells: Vec<Span> = cells.collect();
                 let cost = |piece: &Span| {
-                    piece.len() as f64 * if piece.cell % windows == 0 { 10.0 } else { 1.0 }
+                    piece.len() as f64
+                        * if piece.cell.is_multiple_of(windows) {
+                            10.0
+                        } else {
+                            1.0
+                        }
                 };
                 let all: f64 = cells.iter().map(cost).sum();
                 let dealt = dealt(&cells, 1, shards);
