@@ -250,3 +250,57 @@ fn names_from_elsewhere_lead_to_ours() {
     let line = refused(folder.path(), &["methods", "pem"]);
     assert!(line.contains("'pem', which is called 'bj' here"), "{line}");
 }
+
+#[test]
+fn a_figure_is_drawn_as_it_is_asked_for() {
+    let folder = folder();
+    let at = folder.path();
+    done(at, &["run", "s.toml", "--out", "all"]);
+    let drawn = |arguments: &[&str]| {
+        let said = stdout(&done(at, &[&["plot", "all"], arguments].concat()));
+        let path = said.lines().next().expect("a path").to_owned();
+        (
+            path.clone(),
+            std::fs::read_to_string(at.join(path)).expect("a figure"),
+            said,
+        )
+    };
+    let (path, svg, said) = drawn(&["--measure", "e_b", "--method", "arx"]);
+    assert_eq!(path, "all-e_b.svg");
+    assert!(
+        svg.contains("arx") && !svg.contains("iv(4)") && said.contains("median"),
+        "{said}"
+    );
+    let (path, svg, said) = drawn(&[
+        "--statistic",
+        "rmse",
+        "--method",
+        "iv",
+        "--title",
+        "RMSE of five passes",
+        "--linear",
+        "--out",
+        "p.svg",
+    ]);
+    assert!(path == "p.svg" && svg.contains("RMSE of five passes") && svg.contains("iv(4)"));
+    assert!(
+        said.contains("RMSE over trials with 95 % intervals."),
+        "{said}"
+    );
+    for (arguments, part) in [
+        (
+            &["--measure", "fit_fresh"][..],
+            "unknown measure 'fit_fresh'; expected one of e_a, e_b",
+        ),
+        (&["--over", "eta"], "unknown setting that varies 'eta'"),
+        (&["--method", "oe"], "unknown output 'oe'"),
+        (&["--statistic", "median"], "unknown statistic 'median'"),
+    ] {
+        let output = asobench(at, &[&["plot", "all"], arguments].concat());
+        assert!(
+            !output.status.success() && stderr(&output).contains(part),
+            "{}",
+            stderr(&output)
+        );
+    }
+}

@@ -4,7 +4,7 @@ use super::error::Error;
 use super::output::{note, print};
 use super::{
     check, compare, completions, estimate, explain, failures, merge, methods, new_experiment, plan,
-    reference, replay, report, reproduce, run, shard, slurm, status, test_method, theory,
+    plot, reference, replay, report, reproduce, run, shard, slurm, status, test_method, theory,
     throughput,
 };
 use crate::lanes::Isa;
@@ -38,6 +38,7 @@ enum Command {
     Replay(replay::Arguments),
     Report(report::Arguments),
     Failures(failures::Arguments),
+    Plot(plot::Arguments),
     Compare(compare::Arguments),
     Theory(theory::Arguments),
     Estimate(estimate::Arguments),
@@ -94,6 +95,7 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Slurm(arguments) => slurm::run(&arguments),
             Command::Report(arguments) => report::run(&arguments),
             Command::Failures(arguments) => failures::run(&arguments),
+            Command::Plot(arguments) => plot::run(arguments),
             Command::Compare(arguments) => compare::run(&arguments),
             Command::Theory(arguments) => theory::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),

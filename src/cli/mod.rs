@@ -28,6 +28,7 @@ mod need;
 mod new_experiment;
 mod output;
 mod plan;
+mod plot;
 mod programs;
 mod progress;
 mod reference;

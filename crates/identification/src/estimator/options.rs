@@ -24,10 +24,9 @@ impl EstimatorName {
         let entries = defaults.as_object().into_iter().flatten();
         let entries = entries.map(|(key, default)| {
             let mut schema = schema["properties"][key].clone();
-            let about = schema["description"]
-                .as_str()
-                .unwrap_or_default()
-                .to_owned();
+            // Its lines end where those of the comment in the code do.
+            let about = schema["description"].as_str().unwrap_or_default();
+            let about = about.replace('\n', " ");
             if let Some(schema) = schema.as_object_mut() {
                 schema.shift_remove("description");
                 schema.shift_remove("default");

@@ -23,6 +23,8 @@ pub(super) struct Figure<'a> {
     pub name: &'a str,
     /// What the title says after that of the study.
     pub title: &'a str,
+    /// The title that is asked for instead.
+    pub whole_title: Option<&'a str>,
     /// What is drawn: the description, and the beginning of the caption.
     pub what: &'a str,
     /// What the description says before it.
@@ -55,6 +57,7 @@ impl<'a> Figure<'a> {
         Self {
             name: "",
             title: "",
+            whole_title: None,
             what: "",
             of: "",
             about: "",
@@ -97,7 +100,10 @@ impl<'a> Figure<'a> {
             end,
             ..
         } = self;
-        let title = format!("{}: {}", study.title(), self.title);
+        let title = match self.whole_title {
+            Some(title) => title.to_owned(),
+            None => format!("{}: {}", study.title(), self.title),
+        };
         let (svg, note) = sheet(&title, &format!("{of}{what}"), plots)?;
         Some(Drawn {
             name: self.name.to_owned(),

@@ -15,6 +15,9 @@ use asobench_study::text::number;
 /// Largest number of outputs for which marks of theory can still be distinguished.
 const MOST_MARKS: usize = 4;
 
+/// Largest number of outputs whose bands can be told apart.
+pub(super) const BANDS: usize = 3;
+
 /// With fewer trials than this, quartiles are drawn, because the interval of a median says little.
 const FEW: u64 = 100;
 
@@ -56,7 +59,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
     drawn
 }
 
-fn quantiles(at: f64, statistics: &Statistics) -> Point {
+pub(super) fn quantiles(at: f64, statistics: &Statistics) -> Point {
     let values = [
         statistics.q05,
         statistics.q25,
@@ -69,7 +72,7 @@ fn quantiles(at: f64, statistics: &Statistics) -> Point {
 }
 
 /// A value with its 95 % interval. On a logarithmic axis, it is the interval of the logarithm.
-fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
+pub(super) fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
     if *scale == Scale::Log && quantile.value > 0.0 {
         let factor = (Z * quantile.mcse / quantile.value).exp();
         Point::interval(
@@ -92,7 +95,7 @@ pub(super) fn is_shown(study: &Study, cell: &CellSummary, label: &str) -> bool {
 }
 
 /// The part of a caption that says what is left out.
-fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
+pub(super) fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     let cells = || study.summary.cells.iter();
     let failing = |cell: &&CellSummary| {
         let mut labels = outputs.iter().map(|(_, label)| label);
@@ -118,7 +121,7 @@ fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
 }
 
 /// Whether all points have the same x on an axis with room for more.
-fn at_one_place(plots: &[Plot]) -> bool {
+pub(super) fn at_one_place(plots: &[Plot]) -> bool {
     let series = plots.iter().flat_map(|plot| &plot.series);
     let mut places: Vec<f64> = series
         .flat_map(|series| series.points.iter().map(|point| point.x))
@@ -135,7 +138,7 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let outputs = lead_outputs(study);
     let style = match (layout.has_names, outputs.len()) {
         (true, ..=4) => Style::Boxes,
-        (false, ..=3) if measure.scale() != measure::Scale::Percent => Style::Band,
+        (false, ..=BANDS) if measure.scale() != measure::Scale::Percent => Style::Band,
         _ => Style::ErrorBars,
     };
     let few = study.summary.cells.iter().all(|cell| cell.trials < FEW);
@@ -157,6 +160,9 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
             median."
         }
         _ if few => "Medians with the middle half of the trials.",
+        _ if !layout.has_names && outputs.len() > BANDS => {
+            "Medians with their 95 % intervals; bands of more than three outputs would hide each other."
+        }
         _ => "Medians with their 95 % intervals.",
     };
     let limits = limits(study, &layout, measure);

@@ -3,6 +3,7 @@
 mod answer;
 mod bound_grid;
 mod bound_shares;
+mod chosen;
 mod coefficient_bias;
 mod coefficient_coverage;
 mod columns;
@@ -26,6 +27,7 @@ use super::folder::Files;
 use super::html::{Page, Section};
 use super::results::Study;
 use asobench_study::text::grouped;
+pub use chosen::{Chosen, chosen_figure};
 pub use courses::course_figures;
 use extremes::LongTable;
 use figure::Drawn;
@@ -117,12 +119,22 @@ fn experiment(
     on_step(&format!("figures of {}", study.name));
     judged::verdicts(section, study, files);
     section.paragraph(&answer::in_numbers(study));
+    let mut figures = figures::figures(study).into_iter();
+    let mut links = Vec::new();
+    // The main figure stays open.
+    figure(section, study, files, &mut links, figures.next());
+    let rest = |section: &mut Section| {
+        for drawn in figures {
+            figure(section, study, files, &mut links, Some(drawn));
+        }
+        on_step(&format!("tables of {}", study.name));
+        numbers(section, study, files, &mut links);
+        section.files(&links);
+    };
     if study.judged.is_empty() {
-        measures(section, study, files, on_step);
+        rest(section);
     } else {
-        section.details("Pictures and tables of all measures", |section| {
-            measures(section, study, files, on_step);
-        });
+        section.details("Pictures and tables of all measures", rest);
     }
     simulated::section(section, study);
     section.heading("To run it again");
@@ -130,23 +142,21 @@ fn experiment(
     section.code(&format!("{command}\nasobench report {folder}"));
 }
 
-/// The section on the measures, independent of claims.
-fn measures(
+/// Adds a figure to the section and to the files.
+fn figure(
     section: &mut Section,
     study: &Study,
     files: &mut Files,
-    on_step: &mut dyn FnMut(&str),
+    links: &mut Vec<(String, String)>,
+    drawn: Option<Drawn>,
 ) {
-    let mut links = Vec::new();
-    for Drawn { name, svg, caption } in figures::figures(study) {
-        section.figure(&svg, &caption);
-        let path = format!("figures/{}-{name}.svg", study.name);
-        links.push((format!("{name}.svg"), path.clone()));
-        files.push((path, svg));
-    }
-    on_step(&format!("tables of {}", study.name));
-    numbers(section, study, files, &mut links);
-    section.files(&links);
+    let Some(Drawn { name, svg, caption }) = drawn else {
+        return;
+    };
+    section.figure(&svg, &caption);
+    let path = format!("figures/{}-{name}.svg", study.name);
+    links.push((format!("{name}.svg"), path.clone()));
+    files.push((path, svg));
 }
 
 /// A longer table is hidden until a click.
