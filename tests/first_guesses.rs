@@ -290,7 +290,7 @@ fn a_figure_is_drawn_as_it_is_asked_for() {
     for (arguments, part) in [
         (
             &["--measure", "fit_fresh"][..],
-            "unknown measure 'fit_fresh'; expected one of e_a, e_b",
+            "unknown measure 'fit_fresh'; expected e_a, e_b",
         ),
         (&["--over", "eta"], "unknown setting that varies 'eta'"),
         (&["--method", "oe"], "unknown output 'oe'"),

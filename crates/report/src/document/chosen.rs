@@ -77,6 +77,10 @@ pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<[String; 3], Stri
         Some(statistic) if !statistic.is_quantile() => String::new(),
         _ => format!(" {}", quantile_note(study)),
     };
+    let title = match chosen.statistic {
+        Some(statistic) => format!("{} of {}", statistic.title(), measure.label()),
+        None => measure.label().to_owned(),
+    };
     let name = match chosen.statistic {
         Some(statistic) => format!("{}-{measure}-{statistic}", study.name),
         None => format!("{}-{measure}", study.name),
@@ -96,7 +100,7 @@ pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<[String; 3], Stri
     };
     let drawn = Figure {
         name: &name,
-        title: measure.label(),
+        title: &title,
         of: &format!("{} by output. ", measure.label()),
         what: &what,
         left_out: &left_out(study, &outputs),
