@@ -1,14 +1,9 @@
 //! Recursive least squares.
 
-use super::batch::Batch;
 use super::lags::push;
-use super::settings::Given;
-use super::{
-    Clock, Coefficients, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot,
-};
-use crate::estimator::start_state::StartState;
-use crate::estimator::{ArxOptions, Estimator, SetupError};
-use crate::estimator::{MethodKind, OptionError, Problem};
+use super::options::{RecursiveOptions, recursive_options};
+use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
+use crate::estimator::{ArxOptions, OptionError};
 use crate::model::Orders;
 use crate::names::named_enum;
 
@@ -22,68 +17,36 @@ named_enum! {
     }
 }
 
-/// The options of `rls`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct RlsOptions {
-    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default zeros.
-    pub theta0: Option<Coefficients>,
-    /// P before the first equation is p0 times the identity; by default exact, the limit of p0 to infinity.
-    pub p0: Option<f64>,
-    /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
-    pub forgetting: Option<f64>,
-    /// What is carried from sample to sample: square-root (of the information, the default), covariance (P itself).
-    pub form: Option<RecursiveForm>,
-    /// The initial state: estimate (stage 6 for the model found), or zero.
-    pub initial_state: StartState,
-}
-
-impl RlsOptions {
-    fn given(&self) -> Given<'_> {
-        Given {
-            theta0: self.theta0.as_ref(),
-            p0: self.p0,
-            forgetting: self.forgetting,
-            start: None,
+recursive_options! {
+    /// The options of `rls`.
+    RlsOptions {
+        /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+        orders,
+        then {
+            /// What is carried from sample to sample: square-root (of the information, the default), covariance (P itself).
+            form: Option<RecursiveForm>,
         }
     }
+}
+
+impl RecursiveOptions for RlsOptions {
+    type Recursion = RecursiveLeastSquares;
 
     fn orders(&self, order: usize) -> Orders {
         self.orders.unwrap_or(Orders::arx(order, order, 1))
     }
-}
 
-impl MethodKind for RlsOptions {
-    fn check(&self) -> Result<(), OptionError> {
+    fn check_own(&self) -> Result<(), OptionError> {
         ArxOptions::check_orders(self.orders)?;
-        self.given().check(None)?;
         if self.form == Some(RecursiveForm::Covariance) && self.p0.is_none() {
             let message = "'covariance' needs p0: infinity is no number of P";
             return Err(OptionError::new("form", message));
         }
-        self.given().check_count(self.orders)
+        Ok(())
     }
 
-    fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(self.orders(setting))
-    }
-
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let orders = self.orders(problem.shape.order);
-        let settings = RecursiveSettings::of(orders, &self.given(), None, problem.shape)?;
-        let covariance = settings.remembers();
-        let recursion = RecursiveLeastSquares::new(settings, self.form.unwrap_or_default());
-        Ok(Box::new(Batch::new(
-            recursion,
-            self.initial_state,
-            covariance,
-        )))
+    fn recursion(&self, settings: RecursiveSettings) -> RecursiveLeastSquares {
+        RecursiveLeastSquares::new(settings, self.form.unwrap_or_default())
     }
 }
 

@@ -15,6 +15,7 @@ mod extended;
 mod instrumental;
 mod lags;
 mod least_squares;
+mod options;
 mod prediction;
 mod predictor;
 mod refined;
