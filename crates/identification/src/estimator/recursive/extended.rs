@@ -45,7 +45,8 @@ impl RecursiveOptions for RelsOptions {
 
 /// `A(q) y = B(q) u + C(q) e` by recursive extended least squares: recursive least squares with the residuals `eps(k) =
 /// y(k) - phi(k)' theta(k)` for e, `phi(k) = (-y(k-1) ... , u(k-nk) ... , eps(k-1) ... eps(k-nc))`. eps is 0 before the
-/// first equation. It converges where `1/C - 1/2` is positive real; its covariance is `s^2 P`, right for C = 1 only.
+/// first equation. It converges where `1/C - 1/2` is positive real; its covariance is `s^2 P`, right for C = 1 only
+/// (after early forgetting `s^2 P sum w^2 / sum w`, w being the weights that are left).
 ///
 /// A sample takes about 4 d^2 multiplications and additions, d = na + nb + nc.
 ///
@@ -138,16 +139,17 @@ impl RecursiveEstimator for ExtendedLeastSquares {
     }
 
     fn noise_variance(&self) -> f64 {
-        let (rows, d) = (self.root.rows(), self.theta.len());
-        if self.started && self.settings.remembers() && rows > d {
-            self.root.residual_sum() / (rows - d) as f64
+        if self.started && self.settings.remembers() {
+            let (root, d) = (&self.root, self.theta.len());
+            root.weights().variance(root.residual_sum(), d)
         } else {
             f64::NAN
         }
     }
 
     fn covariance(&mut self, to: &mut [f64]) {
-        self.root.covariance(self.noise_variance(), to);
+        let variance = self.noise_variance() * self.root.weights().ratio();
+        self.root.covariance(variance, to);
     }
 
     fn samples(&self) -> usize {

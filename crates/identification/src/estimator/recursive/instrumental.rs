@@ -4,6 +4,7 @@ use super::lags::{StabilityTest, push};
 use super::options::{RecursiveOptions, recursive_options};
 use super::settings::Forgetting;
 use super::start::Start;
+use super::weights::Weights;
 use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
 use crate::estimator::{ArxOptions, OptionError};
 use crate::model::Orders;
@@ -60,7 +61,7 @@ impl RecursiveOptions for RecursiveIvOptions {
 /// a longer start, or early forgetting, prevents that. While A-hat has a zero on or outside the unit circle, x is that of the last stable one.
 ///
 /// P is not symmetric, so it has no square root: with lambda = 1, `P^-1 = P(0)^-1 + Z'Phi`, and the covariance is `s^2 P
-/// Z'Z P'`. A sample takes about 7 d^2 multiplications and additions, d = na + nb, and na^2 for stability.
+/// Z'Z P'`; after early forgetting `s^2 P Z'W^2 Z P'`, W being the weights that are left. A sample takes about 7 d^2 multiplications and additions, d = na + nb, and na^2 for stability.
 ///
 /// Source: L. Ljung and T. Soderstrom, *Theory and Practice of Recursive Identification*, 1983, section 2.2.2.
 #[derive(Clone, Debug)]
@@ -88,7 +89,7 @@ pub struct RecursiveIv {
 #[derive(Clone, Debug)]
 pub(super) struct InstrumentalUpdate {
     p: Vec<f64>,
-    /// Z'Z, and Phi'Phi, Phi'y, y'y.
+    /// Z'W^2 Z, and Phi'W Phi, Phi'W y, y'W y, with the weights that forgetting leaves.
     squares: Vec<f64>,
     moments: Vec<f64>,
     products: Vec<f64>,
@@ -96,9 +97,9 @@ pub(super) struct InstrumentalUpdate {
     /// P z, and phi'P.
     gain: Vec<f64>,
     left: Vec<f64>,
-    /// P Z'Z.
+    /// P Z'W^2 Z.
     product: Vec<f64>,
-    rows: usize,
+    weights: Weights,
 }
 
 impl InstrumentalUpdate {
@@ -113,7 +114,7 @@ impl InstrumentalUpdate {
             gain: vector(),
             left: vector(),
             product: matrix(),
-            rows: 0,
+            weights: Weights::default(),
         }
     }
 
@@ -122,7 +123,7 @@ impl InstrumentalUpdate {
         from.covariance(1.0, &mut self.p);
         self.power = from.moments(&mut self.squares, &mut self.products);
         self.moments.copy_from_slice(&self.squares);
-        self.rows = from.rows();
+        self.weights = from.weights();
     }
 
     /// One equation; theta changes.
@@ -146,7 +147,7 @@ impl InstrumentalUpdate {
                 *p = (*p - self.gain[i] * left) / lambda;
             }
             for (square, z_j) in self.squares[rows.clone()].iter_mut().zip(z) {
-                *square = lambda * *square + z[i] * z_j;
+                *square = lambda * lambda * *square + z[i] * z_j;
             }
             for (moment, phi_j) in self.moments[rows].iter_mut().zip(phi) {
                 *moment = lambda * *moment + phi[i] * phi_j;
@@ -154,30 +155,26 @@ impl InstrumentalUpdate {
             self.products[i] = lambda * self.products[i] + phi[i] * y;
         }
         self.power = lambda * self.power + y * y;
-        self.rows += 1;
+        self.weights.add(lambda);
     }
 
-    /// The sum of squared residuals of theta in all equations, over equations less parameters. Theta was far off when
-    /// the first were taken, so their residuals at that time say nothing.
+    /// The variance of the residuals of theta in all equations. Theta was far off when the first were taken, so their
+    /// residuals at that time say nothing.
     pub(super) fn variance(&self, theta: &[f64]) -> f64 {
         let d = self.gain.len();
-        if self.rows > d {
-            let rows = self.moments.chunks_exact(d).zip(theta);
-            let quadratic: f64 = rows.map(|(row, theta_i)| theta_i * dot(row, theta)).sum();
-            let sum = self.power - 2.0 * dot(&self.products, theta) + quadratic;
-            // Rounding may make a sum of 0 negative.
-            sum.max(0.0) / (self.rows - d) as f64
-        } else {
-            f64::NAN
-        }
+        let rows = self.moments.chunks_exact(d).zip(theta);
+        let quadratic: f64 = rows.map(|(row, theta_i)| theta_i * dot(row, theta)).sum();
+        let sum = self.power - 2.0 * dot(&self.products, theta) + quadratic;
+        // Rounding may make a sum of 0 negative.
+        self.weights.variance(sum.max(0.0), d)
     }
 
-    /// Fills `to` with `variance P Z'Z P'`.
+    /// Fills `to` with `variance P Z'W^2 Z P'`.
     pub(super) fn covariance(&mut self, variance: f64, to: &mut [f64]) {
         let d = self.gain.len();
         for i in 0..d {
             for j in 0..d {
-                // Z'Z is symmetric.
+                // Z'W^2 Z is symmetric.
                 self.product[i * d + j] = dot(&self.p[i * d..][..d], &self.squares[j * d..][..d]);
             }
         }

@@ -2,6 +2,7 @@
 
 use super::lags::push;
 use super::options::{RecursiveOptions, recursive_options};
+use super::weights::Weights;
 use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
 use crate::estimator::{ArxOptions, OptionError};
 use crate::model::Orders;
@@ -85,7 +86,7 @@ enum Memory {
         p: Vec<f64>,
         gain: Vec<f64>,
         residual_sum: f64,
-        rows: usize,
+        weights: Weights,
     },
 }
 
@@ -105,7 +106,7 @@ impl RecursiveLeastSquares {
                 p: vec![0.0; d * d],
                 gain: vec![0.0; d],
                 residual_sum: 0.0,
-                rows: 0,
+                weights: Weights::default(),
             },
         };
         let mut made = Self {
@@ -137,7 +138,7 @@ impl RecursiveLeastSquares {
                 p,
                 gain,
                 residual_sum,
-                rows,
+                weights,
             } => {
                 let d = phi.len();
                 for (gain, row) in gain.iter_mut().zip(p.chunks_exact(d)) {
@@ -154,7 +155,7 @@ impl RecursiveLeastSquares {
                     }
                 }
                 *residual_sum = lambda * (*residual_sum + error * error / scale);
-                *rows += 1;
+                weights.add(lambda);
             }
         }
     }
@@ -191,14 +192,16 @@ impl RecursiveEstimator for RecursiveLeastSquares {
     }
 
     fn noise_variance(&self) -> f64 {
-        let (sum, rows) = match &self.memory {
-            Memory::Root(root) => (root.residual_sum(), root.rows()),
+        let (sum, weights) = match &self.memory {
+            Memory::Root(root) => (root.residual_sum(), root.weights()),
             Memory::Covariance {
-                residual_sum, rows, ..
-            } => (*residual_sum, *rows),
+                residual_sum,
+                weights,
+                ..
+            } => (*residual_sum, *weights),
         };
-        if self.settings.remembers() && rows > self.theta.len() {
-            sum / (rows - self.theta.len()) as f64
+        if self.settings.remembers() {
+            weights.variance(sum, self.theta.len())
         } else {
             f64::NAN
         }
@@ -225,13 +228,13 @@ impl RecursiveEstimator for RecursiveLeastSquares {
             Memory::Covariance {
                 p,
                 residual_sum,
-                rows,
+                weights,
                 ..
             } => {
                 p.fill(0.0);
                 let p0 = self.settings.p0.unwrap_or(f64::NAN);
                 (0..d).for_each(|i| p[i * d + i] = p0);
-                (*residual_sum, *rows) = (0.0, 0);
+                (*residual_sum, *weights) = (0.0, Weights::default());
             }
         }
         self.outputs.fill(0.0);

@@ -49,7 +49,7 @@ impl RecursiveOptions for RpemOptions {
 /// P is kept as a [`SquareRoot`]. theta(k) is projected into the region where C and F are stable: the step is halved until
 /// it ends there, 20 times at most, else left out. The start is least squares of `A y = B u + e`, or of `F y = B u + e`
 /// if there is no A; an unstable F of it is not taken over. Without A, y stands for `B/F u` meanwhile. The covariance is `s^2 P`, as efficient as that of the
-/// prediction error method.
+/// prediction error method (after early forgetting `s^2 P sum w^2 / sum w`, w being the weights that are left).
 ///
 /// A sample takes about 5 d^2 multiplications and additions, d being the number of parameters, and nc^2 + nf^2 for
 /// stability.
@@ -71,7 +71,6 @@ pub struct RecursivePrediction {
     /// The step's end, which may lie outside the region; during the start, the solution of least squares.
     next: Vec<f64>,
     residual_sum: f64,
-    rows: usize,
     clock: Clock,
 }
 
@@ -102,7 +101,6 @@ impl RecursivePrediction {
             theta: vec![0.0; d],
             next: vec![0.0; d],
             residual_sum: 0.0,
-            rows: 0,
             clock: Clock::default(),
             settings,
         };
@@ -132,6 +130,7 @@ impl RecursivePrediction {
         let error = y - dot(&self.phi, &self.theta);
         let lambda = self.forgetting.next();
         self.root.update(&self.psi, 0.0, lambda);
+        self.residual_sum *= lambda;
         self.root.gain(&mut self.psi);
         let mut share = error;
         for _ in 0..=HALVINGS {
@@ -163,7 +162,6 @@ impl RecursiveEstimator for RecursivePrediction {
                 self.start
                     .hand_over(&self.settings, &self.theta, &mut self.root);
                 self.residual_sum = self.root.residual_sum();
-                self.rows = self.root.rows();
             }
             if self.started {
                 error = self.step(y);
@@ -178,7 +176,6 @@ impl RecursiveEstimator for RecursivePrediction {
         };
         if self.started {
             self.residual_sum += error * residual;
-            self.rows += 1;
         }
         // theta never becomes infinite: it would be outside the region. The gain may.
         self.clock.end(&self.psi, self.start.size())
@@ -193,16 +190,17 @@ impl RecursiveEstimator for RecursivePrediction {
     }
 
     fn noise_variance(&self) -> f64 {
-        let d = self.theta.len();
-        if self.started && self.settings.remembers() && self.rows > d {
-            self.residual_sum / (self.rows - d) as f64
+        if self.started && self.settings.remembers() {
+            let weights = self.root.weights();
+            weights.variance(self.residual_sum, self.theta.len())
         } else {
             f64::NAN
         }
     }
 
     fn covariance(&mut self, to: &mut [f64]) {
-        self.root.covariance(self.noise_variance(), to);
+        let variance = self.noise_variance() * self.root.weights().ratio();
+        self.root.covariance(variance, to);
     }
 
     fn samples(&self) -> usize {
@@ -218,7 +216,6 @@ impl RecursiveEstimator for RecursivePrediction {
         self.theta.copy_from_slice(&self.settings.theta0);
         self.next.copy_from_slice(&self.settings.theta0);
         self.residual_sum = 0.0;
-        self.rows = 0;
         self.clock = Clock::default();
     }
 }
