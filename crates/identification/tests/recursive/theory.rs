@@ -319,3 +319,67 @@ fn the_asymptotic_covariance() {
         }
     }
 }
+
+/// On short records of an FIR model early forgetting leaves few equations, and the weights count them: over 4000 records
+/// the mean of the variance of the residuals is that of e within four Monte-Carlo standard errors, and the variance of
+/// each coefficient is the mean printed one within four of its own, `sqrt(2 / trials)` of it. The mean printed one is
+/// that of the formula, whose terms of higher order are `d / N_eff` of it, `N_eff = (sum w)^2 / sum w^2`.
+#[test]
+fn standard_errors_after_early_forgetting() {
+    let (n, trials, sigma, early) = (60, 4000, 0.5, 0.9);
+    let truth = model("nb=3,nk=1", &[1.0, 0.5, -0.3]);
+    let d = 3;
+    let settings = RecursiveSettings {
+        early_forgetting: early,
+        ..RecursiveSettings::new(truth.orders())
+    };
+    let (mut sum, mut squares, mut lambda) = (0.0, 0.0, early);
+    for row in 0..n - 3 {
+        let factor = if row < settings.start { 1.0 } else { lambda };
+        (sum, squares) = (factor * sum + 1.0, factor * factor * squares + 1.0);
+        if row >= settings.start {
+            lambda = 1.0 - 0.99 * (1.0 - lambda);
+        }
+    }
+    let higher = d as f64 * squares / (sum * sum);
+    let delayed = RecursiveInstruments::Delayed;
+    let methods: [(&str, Box<dyn RecursiveEstimator>); 4] = [
+        ("iv", Box::new(RecursiveIv::new(settings.clone(), delayed))),
+        (
+            "rels",
+            Box::new(ExtendedLeastSquares::new(settings.clone())),
+        ),
+        ("sriv", Box::new(RecursiveSriv::new(settings.clone()))),
+        ("rpem", Box::new(RecursivePrediction::new(settings))),
+    ];
+    for (name, mut recursion) in methods {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        let (mut errors, mut printed) = ([0.0; 3], [0.0; 3]);
+        let mut covariance = vec![0.0; d * d];
+        for trial in 0..trials {
+            let (u, y) = record(&truth, trial, n, sigma);
+            recursion.restart();
+            run(&mut *recursion, &u, &y, |_, _| ());
+            let variance = recursion.noise_variance();
+            sum += variance;
+            squares += variance * variance;
+            recursion.covariance(&mut covariance);
+            for i in 0..d {
+                errors[i] += (recursion.theta()[i] - truth.b[i + 1]).powi(2);
+                printed[i] += covariance[i * d + i];
+            }
+        }
+        let count = trials as f64;
+        let mean = sum / count;
+        let error = ((squares / count - mean * mean) / count).sqrt();
+        let off = (mean - sigma * sigma) / error;
+        println!("{name}: {mean:.5} {off:.2}");
+        assert!(off.abs() < 4.0, "{name}: {mean}, {off} standard errors");
+        for i in 0..d {
+            let ratio = errors[i] / printed[i];
+            println!("{name} {i}: {ratio:.4}");
+            let allowed = 4.0 * (2.0 / count).sqrt() + higher;
+            assert!((ratio - 1.0).abs() < allowed, "{name} {i}: {ratio}");
+        }
+    }
+}

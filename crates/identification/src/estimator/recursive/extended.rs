@@ -1,50 +1,24 @@
 //! Recursive extended least squares.
 
-use super::batch::Batch;
 use super::lags::push;
-use super::settings::{Forgetting, Given};
+use super::options::{RecursiveOptions, recursive_options};
+use super::settings::Forgetting;
 use super::start::Start;
-use super::{
-    Clock, Coefficients, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot,
-};
-use crate::estimator::start_state::StartState;
-use crate::estimator::{Estimator, SetupError};
-use crate::estimator::{MethodKind, OptionError, Problem};
+use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
+use crate::estimator::OptionError;
 use crate::model::Orders;
 
-/// The options of `rels`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct RelsOptions {
-    /// Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=1,nk=1; by default na = nb = nc = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default zeros.
-    pub theta0: Option<Coefficients>,
-    /// P before the first equation is p0 times the identity; by default exact, the limit of p0 to infinity.
-    pub p0: Option<f64>,
-    /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
-    pub forgetting: Option<f64>,
-    /// Forgetting factor after the start, which approaches `forgetting` by 1 % of the difference a sample; by default there is no such rise.
-    pub early_forgetting: Option<f64>,
-    /// Equations that least squares solves before residuals, instruments or filters are used; by default 0 with p0, else two for each parameter.
-    pub start: Option<usize>,
-    /// The initial state: estimate (stage 6 for the model found), or zero.
-    pub initial_state: StartState,
+recursive_options! {
+    /// The options of `rels`.
+    RelsOptions {
+        /// Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=1,nk=1; by default na = nb = nc = the setting `order`, nk = 1.
+        orders,
+        start
+    }
 }
 
-impl RelsOptions {
-    fn given(&self) -> Given<'_> {
-        Given {
-            theta0: self.theta0.as_ref(),
-            p0: self.p0,
-            forgetting: self.forgetting,
-            start: self.start,
-        }
-    }
+impl RecursiveOptions for RelsOptions {
+    type Recursion = ExtendedLeastSquares;
 
     fn orders(&self, order: usize) -> Orders {
         self.orders.unwrap_or(Orders {
@@ -52,45 +26,27 @@ impl RelsOptions {
             ..Orders::arx(order, order, 1)
         })
     }
-}
 
-impl MethodKind for RelsOptions {
-    fn check(&self) -> Result<(), OptionError> {
-        match self.orders {
+    fn check_own(&self) -> Result<(), OptionError> {
+        let message = match self.orders {
             Some(Orders { nd, nf, .. }) if nd + nf > 0 => {
-                let message = "expected na, nb, nc, nk; the model has no D, F";
-                return Err(OptionError::new("orders", message));
+                "expected na, nb, nc, nk; the model has no D, F"
             }
-            Some(Orders { na: 0, nb: 0, .. }) => {
-                let message = "expected an na or nb of at least 1";
-                return Err(OptionError::new("orders", message));
-            }
-            _ => {}
-        }
-        self.given().check(self.early_forgetting)?;
-        self.given().check_count(self.orders)
+            Some(Orders { na: 0, nb: 0, .. }) => "expected an na or nb of at least 1",
+            _ => return Ok(()),
+        };
+        Err(OptionError::new("orders", message))
     }
 
-    fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(self.orders(setting))
-    }
-
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let (orders, early) = (self.orders(problem.shape.order), self.early_forgetting);
-        let settings = RecursiveSettings::of(orders, &self.given(), early, problem.shape)?;
-        let covariance = settings.remembers();
-        let recursion = ExtendedLeastSquares::new(settings);
-        Ok(Box::new(Batch::new(
-            recursion,
-            self.initial_state,
-            covariance,
-        )))
+    fn recursion(&self, settings: RecursiveSettings) -> ExtendedLeastSquares {
+        ExtendedLeastSquares::new(settings)
     }
 }
 
 /// `A(q) y = B(q) u + C(q) e` by recursive extended least squares: recursive least squares with the residuals `eps(k) =
 /// y(k) - phi(k)' theta(k)` for e, `phi(k) = (-y(k-1) ... , u(k-nk) ... , eps(k-1) ... eps(k-nc))`. eps is 0 before the
-/// first equation. It converges where `1/C - 1/2` is positive real; its covariance is `s^2 P`, right for C = 1 only.
+/// first equation. It converges where `1/C - 1/2` is positive real; its covariance is `s^2 P`, right for C = 1 only
+/// (after early forgetting `s^2 P sum w^2 / sum w`, w being the weights that are left).
 ///
 /// A sample takes about 4 d^2 multiplications and additions, d = na + nb + nc.
 ///
@@ -183,16 +139,17 @@ impl RecursiveEstimator for ExtendedLeastSquares {
     }
 
     fn noise_variance(&self) -> f64 {
-        let (rows, d) = (self.root.rows(), self.theta.len());
-        if self.started && self.settings.remembers() && rows > d {
-            self.root.residual_sum() / (rows - d) as f64
+        if self.started && self.settings.remembers() {
+            let (root, d) = (&self.root, self.theta.len());
+            root.weights().variance(root.residual_sum(), d)
         } else {
             f64::NAN
         }
     }
 
     fn covariance(&mut self, to: &mut [f64]) {
-        self.root.covariance(self.noise_variance(), to);
+        let variance = self.noise_variance() * self.root.weights().ratio();
+        self.root.covariance(variance, to);
     }
 
     fn samples(&self) -> usize {

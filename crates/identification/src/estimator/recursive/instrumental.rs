@@ -1,15 +1,12 @@
 //! Recursive instrumental variables.
 
-use super::batch::Batch;
 use super::lags::{StabilityTest, push};
-use super::settings::{Forgetting, Given};
+use super::options::{RecursiveOptions, recursive_options};
+use super::settings::Forgetting;
 use super::start::Start;
-use super::{
-    Clock, Coefficients, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot,
-};
-use crate::estimator::start_state::StartState;
-use crate::estimator::{ArxOptions, Estimator, SetupError};
-use crate::estimator::{MethodKind, OptionError, Problem};
+use super::weights::Weights;
+use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
+use crate::estimator::{ArxOptions, OptionError};
 use crate::model::Orders;
 use crate::names::named_enum;
 
@@ -23,69 +20,32 @@ named_enum! {
     }
 }
 
-/// The options of `recursive-iv`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct RecursiveIvOptions {
-    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// What replaces the outputs: delayed (inputs, the default), auxiliary (the output of the present model).
-    pub instruments: RecursiveInstruments,
-    /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default zeros.
-    pub theta0: Option<Coefficients>,
-    /// P before the first equation is p0 times the identity; by default exact, the limit of p0 to infinity.
-    pub p0: Option<f64>,
-    /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
-    pub forgetting: Option<f64>,
-    /// Forgetting factor after the start, which approaches `forgetting` by 1 % of the difference a sample; by default there is no such rise.
-    pub early_forgetting: Option<f64>,
-    /// Equations that least squares solves before residuals, instruments or filters are used; by default 0 with p0, else two for each parameter.
-    pub start: Option<usize>,
-    /// The initial state: estimate (stage 6 for the model found), or zero.
-    pub initial_state: StartState,
+recursive_options! {
+    /// The options of `recursive-iv`.
+    RecursiveIvOptions {
+        /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+        orders,
+        first {
+            /// What replaces the outputs: delayed (inputs, the default), auxiliary (the output of the present model).
+            instruments: RecursiveInstruments,
+        }
+        start
+    }
 }
 
-impl RecursiveIvOptions {
-    fn given(&self) -> Given<'_> {
-        Given {
-            theta0: self.theta0.as_ref(),
-            p0: self.p0,
-            forgetting: self.forgetting,
-            start: self.start,
-        }
-    }
+impl RecursiveOptions for RecursiveIvOptions {
+    type Recursion = RecursiveIv;
 
     fn orders(&self, order: usize) -> Orders {
         self.orders.unwrap_or(Orders::arx(order, order, 1))
     }
-}
 
-impl MethodKind for RecursiveIvOptions {
-    fn check(&self) -> Result<(), OptionError> {
-        ArxOptions::check_orders(self.orders)?;
-        self.given().check(self.early_forgetting)?;
-        self.given().check_count(self.orders)
+    fn check_own(&self) -> Result<(), OptionError> {
+        ArxOptions::check_orders(self.orders)
     }
 
-    fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(self.orders(setting))
-    }
-
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let orders = self.orders(problem.shape.order);
-        let early = self.early_forgetting;
-        let settings = RecursiveSettings::of(orders, &self.given(), early, problem.shape)?;
-        let covariance = settings.remembers();
-        let recursion = RecursiveIv::new(settings, self.instruments);
-        Ok(Box::new(Batch::new(
-            recursion,
-            self.initial_state,
-            covariance,
-        )))
+    fn recursion(&self, settings: RecursiveSettings) -> RecursiveIv {
+        RecursiveIv::new(settings, self.instruments)
     }
 }
 
@@ -101,7 +61,7 @@ impl MethodKind for RecursiveIvOptions {
 /// a longer start, or early forgetting, prevents that. While A-hat has a zero on or outside the unit circle, x is that of the last stable one.
 ///
 /// P is not symmetric, so it has no square root: with lambda = 1, `P^-1 = P(0)^-1 + Z'Phi`, and the covariance is `s^2 P
-/// Z'Z P'`. A sample takes about 7 d^2 multiplications and additions, d = na + nb, and na^2 for stability.
+/// Z'Z P'`; after early forgetting `s^2 P Z'W^2 Z P'`, W being the weights that are left. A sample takes about 7 d^2 multiplications and additions, d = na + nb, and na^2 for stability.
 ///
 /// Source: L. Ljung and T. Soderstrom, *Theory and Practice of Recursive Identification*, 1983, section 2.2.2.
 #[derive(Clone, Debug)]
@@ -129,7 +89,7 @@ pub struct RecursiveIv {
 #[derive(Clone, Debug)]
 pub(super) struct InstrumentalUpdate {
     p: Vec<f64>,
-    /// Z'Z, and Phi'Phi, Phi'y, y'y.
+    /// Z'W^2 Z, and Phi'W Phi, Phi'W y, y'W y, with the weights that forgetting leaves.
     squares: Vec<f64>,
     moments: Vec<f64>,
     products: Vec<f64>,
@@ -137,9 +97,9 @@ pub(super) struct InstrumentalUpdate {
     /// P z, and phi'P.
     gain: Vec<f64>,
     left: Vec<f64>,
-    /// P Z'Z.
+    /// P Z'W^2 Z.
     product: Vec<f64>,
-    rows: usize,
+    weights: Weights,
 }
 
 impl InstrumentalUpdate {
@@ -154,7 +114,7 @@ impl InstrumentalUpdate {
             gain: vector(),
             left: vector(),
             product: matrix(),
-            rows: 0,
+            weights: Weights::default(),
         }
     }
 
@@ -163,7 +123,7 @@ impl InstrumentalUpdate {
         from.covariance(1.0, &mut self.p);
         self.power = from.moments(&mut self.squares, &mut self.products);
         self.moments.copy_from_slice(&self.squares);
-        self.rows = from.rows();
+        self.weights = from.weights();
     }
 
     /// One equation; theta changes.
@@ -187,7 +147,7 @@ impl InstrumentalUpdate {
                 *p = (*p - self.gain[i] * left) / lambda;
             }
             for (square, z_j) in self.squares[rows.clone()].iter_mut().zip(z) {
-                *square = lambda * *square + z[i] * z_j;
+                *square = lambda * lambda * *square + z[i] * z_j;
             }
             for (moment, phi_j) in self.moments[rows].iter_mut().zip(phi) {
                 *moment = lambda * *moment + phi[i] * phi_j;
@@ -195,30 +155,26 @@ impl InstrumentalUpdate {
             self.products[i] = lambda * self.products[i] + phi[i] * y;
         }
         self.power = lambda * self.power + y * y;
-        self.rows += 1;
+        self.weights.add(lambda);
     }
 
-    /// The sum of squared residuals of theta in all equations, over equations less parameters. Theta was far off when
-    /// the first were taken, so their residuals at that time say nothing.
+    /// The variance of the residuals of theta in all equations. Theta was far off when the first were taken, so their
+    /// residuals at that time say nothing.
     pub(super) fn variance(&self, theta: &[f64]) -> f64 {
         let d = self.gain.len();
-        if self.rows > d {
-            let rows = self.moments.chunks_exact(d).zip(theta);
-            let quadratic: f64 = rows.map(|(row, theta_i)| theta_i * dot(row, theta)).sum();
-            let sum = self.power - 2.0 * dot(&self.products, theta) + quadratic;
-            // Rounding may make a sum of 0 negative.
-            sum.max(0.0) / (self.rows - d) as f64
-        } else {
-            f64::NAN
-        }
+        let rows = self.moments.chunks_exact(d).zip(theta);
+        let quadratic: f64 = rows.map(|(row, theta_i)| theta_i * dot(row, theta)).sum();
+        let sum = self.power - 2.0 * dot(&self.products, theta) + quadratic;
+        // Rounding may make a sum of 0 negative.
+        self.weights.variance(sum.max(0.0), d)
     }
 
-    /// Fills `to` with `variance P Z'Z P'`.
+    /// Fills `to` with `variance P Z'W^2 Z P'`.
     pub(super) fn covariance(&mut self, variance: f64, to: &mut [f64]) {
         let d = self.gain.len();
         for i in 0..d {
             for j in 0..d {
-                // Z'Z is symmetric.
+                // Z'W^2 Z is symmetric.
                 self.product[i * d + j] = dot(&self.p[i * d..][..d], &self.squares[j * d..][..d]);
             }
         }

@@ -1,14 +1,10 @@
 //! Recursive least squares.
 
-use super::batch::Batch;
 use super::lags::push;
-use super::settings::Given;
-use super::{
-    Clock, Coefficients, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot,
-};
-use crate::estimator::start_state::StartState;
-use crate::estimator::{ArxOptions, Estimator, SetupError};
-use crate::estimator::{MethodKind, OptionError, Problem};
+use super::options::{RecursiveOptions, recursive_options};
+use super::weights::Weights;
+use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
+use crate::estimator::{ArxOptions, OptionError};
 use crate::model::Orders;
 use crate::names::named_enum;
 
@@ -22,68 +18,36 @@ named_enum! {
     }
 }
 
-/// The options of `rls`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct RlsOptions {
-    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default zeros.
-    pub theta0: Option<Coefficients>,
-    /// P before the first equation is p0 times the identity; by default exact, the limit of p0 to infinity.
-    pub p0: Option<f64>,
-    /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
-    pub forgetting: Option<f64>,
-    /// What is carried from sample to sample: square-root (of the information, the default), covariance (P itself).
-    pub form: Option<RecursiveForm>,
-    /// The initial state: estimate (stage 6 for the model found), or zero.
-    pub initial_state: StartState,
-}
-
-impl RlsOptions {
-    fn given(&self) -> Given<'_> {
-        Given {
-            theta0: self.theta0.as_ref(),
-            p0: self.p0,
-            forgetting: self.forgetting,
-            start: None,
+recursive_options! {
+    /// The options of `rls`.
+    RlsOptions {
+        /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+        orders,
+        then {
+            /// What is carried from sample to sample: square-root (of the information, the default), covariance (P itself).
+            form: Option<RecursiveForm>,
         }
     }
+}
+
+impl RecursiveOptions for RlsOptions {
+    type Recursion = RecursiveLeastSquares;
 
     fn orders(&self, order: usize) -> Orders {
         self.orders.unwrap_or(Orders::arx(order, order, 1))
     }
-}
 
-impl MethodKind for RlsOptions {
-    fn check(&self) -> Result<(), OptionError> {
+    fn check_own(&self) -> Result<(), OptionError> {
         ArxOptions::check_orders(self.orders)?;
-        self.given().check(None)?;
         if self.form == Some(RecursiveForm::Covariance) && self.p0.is_none() {
             let message = "'covariance' needs p0: infinity is no number of P";
             return Err(OptionError::new("form", message));
         }
-        self.given().check_count(self.orders)
+        Ok(())
     }
 
-    fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(self.orders(setting))
-    }
-
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let orders = self.orders(problem.shape.order);
-        let settings = RecursiveSettings::of(orders, &self.given(), None, problem.shape)?;
-        let covariance = settings.remembers();
-        let recursion = RecursiveLeastSquares::new(settings, self.form.unwrap_or_default());
-        Ok(Box::new(Batch::new(
-            recursion,
-            self.initial_state,
-            covariance,
-        )))
+    fn recursion(&self, settings: RecursiveSettings) -> RecursiveLeastSquares {
+        RecursiveLeastSquares::new(settings, self.form.unwrap_or_default())
     }
 }
 
@@ -122,7 +86,7 @@ enum Memory {
         p: Vec<f64>,
         gain: Vec<f64>,
         residual_sum: f64,
-        rows: usize,
+        weights: Weights,
     },
 }
 
@@ -142,7 +106,7 @@ impl RecursiveLeastSquares {
                 p: vec![0.0; d * d],
                 gain: vec![0.0; d],
                 residual_sum: 0.0,
-                rows: 0,
+                weights: Weights::default(),
             },
         };
         let mut made = Self {
@@ -174,7 +138,7 @@ impl RecursiveLeastSquares {
                 p,
                 gain,
                 residual_sum,
-                rows,
+                weights,
             } => {
                 let d = phi.len();
                 for (gain, row) in gain.iter_mut().zip(p.chunks_exact(d)) {
@@ -191,7 +155,7 @@ impl RecursiveLeastSquares {
                     }
                 }
                 *residual_sum = lambda * (*residual_sum + error * error / scale);
-                *rows += 1;
+                weights.add(lambda);
             }
         }
     }
@@ -228,14 +192,16 @@ impl RecursiveEstimator for RecursiveLeastSquares {
     }
 
     fn noise_variance(&self) -> f64 {
-        let (sum, rows) = match &self.memory {
-            Memory::Root(root) => (root.residual_sum(), root.rows()),
+        let (sum, weights) = match &self.memory {
+            Memory::Root(root) => (root.residual_sum(), root.weights()),
             Memory::Covariance {
-                residual_sum, rows, ..
-            } => (*residual_sum, *rows),
+                residual_sum,
+                weights,
+                ..
+            } => (*residual_sum, *weights),
         };
-        if self.settings.remembers() && rows > self.theta.len() {
-            sum / (rows - self.theta.len()) as f64
+        if self.settings.remembers() {
+            weights.variance(sum, self.theta.len())
         } else {
             f64::NAN
         }
@@ -262,13 +228,13 @@ impl RecursiveEstimator for RecursiveLeastSquares {
             Memory::Covariance {
                 p,
                 residual_sum,
-                rows,
+                weights,
                 ..
             } => {
                 p.fill(0.0);
                 let p0 = self.settings.p0.unwrap_or(f64::NAN);
                 (0..d).for_each(|i| p[i * d + i] = p0);
-                (*residual_sum, *rows) = (0.0, 0);
+                (*residual_sum, *weights) = (0.0, Weights::default());
             }
         }
         self.outputs.fill(0.0);

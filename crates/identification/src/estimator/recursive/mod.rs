@@ -15,6 +15,7 @@ mod extended;
 mod instrumental;
 mod lags;
 mod least_squares;
+mod options;
 mod prediction;
 mod predictor;
 mod refined;
@@ -22,6 +23,7 @@ mod rerun;
 mod settings;
 mod square_root;
 mod start;
+mod weights;
 
 pub use coefficients::Coefficients;
 pub use extended::{ExtendedLeastSquares, RelsOptions};
@@ -64,11 +66,12 @@ pub trait RecursiveEstimator: Send {
     fn is_determined(&self) -> bool;
 
     /// Returns the variance of the residuals so far, their sum of squares over equations less parameters; NaN where
-    /// there are too few, or with forgetting.
+    /// there are too few, or with forgetting. After early forgetting it is `S / (sum w - d sum w^2 / sum w)`, S being the
+    /// sum with the weights w that are left: right for white errors and regressors of a stationary signal.
     fn noise_variance(&self) -> f64;
 
-    /// Fills `to` with the covariance of theta, row by row, for white equation errors and no forgetting; NaN if there
-    /// is none.
+    /// Fills `to` with the covariance of theta, row by row, for white equation errors and no forgetting, or early
+    /// forgetting as in [`Self::noise_variance`]; NaN if there is none.
     ///
     /// # Panics
     /// If `to` is not as large as the square of the number of parameters.

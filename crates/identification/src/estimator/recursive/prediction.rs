@@ -1,79 +1,41 @@
 //! The recursive prediction error method.
 
-use super::batch::Batch;
 use super::lags::StabilityTest;
+use super::options::{RecursiveOptions, recursive_options};
 use super::predictor::{Predictor, polynomials};
-use super::settings::{Forgetting, Given};
+use super::settings::Forgetting;
 use super::start::Start;
-use super::{
-    Clock, Coefficients, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot,
-};
+use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
+use crate::estimator::OptionError;
 use crate::estimator::output_error_iteration::output_error;
-use crate::estimator::start_state::StartState;
-use crate::estimator::{Estimator, SetupError};
-use crate::estimator::{MethodKind, OptionError, Problem};
 use crate::model::Orders;
 
-/// The options of `rpem`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct RpemOptions {
-    /// Orders of any of na, nb, nc, nd, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default zeros.
-    pub theta0: Option<Coefficients>,
-    /// P before the first equation is p0 times the identity; by default exact, the limit of p0 to infinity.
-    pub p0: Option<f64>,
-    /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
-    pub forgetting: Option<f64>,
-    /// Forgetting factor after the start, which approaches `forgetting` by 1 % of the difference a sample; by default there is no such rise.
-    pub early_forgetting: Option<f64>,
-    /// Equations that least squares solves before residuals, instruments or filters are used; by default 0 with p0, else two for each parameter.
-    pub start: Option<usize>,
-    /// The initial state: estimate (stage 6 for the model found), or zero.
-    pub initial_state: StartState,
-}
-
-impl RpemOptions {
-    fn given(&self) -> Given<'_> {
-        Given {
-            theta0: self.theta0.as_ref(),
-            p0: self.p0,
-            forgetting: self.forgetting,
-            start: self.start,
-        }
+recursive_options! {
+    /// The options of `rpem`.
+    RpemOptions {
+        /// Orders of any of na, nb, nc, nd, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
+        orders,
+        start
     }
 }
 
-impl MethodKind for RpemOptions {
-    fn check(&self) -> Result<(), OptionError> {
+impl RecursiveOptions for RpemOptions {
+    type Recursion = RecursivePrediction;
+
+    fn orders(&self, order: usize) -> Orders {
+        output_error(self.orders, order)
+    }
+
+    fn check_own(&self) -> Result<(), OptionError> {
         if self.orders.is_some_and(|orders| orders.parameters() == 0) {
             let message = "expected at least one of na, nb, nc, nd, nf";
             return Err(OptionError::new("orders", message));
         }
-        self.given().check(self.early_forgetting)?;
-        self.given().check_count(self.orders)
+        Ok(())
     }
 
-    fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(output_error(self.orders, setting))
-    }
-
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let orders = output_error(self.orders, problem.shape.order);
-        let early = self.early_forgetting;
-        let settings = RecursiveSettings::of(orders, &self.given(), early, problem.shape)?;
-        let covariance = settings.remembers();
-        let recursion = RecursivePrediction::new(settings);
-        Ok(Box::new(Batch::new(
-            recursion,
-            self.initial_state,
-            covariance,
-        )))
+    fn recursion(&self, settings: RecursiveSettings) -> RecursivePrediction {
+        RecursivePrediction::new(settings)
     }
 }
 
@@ -87,7 +49,7 @@ impl MethodKind for RpemOptions {
 /// P is kept as a [`SquareRoot`]. theta(k) is projected into the region where C and F are stable: the step is halved until
 /// it ends there, 20 times at most, else left out. The start is least squares of `A y = B u + e`, or of `F y = B u + e`
 /// if there is no A; an unstable F of it is not taken over. Without A, y stands for `B/F u` meanwhile. The covariance is `s^2 P`, as efficient as that of the
-/// prediction error method.
+/// prediction error method (after early forgetting `s^2 P sum w^2 / sum w`, w being the weights that are left).
 ///
 /// A sample takes about 5 d^2 multiplications and additions, d being the number of parameters, and nc^2 + nf^2 for
 /// stability.
@@ -109,7 +71,6 @@ pub struct RecursivePrediction {
     /// The step's end, which may lie outside the region; during the start, the solution of least squares.
     next: Vec<f64>,
     residual_sum: f64,
-    rows: usize,
     clock: Clock,
 }
 
@@ -140,7 +101,6 @@ impl RecursivePrediction {
             theta: vec![0.0; d],
             next: vec![0.0; d],
             residual_sum: 0.0,
-            rows: 0,
             clock: Clock::default(),
             settings,
         };
@@ -170,6 +130,7 @@ impl RecursivePrediction {
         let error = y - dot(&self.phi, &self.theta);
         let lambda = self.forgetting.next();
         self.root.update(&self.psi, 0.0, lambda);
+        self.residual_sum *= lambda;
         self.root.gain(&mut self.psi);
         let mut share = error;
         for _ in 0..=HALVINGS {
@@ -201,7 +162,6 @@ impl RecursiveEstimator for RecursivePrediction {
                 self.start
                     .hand_over(&self.settings, &self.theta, &mut self.root);
                 self.residual_sum = self.root.residual_sum();
-                self.rows = self.root.rows();
             }
             if self.started {
                 error = self.step(y);
@@ -216,7 +176,6 @@ impl RecursiveEstimator for RecursivePrediction {
         };
         if self.started {
             self.residual_sum += error * residual;
-            self.rows += 1;
         }
         // theta never becomes infinite: it would be outside the region. The gain may.
         self.clock.end(&self.psi, self.start.size())
@@ -231,16 +190,17 @@ impl RecursiveEstimator for RecursivePrediction {
     }
 
     fn noise_variance(&self) -> f64 {
-        let d = self.theta.len();
-        if self.started && self.settings.remembers() && self.rows > d {
-            self.residual_sum / (self.rows - d) as f64
+        if self.started && self.settings.remembers() {
+            let weights = self.root.weights();
+            weights.variance(self.residual_sum, self.theta.len())
         } else {
             f64::NAN
         }
     }
 
     fn covariance(&mut self, to: &mut [f64]) {
-        self.root.covariance(self.noise_variance(), to);
+        let variance = self.noise_variance() * self.root.weights().ratio();
+        self.root.covariance(variance, to);
     }
 
     fn samples(&self) -> usize {
@@ -256,7 +216,6 @@ impl RecursiveEstimator for RecursivePrediction {
         self.theta.copy_from_slice(&self.settings.theta0);
         self.next.copy_from_slice(&self.settings.theta0);
         self.residual_sum = 0.0;
-        self.rows = 0;
         self.clock = Clock::default();
     }
 }

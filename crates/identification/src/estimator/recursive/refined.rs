@@ -1,74 +1,37 @@
 //! Recursive simplified refined instrumental variables.
 
-use super::batch::Batch;
 use super::instrumental::InstrumentalUpdate;
 use super::lags::{StabilityTest, push};
-use super::settings::{Forgetting, Given};
+use super::options::{RecursiveOptions, recursive_options};
+use super::settings::Forgetting;
 use super::start::Start;
-use super::{Clock, Coefficients, Diverged, RecursiveEstimator, RecursiveSettings, dot};
+use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, dot};
+use crate::estimator::OptionError;
 use crate::estimator::output_error_iteration::{check_output_error, output_error};
-use crate::estimator::start_state::StartState;
-use crate::estimator::{Estimator, SetupError};
-use crate::estimator::{MethodKind, OptionError, Problem};
 use crate::model::Orders;
 
-/// The options of `recursive-sriv`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct RecursiveSrivOptions {
-    /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default zeros.
-    pub theta0: Option<Coefficients>,
-    /// P before the first equation is p0 times the identity; by default exact, the limit of p0 to infinity.
-    pub p0: Option<f64>,
-    /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
-    pub forgetting: Option<f64>,
-    /// Forgetting factor after the start, which approaches `forgetting` by 1 % of the difference a sample; by default there is no such rise.
-    pub early_forgetting: Option<f64>,
-    /// Equations that least squares solves before residuals, instruments or filters are used; by default 0 with p0, else two for each parameter.
-    pub start: Option<usize>,
-    /// The initial state: estimate (stage 6 for the model found), or zero.
-    pub initial_state: StartState,
-}
-
-impl RecursiveSrivOptions {
-    fn given(&self) -> Given<'_> {
-        Given {
-            theta0: self.theta0.as_ref(),
-            p0: self.p0,
-            forgetting: self.forgetting,
-            start: self.start,
-        }
+recursive_options! {
+    /// The options of `recursive-sriv`.
+    RecursiveSrivOptions {
+        /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
+        orders,
+        start
     }
 }
 
-impl MethodKind for RecursiveSrivOptions {
-    fn check(&self) -> Result<(), OptionError> {
-        check_output_error(self.orders)?;
-        self.given().check(self.early_forgetting)?;
-        self.given().check_count(self.orders)
+impl RecursiveOptions for RecursiveSrivOptions {
+    type Recursion = RecursiveSriv;
+
+    fn orders(&self, order: usize) -> Orders {
+        output_error(self.orders, order)
     }
 
-    fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(output_error(self.orders, setting))
+    fn check_own(&self) -> Result<(), OptionError> {
+        check_output_error(self.orders)
     }
 
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let orders = output_error(self.orders, problem.shape.order);
-        let early = self.early_forgetting;
-        let settings = RecursiveSettings::of(orders, &self.given(), early, problem.shape)?;
-        let covariance = settings.remembers();
-        let recursion = RecursiveSriv::new(settings);
-        Ok(Box::new(Batch::new(
-            recursion,
-            self.initial_state,
-            covariance,
-        )))
+    fn recursion(&self, settings: RecursiveSettings) -> RecursiveSriv {
+        RecursiveSriv::new(settings)
     }
 }
 

@@ -1,8 +1,5 @@
 //! The settings that all recursive estimators share.
 
-use super::Coefficients;
-use crate::estimator::OptionError;
-use crate::estimator::{SetupError, Shape};
 use crate::model::Orders;
 
 /// From which theta and P a recursion starts, and what it forgets.
@@ -48,41 +45,6 @@ impl RecursiveSettings {
         (na + nf).max((nb + nk).saturating_sub(1))
     }
 
-    /// Makes the settings of options.
-    pub(super) fn of(
-        orders: Orders,
-        given: &Given<'_>,
-        early: Option<f64>,
-        shape: Shape,
-    ) -> Result<Self, SetupError> {
-        let d = orders.parameters();
-        let mut settings = Self::new(orders);
-        if let Some(theta0) = given.theta0 {
-            if theta0.numbers().len() != d {
-                return Err(SetupError::ParameterCount {
-                    orders,
-                    given: theta0.numbers().len(),
-                });
-            }
-            settings.theta0.copy_from_slice(theta0.numbers());
-        }
-        settings.p0 = given.p0;
-        settings.forgetting = given.forgetting.unwrap_or(1.0);
-        settings.early_forgetting = early.unwrap_or(settings.forgetting);
-        let start = given.p0.map_or(2 * d, |_| 0);
-        settings.start = given.start.unwrap_or(start);
-        let rows = shape.window.saturating_sub(settings.first());
-        if rows < d {
-            return Err(SetupError::ShortRecord {
-                orders,
-                window: shape.window,
-                rows,
-                needed: d,
-            });
-        }
-        Ok(settings)
-    }
-
     /// Whether there is no forgetting, so that P is a covariance but for a factor.
     pub(super) fn remembers(&self) -> bool {
         self.forgetting == 1.0
@@ -108,43 +70,5 @@ impl Forgetting {
         let lambda = self.last - self.missing;
         self.missing *= RISE;
         lambda
-    }
-}
-
-/// The options that all recursive estimators have.
-pub(super) struct Given<'a> {
-    pub(super) theta0: Option<&'a Coefficients>,
-    pub(super) p0: Option<f64>,
-    pub(super) forgetting: Option<f64>,
-    pub(super) start: Option<usize>,
-}
-
-impl Given<'_> {
-    /// Checks the numbers.
-    pub(super) fn check(&self, early: Option<f64>) -> Result<(), OptionError> {
-        let wrong = |key: &str, text: String| Err(OptionError::new(key, text));
-        if let Some(p0) = self.p0.filter(|p0| !(*p0 > 0.0 && p0.is_finite())) {
-            return wrong("p0", format!("{p0}; expected a number above 0"));
-        }
-        let rates = [("forgetting", self.forgetting), ("early_forgetting", early)];
-        for (key, rate) in rates {
-            if let Some(rate) = rate.filter(|rate| !(*rate > 0.0 && *rate <= 1.0)) {
-                return wrong(key, format!("{rate}; expected a number above 0, at most 1"));
-            }
-        }
-        Ok(())
-    }
-
-    /// Checks that theta0 has as many numbers as there are parameters, if the orders are given.
-    pub(super) fn check_count(&self, orders: Option<Orders>) -> Result<(), OptionError> {
-        let (Some(orders), Some(theta0)) = (orders, self.theta0) else {
-            return Ok(());
-        };
-        let (given, needed) = (theta0.numbers().len(), orders.parameters());
-        if given == needed {
-            return Ok(());
-        }
-        let text = format!("{given} numbers; orders {orders} have {needed} parameters");
-        Err(OptionError::new("theta0", text))
     }
 }

@@ -1,5 +1,7 @@
 //! The square root of the information, updated by Givens rotations.
 
+use super::weights::Weights;
+
 /// `R'R = P^-1` with R upper triangular, and `z = R theta`: the equations seen so far, rotated into d rows.
 ///
 /// An equation `y = phi' theta + e` is rotated in after the others are multiplied by `sqrt(lambda)`:
@@ -23,6 +25,7 @@ pub struct SquareRoot {
     r: Vec<f64>,
     row: Vec<f64>,
     rows: usize,
+    weights: Weights,
     residual_sum: f64,
     determined: bool,
 }
@@ -38,6 +41,7 @@ impl SquareRoot {
             r: vec![0.0; d * (d + 1)],
             row: vec![0.0; d + 1],
             rows: 0,
+            weights: Weights::default(),
             residual_sum: 0.0,
             determined: d == 0,
         }
@@ -50,6 +54,7 @@ impl SquareRoot {
     pub fn restart(&mut self, p0: Option<f64>, theta0: &[f64]) {
         self.r.fill(0.0);
         self.rows = 0;
+        self.weights = Weights::default();
         self.residual_sum = 0.0;
         self.determined = self.d == 0 || p0.is_some();
         if let Some(p0) = p0 {
@@ -82,6 +87,7 @@ impl SquareRoot {
             self.r[i * width + self.d] = super::dot(row, theta);
         }
         self.rows = of.rows;
+        self.weights = of.weights;
         self.residual_sum = of.residual_sum;
         self.determined = of.determined;
     }
@@ -117,6 +123,7 @@ impl SquareRoot {
         }
         self.residual_sum += self.row[d] * self.row[d];
         self.rows += 1;
+        self.weights.add(lambda);
         if !self.determined && self.rows >= d {
             self.determined = self.has_full_rank();
         }
@@ -141,6 +148,11 @@ impl SquareRoot {
     /// Returns the number of equations.
     pub fn rows(&self) -> usize {
         self.rows
+    }
+
+    /// Returns the weights that forgetting left to the equations.
+    pub(super) fn weights(&self) -> Weights {
+        self.weights
     }
 
     /// Returns the sum of squared residuals of the solution, each with the weight that forgetting left it.
