@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// About how many pieces a shard has, if there are enough trials.
-const PIECES: u64 = 16;
+/// About how many pieces a shard has at least, if there are enough trials, and at most. Between them it has one of every
+/// cell.
+const PIECES: [u64; 2] = [16, 256];
 
 /// A plan.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -150,11 +151,13 @@ pub(crate) fn hexadecimal(fingerprint: u128) -> String {
     format!("{fingerprint:032x}")
 }
 
-/// Deals spans to shards like cards. A piece ends at a multiple of its size, which is one of `batch`. Each round begins
-/// with another shard, so that no axis of the grid can be in step with the shards.
+/// Deals spans to shards like cards. A piece ends at a multiple of its size, which is one of `batch`. The shard with which
+/// a round begins follows multiples of the golden ratio, so that no axis of the grid is in step with the shards.
 fn dealt(spans: &[Span], batch: u64, shards: usize) -> Vec<Vec<Span>> {
     let trials: u64 = spans.iter().map(Span::len).sum();
-    let piece = trials.div_ceil(PIECES * shards as u64).max(1);
+    let [least, most] = PIECES;
+    let of_shard = (spans.len() as u64).clamp(least, most);
+    let piece = trials.div_ceil(of_shard * shards as u64).max(1);
     let piece = piece.next_multiple_of(batch);
     let mut dealt = vec![Vec::new(); shards];
     let mut pieces = 0;
@@ -163,12 +166,19 @@ fn dealt(spans: &[Span], batch: u64, shards: usize) -> Vec<Vec<Span>> {
         while from < trials.end {
             let to = trials.end.min((from / piece + 1) * piece);
             let (cell, trials) = (*cell, from..to);
-            dealt[(pieces + pieces / shards) % shards].push(Span { cell, trials });
+            dealt[(pieces + first(pieces / shards, shards)) % shards].push(Span { cell, trials });
             (from, pieces) = (to, pieces + 1);
         }
     }
     dealt.retain(|pieces| !pieces.is_empty());
     dealt
+}
+
+/// The shard with which a round begins: the fractional part of the round times the golden ratio, times the shards.
+fn first(round: usize, shards: usize) -> usize {
+    const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+    let fraction = (round as u64).wrapping_mul(GOLDEN);
+    ((u128::from(fraction) * shards as u128) >> 64) as usize
 }
 
 #[cfg(test)]
@@ -217,7 +227,7 @@ mod tests {
     /// Where the trials of some windows take ten times as long, no shard gets many more of them than its share.
     #[test]
     fn long_and_short_cells_are_mixed() {
-        for (windows, levels) in [(2, 40), (4, 10), (5, 8), (8, 25)] {
+        for (windows, levels) in [(2, 40), (4, 10), (5, 8), (8, 25), (4, 100), (3, 200)] {
             for shards in [2, 4, 5, 8, 10, 16] {
                 let cells = (0..windows * levels).map(|cell| Span {
                     cell,
