@@ -1,9 +1,45 @@
-"""Monte-Carlo benchmarks of estimators and adaptive state observers: the program `asobench` from Python.
+"""Identification of linear systems, and Monte-Carlo benchmarks of the methods: asobench from Python.
 
-There is no second implementation here: studies are run by the program, which a wheel carries.
+Models are estimated by the library of the program in this process; studies are run by the program, which the wheel
+carries. There is no second implementation.
 """
 
-from ._study import Results, run, simulate
-from ._worker import Declined, worker
+from ._errors import Declined, Error, EstimateFailed, StudyError
+from ._estimators import estimate, estimators
+from ._method import Method, method
+from ._model import Fit, FrequencyResponse, Model, ResidualTests, Roots, StepResponse
+from ._native import VERSION as __version__
+from ._orders import Observer, OrderTable, observer, orders
+from ._results import Picture, Replay, Results, Verdict
+from ._study import Study, run, simulate
+from ._worker import worker
 
-__all__ = ["Declined", "Results", "run", "simulate", "worker"]
+__all__ = [
+    "Declined",
+    "Error",
+    "EstimateFailed",
+    "Fit",
+    "FrequencyResponse",
+    "Method",
+    "Model",
+    "Observer",
+    "OrderTable",
+    "Picture",
+    "Replay",
+    "ResidualTests",
+    "Results",
+    "Roots",
+    "StepResponse",
+    "Study",
+    "StudyError",
+    "Verdict",
+    "__version__",
+    "estimate",
+    "estimators",
+    "method",
+    "observer",
+    "orders",
+    "run",
+    "simulate",
+    "worker",
+]

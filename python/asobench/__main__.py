@@ -1,3 +1,3 @@
-from ._study import main
+from ._program import main
 
 main()

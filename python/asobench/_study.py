@@ -1,158 +1,278 @@
-"""Studies by the program, their results as frames, records as arrays."""
+"""Studies as objects, run by the program."""
+
+from __future__ import annotations
 
 import contextlib
-import json
 import os
 import shutil
-import subprocess
 import sys
-import sysconfig
 import tempfile
-import tomllib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+from ._arrays import whole
+from ._errors import StudyError
+from ._method import Method, Relay
+from ._program import call
+from ._results import Results, same
+from ._toml import read, toml
+
+Path_ = str | os.PathLike[str]
 
 
-def _program():
-    """The program beside this Python, or on the path."""
-    beside = Path(sysconfig.get_path("scripts")) / "asobench"
-    found = os.environ.get("ASOBENCH") or (str(beside) if beside.exists() else shutil.which("asobench"))
-    if not found:
-        raise FileNotFoundError("the program asobench: expected it on the path, or its name in ASOBENCH")
-    return found
+class Study:
+    """A study: what an experiment file says, by the same keys.
 
+    Parameters
+    ----------
+    methods : list
+        Names of estimators, dicts with the keys of a method, or functions (:func:`method`).
+    **keys
+        The other keys of an experiment file: ``settings``, ``plants``, ``measures``, ``compare``, ``claims``,
+        ``trials``, ``seed`` and so on (docs/reference.md). Lists and NumPy arrays among the settings are axes.
 
-def _call(*arguments):
-    done = subprocess.run([_program(), *map(str, arguments)], capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"exit {done.returncode}")
-    return done.stdout
+    Examples
+    --------
+    >>> import asobench as ab, numpy as np
+    >>> settings = {"eta": np.array([2.0, 10.0]), "window": 98}
+    >>> study = ab.Study(settings=settings, methods=["arx", {"estimator": "oe", "starts": 2}])
+    >>> print(study.to_toml(), end="")
+    "settings" = { "eta" = [2.0, 10.0], "window" = 98 }
+    "methods" = [{ "estimator" = "arx" }, { "estimator" = "oe", "starts" = 2 }]
+    """
 
+    def __init__(self, *, methods: list[Any] | None = None, **keys: Any) -> None:
+        self.keys = {key: value for key, value in keys.items() if value is not None}
+        self.functions = [entry for entry in methods or [] if isinstance(entry, Method)]
+        names = [function.name for function in self.functions]
+        if len(set(names)) < len(names):
+            raise ValueError(f"methods: {', '.join(names)}; expected names that differ: having(name=...)")
+        if methods is not None:
+            if isinstance(methods, (str, dict, Method)):
+                raise TypeError("methods: expected a list")
+            self.keys["methods"] = [_entry(entry) for entry in methods]
+        self.folder = Path(".")
 
-class Results:
-    """Results in a folder."""
+    @classmethod
+    def read(cls, path: Path_) -> Study:
+        """The study of an experiment file, whose relative paths begin beside it."""
+        keys = read(Path(path))
+        methods = keys.pop("methods", None)
+        study = cls(methods=methods, **keys)
+        study.folder = Path(path).parent
+        return study
 
-    def __init__(self, folder, text=""):
-        self.folder = Path(folder)
-        self.text = text
+    def to_toml(self) -> str:
+        """The experiment file. Functions are in it as programs that this Python alone can run."""
+        return toml(self.keys)
 
-    @property
-    def summary(self):
-        """summary.json as it is."""
-        return json.loads((self.folder / "summary.json").read_text())
+    def save(self, path: Path_) -> Path:
+        """Writes the experiment file."""
+        Path(path).write_text(self.to_toml())
+        return Path(path)
 
-    def frame(self):
-        """The summary as a polars frame: a row for each cell, output and measure."""
-        return _polars().read_parquet(self.folder / "summary.parquet")
+    def check(self) -> str:
+        """What ``asobench check`` says: the size of the grid, and what a run takes."""
+        with self._file() as path, Relay(self.functions) as environment:
+            return call("check", path, environment=environment)
 
-    def trials(self):
-        """Every trial as a polars frame, of a study with store = "trials"."""
-        return _polars().read_parquet(self.folder / "trials.parquet")
+    def run(
+        self,
+        folder: Path_,
+        *,
+        trials: int | None = None,
+        progress: bool | None = None,
+        overwrite: bool = False,
+        threads: int | None = None,
+        allow_commands: bool = False,
+    ) -> Results:
+        """Runs the study; a run that was stopped goes on, and a larger number of trials extends it.
 
-    def report(self):
-        """Writes report.html; gives its path."""
-        _call("report", self.folder)
-        return self.folder / "report.html"
+        Parameters
+        ----------
+        folder : path
+            Where the results go.
+        trials : int, optional
+            In each cell, instead of the study's.
+        progress : bool, optional
+            Whether a bar is shown; if left out, on a terminal and in a notebook.
+        overwrite : bool
+            Whether results of another study in the folder are removed first.
+        threads : int, optional
+            One for each processor if left out.
+        allow_commands : bool
+            Whether programs that are methods may be run. Functions always may.
 
-    def __repr__(self):
-        return self.text or f"Results({str(self.folder)!r})"
+        Raises
+        ------
+        StudyError
+            With the program's line.
+        KeyboardInterrupt
+            Ctrl-C stops the run; the same call goes on with it.
+        """
+        folder = Path(folder)
+        arguments: list[Any] = ["--out", folder]
+        arguments += [] if trials is None else ["--trials", whole("trials", trials, 1)]
+        arguments += [] if threads is None else ["--threads", whole("threads", threads, 1)]
+        arguments += ["--allow-commands"] if allow_commands or self.functions else []
+        if progress is None:
+            progress = sys.stderr.isatty() or "ipykernel" in sys.modules
+        with self._file() as path, Relay(self.functions) as environment:
+            try:
+                text = call("run", path, *arguments, show=progress, environment=environment)
+            except StudyError:
+                if not (overwrite and _is_results(folder)):
+                    raise
+                shutil.rmtree(folder)
+                text = call("run", path, *arguments, show=progress, environment=environment)
+        return Results(folder, text, methods=self.functions)
 
+    def simulate(self, trials: int = 100, cell: int | None = None, **settings: Any) -> dict[str, NDArray[np.float64]]:
+        """The records of a cell, as methods see them.
 
-def _polars():
-    try:
-        import polars
-    except ImportError as error:
-        raise ImportError('results as frames need polars: pip install "asobench[frames]"') from error
-    return polars
+        Parameters
+        ----------
+        trials : int
+            From trial 0 on.
+        cell : int, optional
+            The number of the cell.
+        **settings
+            Instead: the values of the settings that have several, such as ``eta=10``.
+
+        Returns
+        -------
+        dict
+            "trial", the numbers of the trials, (m,), and "u", "y" and "r", (m, N). A trial whose record cannot be drawn
+            is not among them.
+        """
+        return simulate_cell(self, trials, cell, settings)
+
+    @contextlib.contextmanager
+    def _file(self) -> Iterator[Path]:
+        """An experiment file, in the folder where its paths begin."""
+        with _written(self.keys, self.folder) as path:
+            yield path
+
+    def __repr__(self) -> str:
+        return f"Study({', '.join(f'{key}={value!r}' for key, value in self.keys.items() if key != 'methods')})"
 
 
 @contextlib.contextmanager
-def _file(study, folder="."):
-    """The path of a study: of a dict a file in a folder, where its programs run and relative paths begin."""
-    if isinstance(study, (str, os.PathLike)):
-        yield Path(study)
-        return
+def _written(keys: Mapping[str, Any], folder: Path) -> Iterator[Path]:
     with tempfile.NamedTemporaryFile("w", prefix=".asobench-", suffix=".toml", dir=folder) as file:
-        file.write(toml(study))
+        file.write(toml(keys))
         file.flush()
         yield Path(file.name)
 
 
-def run(study, folder=None, *, trials=None, threads=None, allow_commands=False):
-    """Runs a study: an experiment file, or a dict of the same keys, whose results need a folder. Programs that are its
-    methods run only with ``allow_commands``."""
-    if folder is None and isinstance(study, dict):
-        raise TypeError("folder: expected where the results of a dict go")
-    with _file(study) as path:
-        folder = folder or Path("results") / path.stem
-        arguments = ["run", path, "--out", folder]
-        arguments += [] if trials is None else ["--trials", trials]
-        arguments += [] if threads is None else ["--threads", threads]
-        arguments += ["--allow-commands"] if allow_commands else []
-        text = _call(*arguments)
-    return Results(folder, text)
+def _entry(entry: Any) -> dict[str, Any]:
+    """A method as a table of the file."""
+    if isinstance(entry, Method):
+        return entry.table()
+    if isinstance(entry, str):
+        return {"estimator": entry}
+    if isinstance(entry, Mapping):
+        return dict(entry)
+    hint = "; decorate the function: @asobench.method" if callable(entry) else ""
+    raise TypeError(f"methods: {entry!r}; expected a name, a dict or a method{hint}")
+
+
+def _is_results(folder: Path) -> bool:
+    """Whether a folder holds results and nothing else of a user."""
+    return (folder / "manifest.json").exists() or (folder / "blocks").is_dir()
 
 
 # What of a study its records follow from.
 DATA = ("seed", "settings", "zip", "exclude", "plants", "noises", "feedbacks", "columns")
 
 
-def simulate(study, cell=0, trials=100):
-    """The records of a cell as methods see them: a dict of "trial", the numbers of the trials, and of "u", "y" and "r", a
-    row of N samples for each of these. A trial whose record cannot be drawn is not among them."""
-    folder = "."
-    if not isinstance(study, dict):
-        folder = Path(study).parent
-        study = tomllib.loads(Path(study).read_text())
-    data = {key: study[key] for key in DATA if key in study}
-    with tempfile.TemporaryDirectory() as place:
-        place = Path(place)
-
-        def results(data, method, trials):
-            out = place / f"results-{method['name']}"
-            with _file({**data, "measures": ["e_a"], "methods": [method]}, folder) as path:
-                return run(path, out, trials=trials, threads=1, allow_commands=True)
-
-        # The cells of the grid, as the program numbers them; then the one that is asked for, alone.
-        cells = results(data, {"name": "cells", "estimator": "ls"}, 1).summary["cells"]
-        if not 0 <= cell < len(cells):
-            raise IndexError(f"cell {cell}: expected 0 to {len(cells) - 1}")
-        known = cells[cell]["settings"]
-        settings = {key: known[key] if isinstance(value, (list, tuple, np.ndarray)) else value
-                    for key, value in data.get("settings", {}).items()}
-        alone = {key: data[key] for key in data if key not in ("zip", "exclude")} | {"settings": settings}
+def simulate_cell(
+    study: Study, trials: int, cell: int | None, settings: Mapping[str, Any]
+) -> dict[str, NDArray[np.float64]]:
+    """The records of a cell: a program that is a method keeps them. Nothing is estimated."""
+    whole("trials", trials, 1)
+    data = {key: study.keys[key] for key in DATA if key in study.keys}
+    known = dict(data.get("settings", {}))
+    axes = [key for key, value in known.items() if isinstance(value, (list, tuple, range, np.ndarray))]
+    with tempfile.TemporaryDirectory() as name:
+        place = Path(name)
+        if cell is None:
+            for key in settings:
+                if key not in axes:
+                    raise ValueError(f"{key}: no setting with several values; expected {', '.join(axes) or 'none'}")
+            chosen = {key: _choose(key, known[key], settings) for key in axes}
+        else:
+            chosen = _of_cell(data, study.folder, place, whole("cell", cell, 0), axes)
+        alone = {key: data[key] for key in data if key not in ("zip", "exclude")} | {"settings": known | chosen}
         records = place / "records.npz"
-        package = str(Path(__file__).parent.parent)
-        start = f"import sys; sys.path.insert(0, {package!r}); import asobench._capture"
+        start = f"import sys; sys.path.insert(0, {str(Path(__file__).parent.parent)!r}); import asobench._capture"
         command = [sys.executable, "-c", start, str(records), str(trials)]
-        results(alone, {"name": "records", "command": command, "batch": max(1, min(trials, 65536))}, trials)
+        method = {"name": "records", "command": command, "batch": max(1, min(trials, 65536))}
+        _run_data(alone, study.folder, place / "results", method, trials)
         if not records.exists():
-            raise ValueError(f"cell {cell}: no record of its first {trials} trials can be drawn")
-        return dict(np.load(records))
+            raise ValueError(f"no record of the first {trials} trials can be drawn")
+        with np.load(records) as arrays:
+            return dict(arrays)
 
 
-def toml(value):
-    """A dict as TOML: tables and lists inline, which TOML allows below the first level."""
-    return "".join(f"{_key(key)} = {_inline(item)}\n" for key, item in value.items())
+def _choose(key: str, values: Any, settings: Mapping[str, Any]) -> Any:
+    """The value of an axis."""
+    if len(values) == 1:
+        return values[0]
+    if key not in settings:
+        raise ValueError(f"{key}: has {len(values)} values; expected {key}=... or the number of a cell")
+    found = [value for value in values if same(value, settings[key])]
+    if not found:
+        raise ValueError(f"{key}: {settings[key]!r}; expected one of {', '.join(map(str, values))}")
+    return found[0]
 
 
-def _key(key):
-    return json.dumps(str(key))
+def _of_cell(data: Mapping[str, Any], folder: Path, place: Path, cell: int, axes: list[str]) -> dict[str, Any]:
+    """The settings of a cell, as the program numbers them."""
+    if not axes and cell == 0:
+        return {}
+    cells = _run_data(data, folder, place / "cells", {"name": "cells", "estimator": "ls"}, 1).summary["cells"]
+    if cell >= len(cells):
+        raise IndexError(f"cell {cell}: expected 0 to {len(cells) - 1}")
+    return {key: cells[cell]["settings"][key] for key in axes}
 
 
-def _inline(value):
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{_key(key)} = {_inline(item)}" for key, item in value.items()) + " }"
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return "[" + ", ".join(_inline(item) for item in value) + "]"
-    if isinstance(value, (bool, np.bool_)):
-        return "true" if value else "false"
-    if isinstance(value, np.generic):
-        return repr(value.item())
-    return json.dumps(value, ensure_ascii=False)
+def _run_data(data: Mapping[str, Any], folder: Path, out: Path, method: Mapping[str, Any], trials: int) -> Results:
+    with _written({**data, "measures": ["e_a"], "methods": [method]}, folder) as path:
+        text = call("run", path, "--out", out, "--trials", trials, "--threads", 1, "--allow-commands")
+    return Results(out, text)
 
 
-def main():
-    """``python -m asobench``: the program itself."""
-    os.execv(_program(), [_program(), *sys.argv[1:]])
+def run(
+    study: Path_ | Mapping[str, Any] | Study,
+    folder: Path_ | None = None,
+    *,
+    trials: int | None = None,
+    threads: int | None = None,
+    allow_commands: bool = False,
+) -> Results:
+    """Runs an experiment file, a dict of the same keys, or a :class:`Study`; the last two need a folder."""
+    if isinstance(study, (str, os.PathLike)):
+        folder = Path(folder or Path("results") / Path(study).stem)
+        arguments: list[Any] = ["run", study, "--out", folder]
+        arguments += [] if trials is None else ["--trials", trials]
+        arguments += [] if threads is None else ["--threads", threads]
+        return Results(folder, call(*arguments, *(["--allow-commands"] if allow_commands else [])))
+    if folder is None:
+        raise TypeError("folder: expected where the results of a study go")
+    of = study if isinstance(study, Study) else Study(**study)
+    return of.run(folder, trials=trials, threads=threads, allow_commands=allow_commands)
+
+
+def simulate(
+    study: Path_ | Mapping[str, Any] | Study, cell: int | None = None, trials: int = 100, **settings: Any
+) -> dict[str, NDArray[np.float64]]:
+    """The records of a cell of a file, a dict or a study: :meth:`Study.simulate`."""
+    if isinstance(study, (str, os.PathLike)):
+        study = Study.read(study)
+    of = study if isinstance(study, Study) else Study(**study)
+    return of.simulate(trials, cell, **settings)

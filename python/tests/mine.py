@@ -1,6 +1,8 @@
 """Least squares as a method, by the decorator."""
-import asobench
+
 import numpy as np
+
+import asobench
 
 
 @asobench.worker(version="1.0", single=True)

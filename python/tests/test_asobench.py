@@ -1,12 +1,14 @@
 """The package: python -m unittest discover python/tests"""
+
 import shutil
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-import asobench
 import numpy as np
+
+import asobench
 
 STUDY = {
     "trials": 20,
@@ -50,7 +52,7 @@ class Package(unittest.TestCase):
         (self.folder / "in.csv").write_text("u\n" + "".join(f"{(-1) ** (k // 3)}\n" for k in range(400)))
         settings = {**STUDY["settings"], "input": "file:in.csv", "window": [60, 98]}
         path = self.folder / "study.toml"
-        path.write_text(asobench._study.toml({**STUDY, "settings": settings}))
+        path.write_text(asobench._toml.toml({**STUDY, "settings": settings}))
         shapes = [asobench.simulate(path, cell, 3)["y"].shape for cell in range(4)]
         self.assertEqual(sorted(shapes), [(3, 60), (3, 60), (3, 98), (3, 98)])
         records = asobench.simulate(path, 0, 4)
@@ -74,8 +76,12 @@ class Package(unittest.TestCase):
         source += "".join(f"    {line}\n" for line in body.splitlines()) + "f.serve()\n"
         (self.folder / "f.py").write_text(source)
         method = {"name": "f", "command": [sys.executable, str(self.folder / "f.py")], "batch": 10}
-        study = {"trials": trials, "measures": ["e_a", "e_g"], "methods": [method],
-                 "settings": {"window": 98, "eta": 10}}
+        study = {
+            "trials": trials,
+            "measures": ["e_a", "e_g"],
+            "methods": [method],
+            "settings": {"window": 98, "eta": 10},
+        }
         shutil.rmtree(self.folder / "out", ignore_errors=True)
         results = asobench.run(study, self.folder / "out", allow_commands=True)
         outcomes = results.summary["cells"][0]["outputs"][0]["outcomes"]
@@ -94,7 +100,7 @@ class Package(unittest.TestCase):
         ]:
             with self.subTest(body):
                 outcomes, _ = self.method(body)
-                (name, count), = ((name, count) for name, count in outcomes.items() if count)
+                ((name, count),) = ((name, count) for name, count in outcomes.items() if count)
                 self.assertTrue(name.startswith(reason), name)
                 self.assertEqual(count, 20)
 

@@ -1,0 +1,91 @@
+//! A model of a record, as `asobench estimate` makes it.
+
+use super::arrays::record;
+use super::model::Native;
+use super::registry::parse;
+use asobench_identification::estimator::{Failure, MethodOptions};
+use asobench_identification::model::{LinearModel, Orders};
+use asobench_identification::{FitError, Fitted, fit};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use serde_json::{Map, Value};
+use std::iter;
+
+/// Estimates a model of a record. `options` is JSON. Without `orders` among them the model has the order and the delay
+/// that are given, and the orders that the estimator makes of these are returned too.
+///
+/// # Errors
+/// `ValueError` of what was asked for, `EstimateFailed` where there is no model.
+#[pyfunction]
+pub(crate) fn estimate(
+    py: Python<'_>,
+    estimator: &str,
+    options: &str,
+    order: usize,
+    delay: usize,
+    u: &Bound<'_, PyAny>,
+    y: &Bound<'_, PyAny>,
+) -> PyResult<(Native, Option<String>)> {
+    let (name, mut parsed) = parse(estimator, options)?;
+    let made = parsed.model_orders(order).filter(|_| order > 0);
+    let made = made.map(|orders| Orders { nk: delay, ..orders }.to_string());
+    if let Some(orders) = &made {
+        let mut given: Map<String, Value> = serde_json::from_str(options).unwrap_or_default();
+        given.insert("orders".to_owned(), orders.clone().into());
+        parsed = parse(estimator, &Value::Object(given).to_string())?.1;
+    }
+    let (u, y) = record(u, y)?;
+    let (u, y) = (u.samples()?, y.samples()?);
+    let found = py.detach(|| in_delay(parsed, order, delay, u, y));
+    let found = found.map_err(|error| match error {
+        FitError::Failed(failure) => failed(py, estimator, failure),
+        other => PyValueError::new_err(format!("{name}: {other}")),
+    })?;
+    Ok((found, made))
+}
+
+/// Fits a model. One without a delay of its own sees the record without the delay.
+fn in_delay(
+    options: MethodOptions,
+    order: usize,
+    delay: usize,
+    u: &[f64],
+    y: &[f64],
+) -> Result<Native, FitError> {
+    let shift = match options.model_orders(order) {
+        Some(_) => 0,
+        None => delay.saturating_sub(1).min(y.len()),
+    };
+    let Fitted { mut pass } = fit(options, order, &u[..u.len() - shift], &y[shift..])?;
+    let mut model = pass.model.clone();
+    model.delay += shift;
+    model.b.splice(0..0, iter::repeat_n(0.0, shift));
+    if pass.loss.is_nan() {
+        let (sum, rows) = complete_residuals(&model, u, y);
+        let parameters = model.orders().parameters();
+        pass.loss = sum / y.len() as f64;
+        if model.noise_variance.is_nan() && rows > parameters {
+            model.noise_variance = sum / (rows - parameters) as f64;
+        }
+    }
+    Ok(Native { model, pass, shift })
+}
+
+/// Returns the sum of squared prediction errors, and their number, over the rows that look back only within the record.
+fn complete_residuals(model: &LinearModel, u: &[f64], y: &[f64]) -> (f64, usize) {
+    let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+    model.residuals(u, y, &mut e, &mut scratch);
+    let e = &e[model.orders().reach().min(u.len())..];
+    (e.iter().map(|e| e * e).sum(), e.len())
+}
+
+/// Returns the exception of an estimate without a model.
+fn failed(py: Python<'_>, estimator: &str, failure: Failure) -> PyErr {
+    let kind = failure.kind;
+    let message = format!("{estimator}: {failure}: {}", kind.about());
+    let made = py
+        .import("asobench._errors")
+        .and_then(|errors| errors.getattr("EstimateFailed"))
+        .and_then(|class| class.call1((message, kind.name(), failure.stage as usize)));
+    made.map_or_else(|error| error, PyErr::from_value)
+}
