@@ -9,26 +9,25 @@ import maturin
 from maturin import *  # noqa: F403
 
 HERE = Path(__file__).parent
-#: Functions of the same code are linked once: unoptimised dependencies have many of these.
-LINK = ["--", "-Clink-arg=-Wl,--icf=all"]
+#: Where maturin looks for scripts.
+SCRIPTS = HERE / "asobench.data" / "scripts"
+SCRIPTS.mkdir(parents=True, exist_ok=True)
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    program()
-    return maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
+    settings = dict(config_settings or {})
+    program(settings.pop("profile", "release"))
+    return maturin.build_wheel(wheel_directory, settings, metadata_directory)
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
-    program()
+    program("release")
     return maturin.build_editable(wheel_directory, config_settings, metadata_directory)
 
 
-def program():
-    """The program, where maturin looks for scripts."""
-    scripts = HERE / "asobench.data" / "scripts"
-    shutil.rmtree(scripts, ignore_errors=True)
-    scripts.mkdir(parents=True)
+def program(profile):
+    """Builds the program; `profile` is one of Cargo.toml, of which `wheel` is the smallest."""
     root = HERE.parent
-    subprocess.run(["cargo", "rustc", "--release", "--bin", "asobench", *LINK], cwd=root, check=True)
+    subprocess.run(["cargo", "build", "--profile", profile, "--bin", "asobench"], cwd=root, check=True)
     target = Path(os.environ.get("CARGO_TARGET_DIR", root / "target"))
-    shutil.copy(target / "release" / "asobench", scripts)
+    shutil.copy(target / profile / "asobench", SCRIPTS)

@@ -430,8 +430,7 @@ class Model:
         return Fit(*self._native.fit(*self._of_record(u, y), u is None and y is None))
 
     def residual_tests(self, u: ArrayLike | None = None, y: ArrayLike | None = None) -> ResidualTests | None:
-        """Tests of the residuals of a record, or of the one that was estimated from; None where nothing can be tested.
-        """
+        """Tests of the residuals of a record, or of the one that was estimated from; None where there are too few."""
         numbers, feedback = self._native.tests(*self._of_record(u, y))
         if numbers is None:
             return None

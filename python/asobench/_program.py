@@ -36,7 +36,7 @@ def call(*arguments: Any, show: bool = False, environment: Mapping[str, str] | N
     With `show` its progress is shown. Ctrl-C stops the program, which keeps what it has, and is raised again.
     """
     command = [program(), *map(str, arguments)]
-    variables = {**os.environ, **(environment or {})}
+    variables = {**os.environ, "NO_COLOR": "1", **(environment or {})}
     reader, writer = _terminal() if show else os.pipe()
     try:
         # A group of its own: Ctrl-C on a terminal comes to it through here, once.
@@ -107,8 +107,7 @@ def _read(descriptor: int, show: Callable[[bytes], None] | None) -> bytes:
 
 
 def _shown(chunk: bytes) -> None:
-    """Shows the newest line of a progress bar, in a notebook too, which knows no commands but to begin the line anew.
-    """
+    """Shows the newest line of a progress bar; a notebook knows no command but to begin the line anew."""
     lines = [line for line in re.split(rb"[\r\n]+", CODES.sub(b"", chunk)) if line.strip()]
     if lines:
         out: IO[str] = sys.stderr

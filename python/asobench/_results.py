@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import tempfile
@@ -25,11 +26,13 @@ class Verdict(NamedTuple):
 
     id: str
     verdict: str
-    """"holds", "refuted", "undecided" and so on."""
+    """Such as "holds", "does not hold", "undecided"."""
     text: str
     """The claim."""
     line: str
     """The verdict with its numbers, in a sentence."""
+    numbers: list[dict[str, str]]
+    """Every number behind it, with the cells where it stands: the rows of the report's tables/claims.csv."""
 
 
 class Replay:
@@ -154,9 +157,22 @@ class Results:
         return frame(rows, kind)
 
     def verdicts(self) -> list[Verdict]:
-        """The verdicts on the claims of the study."""
-        claims = self.summary["claims"]
-        return [Verdict(claim["id"], claim["verdict"], claim["text"], claim["line"]) for claim in claims]
+        """The verdicts on the claims of the study, as its report has them."""
+        claims = json.loads((self.folder / "manifest.json").read_text())["experiment"].get("claims", [])
+        if not claims:
+            return []
+        with tempfile.TemporaryDirectory() as folder:
+            call("report", self.folder, "--out", folder)
+            lines = Path(folder, "claims.md").read_text().splitlines()
+            with Path(folder, "tables", "claims.csv").open(newline="") as file:
+                numbers = list(csv.DictReader(file))
+        found = []
+        for claim in claims:
+            begin = f"{claim['id']}  "
+            line = next((line[len(begin) :] for line in lines if line.startswith(begin)), "")
+            own = [row for row in numbers if row["claim"] == claim["id"]]
+            found.append(Verdict(claim["id"], line.partition(":")[0], claim["text"], line, own))
+        return found
 
     def failed(self, method: str | None = None, **settings: Any) -> list[dict[str, Any]]:
         """What failed: a dict for each cell, output and kind, with the numbers of the first trials.

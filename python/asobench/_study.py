@@ -154,7 +154,7 @@ class Study:
     @contextlib.contextmanager
     def _file(self) -> Iterator[Path]:
         """An experiment file, in the folder where its paths begin."""
-        with _written(self.keys, self.folder) as path:
+        with _written({"title": "a study", **self.keys}, self.folder) as path:
             yield path
 
     def __repr__(self) -> str:

@@ -90,7 +90,7 @@ class Package(unittest.TestCase):
     def test_what_is_no_model_is_no_result(self):
         for body, reason in [
             ("return None", "external: TypeError? returned NoneType? expected a dict of"),
-            ("return {'A': np.zeros(6) + 1j, 'B': np.zeros(6)}", "external: TypeError? A? complex128 numbers"),
+            ("return {'A': np.zeros(6) + 1j, 'B': np.zeros(6)}", "external: TypeError? A? complex numbers"),
             ("return {'A': np.zeros(6), 'b': np.zeros(6)}", "external: TypeError? returned the key ?b?"),
             ("return {'A': np.zeros((6, 2)), 'B': np.zeros(6)}", "external: TypeError? A? shape"),
             ("return {'A': np.zeros(6), 'B': np.zeros(6), 'nk': 1.5}", "external: TypeError? nk? 1.5"),

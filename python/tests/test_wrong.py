@@ -10,8 +10,9 @@ import time
 import unittest
 from pathlib import Path
 
-import asobench as ab
 import numpy as np
+
+import asobench as ab
 
 U = np.sign(np.sin(np.arange(60.0) ** 2))
 Y = ab.Model(A=[1, -1.2, 0.5], B=[1, 0.3], nk=1).simulate(U) + 0.1 * np.cos(np.arange(60.0) ** 2)
