@@ -30,8 +30,8 @@ pub(crate) fn compare_orders(
         comparison.run(u, y);
         Ok(comparison)
     });
-    let comparison = comparison
-        .map_err(|error: asobench_identification::estimator::SetupError| {
+    let comparison =
+        comparison.map_err(|error: asobench_identification::estimator::SetupError| {
             PyValueError::new_err(error.to_string())
         })?;
     let equations = comparison.equations();
@@ -46,7 +46,10 @@ pub(crate) fn compare_orders(
     };
     Ok((
         equations,
-        Criterion::ALL.iter().map(|criterion| criterion.name()).collect(),
+        Criterion::ALL
+            .iter()
+            .map(|criterion| criterion.name())
+            .collect(),
         comparison.candidates().iter().map(row).collect(),
         Criterion::ALL
             .iter()

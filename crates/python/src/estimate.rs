@@ -28,7 +28,13 @@ pub(crate) fn estimate(
 ) -> PyResult<(Native, Option<String>)> {
     let (name, mut parsed) = parse(estimator, options)?;
     let made = parsed.model_orders(order).filter(|_| order > 0);
-    let made = made.map(|orders| Orders { nk: delay, ..orders }.to_string());
+    let made = made.map(|orders| {
+        Orders {
+            nk: delay,
+            ..orders
+        }
+        .to_string()
+    });
     if let Some(orders) = &made {
         let mut given: Map<String, Value> = serde_json::from_str(options).unwrap_or_default();
         given.insert("orders".to_owned(), orders.clone().into());

@@ -71,7 +71,9 @@ impl Native {
             Some(x0) if x0.len() == n => pass.set_initial_state(&x0),
             Some(x0) => {
                 let given = x0.len();
-                return Err(refused(format!("x0: {given} numbers; expected the order, {n}")));
+                return Err(refused(format!(
+                    "x0: {given} numbers; expected the order, {n}"
+                )));
             }
         }
         Ok(Self { model, pass, shift })
@@ -180,7 +182,9 @@ impl Native {
 
     /// Their standard errors.
     fn se<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.model.standard_errors().map(|errors| vector(py, errors))
+        self.model
+            .standard_errors()
+            .map(|errors| vector(py, errors))
     }
 
     /// Their covariance.
@@ -192,7 +196,9 @@ impl Native {
 
     /// a, b, h and d of the state space form of the part that u drives, without the shift.
     fn canonical<'py>(&self, py: Python<'py>) -> (Arrays<'py, 3>, f64) {
-        let Pass { a, b, h, direct, .. } = &self.pass;
+        let Pass {
+            a, b, h, direct, ..
+        } = &self.pass;
         ([a, b, h].map(|part| vector(py, part.clone())), *direct)
     }
 
@@ -207,12 +213,25 @@ impl Native {
     fn precision<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, f64, f64, Vec<String>)> {
+    ) -> PyResult<(
+        Bound<'py, PyArray2<f64>>,
+        Bound<'py, PyArray2<f64>>,
+        f64,
+        f64,
+        Vec<String>,
+    )> {
         let precision = Precision::new(&self.model, &self.poles());
         let rows = |roots: &[Root]| {
             let row = |root: &Root| {
                 let Root { at, error } = root;
-                [at.re, at.im, error.re, error.im, error.covariance, error.modulus]
+                [
+                    at.re,
+                    at.im,
+                    error.re,
+                    error.im,
+                    error.covariance,
+                    error.modulus,
+                ]
             };
             matrix(py, roots.iter().flat_map(row).collect(), 6)
         };
@@ -251,7 +270,10 @@ impl Native {
     fn step_response<'py>(&self, py: Python<'py>, samples: usize) -> Arrays<'py, 2> {
         let points = py.detach(|| step_response(&self.model, samples));
         let value = points.iter().map(|point| point.value).collect();
-        [vector(py, value), vector(py, points.iter().map(|point| point.se).collect())]
+        [
+            vector(py, value),
+            vector(py, points.iter().map(|point| point.se).collect()),
+        ]
     }
 
     /// The output under u alone, from a state at k = 0 or from rest.
@@ -271,7 +293,9 @@ impl Native {
         };
         if x.len() != a.len() {
             let (given, n) = (x.len(), a.len());
-            return Err(refused(format!("x0: {given} numbers; expected the order, {n}")));
+            return Err(refused(format!(
+                "x0: {given} numbers; expected the order, {n}"
+            )));
         }
         if self.shift > 0 {
             let nk = self.model.delay;
@@ -325,7 +349,9 @@ impl Native {
             (residuals, feedback_p_value(u, y, self.model.delay))
         });
         let written = residuals.map(|residuals| serde_json::to_string(&residuals));
-        let written = written.transpose().map_err(|error| refused(error.to_string()))?;
+        let written = written
+            .transpose()
+            .map_err(|error| refused(error.to_string()))?;
         Ok((written, feedback))
     }
 
@@ -343,10 +369,23 @@ impl Native {
             return Ok((f64::NAN, f64::NAN));
         }
         let (u, y) = (&u[..u.len() - self.shift], &y[self.shift..]);
-        let Pass { model, a, b, direct, x0, .. } = &self.pass;
+        let Pass {
+            model,
+            a,
+            b,
+            direct,
+            x0,
+            ..
+        } = &self.pass;
         let found = py.detach(|| {
             let start = if own { x0.clone() } else { self.start_on(u, y) };
-            let model = FitModel { model, a, b, d: *direct, x0: &start };
+            let model = FitModel {
+                model,
+                a,
+                b,
+                d: *direct,
+                x0: &start,
+            };
             fit(model, u, y, y.len(), 0..y.len())
         });
         Ok((found.simulated, found.one_step))

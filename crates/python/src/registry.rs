@@ -49,6 +49,7 @@ pub(crate) fn parse(estimator: &str, options: &str) -> PyResult<(EstimatorName, 
     let options: Map<String, Value> = serde_json::from_str(options)
         .map_err(|error| PyValueError::new_err(format!("options: {error}")))?;
     let parsed = name.parse(options);
-    let parsed = parsed.map_err(|error| PyValueError::new_err(format!("{error} (estimator {name})")))?;
+    let parsed =
+        parsed.map_err(|error| PyValueError::new_err(format!("{error} (estimator {name})")))?;
     Ok((name, parsed))
 }
