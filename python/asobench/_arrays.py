@@ -14,7 +14,8 @@ def signal(name: str, given: Any) -> Vector:
     """A contiguous array of doubles of what is not one already."""
     array = real(name, given)
     if array.ndim != 1:
-        hint = "; one column is such as x[:, 0]" if array.ndim == 2 else ""
+        part = "row is such as x[0]" if array.shape[0] == 1 else "column is such as x[:, 0]"
+        hint = f"; one {part}" if array.ndim == 2 else ""
         raise ValueError(f"{name}: shape {array.shape}; expected one dimension{hint}")
     return np.ascontiguousarray(array)
 

@@ -95,6 +95,9 @@ def _request(estimator: str, options: dict[str, Any]) -> tuple[dict[str, Any], i
         raise TypeError(f"estimator: {estimator!r}; expected a name such as 'arx'")
     known = registry().get(estimator)
     if known is None:
+        near = difflib.get_close_matches(estimator.lower(), [*registry()], 1)
+        if near:
+            raise ValueError(f"estimator: unknown estimator {estimator!r}; did you mean {near[0]!r}?")
         _native.describe(estimator, "{}")
         raise ValueError(f"estimator: {estimator!r}")
     options = dict(options)
@@ -104,8 +107,8 @@ def _request(estimator: str, options: dict[str, Any]) -> tuple[dict[str, Any], i
     unknown = next((key for key in options if key not in takes), None)
     if unknown is not None:
         near = difflib.get_close_matches(unknown, [*takes, *COEFFICIENTS, "nk", "order"], 1)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        raise TypeError(f"{estimator}: unknown option {unknown!r}{hint} {estimator} takes {', '.join(takes)}")
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise TypeError(f"{estimator}: unknown option {unknown!r}; {hint}{estimator} takes {', '.join(takes)}")
     options = {key: value for key, value in options.items() if value is not None}
     delay = 1 if nk is None else whole("nk", nk, 0)
     ways = sum((order is not None, bool(counts), "orders" in options))

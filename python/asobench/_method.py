@@ -7,6 +7,7 @@ import inspect
 import json
 import os
 import shutil
+import signal
 import socket
 import sys
 import tempfile
@@ -215,7 +216,7 @@ def _made(
     timeout: float,
     keys: Mapping[str, Any],
 ) -> Method:
-    if not callable(function):
+    if not callable(function) or inspect.isclass(function):
         raise TypeError(f"method: {function!r}; expected a function")
     batch = whole("batch", batch, 1)
     processes = None if processes is None else whole("processes", processes, 1)
@@ -266,6 +267,7 @@ class Relay:
         if self.methods:
             self.door.close()
             for child in self.children:
+                os.kill(child, signal.SIGKILL)  # the program has all answers; one may hang in its function
                 os.waitpid(child, 0)
             self._warn()
         shutil.rmtree(self.folder, ignore_errors=True)

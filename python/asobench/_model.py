@@ -444,7 +444,8 @@ class Model:
     def _in_z(self) -> tuple[Vector, Vector]:
         numerator, denominator = self.B, np.convolve(self.A, self.F)
         n = max(len(numerator), len(denominator))
-        return np.pad(numerator, (0, n - len(numerator))), np.pad(denominator, (0, n - len(denominator)))
+        numerator, denominator = (np.pad(part, (0, n - len(part))) for part in (numerator, denominator))
+        return np.trim_zeros(numerator, "f"), denominator
 
     def to_scipy(self, dt: float = 1.0) -> Any:
         """B/(A F) as ``scipy.signal.dlti``."""
@@ -487,6 +488,11 @@ class Model:
             raise TypeError("the model was not estimated from a record")
         return picture(self)
 
+    def __getattr__(self, name: str) -> Any:
+        own = ELSEWHERE.get(name)
+        hint = "" if own is None else f"; here it is {own}"
+        raise AttributeError(f"Model has no attribute {name!r}{hint}")
+
     def __repr__(self) -> str:
         head = f"Model({self.orders}" + (f", by {self.estimator}" if self.estimator else "")
         return head + (f", {self.status})" if self.status != "ok" else ")")
@@ -497,6 +503,14 @@ class Model:
             return text
         return text + self.picture()
 
+
+#: What other packages call it.
+ELSEWHERE = {
+    "bse": "se", "cov_params": "cov", "resid": "residuals()", "tvalues": "params / se", "pvalues": "conf_int()",
+    "rsquared": "fit()", "aic": "orders(u, y, n)", "bic": "orders(u, y, n)", "forecast": "predict(u, y, k)",
+    "G": "B and F, or to_control()", "H": "C and D", "Yid": "predict(u, y)", "Vn": "loss", "NUMERATOR": "B",
+    "DENOMINATOR": "F or A", "dcgain": "gain", "damp": "poles", "pole": "poles", "zero": "zeros", "save": "pickle.dump",
+}  # fmt: skip
 
 #: Samples of a record up to which a notebook draws it.
 LARGEST_PICTURE = 20_000

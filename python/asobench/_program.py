@@ -39,14 +39,8 @@ def call(*arguments: Any, show: bool = False, environment: Mapping[str, str] | N
     variables = {**os.environ, "NO_COLOR": "1", **(environment or {})}
     reader, writer = _terminal() if show else os.pipe()
     try:
-        # A group of its own: Ctrl-C on a terminal comes to it through here, once.
         child = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=writer,
-            env=variables,
-            start_new_session=True,
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=writer, env=variables
         )
     finally:
         os.close(writer)
@@ -68,11 +62,14 @@ def call(*arguments: Any, show: bool = False, environment: Mapping[str, str] | N
 
 
 def _wait(child: subprocess.Popen[bytes]) -> None:
-    """Waits for the program. Ctrl-C stops it as it would on a terminal."""
+    """Waits for the program. Ctrl-C, which a terminal and Jupyter send to it too, stops it."""
     try:
         child.wait()
     except KeyboardInterrupt:
-        child.send_signal(signal.SIGINT)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            child.wait(timeout=1)
+        if child.poll() is None:
+            child.send_signal(signal.SIGINT)
         try:
             child.wait(timeout=60)
         except (KeyboardInterrupt, subprocess.TimeoutExpired):

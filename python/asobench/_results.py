@@ -95,7 +95,11 @@ class Results:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """summary.json as it is."""
-        return json.loads((self.folder / "summary.json").read_text())  # type: ignore[no-any-return]
+        path = self.folder / "summary.json"
+        if not path.exists():
+            raise FileNotFoundError(f"{self.folder}: no results; expected the folder of a run that has ended")
+        summary: dict[str, Any] = json.loads(path.read_text())
+        return summary
 
     @cached_property
     def axes(self) -> list[str]:

@@ -158,7 +158,9 @@ class Study:
             yield path
 
     def __repr__(self) -> str:
-        return f"Study({', '.join(f'{key}={value!r}' for key, value in self.keys.items() if key != 'methods')})"
+        methods = [entry.get("name", entry.get("estimator")) for entry in self.keys.get("methods", [])]
+        keys = {**self.keys, "methods": methods}
+        return f"Study({', '.join(f'{key}={value!r}' for key, value in keys.items())})"
 
 
 @contextlib.contextmanager

@@ -4,6 +4,7 @@ import json
 import shutil
 import sys
 import tempfile
+import time
 import unittest
 import warnings
 from pathlib import Path
@@ -105,6 +106,16 @@ class Studies(unittest.TestCase):
         self.assertEqual(failed["external: ValueError? no root"], (2, [4, 7]))
         with self.assertRaisesRegex(KeyError, "picky"):
             results.failed("other")
+
+    def test_a_function_that_hangs_is_killed(self):
+        @ab.method(processes=1, timeout=1, batch=1)
+        def slow(u, y, trial):
+            time.sleep(3600 if trial == 1 else 0)
+            return ab.Model(B=[1.0], F=[1, -0.5], nk=1)
+
+        results = self.run_methods([slow], trials=3, settings={"eta": 10, "window": 98})
+        (failed,) = results.failed()
+        self.assertEqual((failed["kind"], failed["first"]), ("timeout", [1]))
 
     def test_another_function_is_another_study(self):
         def make(weight):

@@ -12,13 +12,12 @@ impl<'py> Signal<'py> {
     pub(crate) fn new(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Self> {
         let place = given.extract::<PyReadonlyArray1<'py, f64>>().ok();
         let place = place.filter(|array| array.as_slice().is_ok());
-        let signal = match place {
-            Some(array) => Self(array),
-            None => {
-                let arrays = given.py().import("asobench._arrays")?;
-                let made = arrays.getattr("signal")?.call1((name, given))?;
-                Self(made.extract()?)
-            }
+        let signal = if let Some(array) = place {
+            Self(array)
+        } else {
+            let arrays = given.py().import("asobench._arrays")?;
+            let made = arrays.getattr("signal")?.call1((name, given))?;
+            Self(made.extract()?)
         };
         match signal.samples()?.iter().position(|x| !x.is_finite()) {
             Some(k) => Err(PyValueError::new_err(format!(

@@ -16,6 +16,8 @@ use pyo3::prelude::*;
 
 /// Several arrays.
 type Arrays<'py, const N: usize> = [Bound<'py, PyArray1<f64>>; N];
+/// Numbers in rows.
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
 /// A model `A y = B/F u + C/D e`, and the part of it that u drives in state space.
 #[pyclass(frozen, module = "asobench._native")]
@@ -188,7 +190,7 @@ impl Native {
     }
 
     /// Their covariance.
-    fn cov<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+    fn cov<'py>(&self, py: Python<'py>) -> PyResult<Option<Matrix<'py>>> {
         let n = self.model.orders().parameters();
         let known = (!self.model.covariance.is_empty()).then(|| self.model.covariance.clone());
         known.map(|known| matrix(py, known, n)).transpose()
@@ -209,17 +211,10 @@ impl Native {
 
     /// Poles, zeros (real and imaginary part, their standard errors and covariance, that of the modulus), the static gain
     /// and its standard error, and the orders without poles and zeros that may cancel.
-    #[expect(clippy::type_complexity, reason = "a tuple for Python")]
     fn precision<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(
-        Bound<'py, PyArray2<f64>>,
-        Bound<'py, PyArray2<f64>>,
-        f64,
-        f64,
-        Vec<String>,
-    )> {
+    ) -> PyResult<(Matrix<'py>, Matrix<'py>, f64, f64, Vec<String>)> {
         let precision = Precision::new(&self.model, &self.poles());
         let rows = |roots: &[Root]| {
             let row = |root: &Root| {
@@ -398,7 +393,7 @@ impl Native {
         gain: &str,
         u: &Bound<'py, PyAny>,
         y: &Bound<'py, PyAny>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<(Matrix<'py>, Bound<'py, PyArray1<f64>>)> {
         let gain: Gain = gain.parse().map_err(|error| refused(format!("{error}")))?;
         let n = self.pass.a.len();
         gain.check(n).map_err(|error| refused(error.to_string()))?;

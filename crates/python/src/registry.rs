@@ -18,7 +18,7 @@ pub(crate) fn estimators() -> String {
         });
         json!({ "name": name, "about": name.about(), "options": options.collect::<Vec<_>>() })
     });
-    Value::from_iter(described).to_string()
+    described.collect::<Value>().to_string()
 }
 
 /// Returns every option of an estimator with its value, as JSON.
