@@ -2,6 +2,7 @@
 //! `cargo test --release --test it theory::` runs one of them. Tests run side by side in one process: none may change
 //! what belongs to all of it (its environment, its folder, its limits).
 
+mod changed_methods;
 mod cli;
 mod closed_loop;
 mod cluster;

@@ -7,8 +7,8 @@ use super::progress;
 use crate::report::{Study, terminal};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{
-    BlockError, Campaign, CampaignError, Event, Experiment, FolderError, RunError, RunOptions,
-    Summary,
+    BlockError, Campaign, CampaignError, Event, Experiment, FolderError, MethodChange, RunError,
+    RunOptions, Summary, take_over,
 };
 use crate::text::{visible, wrap};
 use crate::{claim, files};
@@ -108,12 +108,21 @@ pub(super) fn execute(
     figures: impl Fn(&Summary) -> Vec<(String, String)>,
 ) -> Result<Executed, Error> {
     let replaces = options.fresh && files::is_there(&path.join("trials.parquet"));
+    let stop = progress::stop_flag()?;
+    let mut display = progress::Display::new(experiment.cells.len());
+    let taken_over = take_over(
+        path,
+        experiment,
+        options,
+        &stop,
+        |event| display.show(&event),
+        |change| note(&told(change)),
+    );
+    taken_over.map_err(|error| ended(error, flag, options))?;
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
     if replaces {
         note(&format!("replacing the results in {}", path.display()));
     }
-    let stop = progress::stop_flag()?;
-    let mut display = progress::Display::new(experiment.cells.len());
     let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
     let outcome = campaign.run(
         &stop,
@@ -122,22 +131,53 @@ pub(super) fn execute(
         figures,
     );
     display.clear();
+    let summary = outcome.map_err(|error| ended(error, "", options))?;
+    Ok(Executed {
+        summary,
+        stop,
+        speed: display.speed(),
+    })
+}
+
+/// Says what other methods in the file mean for a folder of results.
+fn told(change: &MethodChange) -> String {
+    let MethodChange {
+        added,
+        again,
+        removed,
+        kept,
+    } = change;
+    let mut parts = vec![format!("the methods changed: {kept} kept")];
+    let lists = [
+        ("computed", added),
+        (
+            "computed again, as a comparison, a claim or curves need trials that were not kept (store = \"trials\" keeps \
+             them)",
+            again,
+        ),
+        ("removed from the results", removed),
+    ];
+    for (what, names) in lists {
+        if !names.is_empty() {
+            parts.push(format!("{what}: {}", visible(names.join(", "))));
+        }
+    }
+    parts.join("; ")
+}
+
+/// Returns the error of a run that ended early.
+fn ended(error: CampaignError, flag: &str, options: RunOptions) -> Error {
     let left = if options.fresh {
         "nothing was written"
     } else {
         "the same command resumes"
     };
-    match outcome {
-        Ok(summary) => Ok(Executed {
-            summary,
-            stop,
-            speed: display.speed(),
-        }),
-        Err(CampaignError::Run(RunError::Interrupted { done, total })) => Err(Error::Interrupted(
-            format!("interrupted with {done} of {total} trials of this run; {left}"),
+    match error {
+        CampaignError::Run(RunError::Interrupted { done, total }) => Error::Interrupted(format!(
+            "interrupted with {done} of {total} trials of this run; {left}"
         )),
-        Err(error @ CampaignError::Stopped) => Err(Error::Interrupted(format!("{error}; {left}"))),
-        Err(other) => Err(refused("", other)),
+        CampaignError::Stopped => Error::Interrupted(format!("{error}; {left}")),
+        other => refused(flag, other),
     }
 }
 

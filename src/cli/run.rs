@@ -152,6 +152,8 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
         threads: threads(arguments.threads),
         block: arguments.block,
         repair: arguments.repair,
+        // A part of the file's methods is no reason to remove the others.
+        same_methods: !study.method.is_empty(),
         ..RunOptions::default()
     };
     memory::fits(&experiment, 0..experiment.cells.len(), options.threads)?;

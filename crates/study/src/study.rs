@@ -39,6 +39,7 @@ pub use crate::run::blocks::{BlockError, Done, done};
 #[doc(hidden)]
 pub use crate::run::blocks::{BlockFolder, Content};
 pub use crate::run::campaign::{Campaign, RunOptions};
+pub use crate::run::changed_methods::{MethodChange, take_over};
 pub use crate::run::cluster;
 pub use crate::run::continuous_trial::ContinuousTrial;
 pub use crate::run::event::{CampaignError, Event};

@@ -4,7 +4,7 @@
 //! `T g = phi_F - phi_A`, that is `(T g)_i = (phi_F)_i + a_(n+1-i)`, with T of stage 5.
 
 use crate::plant::canonical::solve_toeplitz;
-use crate::plant::polynomial_from_poles;
+use crate::plant::{parse_pole, polynomial_from_poles, unmatched_pole};
 use crate::real::Real;
 use faer::c64;
 
@@ -80,13 +80,8 @@ impl Gain {
     /// # Errors
     /// [`GainError::Conjugates`] if complex poles do not come in conjugate pairs.
     pub fn poles(poles: Vec<c64>) -> Result<Self, GainError> {
-        let mut unmatched = poles.clone();
-        unmatched.retain(|pole| pole.im != 0.0);
-        while let Some(pole) = unmatched.pop() {
-            let Some(conjugate) = unmatched.iter().position(|other| *other == pole.conj()) else {
-                return Err(GainError::Conjugates(format!("{pole}")));
-            };
-            unmatched.swap_remove(conjugate);
+        if let Some(pole) = unmatched_pole(&poles) {
+            return Err(GainError::Conjugates(format!("{pole}")));
         }
         Ok(Self::Poles(Poles::new(poles)))
     }
@@ -175,29 +170,6 @@ impl<'de> serde::Deserialize<'de> for Gain {
         let text = String::deserialize(deserializer)?;
         text.parse().map_err(serde::de::Error::custom)
     }
-}
-
-/// Parses `0.3`, `-0.2`, `0.1+0.3i`, `0.1-0.3i` or `0.3i`.
-fn parse_pole(text: &str) -> Option<c64> {
-    let number = |text: &str| text.parse::<f64>().ok().filter(|x| x.is_finite());
-    let Some(complex) = text.strip_suffix(['i', 'j']) else {
-        return number(text).map(|re| c64::new(re, 0.0));
-    };
-    // The sign between the parts: the last sign that begins neither the text nor an exponent.
-    let split = complex
-        .char_indices()
-        .rev()
-        .find(|&(i, c)| (c == '+' || c == '-') && i > 0 && !complex[..i].ends_with(['e', 'E']));
-    let (re, im) = match split {
-        Some((i, _)) => (number(&complex[..i])?, &complex[i..]),
-        None => (0.0, complex),
-    };
-    let im = match im {
-        "+" | "" => 1.0,
-        "-" => -1.0,
-        _ => number(im)?,
-    };
-    Some(c64::new(re, im))
 }
 
 #[cfg(feature = "json")]

@@ -8,6 +8,7 @@ mod paper;
 mod poles;
 pub mod radius;
 mod random_plant;
+mod sampled_plant;
 mod simulate;
 pub use simulate::inlined;
 pub mod stability;
@@ -17,8 +18,9 @@ pub use continuous_plant::{ContinuousPlant, ContinuousPlantError};
 pub use exponential::exponential;
 pub use observability::observability_rank;
 pub use paper::{Numerator, nikolov2023};
-pub use poles::{PoleFinder, polynomial_from_poles};
+pub use poles::{PoleFinder, parse_pole, polynomial_from_poles, unmatched_pole};
 pub use random_plant::random_stable;
+pub use sampled_plant::{SAMPLED_DEGREE_LIMIT, Sampling, SamplingError};
 pub use simulate::{drive, observe, simulate};
 pub use system::{StateSpace, SystemError, TransferFunction};
 

@@ -108,3 +108,42 @@ pub fn polynomial_from_poles(poles: &[c64]) -> Vec<c64> {
     phi.remove(0);
     phi
 }
+
+/// Returns a complex number whose conjugate is not among the others, if there is one.
+pub fn unmatched_pole(poles: &[c64]) -> Option<c64> {
+    let mut left: Vec<c64> = poles
+        .iter()
+        .copied()
+        .filter(|pole| pole.im != 0.0)
+        .collect();
+    while let Some(pole) = left.pop() {
+        let Some(conjugate) = left.iter().position(|other| *other == pole.conj()) else {
+            return Some(pole);
+        };
+        left.swap_remove(conjugate);
+    }
+    None
+}
+
+/// Parses `0.3`, `-0.2`, `0.1+0.3i`, `0.1-0.3i` or `0.3i`.
+pub fn parse_pole(text: &str) -> Option<c64> {
+    let number = |text: &str| text.parse::<f64>().ok().filter(|x| x.is_finite());
+    let Some(complex) = text.strip_suffix(['i', 'j']) else {
+        return number(text).map(|re| c64::new(re, 0.0));
+    };
+    // The sign between the parts: the last sign that begins neither the text nor an exponent.
+    let split = complex
+        .char_indices()
+        .rev()
+        .find(|&(i, c)| (c == '+' || c == '-') && i > 0 && !complex[..i].ends_with(['e', 'E']));
+    let (re, im) = match split {
+        Some((i, _)) => (number(&complex[..i])?, &complex[i..]),
+        None => (0.0, complex),
+    };
+    let im = match im {
+        "+" | "" => 1.0,
+        "-" => -1.0,
+        _ => number(im)?,
+    };
+    Some(c64::new(re, im))
+}

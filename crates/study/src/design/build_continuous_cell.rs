@@ -2,8 +2,8 @@
 
 use crate::design::continuous_cell::{ContinuousCell, Term};
 use crate::design::file::continuous_tables::{
-    ContinuousPlantTable, ContinuousTable, FactorName, FilterTable, HoldName, ObserverName,
-    ObserverTable, WaveName, WaveTable,
+    ContinuousPlantTable, ContinuousTable, FactorName, FilterTable, ObserverName, ObserverTable,
+    WaveName, WaveTable,
 };
 use crate::design::file::error::FileError;
 use crate::design::file::key::Key;
@@ -245,10 +245,7 @@ fn term(
             Ok(Term::Fixed(Wave::Samples {
                 interval,
                 values: values.iter().map(|value| value * amplitude).collect(),
-                hold: match table.hold {
-                    HoldName::Zero => Hold::Zero,
-                    HoldName::Linear => Hold::Linear,
-                },
+                hold: Hold::from(table.hold),
             }))
         }
     }

@@ -157,6 +157,19 @@ impl Curves {
         }
     }
 
+    /// Returns the first output's curves of one set and the last output's of another.
+    ///
+    /// # Panics
+    /// If the horizons differ.
+    pub(crate) fn of_ends(first: &Self, last: &Self) -> Self {
+        assert_eq!(first.horizon, last.horizon);
+        let half = first.counts.len() / 2;
+        Self {
+            horizon: first.horizon,
+            counts: [&first.counts[..half], &last.counts[half..]].concat(),
+        }
+    }
+
     /// Counts e_x(0) ... e_x(K-1) of one trial, for the last output or (`last` false) the first. NaN is not counted.
     ///
     /// # Panics

@@ -218,6 +218,17 @@ fn own_blocks(blocks: &Path) -> Result<Vec<(PathBuf, Kind)>, PathError> {
     Ok(own)
 }
 
+/// Removes the blocks in a folder, and the folder.
+///
+/// # Errors
+/// If the folder contains anything else (nothing is removed then), or a file cannot be removed.
+pub(crate) fn remove_own(blocks: &Path) -> Result<(), PathError> {
+    for (path, kind) in own_blocks(blocks)? {
+        files::remove(&path, kind)?;
+    }
+    files::remove_empty(blocks)
+}
+
 /// Refuses a file that a newer version wrote.
 fn refuse_newer(path: &Path, stored: &Value) -> Result<(), FolderError> {
     match stored["version"].as_str() {
@@ -279,17 +290,24 @@ impl ResultsFolder {
     /// [`FolderError::Unknown`], [`FolderError::File`], and as for [`read_manifest`].
     pub fn claim_design(&self, design: &Value, figures: &[&str]) -> Result<(), FolderError> {
         let manifest = read_manifest(&self.path)?;
-        if let Some(manifest) = &manifest {
-            let experiment = design_of(&manifest["experiment"]);
-            let stored = json!({ "version": manifest["version"], "experiment": experiment });
-            self.compare(&stored, design)?;
-        }
         let blocks = files::subfolder(&self.path, BLOCKS)?;
         let path = self.path.join(BLOCKS).join(DESIGN);
         let stored = match blocks {
             Some(_) => files::read_own(&path, Kind::Design)?,
             None => None,
         };
+        if let Some(manifest) = &manifest {
+            let experiment = design_of(&manifest["experiment"]);
+            let of_results = json!({ "version": manifest["version"], "experiment": experiment });
+            // Where methods changed, the results before stay until the new ones are there.
+            let taken_over = || {
+                let blocks = files::parsed(stored.as_deref()?).ok()?;
+                (blocks == *design && same_but_for_methods(&of_results, design)).then_some(())
+            };
+            if taken_over().is_none() {
+                self.compare(&of_results, design)?;
+            }
+        }
         let Some(text) = stored else {
             if let (None, Some(file)) = (&manifest, result_file(&self.path)) {
                 let path = self.path.clone();
@@ -464,6 +482,20 @@ fn is_newer(version: &str) -> bool {
             .collect()
     };
     numbers(version) > numbers(env!("CARGO_PKG_VERSION"))
+}
+
+/// Whether two designs with versions are the same but for methods, and what is compared among them.
+pub(crate) fn same_but_for_methods(left: &Value, right: &Value) -> bool {
+    const OF_METHODS: [&str; 3] = ["methods", "compare", "needed"];
+    let mut keys = Vec::new();
+    differences("", left, right, &mut keys);
+    let part = |key: &str| {
+        key.split('.')
+            .nth(1)
+            .is_some_and(|key| OF_METHODS.contains(&key))
+    };
+    keys.iter()
+        .all(|key| key.starts_with("experiment.") && part(key))
 }
 
 /// Collects the paths of values that differ.

@@ -263,6 +263,32 @@ impl Rows {
         std::mem::replace(self, empty)
     }
 
+    /// Returns the same trials with other outputs, which have the same columns.
+    pub(crate) fn with_outputs(&self, outputs: Vec<OutputRows>) -> Self {
+        Self {
+            first: self.first,
+            measures: self.measures.clone(),
+            outputs,
+        }
+    }
+
+    /// Appends the rows of the trials that follow.
+    pub(crate) fn append(&mut self, next: Self) {
+        debug_assert_eq!(self.trials().end, next.first, "trials follow each other");
+        for (output, next) in self.outputs.iter_mut().zip(next.outputs) {
+            let there = output.flags.len();
+            let failures = next.failures.into_iter();
+            output
+                .failures
+                .extend(failures.map(|(place, failure)| (place + there, failure)));
+            output.flags.extend(next.flags);
+            let columns = output.values.iter_mut().chain(&mut output.parameters);
+            columns
+                .zip(next.values.into_iter().chain(next.parameters))
+                .for_each(|(column, next)| column.extend(next));
+        }
+    }
+
     /// Removes all rows; the allocated room stays.
     pub fn clear(&mut self) {
         self.truncate(0);

@@ -27,6 +27,10 @@ use std::sync::atomic::AtomicBool;
 
 /// How a study is run. No result depends on it.
 #[derive(Clone, Copy, Debug, Default)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is an option of its own"
+)]
 pub struct RunOptions {
     /// Threads.
     pub threads: usize,
@@ -38,6 +42,8 @@ pub struct RunOptions {
     pub fresh: bool,
     /// Whether existing results of any design are removed first.
     pub replace: bool,
+    /// Whether a folder in which the study had other methods is refused.
+    pub same_methods: bool,
     /// The names of the figures that are written with the results.
     pub figures: &'static [&'static str],
 }

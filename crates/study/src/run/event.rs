@@ -1,6 +1,7 @@
 //! What a run tells, and why it ends early.
 
 use crate::design::file::error::FileError;
+use crate::files::PathError;
 use crate::outcome::folder::FolderError;
 use crate::outcome::spent::Spent;
 use crate::outcome::trial_table::StoreError;
@@ -69,6 +70,12 @@ pub enum CampaignError {
         /// Trials asked for.
         asked: u64,
     },
+}
+
+impl From<PathError> for CampaignError {
+    fn from(error: PathError) -> Self {
+        Self::Folder(error.into())
+    }
 }
 
 /// Returns an error if the flag is raised.

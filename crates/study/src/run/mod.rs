@@ -2,6 +2,7 @@
 
 pub(crate) mod blocks;
 pub(crate) mod campaign;
+pub(crate) mod changed_methods;
 pub mod cluster;
 pub(crate) mod compute;
 pub(crate) mod continuous_trial;

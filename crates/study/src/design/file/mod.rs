@@ -22,6 +22,7 @@ pub(crate) mod only;
 pub(crate) mod parse;
 pub(crate) mod resolve;
 pub(crate) mod rule;
+pub(crate) mod sampled_plant;
 pub(crate) mod tables;
 pub(crate) mod test_table;
 pub(crate) mod theory_reference;

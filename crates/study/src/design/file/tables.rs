@@ -1,7 +1,9 @@
 //! The smaller tables of an experiment file.
 
 use crate::design::file::axis::{Axis, Scalar};
+use crate::design::file::continuous_tables::HoldName;
 use crate::design::file::key::Key;
+use crate::design::file::sampled_plant::SampledPlant;
 use crate::design::measure::Measure;
 use crate::design::state_feedback::LoopModel;
 use asobench_identification::metric::SlopeOf;
@@ -12,7 +14,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A plant: the polynomials A, B, F of `A(q) y = B(q)/F(q) u` in the usual notation, or the paper's a with b or h.
+/// A plant: the polynomials A, B, F of `A(q) y = B(q)/F(q) u` in the usual notation, the paper's a with b or h, or a
+/// transfer function in s with a sampling time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantTable {
@@ -34,6 +37,30 @@ pub struct PlantTable {
     /// Numerator h of W(z), instead of b: `h_i` is the coefficient of `q^-i` in `B(q)`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub h: Option<Vec<f64>>,
+    /// Numerator in s, the highest power first, as in MATLAB's `tf`; with `den` and `Ts`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub num: Option<Vec<f64>>,
+    /// Denominator in s, the highest power first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub den: Option<Vec<f64>>,
+    /// Zeros in rad/s, instead of `num`, as in MATLAB's `zpk`: numbers, or texts such as "-1+2i"; none if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub zeros: Option<Vec<Scalar>>,
+    /// Poles in rad/s, instead of `den`; with `gain` and `Ts`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poles: Option<Vec<Scalar>>,
+    /// The factor k of `k (s - z_1) ... / ((s - p_1) ...)`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain: Option<f64>,
+    /// The sampling time in seconds of a plant in s.
+    #[serde(rename = "Ts", skip_serializing_if = "Option::is_none")]
+    pub sampling_time: Option<f64>,
+    /// The delay in seconds of a plant in s, a multiple of `Ts` or not; 0 if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub delay: Option<f64>,
+    /// What u(t) is between two samples: "zero" (the last sample, the default), or "linear".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold: Option<HoldName>,
     /// Initial state, used if the setting x0 is "plant".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x0: Option<Vec<f64>>,
@@ -54,7 +81,8 @@ impl PlantTable {
             &self.transfer_polynomial,
         ];
         let rows = longest(&[&self.a, &self.b, &self.h, &self.x0]);
-        longest(&polynomials).saturating_sub(1).max(rows)
+        let discrete = longest(&polynomials).saturating_sub(1).max(rows);
+        discrete.max(self.sampled().order())
     }
 
     /// Returns the plant, from the notation in which it is given.
@@ -66,9 +94,18 @@ impl PlantTable {
         ];
         let polynomials = polynomials.into_iter().any(Option::is_some);
         let rows = [&self.a, &self.b, &self.h].into_iter().any(Option::is_some);
-        match (polynomials, rows) {
-            (true, false) => self.plant_of_polynomials(),
-            (false, true) => match (&self.a, &self.b, &self.h) {
+        match (polynomials, rows, self.sampled() != Self::default().sampled()) {
+            (true, false, false) => self.plant_of_polynomials(),
+            (false, false, true) => {
+                let [a, b] = self.sampled().polynomials()?;
+                let sampled = Self {
+                    output_polynomial: Some(a),
+                    input_polynomial: Some(b),
+                    ..Self::default()
+                };
+                sampled.plant_of_polynomials()
+            }
+            (false, true, false) => match (&self.a, &self.b, &self.h) {
                 (Some(a), Some(b), None) => {
                     StateSpace::new(a.clone(), b.clone()).map_err(|e| e.to_string())
                 }
@@ -77,14 +114,28 @@ impl PlantTable {
                     .map_err(|e| e.to_string()),
                 _ => Err("expected a, and either b or h beside it".to_owned()),
             },
-            (true, true) => Err(
-                "both the polynomials A, B, F and the paper's a, b, h; expected one of them"
+            (false, false, false) => Err(
+                "expected the polynomials A = [1, ...] and B = [0, ...], or a with b or h, or num, den and Ts"
                     .to_owned(),
             ),
-            (false, false) => Err(
-                "expected the polynomials A = [1, ...] and B = [0, ...], or a with b or h"
+            _ => Err(
+                "both the polynomials A, B, F and the paper's a, b, h, or either and a plant in s (num, den, Ts); \
+                 expected one of them"
                     .to_owned(),
             ),
+        }
+    }
+
+    fn sampled(&self) -> SampledPlant<'_> {
+        SampledPlant {
+            num: self.num.as_deref(),
+            den: self.den.as_deref(),
+            zeros: self.zeros.as_deref(),
+            poles: self.poles.as_deref(),
+            gain: self.gain,
+            interval: self.sampling_time,
+            delay: self.delay,
+            hold: self.hold,
         }
     }
 
