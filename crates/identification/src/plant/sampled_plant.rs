@@ -236,7 +236,9 @@ impl Responses {
         let n = self.output.len();
         let mut transition = exponential(&self.generator, self.interval);
         transition.truncate(n);
-        transition.iter_mut().for_each(|row| row.truncate(n));
+        for row in &mut transition {
+            row.truncate(n);
+        }
         let mut coefficients = vec![1.0];
         let mut product = vec![vec![0.0; n]; n];
         for k in 1..=n {
@@ -283,7 +285,9 @@ fn exponential(m: &[Vec<f64>], t: f64) -> Vec<Vec<f64>> {
     for degree in (1..=DEGREE).rev() {
         result = times(&scaled, &result);
         for (i, row) in result.iter_mut().enumerate() {
-            row.iter_mut().for_each(|x| *x /= f64::from(degree));
+            for x in row.iter_mut() {
+                *x /= f64::from(degree);
+            }
             row[i] += 1.0;
         }
     }

@@ -448,7 +448,7 @@ impl<'e> Change<'e> {
                 Some((_, folder, there)) => Some(read_within(folder, there, &span)?),
                 None => None,
             };
-            match self.joined(&span, before, parts) {
+            match self.joined(&span, &before, parts) {
                 Some(content) => {
                     new.encode(span, &content)?.write()?;
                 }
@@ -462,7 +462,7 @@ impl<'e> Change<'e> {
 
     /// Returns the content of a block of the new study. `None` if it cannot be told: the lanes' repeated solves are counted
     /// for all methods together.
-    fn joined(&self, span: &Span, before: Content, added: Option<Content>) -> Option<Content> {
+    fn joined(&self, span: &Span, before: &Content, added: Option<Content>) -> Option<Content> {
         let fewer = self
             .places
             .iter()
@@ -477,7 +477,7 @@ impl<'e> Change<'e> {
             rows: None,
         });
         let from = |source: &Source| match source {
-            Source::Old(at) => (&before, *at),
+            Source::Old(at) => (before, *at),
             Source::Added(at) => (&added, *at),
         };
         let rows = match (&before.rows, self.new.file.store) {
