@@ -260,8 +260,8 @@ fn times(left: &[Vec<f64>], right: &[Vec<f64>]) -> Vec<Vec<f64>> {
     left.iter().map(row).collect()
 }
 
-/// Returns `e^(M t)` by scaling, the Taylor polynomial of degree 18 at a norm of at most 1/2, and squaring. The remainder
-/// is below `2^-19 / 19!`, 2e-23. Entries of small matrices keep their own relative accuracy, which faer's products do
+/// Returns `e^(M t)` by scaling, the Taylor polynomial of degree 18 at a norm of at most 1/2, and squaring. The
+/// remainder is below `2^-19 / 19!`, 2e-23. Entries of small matrices keep their own relative accuracy, which faer's products do
 /// not have to on every machine.
 fn exponential(m: &[Vec<f64>], t: f64) -> Vec<Vec<f64>> {
     const DEGREE: u32 = 18;
@@ -319,11 +319,12 @@ mod tests {
         }
     }
 
-    /// `scipy.signal.cont2discrete((num, den), T, "zoh")`, which leaves rounding errors of some 1e-15 of A's numbers in B.
+    /// `scipy.signal.cont2discrete((num, den), T, "zoh")`, which leaves rounding errors of some 1e-15 of A in B.
     #[test]
     fn zero_order_hold_as_in_scipy() {
         let resonant = [-1.5881390788285354, 0.8187307530779823];
-        let cases: [(&[f64], &[f64], f64, &[f64], &[f64]); 5] = [
+        type Case<'a> = (&'a [f64], &'a [f64], f64, &'a [f64], &'a [f64]);
+        let cases: [Case<'_>; 5] = [
             (
                 &[104.0],
                 &[1.0, 4.0, 104.0],

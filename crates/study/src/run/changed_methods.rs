@@ -500,7 +500,7 @@ impl<'e> Change<'e> {
             outputs: self
                 .sources
                 .iter()
-                .map(|source| from(source))
+                .map(from)
                 .map(|(of, at)| of.tally.outputs[at].clone())
                 .collect(),
             curves: curves.unwrap_or_default(),
@@ -543,16 +543,14 @@ impl<'e> Change<'e> {
             Source::Old(at) => (before, at),
             Source::Added(at) => (added, at),
         };
-        let pair = |pair: &[usize; 2]| match self.old_pair(*pair) {
-            Some(at) => Some(before.pairs[at].clone()),
-            None => {
-                let places = pair.map(|of| from(self.sources[of]).1);
-                let at = of_added?
-                    .compare
-                    .iter()
-                    .position(|other| *other == places)?;
-                Some(added.pairs[at].clone())
+        let pair = |pair: &[usize; 2]| {
+            if let Some(at) = self.old_pair(*pair) {
+                return Some(before.pairs[at].clone());
             }
+            let places = pair.map(|of| from(self.sources[of]).1);
+            let mut compared = of_added?.compare.iter();
+            let at = compared.position(|other| *other == places)?;
+            Some(added.pairs[at].clone())
         };
         let groups = |measure: usize| {
             let groups = self.sources.iter().map(|source| from(*source));
