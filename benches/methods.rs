@@ -24,12 +24,15 @@ fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
         EstimatorName::LeastSquares | EstimatorName::InstrumentalVariables => None,
         EstimatorName::Stmcb
         | EstimatorName::Sriv
+        | EstimatorName::Srivc
         | EstimatorName::Oe
         | EstimatorName::Wnsf
         | EstimatorName::RecursiveSriv
         | EstimatorName::Rpem => Some(format!("nb={n},nf={n}")),
         EstimatorName::Armax | EstimatorName::Rels => Some(format!("na={n},nb={n},nc=1")),
-        EstimatorName::Riv | EstimatorName::Bj => Some(format!("nb={n},nc=1,nd=1,nf={n}")),
+        EstimatorName::Riv | EstimatorName::Rivc | EstimatorName::Bj => {
+            Some(format!("nb={n},nc=1,nd=1,nf={n}"))
+        }
         _ => Some(format!("n={n}")),
     };
     let mut options = Map::new();

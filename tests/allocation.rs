@@ -55,9 +55,11 @@ fn an_estimate_allocates_nothing() {
     };
     let records: Vec<_> = (0..60).map(record).collect();
     // The searches keep the minima that they meet, and draw polynomials; a reflection finds zeros in memory of its own;
-    // subspace methods have matrices for each record.
+    // subspace methods, and those in continuous time, have matrices for each record.
     let own_memory = [
         EstimatorName::Riv,
+        EstimatorName::Srivc,
+        EstimatorName::Rivc,
         EstimatorName::Wnsf,
         EstimatorName::Oe,
         EstimatorName::Armax,

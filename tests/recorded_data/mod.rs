@@ -3,6 +3,7 @@
 
 mod hints;
 mod methods;
+mod newcomers;
 mod optima;
 
 use crate::common::PROGRAM;

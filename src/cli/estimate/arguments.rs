@@ -68,6 +68,8 @@ impl Arguments {
                 EstimatorName::Sriv
                 | EstimatorName::Stmcb
                 | EstimatorName::Riv
+                | EstimatorName::Srivc
+                | EstimatorName::Rivc
                 | EstimatorName::Wnsf => true,
                 _ => given("rows").is_some_and(|rows| rows != "complete"),
             }

@@ -21,7 +21,11 @@ fn values(schema: &Value) -> Vec<String> {
     names.filter_map(Value::as_str).map(str::to_owned).collect()
 }
 
-/// All flags. The option `gain` is left out: it is the command's own flag, for the observer of every estimator.
+/// The options that are flags of the command itself: the gain of every estimator's observer, and the time between
+/// samples, which a column of times may tell.
+const OWN: [&str; 2] = ["gain", "ts"];
+
+/// All flags but those of the command itself.
 static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
     let flag = |key: &'static str| {
         let takers = EstimatorName::ALL.iter().filter(|name| name.takes(key));
@@ -79,7 +83,10 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
         })
     };
     let keys = option_keys().iter().map(String::as_str);
-    let mut flags: Vec<Flag> = keys.filter(|key| *key != "gain").filter_map(flag).collect();
+    let mut flags: Vec<Flag> = keys
+        .filter(|key| !OWN.contains(key))
+        .filter_map(flag)
+        .collect();
     // One flag for what the file has under two keys.
     let state = flags.iter().position(|flag| flag.key == STATE);
     if let Some(state) = state.map(|at| flags.remove(at))

@@ -4,7 +4,7 @@
 use super::report::{Estimate, Observed, PassReport, Report};
 use crate::diagnosis::{Cancellation, Precision, Root, Z_95};
 use crate::estimator::Progress;
-use crate::model::LinearModel;
+use crate::model::{ContinuousModel, LinearModel};
 use serde_json::{Map, Value, json};
 
 pub(super) fn render(report: &Report) -> Value {
@@ -73,6 +73,21 @@ fn observer(observer: &Observed) -> Value {
         "g": observer.g,
         "x_at_window": observer.at_window,
         "x_last": observer.last,
+    })
+}
+
+/// Returns a model in continuous time; `None` if the estimator has none.
+fn continuous(model: &ContinuousModel) -> Option<Value> {
+    (!model.numerator.is_empty()).then(|| {
+        json!({
+            "numerator": model.numerator,
+            "denominator": model.denominator,
+            "se": model.standard_errors(),
+            "covariance": (!model.covariance.is_empty()).then_some(&model.covariance),
+            "hold": model.hold,
+            "sampling_time": model.step,
+            "dead_time": model.dead_time as f64 * model.step,
+        })
     })
 }
 
@@ -148,6 +163,7 @@ fn pass(report: &PassReport) -> Map<String, Value> {
                 Value::Null
             },
         ),
+        ("continuous", json!(continuous(&pass.continuous))),
         (
             "noise_variance",
             json!(parameters.then_some(model.noise_variance)),

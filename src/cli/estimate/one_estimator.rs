@@ -29,6 +29,15 @@ pub(super) fn estimate(
     if name.takes("gain") {
         options.insert("gain".to_owned(), json!(arguments.gain));
     }
+    if name.takes("ts") {
+        let clock = report.clock.ok_or_else(|| {
+            bad(
+                "needs the time between samples; expected --ts SECONDS or a column of times"
+                    .to_owned(),
+            )
+        })?;
+        options.insert("ts".to_owned(), json!(clock.step));
+    }
     let parse = |options: &Map<String, Value>| {
         name.parse(options.clone())
             .map_err(|error| match error.key {
@@ -44,7 +53,7 @@ pub(super) fn estimate(
     };
     let mut parsed = parse(&options)?;
     if let Some(orders) = parsed
-        .model_orders(order)
+        .default_orders(order)
         .filter(|_| !options.contains_key("orders"))
     {
         // From --order and --delay.

@@ -6,7 +6,7 @@ use crate::cli::equation::broken;
 use crate::diagnosis::{Mode, Residuals, Root, Z_95};
 use crate::estimator::Progress;
 use crate::metric::Fit;
-use crate::model::{LinearModel, Orders};
+use crate::model::{ContinuousModel, Orders};
 use crate::text::{rounded, visible, wrap};
 use std::fmt::{self, Write};
 
@@ -113,8 +113,10 @@ fn write_pass(text: &mut String, report: &PassReport, unit: Frequency) -> fmt::R
             writeln!(text, "  {}", broken(line, 2, 6))?;
         }
         if let Some(errors) = model.standard_errors() {
-            write_parameters(text, model, &errors)?;
+            let names = words::parameters(model.orders());
+            write_parameters(text, &names, model.parameters(), &errors)?;
         }
+        write_continuous(text, &pass.continuous)?;
         for (name, value) in [
             ("noise variance", model.noise_variance),
             ("loss", pass.loss),
@@ -172,6 +174,38 @@ fn write_pass(text: &mut String, report: &PassReport, unit: Frequency) -> fmt::R
     Ok(())
 }
 
+/// Writes a model in continuous time, if there is one.
+fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
+    let (nb, n) = (model.numerator.len(), model.denominator.len().max(1) - 1);
+    if nb == 0 {
+        return Ok(());
+    }
+    writeln!(
+        text,
+        "  {:<18} y = B(s)/A(s) u, {} hold, {} s between samples{}",
+        "continuous time",
+        model.hold,
+        rounded(model.step, DIGITS),
+        match model.dead_time {
+            0 => String::new(),
+            dead => format!(
+                ", dead time {} s",
+                rounded(dead as f64 * model.step, DIGITS)
+            ),
+        }
+    )?;
+    let of_b = (0..nb).rev().map(|power| format!("B(s): s^{power}"));
+    let of_a = (0..n).rev().map(|power| format!("A(s): s^{power}"));
+    let names: Vec<String> = of_b.chain(of_a).collect();
+    if let Some(errors) = model.standard_errors() {
+        return write_parameters(text, &names, model.parameters(), &errors);
+    }
+    for (name, value) in names.iter().zip(model.parameters()) {
+        write_vector(text, name, &[value])?;
+    }
+    Ok(())
+}
+
 fn write_roots(text: &mut String, name: &str, roots: &[Root]) -> fmt::Result {
     for (i, Root { at, error }) in roots.iter().enumerate() {
         let name = if i == 0 { name } else { "" };
@@ -216,14 +250,18 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
 }
 
 /// Writes each parameter with its standard error and its 95 % interval.
-fn write_parameters(text: &mut String, model: &LinearModel, errors: &[f64]) -> fmt::Result {
+fn write_parameters(
+    text: &mut String,
+    names: &[String],
+    values: impl IntoIterator<Item = f64>,
+    errors: &[f64],
+) -> fmt::Result {
     writeln!(
         text,
         "  {:<18} {:>13} {:>13}   95 % interval",
         "parameter", "estimate", "std. error"
     )?;
-    let names = words::parameters(model.orders());
-    for ((name, theta), error) in names.iter().zip(model.parameters()).zip(errors) {
+    for ((name, theta), error) in names.iter().zip(values).zip(errors) {
         writeln!(
             text,
             "  {name:<18} {} {} {} ...{}",

@@ -72,13 +72,89 @@ pub struct InstrumentalRegression {
     /// The signals instead of output and input, between zeros.
     x: Vec<f64>,
     v: Vec<f64>,
+    stages: TwoStages,
+    influence: Influence,
+}
+
+/// `theta = argmin || Q'(y - Phi theta) ||`, `Z = Q R`, for rows of any signals.
+pub(super) struct TwoStages {
     /// `Z = Q R` with Phi and y as companions, then `Q'Phi` with `Q'y`.
     outer: Reduction,
     inner: Reduction,
     equilibration: Equilibration,
     scratch: Vec<f64>,
-    theta: Vec<f64>,
-    influence: Influence,
+    pub(super) theta: Vec<f64>,
+}
+
+impl TwoStages {
+    /// Makes buffers for `wide` instruments, `width` parameters and `rows` rows.
+    pub(super) fn new(wide: usize, width: usize, rows: usize) -> Self {
+        Self {
+            outer: Reduction::new(wide, rows, width + 1),
+            inner: Reduction::new(width, wide, 1),
+            equilibration: Equilibration::new(wide, wide),
+            scratch: vec![0.0; wide],
+            theta: vec![0.0; width],
+        }
+    }
+
+    /// Computes theta of `rows` rows; `fill(first, z, right)` writes Z, and Phi beside y, from the row `first` on. The
+    /// condition is the worse of those of R and of the triangle of `Q'Phi`, columns scaled.
+    ///
+    /// # Errors
+    /// As for [`super::Regression::solve`].
+    pub(super) fn solve(
+        &mut self,
+        rows: usize,
+        fill: impl FnMut(usize, MatMut<'_, f64>, MatMut<'_, f64>),
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        self.outer.run(rows, fill)?;
+        let (wide, width) = (self.outer.r().ncols(), self.theta.len());
+        let of_z = self.triangle(true, wide)?;
+        let top = self.outer.top();
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                for column in 0..width {
+                    z[(row, column)] = top[(first + row, column)];
+                }
+                right[(row, 0)] = top[(first + row, width)];
+            }
+        };
+        self.inner.run(wide, fill)?;
+        let of_phi = self.triangle(false, width)?;
+        *condition = of_z.max(of_phi);
+        let top = self.inner.top();
+        for (i, theta) in self.theta.iter_mut().enumerate() {
+            *theta = top[(i, 0)];
+        }
+        let theta = MatMut::from_column_major_slice_mut(&mut self.theta, width, 1);
+        solve_upper_triangular_in_place(self.inner.r(), theta, Par::Seq);
+        Ok(())
+    }
+
+    /// Returns the condition of a triangle after checking its rank.
+    fn triangle(&mut self, outer: bool, columns: usize) -> Result<f64, FailureKind> {
+        let reduction = if outer { &self.outer } else { &self.inner };
+        let scales = &mut self.equilibration.columns;
+        scales.resize(columns, 1.0);
+        self.equilibration.of_columns(reduction.r())?;
+        let scales = &self.equilibration.columns;
+        let condition = triangular_condition(reduction.r(), scales, &mut self.scratch)?;
+        check_rank_of_columns(condition, columns)?;
+        Ok(condition)
+    }
+
+    /// Returns the length of column j of `Q'Phi`.
+    pub(super) fn length(&self, j: usize) -> f64 {
+        let r = self.inner.r();
+        (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum::<f64>().sqrt()
+    }
+
+    /// Computes `variance (Z'Z)^-1` of the last solution, row by row.
+    pub(super) fn covariance_of_instruments(&mut self, variance: f64, to: &mut Vec<f64>) {
+        covariance_of_triangle(self.outer.r(), variance, &mut self.scratch, to);
+    }
 }
 
 impl InstrumentalRegression {
@@ -99,12 +175,8 @@ impl InstrumentalRegression {
             instruments,
             x: vec![0.0; lagged.y.len()],
             v: vec![0.0; lagged.y.len()],
-            outer: Reduction::new(wide, lagged.count, width + 1),
+            stages: TwoStages::new(wide, width, lagged.count),
             lagged,
-            inner: Reduction::new(width, wide, 1),
-            equilibration: Equilibration::new(wide, wide),
-            scratch: vec![0.0; wide],
-            theta: vec![0.0; width],
             influence: Influence::default(),
         })
     }
@@ -116,7 +188,7 @@ impl InstrumentalRegression {
 
     /// Returns the last solution.
     pub fn theta(&self) -> &[f64] {
-        &self.theta
+        &self.stages.theta
     }
 
     /// Computes theta. The condition is the worse of those of R and of the triangle of `Q'Phi`, columns scaled.
@@ -161,45 +233,12 @@ impl InstrumentalRegression {
             }
             put(right.rb_mut(), na + nb, &y[lagged(0)], 1.0);
         };
-        self.outer.run(self.lagged.count, fill)?;
-        let (wide, width) = (more + nb, na + nb);
-        let of_z = self.triangle(true, wide)?;
-        let top = self.outer.top();
-        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
-            for row in 0..z.nrows() {
-                for column in 0..width {
-                    z[(row, column)] = top[(first + row, column)];
-                }
-                right[(row, 0)] = top[(first + row, width)];
-            }
-        };
-        self.inner.run(wide, fill)?;
-        let of_phi = self.triangle(false, width)?;
-        *condition = of_z.max(of_phi);
-        let top = self.inner.top();
-        for (i, theta) in self.theta.iter_mut().enumerate() {
-            *theta = top[(i, 0)];
-        }
-        let theta = MatMut::from_column_major_slice_mut(&mut self.theta, width, 1);
-        solve_upper_triangular_in_place(self.inner.r(), theta, Par::Seq);
-        Ok(())
-    }
-
-    /// Returns the condition of a triangle after checking its rank.
-    fn triangle(&mut self, outer: bool, columns: usize) -> Result<f64, FailureKind> {
-        let reduction = if outer { &self.outer } else { &self.inner };
-        let scales = &mut self.equilibration.columns;
-        scales.resize(columns, 1.0);
-        self.equilibration.of_columns(reduction.r())?;
-        let scales = &self.equilibration.columns;
-        let condition = triangular_condition(reduction.r(), scales, &mut self.scratch)?;
-        check_rank_of_columns(condition, columns)?;
-        Ok(condition)
+        self.stages.solve(self.lagged.count, fill, condition)
     }
 
     /// Returns `sum (y(k) - phi(k)' theta)^2` over the rows of the last solution.
     pub fn residual_sum(&self) -> f64 {
-        self.lagged.residual_sum(&self.theta)
+        self.lagged.residual_sum(&self.stages.theta)
     }
 
     /// Computes the covariance of the last solution, row by row.
@@ -208,24 +247,24 @@ impl InstrumentalRegression {
     /// `variance (Z'Phi)^-1 Z'Z (Phi'Z)^-1`. Otherwise it follows from each row's contribution to theta,
     /// `(Phi'Q Q'Phi)^-1 Phi'Q q(k)`, with `q(k)` the row of Q.
     pub fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
-        let inner = self.inner.r();
+        let TwoStages {
+            outer,
+            inner,
+            scratch,
+            theta,
+            ..
+        } = &mut self.stages;
+        let inner = inner.r();
         if kind == Covariance::White {
-            covariance_of_triangle(inner, variance, &mut self.scratch, to);
+            covariance_of_triangle(inner, variance, scratch, to);
             return;
         }
-        let (lagged, theta, outer, top) =
-            (&self.lagged, &self.theta, self.outer.r(), self.outer.top());
+        let (lagged, outer, top) = (&self.lagged, outer.r(), outer.top());
         self.influence.clear();
         for k in lagged.rows() {
-            row_of_instruments(
-                lagged,
-                self.instruments,
-                [&self.x, &self.v],
-                k,
-                &mut self.scratch,
-            );
-            solve_transposed(outer, &mut self.scratch);
-            let q = &self.scratch;
+            row_of_instruments(lagged, self.instruments, [&self.x, &self.v], k, scratch);
+            solve_transposed(outer, scratch);
+            let q = &*scratch;
             self.influence
                 .push(theta.len(), lagged.residual(theta, k), |row| {
                     for (j, psi) in row.iter_mut().enumerate() {
@@ -239,7 +278,7 @@ impl InstrumentalRegression {
 
     /// Computes `variance (Z'Z)^-1` of the last solution, row by row.
     pub fn covariance_of_instruments(&mut self, variance: f64, to: &mut Vec<f64>) {
-        covariance_of_triangle(self.outer.r(), variance, &mut self.scratch, to);
+        self.stages.covariance_of_instruments(variance, to);
     }
 }
 

@@ -84,6 +84,12 @@ pub trait MethodKind {
         None
     }
 
+    /// Returns the orders that the option `orders` has if it is not given; those of the models, where it counts their
+    /// coefficients.
+    fn default_orders(&self, setting: usize) -> Option<Orders> {
+        self.model_orders(setting)
+    }
+
     /// Returns what the estimator needs of a cell.
     fn needs(&self) -> Needs {
         Needs::default()

@@ -8,6 +8,7 @@
 mod arx;
 mod autoregression;
 pub mod auxiliary;
+mod continuous_iv;
 mod covariance;
 mod fixed_model;
 mod general_iv;
@@ -25,6 +26,7 @@ mod least_squares;
 mod limit;
 mod method;
 mod method_kind;
+mod noise_fit;
 mod null_space;
 mod option_error;
 #[cfg(feature = "json")]
@@ -53,6 +55,7 @@ mod wnsf;
 pub use crate::failure::{FailureKind, Reason};
 pub use arx::{Arx, ArxOptions};
 pub use autoregression::spectrum;
+pub use continuous_iv::{ContinuousIv, RivcOptions, SrivcOptions};
 pub use covariance::Covariance;
 pub use fixed_model::FixedModel;
 pub use general_iv::GeneralIv;

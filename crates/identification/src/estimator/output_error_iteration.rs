@@ -282,7 +282,7 @@ impl Estimator for OutputErrorIteration {
 }
 
 /// Reorders a covariance of (f, b), with nf numbers in f, to one of (b, f).
-fn move_first_to_last(covariance: &mut [f64], n: usize, nf: usize) {
+pub(super) fn move_first_to_last(covariance: &mut [f64], n: usize, nf: usize) {
     covariance.rotate_left(nf * n);
     for row in covariance.chunks_exact_mut(n) {
         row.rotate_left(nf);

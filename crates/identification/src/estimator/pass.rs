@@ -4,7 +4,7 @@ use super::parameters;
 use crate::data::DrawFailure;
 use crate::failure::FailureKind;
 use crate::model::polynomial::multiply_into;
-use crate::model::{LinearModel, Orders};
+use crate::model::{ContinuousModel, LinearModel, Orders};
 use crate::observer::ObservedModel;
 use crate::plant::canonical::reverse_negated;
 use crate::plant::stability::is_stable;
@@ -94,6 +94,8 @@ pub enum Progress {
 pub struct Pass {
     /// The model.
     pub model: LinearModel,
+    /// The model in continuous time of which `model` is the sampled one, if the estimator has one.
+    pub continuous: ContinuousModel,
     /// The mean squared prediction error over the window; NaN if the estimator does not report it.
     pub loss: f64,
     /// The number of iterations of an iterative estimator.
@@ -131,6 +133,7 @@ impl Pass {
         let vector = || vec![f64::NAN; order];
         Self {
             model: LinearModel::zero(Orders::arx(order, order, 1)),
+            continuous: ContinuousModel::default(),
             loss: f64::NAN,
             iterations: None,
             minima: None,
@@ -155,6 +158,7 @@ impl Pass {
         }
         self.model.noise_variance = f64::NAN;
         self.model.covariance.clear();
+        self.continuous.numerator.clear();
         self.loss = f64::NAN;
         self.iterations = None;
         self.minima = None;

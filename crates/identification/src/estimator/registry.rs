@@ -1,6 +1,7 @@
 //! The estimators of this crate, one line each. An estimator's file has its options, and these define everything else.
 
 use super::arx::ArxOptions;
+use super::continuous_iv::{RivcOptions, SrivcOptions};
 use super::iv_delayed::IvDelayedOptions;
 use super::iv4::Iv4Options;
 use super::known::KnownOptions;
@@ -144,6 +145,10 @@ estimators! {
     Stmcb = "stmcb": StmcbOptions,
     /// Refined instrumental variables of Young, iterated until convergence: the Box-Jenkins model B/F, C/D.
     Riv = "riv": RivOptions,
+    /// Refined instrumental variables in continuous time: B(s)/A(s) from samples, with the hold stated.
+    Srivc = "srivc": SrivcOptions,
+    /// Refined instrumental variables in continuous time with a noise model: B(s)/A(s), C/D from samples.
+    Rivc = "rivc": RivcOptions,
     /// Weighted null-space fitting: an output-error, ARMAX or Box-Jenkins model from a high-order one, no search.
     Wnsf = "wnsf": WnsfOptions,
     /// Prediction error method: the output-error model B/F.
@@ -179,6 +184,11 @@ impl MethodOptions {
     /// Returns the orders of the models for a value of the setting `order`. `None`: the paper's form of that order.
     pub fn model_orders(&self, setting: usize) -> Option<Orders> {
         self.kind().model_orders(setting)
+    }
+
+    /// Returns the orders that the option `orders` has if it is not given. `None`: the estimator has no such option.
+    pub fn default_orders(&self, setting: usize) -> Option<Orders> {
+        self.kind().default_orders(setting)
     }
 
     /// Returns the order of the part of the models that u drives, for a value of the setting `order`.

@@ -2,12 +2,12 @@
 //!
 //! Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7.
 
-use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::method_kind::{MethodKind, Problem};
+use super::noise_fit::{NoiseFit, put_block, replace};
 use super::option_error::OptionError;
 use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, PROGRESS, REST, ROUND};
-use super::prediction_error::{BjOptions, Descent};
+use super::prediction_error::BjOptions;
 use super::reflection::{Stabilise, stay_stable};
 use super::regression::Rows;
 use super::{Estimator, FailureKind, Pass, SetupError, Window};
@@ -67,17 +67,14 @@ pub struct RefinedIv {
     orders: Orders,
     start: OutputErrorIteration,
     instruments: InstrumentalRegression,
-    /// The search for the noise model; `None`: white noise.
-    noise: Option<Descent>,
+    noise: NoiseFit,
     stabilise: Stabilise,
     model: LinearModel,
     /// The stable model with the lowest sum of squared prediction errors, and that sum.
     best: LinearModel,
     least: f64,
-    /// (f, b) here, and (d, c) below.
+    /// (f, b).
     theta: Vec<f64>,
-    noise_theta: Vec<f64>,
-    silence: Vec<f64>,
     u: Vec<f64>,
     y: Vec<f64>,
     x: Vec<f64>,
@@ -92,9 +89,7 @@ impl RefinedIv {
     /// # Errors
     /// [`SetupError::ShortRecord`].
     pub fn new(orders: Orders, window: usize, stabilise: Stabilise) -> Result<Self, SetupError> {
-        let Orders {
-            nb, nc, nd, nf, nk, ..
-        } = orders;
+        let Orders { nb, nf, nk, .. } = orders;
         if window <= orders.parameters() {
             return Err(SetupError::ShortRecord {
                 orders,
@@ -110,12 +105,6 @@ impl RefinedIv {
             nk,
             ..Orders::default()
         };
-        let arma = Orders {
-            na: nd,
-            nc,
-            nk: 1,
-            ..Orders::default()
-        };
         let signal = || vec![0.0; window];
         Ok(Self {
             orders,
@@ -126,14 +115,12 @@ impl RefinedIv {
                 Rows::Prewindow,
                 window,
             )?,
-            noise: (nc + nd > 0).then(|| Descent::new(arma, 0, window)),
+            noise: NoiseFit::new(orders, window),
             stabilise,
             model: LinearModel::zero(orders),
             best: LinearModel::zero(orders),
             least: f64::INFINITY,
             theta: vec![0.0; nf + nb],
-            noise_theta: vec![0.0; nd + nc],
-            silence: signal(),
             u: signal(),
             y: signal(),
             x: signal(),
@@ -149,29 +136,6 @@ impl RefinedIv {
         for ((w, y), x) in self.w.iter_mut().zip(y).zip(&self.x) {
             *w = y - x;
         }
-    }
-
-    /// Fits C and D to w; returns their change relative to their size, and the sum of squared prediction errors. Where
-    /// the fit has no minimum its best model is taken, and why it has none is written to `unfinished`.
-    fn fit_noise(&mut self, unfinished: &mut Option<FailureKind>) -> Result<[f64; 2], FailureKind> {
-        *unfinished = None;
-        let Some(noise) = &mut self.noise else {
-            return Ok([0.0, self.w.iter().map(|w| w * w).sum()]);
-        };
-        let found = noise.run(&self.silence, &self.w, &self.noise_theta, REST);
-        match found.failure {
-            Some(kind) if !kind.leaves_a_model() => return Err(kind),
-            failure => *unfinished = failure,
-        }
-        let change = replace(&mut self.noise_theta, noise.theta(), 1.0);
-        self.set_noise();
-        Ok([change, found.sum])
-    }
-
-    fn set_noise(&mut self) {
-        let (d, c) = self.noise_theta.split_at(self.orders.nd);
-        self.model.d[1..].copy_from_slice(d);
-        self.model.c[1..].copy_from_slice(c);
     }
 
     fn set_plant(&mut self) {
@@ -224,7 +188,7 @@ impl RefinedIv {
         let (f, b) = self.theta.split_at_mut(self.orders.nf);
         f.copy_from_slice(&start.f[1..]);
         b.copy_from_slice(&start.b[self.orders.nk..]);
-        self.noise_theta.fill(0.0);
+        self.noise.reset();
         self.iterate(u, y, passes, condition).map_err(|kind| {
             if kind == FailureKind::UnstablePredictor || self.least.is_infinite() {
                 return kind;
@@ -252,7 +216,8 @@ impl RefinedIv {
             stay_stable(&mut self.model.f, self.stabilise, &mut self.scratch)?;
             self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
             self.noise_of(u, y);
-            let [of_noise, sum] = self.fit_noise(&mut unfinished)?;
+            let fitted = self.noise.fit(&self.w, &mut self.model, &mut unfinished);
+            let [of_noise, sum] = fitted?;
             if sum < self.least {
                 self.least = sum;
                 self.best.assign(&self.model);
@@ -297,44 +262,12 @@ impl RefinedIv {
         self.instruments
             .covariance_of_instruments(variance, &mut self.block);
         put_block(&self.block, nf + nb, place, total, &mut covariance);
-        if let Some(noise) = &mut self.noise {
-            noise.condition(&self.silence, &self.w, &self.noise_theta)?;
-            noise.covariance(Covariance::White, variance, &mut self.block);
-            let place = |i: usize| if i < nd { nb + nc + i } else { nb + i - nd };
-            put_block(&self.block, nd + nc, place, total, &mut covariance);
-        }
+        let put = self
+            .noise
+            .put_covariance(&self.w, variance, self.orders, &mut covariance);
+        put?;
         self.model.covariance = covariance;
         Ok(sum)
-    }
-}
-
-/// Changes values by a share of the way to new ones; returns the longest way relative to the largest new value.
-fn replace(old: &mut [f64], new: &[f64], share: f64) -> f64 {
-    let (mut difference, mut size) = (0.0_f64, f64::MIN_POSITIVE);
-    for (old, new) in old.iter_mut().zip(new) {
-        difference = difference.max((*old - new).abs());
-        size = size.max(new.abs());
-        *old = if share < 1.0 {
-            share.mul_add(new - *old, *old)
-        } else {
-            *new
-        };
-    }
-    difference / size
-}
-
-/// Copies a square block of n rows to the positions that `place` returns, in a matrix of `total` rows.
-fn put_block(
-    block: &[f64],
-    n: usize,
-    place: impl Fn(usize) -> usize,
-    total: usize,
-    to: &mut [f64],
-) {
-    for (i, row) in block.chunks_exact(n).enumerate() {
-        for (j, value) in row.iter().enumerate() {
-            to[place(i) * total + place(j)] = *value;
-        }
     }
 }
 

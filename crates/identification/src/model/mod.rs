@@ -3,11 +3,14 @@
 //! Polynomials are in q^-1 with their leading coefficient: `A = [1, a_1, ...]`, and C, D and F alike. `B` has `nk`
 //! zeros before its `nb` coefficients. Nothing is shifted: a delay stays a delay.
 
+mod continuous;
 mod equation;
 mod orders;
 pub mod polynomial;
 mod realisation;
 
+pub use continuous::{ContinuousModel, Hold};
+pub(crate) use continuous::{Sampled, controller_form, output_of};
 pub use equation::Equation;
 pub use orders::{Orders, OrdersError};
 pub use realisation::Realisation;

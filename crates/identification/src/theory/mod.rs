@@ -219,6 +219,8 @@ fn estimates(
             Err(Missing::Method(missing))
         }
         M::Known(_) => Err(Missing::Method("a known plant")),
+        // A newcomer has no theory until a line above says otherwise.
+        _ => Err(Missing::Method(options.estimator().name())),
     };
     vec![one]
 }

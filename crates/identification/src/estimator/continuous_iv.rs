@@ -1,0 +1,541 @@
+//! Young's refined instrumental variables for a model in continuous time, `y = B(s)/A(s) u + C/D e` at the samples.
+//!
+//! Sources: P. C. Young and A. J. Jakeman, *Refined instrumental variable methods of recursive time-series analysis, part
+//! III*, Int. J. Control 31 (1980); H. Garnier and L. Wang (eds.), *Identification of Continuous-time Models from Sampled
+//! Data*, 2008, chapters 4 and 5; S. Pan, R. A. Gonzalez, J. S. Welsh and C. R. Rojas, *Consistency analysis of the
+//! simplified refined instrumental variable method for continuous-time systems*, Automatica 113 (2020).
+
+use super::instruments::TwoStages;
+use super::method_kind::{MethodKind, Problem};
+use super::noise_fit::{NoiseFit, put_block};
+use super::option_error::OptionError;
+use super::output_error_iteration::{MOST_PASSES, PROGRESS, ROUND, move_first_to_last};
+use super::reflection::Stabilise;
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::model::polynomial::{divide, filter};
+use crate::model::{
+    ContinuousModel, Hold, LinearModel, Orders, Sampled, controller_form, output_of,
+};
+use crate::plant::{PoleFinder, polynomial_from_poles};
+use faer::{Mat, MatMut, c64};
+
+/// The relative step at which an iteration rests. Columns of derivatives are nearly dependent, so rounding is larger
+/// than in discrete time.
+const REST: f64 = 1e-10;
+
+/// The fastest state-variable filter of the start, rad/sample; each next one is half as fast, down to this many time
+/// constants in the record.
+const FASTEST: f64 = 2.0;
+const MOST_FILTERS: usize = 12;
+const TIME_CONSTANTS: f64 = 8.0;
+
+/// Passes of instrumental variables after each filter of the start.
+const TRIES: usize = 2;
+
+/// The least decay of a reflected pole, per sample.
+const LEAST_DECAY: f64 = 1e-6;
+
+/// Defines the options of a method; both have the same but for the orders.
+macro_rules! continuous {
+    ($options:ident, $doc:literal, $orders:literal, noise: $noise:literal) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, Default, PartialEq)]
+        #[cfg_attr(
+            feature = "json",
+            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+            serde(deny_unknown_fields, default)
+        )]
+        pub struct $options {
+            #[doc = $orders]
+            pub orders: Option<Orders>,
+            /// The input between samples: zero-order (constant, the default), first-order (straight lines).
+            pub hold: Hold,
+            /// The time between samples, seconds; in studies by default 1, so that rates are per sample.
+            pub ts: Option<f64>,
+            /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none (the
+            /// method fails).
+            pub stabilise: Option<Stabilise>,
+        }
+
+        impl $options {
+            fn orders(&self, order: usize) -> Orders {
+                let noise = if $noise { order } else { 0 };
+                self.orders.unwrap_or(Orders {
+                    nb: order,
+                    nc: noise,
+                    nd: noise,
+                    nf: order,
+                    nk: 1,
+                    ..Orders::default()
+                })
+            }
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                check(self.orders, $noise)?;
+                match self.ts {
+                    Some(ts) if !(ts > 0.0 && ts.is_finite()) => Err(OptionError::new(
+                        "ts",
+                        "expected a number of seconds above 0",
+                    )),
+                    _ => Ok(()),
+                }
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                Some(sampled(self.orders(setting), self.hold))
+            }
+
+            fn default_orders(&self, setting: usize) -> Option<Orders> {
+                Some(self.orders(setting))
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let continuous = ContinuousModel {
+                    step: self.ts.unwrap_or(1.0),
+                    hold: self.hold,
+                    ..ContinuousModel::default()
+                };
+                let orders = self.orders(problem.shape.order);
+                let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
+                let window = problem.shape.window;
+                Ok(Box::new(ContinuousIv::new(
+                    orders, continuous, stabilise, window,
+                )?))
+            }
+        }
+    };
+}
+
+continuous!(
+    SrivcOptions,
+    "The options of `srivc`.",
+    "Numbers of coefficients nb of B(s) and nf of A(s), and nk, 1 more than the dead time in samples, such as \
+     nb=2,nf=4,nk=1; by default nb = nf = the setting `order`, nk = 1.",
+    noise: false
+);
+continuous!(
+    RivcOptions,
+    "The options of `rivc`.",
+    "Numbers of coefficients nb of B(s), nf of A(s), nc of C(q), nd of D(q), and nk, 1 more than the dead time in \
+     samples, such as nb=1,nc=1,nd=2,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.",
+    noise: true
+);
+
+/// Checks the orders of a model in continuous time.
+fn check(orders: Option<Orders>, noise: bool) -> Result<(), OptionError> {
+    let refuse = |message| Err(OptionError::new("orders", message));
+    match orders {
+        None => Ok(()),
+        Some(Orders { na, nc, nd, .. }) if na + nc + nd > 0 && !noise => {
+            refuse("expected nb, nf, nk; the model has no A(q), C, D")
+        }
+        Some(Orders { na: 1.., .. }) => refuse("expected nb, nc, nd, nf, nk; nf counts A(s)"),
+        Some(Orders { nf: 0, .. }) => refuse("expected an nf of at least 1"),
+        Some(Orders { nb, nf, .. }) if nb == 0 || nb > nf + 1 => {
+            refuse("expected an nb of 1 to nf + 1: the degree of B(s) is nb - 1")
+        }
+        Some(Orders { nk: 0, .. }) => refuse("expected an nk of at least 1: 1 is no dead time"),
+        Some(_) => Ok(()),
+    }
+}
+
+/// Returns the orders of the sampled model.
+fn sampled(orders: Orders, hold: Hold) -> Orders {
+    let Orders {
+        nb, nc, nd, nf, nk, ..
+    } = orders;
+    let plant = ContinuousModel::sampled_orders(nb, nf, hold, nk - 1);
+    Orders { nc, nd, ..plant }
+}
+
+/// Alternates until both converge:
+///
+/// - C and D by prediction errors of the ARMA model `D w = C e` of `w = y - B/A u`, white noise without them;
+/// - A and B by `s^n y_f = -a_1 s^(n-1) y_f - ... + b_0 s^m u_f + ...`, `y_f = D/(C A) y`, `u_f = D/(C A) u`, with
+///   `B/A u_f` instead of y_f in the instruments.
+///
+/// Signals are zero before the record. u and `B/A u` are filtered exactly for the hold; y is filtered on straight lines
+/// between samples, which moves no solution: at rest the residual of the equation is `D/C (y - B/A u)` at the samples,
+/// and the instruments are its gradient. So the result is a stationary point of the sum of its squares. Derivatives are
+/// those of a time in samples, so the step in seconds changes no digit of the sampled model.
+pub struct ContinuousIv {
+    orders: Orders,
+    hold: Hold,
+    stages: TwoStages,
+    noise: NoiseFit,
+    stabilise: Stabilise,
+    model: LinearModel,
+    continuous: ContinuousModel,
+    /// (a, b) per sample; the stable ones with the lowest sum of squared prediction errors, and that sum.
+    theta: Vec<f64>,
+    best: Vec<f64>,
+    least: f64,
+    /// `s^(n-1)/A y ... 1/A y`, `s^m/A u ... 1/A u`, `s^n/A y`, `s^(n-1) B/A^2 u ... B/A^2 u`.
+    columns: Vec<Vec<f64>>,
+    /// The input after the dead time.
+    u: Vec<f64>,
+    /// `B/A u`, and the output less it.
+    x: Vec<f64>,
+    w: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl ContinuousIv {
+    /// Makes buffers for windows of `window` samples.
+    fn new(
+        orders: Orders,
+        mut continuous: ContinuousModel,
+        stabilise: Stabilise,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let Orders { nb, nf, nk, .. } = orders;
+        if window <= orders.parameters() {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: window,
+                needed: orders.parameters() + 1,
+            });
+        }
+        continuous.dead_time = nk - 1;
+        let signal = || vec![0.0; window];
+        Ok(Self {
+            hold: continuous.hold,
+            stages: TwoStages::new(nf + nb, nf + nb, window),
+            noise: NoiseFit::new(orders, window),
+            stabilise,
+            model: LinearModel::zero(sampled(orders, continuous.hold)),
+            continuous,
+            theta: vec![0.0; nf + nb],
+            best: vec![0.0; nf + nb],
+            least: f64::INFINITY,
+            columns: (0..2 * nf + nb + 1).map(|_| signal()).collect(),
+            u: signal(),
+            x: signal(),
+            w: signal(),
+            scratch: signal(),
+            orders,
+        })
+    }
+
+    /// Computes all columns, x and w for A and B of theta.
+    fn filter_all(&mut self, y: &[f64]) {
+        let Orders { nb, nf: n, .. } = self.orders;
+        let (a, b) = self.theta.split_at(n);
+        let form = controller_form(a);
+        let mut input = vec![0.0; 2 * n];
+        input[0] = 1.0;
+        let of_y = Sampled::new(form.as_ref(), &input[..n], Hold::First);
+        let (c, d) = output_of(b, a);
+        input[n] = d;
+        // The model, and behind it the filter of its output.
+        let cascade = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (true, true) => form[(i, j)],
+            (false, false) => form[(i - n, j - n)],
+            (false, true) if i == n => c[j],
+            _ => 0.0,
+        });
+        let of_u = Sampled::new(cascade.as_ref(), &input, self.hold);
+        let mut states = vec![0.0; 3 * n];
+        let (x_y, x_u) = states.split_at_mut(n);
+        for k in 0..y.len() {
+            if k == 0 {
+                of_y.start(y[0], x_y);
+                of_u.start(self.u[0], x_u);
+            } else {
+                of_y.step([y[k - 1], y[k]], x_y, &mut self.scratch[..n]);
+                of_u.step([self.u[k - 1], self.u[k]], x_u, &mut self.scratch[..2 * n]);
+            }
+            let highest = |v: f64, x: &[f64]| v - a.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+            for (column, x) in self.columns.iter_mut().zip(&*x_y) {
+                column[k] = *x;
+            }
+            let mut x = 0.0;
+            for (i, b) in b.iter().enumerate() {
+                let value = match (n + i).checked_sub(nb) {
+                    Some(state) => x_u[state],
+                    None => highest(self.u[k], &x_u[..n]),
+                };
+                self.columns[n + i][k] = value;
+                x += b * value;
+            }
+            self.columns[n + nb][k] = highest(y[k], x_y);
+            for (column, x) in self.columns[n + nb + 1..].iter_mut().zip(&x_u[n..]) {
+                column[k] = *x;
+            }
+            self.x[k] = x;
+            self.w[k] = y[k] - x;
+        }
+    }
+
+    /// Filters all columns by D/C.
+    fn whiten(&mut self) {
+        if self.orders.nc + self.orders.nd == 0 {
+            return;
+        }
+        for column in &mut self.columns {
+            filter(&self.model.d, column, &mut self.scratch);
+            divide(&self.model.c, &mut self.scratch);
+            std::mem::swap(column, &mut self.scratch);
+        }
+    }
+
+    /// Solves the linear equation of the columns, with instruments or by least squares.
+    fn solve(&mut self, instrumental: bool, condition: &mut f64) -> Result<(), FailureKind> {
+        let Orders { nb, nf: n, .. } = self.orders;
+        let columns = &self.columns;
+        let put = |mut to: MatMut<'_, f64>, column: usize, from: usize, first: usize, sign: f64| {
+            let rows = to.nrows();
+            for (row, value) in columns[from][first..first + rows].iter().enumerate() {
+                to[(row, column)] = sign * value;
+            }
+        };
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            let of_z = if instrumental { n + nb + 1 } else { 0 };
+            for i in 0..n {
+                put(z.as_mut(), i, of_z + i, first, -1.0);
+                put(right.as_mut(), i, i, first, -1.0);
+            }
+            for i in n..n + nb {
+                put(z.as_mut(), i, i, first, 1.0);
+                put(right.as_mut(), i, i, first, 1.0);
+            }
+            put(right.as_mut(), n + nb, n + nb, first, 1.0);
+        };
+        self.stages.solve(self.u.len(), fill, condition)
+    }
+
+    /// Changes theta by a share of the way to the solution; returns the longest way relative to the largest term of the
+    /// equation, each parameter times the length of its column.
+    fn take(&mut self, share: f64) -> f64 {
+        let (mut difference, mut size) = (0.0_f64, f64::MIN_POSITIVE);
+        for (j, new) in self.stages.theta.iter().enumerate() {
+            let (length, old) = (self.stages.length(j), &mut self.theta[j]);
+            difference = difference.max((*old - new).abs() * length);
+            size = size.max(new.abs() * length);
+            *old = if share < 1.0 {
+                share.mul_add(new - *old, *old)
+            } else {
+                *new
+            };
+        }
+        difference / size
+    }
+
+    /// Reflects zeros of A(s) with `Re s >= 0`, if that is wanted.
+    fn stay_stable(&mut self) -> Result<(), FailureKind> {
+        let n = self.orders.nf;
+        let reversed: Vec<f64> = self.theta[..n].iter().rev().map(|a| -a).collect();
+        let mut poles: Vec<c64> = PoleFinder::new(n).poles(&reversed);
+        if poles.is_empty() {
+            return Err(FailureKind::NonFinite);
+        }
+        if poles.iter().all(|pole| pole.re < 0.0) {
+            return Ok(());
+        }
+        if self.stabilise == Stabilise::None {
+            return Err(FailureKind::UnstablePredictor);
+        }
+        for pole in poles.iter_mut().filter(|pole| pole.re >= 0.0) {
+            pole.re = -pole.re.max(LEAST_DECAY);
+        }
+        for (a, phi) in self.theta.iter_mut().zip(polynomial_from_poles(&poles)) {
+            *a = phi.re;
+        }
+        Ok(())
+    }
+
+    /// Filters by the present model and keeps it if its errors are the smallest so far; returns the change of C and D.
+    fn look(
+        &mut self,
+        y: &[f64],
+        unfinished: &mut Option<FailureKind>,
+    ) -> Result<f64, FailureKind> {
+        self.stay_stable()?;
+        self.filter_all(y);
+        let [change, sum] = self.noise.fit(&self.w, &mut self.model, unfinished)?;
+        if sum < self.least {
+            self.least = sum;
+            self.best.copy_from_slice(&self.theta);
+        }
+        Ok(change)
+    }
+
+    /// Tries state-variable filters `1/(s + lambda)^n`: least squares, and a few passes from it.
+    fn start(&mut self, y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
+        let mut outcome = Ok(());
+        let n = self.orders.nf;
+        for i in 0..MOST_FILTERS {
+            let lambda = FASTEST * 0.5_f64.powi(i as i32);
+            if i > 0 && lambda * (y.len() as f64) < TIME_CONSTANTS {
+                break;
+            }
+            self.theta.fill(0.0);
+            let poles = vec![c64::new(-lambda, 0.0); n];
+            for (a, phi) in self.theta.iter_mut().zip(polynomial_from_poles(&poles)) {
+                *a = phi.re;
+            }
+            let tried = self.try_filter(y, condition);
+            if tried.is_err() {
+                outcome = tried;
+            }
+        }
+        if self.least.is_finite() {
+            Ok(())
+        } else {
+            outcome
+        }
+    }
+
+    fn try_filter(&mut self, y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
+        self.filter_all(y);
+        self.solve(false, condition)?;
+        self.take(1.0);
+        let mut unused = None;
+        for _ in 0..TRIES {
+            self.noise.reset();
+            self.look(y, &mut unused)?;
+            self.whiten();
+            self.solve(true, condition)?;
+            self.take(1.0);
+        }
+        self.look(y, &mut unused).map(|_| ())
+    }
+
+    fn iterate(
+        &mut self,
+        y: &[f64],
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        let (mut share, mut asked) = (1.0, f64::INFINITY);
+        let mut unfinished = None;
+        while *passes < MOST_PASSES {
+            *passes += 1;
+            let of_noise = self.look(y, &mut unfinished)?;
+            self.whiten();
+            self.solve(true, condition)?;
+            let of_plant = self.take(share);
+            if of_plant <= REST && of_noise <= REST.sqrt() {
+                return unfinished.map_or(Ok(()), Err);
+            }
+            if passes.is_multiple_of(ROUND) {
+                if of_plant > PROGRESS * asked {
+                    share /= 2.0;
+                    self.theta.copy_from_slice(&self.best);
+                }
+                asked = of_plant;
+            }
+        }
+        Err(unfinished.unwrap_or(FailureKind::IterationLimit))
+    }
+
+    /// Iterates until convergence and counts the passes. If it does not converge, theta is the best of all passes.
+    fn find(
+        &mut self,
+        Window { u, y, .. }: Window<'_>,
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        self.least = f64::INFINITY;
+        let dead = self.continuous.dead_time.min(u.len());
+        self.u[..dead].fill(0.0);
+        self.u[dead..].copy_from_slice(&u[..u.len() - dead]);
+        self.start(y, condition)?;
+        self.theta.copy_from_slice(&self.best);
+        self.noise.reset();
+        self.iterate(y, passes, condition).map_err(|kind| {
+            if kind == FailureKind::UnstablePredictor {
+                return kind;
+            }
+            self.theta.copy_from_slice(&self.best);
+            if kind.leaves_a_model() {
+                kind
+            } else {
+                FailureKind::IterationLimit
+            }
+        })
+    }
+
+    /// Makes the models, with their covariances at a solution; returns the sum of squared prediction errors.
+    fn conclude(&mut self, y: &[f64], converged: bool) -> Result<f64, FailureKind> {
+        let Orders { nf: n, .. } = self.orders;
+        if !converged {
+            self.stay_stable()?;
+            self.filter_all(y);
+            self.noise.fit(&self.w, &mut self.model, &mut None)?;
+        }
+        filter(&self.model.d, &self.w, &mut self.x);
+        divide(&self.model.c, &mut self.x);
+        let sum: f64 = self.x.iter().map(|e| e * e).sum();
+        let variance = sum / (y.len() - self.orders.parameters()) as f64;
+        let mut block = Vec::new();
+        if converged {
+            self.stages.covariance_of_instruments(variance, &mut block);
+            move_first_to_last(&mut block, self.theta.len(), n);
+        }
+        let (a, b) = self.theta.split_at(n);
+        self.continuous.set_per_sample(b, a, &block);
+        let jacobian = self.continuous.sample(&mut self.model);
+        self.model.noise_variance = variance;
+        self.model.covariance.clear();
+        if converged {
+            self.put_covariance(&jacobian, variance)?;
+        }
+        Ok(sum)
+    }
+
+    /// Computes the covariance of the sampled model: `J P J'` for B and F, that of the ARMA model for C and D.
+    fn put_covariance(&mut self, jacobian: &[f64], variance: f64) -> Result<(), FailureKind> {
+        let p = &self.continuous.covariance;
+        let width = self.theta.len();
+        let rows: Vec<&[f64]> = jacobian.chunks_exact(width).collect();
+        let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+        let mut block = vec![0.0; rows.len() * rows.len()];
+        for (i, row) in rows.iter().enumerate() {
+            let product: Vec<f64> = p.chunks_exact(width).map(|of_p| dot(of_p, row)).collect();
+            for (j, other) in rows.iter().enumerate() {
+                block[i * rows.len() + j] = dot(&product, other);
+            }
+        }
+        let orders = self.model.orders();
+        let total = orders.parameters();
+        let mut covariance = vec![0.0; total * total];
+        let (nb, noise) = (orders.nb, orders.nc + orders.nd);
+        let place = |i: usize| if i < nb { i } else { i + noise };
+        put_block(&block, rows.len(), place, total, &mut covariance);
+        self.noise
+            .put_covariance(&self.w, variance, orders, &mut covariance)?;
+        self.model.covariance = covariance;
+        Ok(())
+    }
+}
+
+impl Estimator for ContinuousIv {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let (mut condition, mut taken) = (f64::NAN, 0);
+        let found = self.find(window, &mut taken, &mut condition);
+        pass.iterations = Some(taken);
+        let set = match found {
+            Err(kind) if !kind.leaves_a_model() => Err(kind),
+            _ => self.conclude(window.y, found.is_ok()).and_then(|sum| {
+                pass.loss = sum / window.y.len() as f64;
+                if found.is_err() {
+                    condition = f64::NAN;
+                }
+                pass.set_model(&self.model, condition)?;
+                pass.continuous.clone_from(&self.continuous);
+                Ok(())
+            }),
+        };
+        pass.end(found, set);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,287 @@
+//! Models in continuous time, `B(s)/A(s)`, and the difference equation that their samples obey exactly.
+
+use super::{LinearModel, Orders};
+use crate::names::named_enum;
+use crate::plant::exponential;
+use faer::{Mat, MatRef};
+
+named_enum! {
+    /// The input between two samples.
+    Hold, "hold" {
+        /// It keeps the value of the last sample (the default).
+        Zero = "zero-order",
+        /// It goes from sample to sample on straight lines.
+        First = "first-order",
+    }
+}
+
+/// The model `y(t) = B(s)/A(s) u(t - dead_time step)` with `A = s^n + a_1 s^(n-1) + ... + a_n` and
+/// `B = b_0 s^m + ... + b_m`, m at most n. An empty numerator is no model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContinuousModel {
+    /// `b_0 ... b_m`, in powers of 1/s for a time in seconds.
+    pub numerator: Vec<f64>,
+    /// `1, a_1 ... a_n`.
+    pub denominator: Vec<f64>,
+    /// The covariance of `(b_0 ... b_m, a_1 ... a_n)`, row by row; empty if there is none.
+    pub covariance: Vec<f64>,
+    /// The time between samples, seconds.
+    pub step: f64,
+    /// The input between two samples.
+    pub hold: Hold,
+    /// The dead time in samples.
+    pub dead_time: usize,
+}
+
+/// A linear system with the states `s^(n-1)/A v, ..., 1/A v`, or any other, seen at its samples:
+/// `x(k+1) = E x(k) + now v(k) + next v(k+1)`. The time between samples is 1.
+pub(crate) struct Sampled {
+    /// E.
+    pub(crate) transition: Mat<f64>,
+    /// The effect of v(k).
+    pub(crate) now: Vec<f64>,
+    /// The effect of v(k+1); zeros with a zero-order hold.
+    pub(crate) next: Vec<f64>,
+}
+
+impl Sampled {
+    /// Samples `x' = M x + g v`: with `exp [M g 0; 0 0 1; 0 0 0] = [E p r; ...]`, `now = p - r`, `next = r` for straight
+    /// lines, and `now = p` for a constant input.
+    pub(crate) fn new(m: MatRef<'_, f64>, g: &[f64], hold: Hold) -> Self {
+        let n = m.nrows();
+        let block = Mat::from_fn(n + 2, n + 2, |i, j| match (i < n, j < n) {
+            (true, true) => m[(i, j)],
+            (true, false) if j == n => g[i],
+            (false, false) if i == n && j == n + 1 => 1.0,
+            _ => 0.0,
+        });
+        let e = exponential(block.as_ref());
+        let ramp = |i: usize| {
+            if hold == Hold::First {
+                e[(i, n + 1)]
+            } else {
+                0.0
+            }
+        };
+        Self {
+            transition: e.get(..n, ..n).to_owned(),
+            now: (0..n).map(|i| e[(i, n)] - ramp(i)).collect(),
+            next: (0..n).map(ramp).collect(),
+        }
+    }
+
+    /// Computes the states of the first sample from rest.
+    pub(crate) fn start(&self, first: f64, x: &mut [f64]) {
+        for (x, next) in x.iter_mut().zip(&self.next) {
+            *x = next * first;
+        }
+    }
+
+    /// Goes from one sample to the next; `scratch` has room for the states.
+    pub(crate) fn step(&self, v: [f64; 2], x: &mut [f64], scratch: &mut [f64]) {
+        for (i, to) in scratch.iter_mut().enumerate() {
+            *to = self.now[i].mul_add(v[0], self.next[i] * v[1]);
+        }
+        for (j, x) in x.iter().enumerate() {
+            for (to, e) in scratch.iter_mut().zip(self.transition.col(j).iter()) {
+                *to = e.mul_add(*x, *to);
+            }
+        }
+        x.copy_from_slice(scratch);
+    }
+}
+
+/// Returns the matrix of `x' = M x + e_1 v` with the states `s^(n-1)/A v, ..., 1/A v`.
+pub(crate) fn controller_form(a: &[f64]) -> Mat<f64> {
+    let n = a.len();
+    Mat::from_fn(n, n, |i, j| match i {
+        0 => -a[j],
+        _ if i == j + 1 => 1.0,
+        _ => 0.0,
+    })
+}
+
+/// Returns how `B/A v` follows from the states and v: `c' x + d v`, for numerators of at most n + 1 numbers.
+pub(crate) fn output_of(b: &[f64], a: &[f64]) -> (Vec<f64>, f64) {
+    let n = a.len();
+    let direct = if b.len() > n { b[0] } else { 0.0 };
+    let own = &b[b.len().saturating_sub(n)..];
+    let mut c = vec![0.0; n];
+    c[n - own.len()..].copy_from_slice(own);
+    for (c, a) in c.iter_mut().zip(a) {
+        *c -= direct * a;
+    }
+    (c, direct)
+}
+
+/// A number with its derivatives by all parameters would be dear; a matrix with its derivative by one is enough.
+struct Directed {
+    value: Mat<f64>,
+    slope: Mat<f64>,
+}
+
+impl ContinuousModel {
+    /// Returns the orders of the sampled model: n + 1 coefficients from q^0 on where u acts at once, else n from q^-1
+    /// on; the dead time in front.
+    pub fn sampled_orders(numerator: usize, n: usize, hold: Hold, dead_time: usize) -> Orders {
+        let at_once = numerator > n || hold == Hold::First;
+        Orders {
+            nb: n + usize::from(at_once),
+            nf: n,
+            nk: dead_time + usize::from(!at_once),
+            ..Orders::default()
+        }
+    }
+
+    /// Returns the parameters, `b_0 ... b_m, a_1 ... a_n`.
+    pub fn parameters(&self) -> Vec<f64> {
+        [&self.numerator, &self.denominator[1..]].concat()
+    }
+
+    /// Returns the standard errors of the parameters; `None` if there is no covariance.
+    pub fn standard_errors(&self) -> Option<Vec<f64>> {
+        let n = self.numerator.len() + self.denominator.len() - 1;
+        let diagonal = || (0..n).map(|i| self.covariance[i * n + i].sqrt()).collect();
+        (!self.covariance.is_empty()).then(diagonal)
+    }
+
+    /// Returns the powers of the step that turn parameters per second into parameters per sample: a_i by i, b_j by the
+    /// degree that it lacks to n.
+    fn powers(&self) -> impl Iterator<Item = i32> {
+        let (nb, n) = (
+            self.numerator.len() as i32,
+            self.denominator.len() as i32 - 1,
+        );
+        (0..nb).map(move |j| n + 1 - nb + j).chain(1..=n)
+    }
+
+    /// Sets a model whose unit of time is the sample.
+    pub(crate) fn set_per_sample(&mut self, b: &[f64], a: &[f64], covariance: &[f64]) {
+        self.numerator.clear();
+        self.numerator.extend_from_slice(b);
+        self.denominator.clear();
+        self.denominator.push(1.0);
+        self.denominator.extend_from_slice(a);
+        let scales: Vec<f64> = self.powers().map(|i| self.step.powi(-i)).collect();
+        let places = self.numerator.iter_mut().chain(&mut self.denominator[1..]);
+        places.zip(&scales).for_each(|(p, scale)| *p *= scale);
+        self.covariance.clear();
+        self.covariance.extend_from_slice(covariance);
+        for (row, scale) in self.covariance.chunks_exact_mut(scales.len()).zip(&scales) {
+            row.iter_mut()
+                .zip(&scales)
+                .for_each(|(p, other)| *p *= scale * other);
+        }
+    }
+
+    /// Computes the sampled model `B(q)/F(q)` in `to`, whose orders are [`Self::sampled_orders`]. Returns the
+    /// derivatives of its `(B, F)` by the parameters, row by row.
+    ///
+    /// With `x(k+1) = E x(k) + p u(k) + r u(k+1)`, `y = c'x + d u`: `F = det(z - E)` and
+    /// `B = c' adj(z - E) (p + r z) + d F`, by the recursion of Faddeev and Leverrier.
+    pub fn sample(&self, to: &mut LinearModel) -> Vec<f64> {
+        let scaled = |(p, i): (f64, i32)| p * self.step.powi(i);
+        let all: Vec<f64> = self
+            .parameters()
+            .into_iter()
+            .zip(self.powers())
+            .map(scaled)
+            .collect();
+        let (b, a) = all.split_at(self.numerator.len());
+        let (n, nb) = (a.len(), b.len());
+        let first = to.delay - self.dead_time;
+        let rows = n + 1 - first + n;
+        let mut jacobian = vec![0.0; rows * all.len()];
+        let units = (0..nb).map(|j| (0..nb).map(|i| f64::from(u8::from(i == j))).collect());
+        let units: Vec<Vec<f64>> = units.collect();
+        for (column, unit) in units.iter().enumerate() {
+            // B is linear in b.
+            let [_, by_b, ..] = sampled_polynomials(unit, a, None, self.hold);
+            for (row, value) in by_b[first..].iter().enumerate() {
+                jacobian[row * all.len() + column] = *value;
+            }
+        }
+        for i in 0..n {
+            let [f, numerator, of_f, of_b] = sampled_polynomials(b, a, Some(i), self.hold);
+            let slopes = of_b[first..].iter().chain(&of_f[1..]);
+            for (row, value) in slopes.enumerate() {
+                jacobian[row * all.len() + nb + i] = *value;
+            }
+            to.f.copy_from_slice(&f);
+            to.b[..to.delay].fill(0.0);
+            to.b[to.delay..].copy_from_slice(&numerator[first..]);
+        }
+        let scales: Vec<f64> = self.powers().map(|i| self.step.powi(i)).collect();
+        for row in jacobian.chunks_exact_mut(all.len()) {
+            row.iter_mut()
+                .zip(&scales)
+                .for_each(|(d, scale)| *d *= scale);
+        }
+        jacobian
+    }
+}
+
+/// Returns F and B of the sampled `b/a` as polynomials in q^-1 of degree n, and their derivatives by a_i.
+fn sampled_polynomials(b: &[f64], a: &[f64], by: Option<usize>, hold: Hold) -> [Vec<f64>; 4] {
+    let n = a.len();
+    let form = controller_form(a);
+    // exp [M dM; 0 M] = [exp M, its derivative; 0, exp M], for M with the input's columns.
+    let mut input = vec![0.0; 2 * n];
+    input[n] = 1.0;
+    let doubled = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+        (true, true) => form[(i, j)],
+        (false, false) => form[(i - n, j - n)],
+        (true, false) if i == 0 && Some(j - n) == by => -1.0,
+        _ => 0.0,
+    });
+    let sampled = Sampled::new(doubled.as_ref(), &input, hold);
+    let e = Directed {
+        value: sampled.transition.get(n.., n..).to_owned(),
+        slope: sampled.transition.get(..n, n..).to_owned(),
+    };
+    let split = |both: &[f64]| [both[n..].to_vec(), both[..n].to_vec()];
+    let [now, d_now] = split(&sampled.now);
+    let [next, d_next] = split(&sampled.next);
+    let (c, d) = output_of(b, a);
+    let d_c: Vec<f64> = (0..n)
+        .map(|j| if by == Some(j) { -d } else { 0.0 })
+        .collect();
+    let mut polynomials = [(); 4].map(|()| vec![0.0; n + 1]);
+    let [f, numerator, of_f, of_b] = &mut polynomials;
+    f[0] = 1.0;
+    let mut m = Directed {
+        value: Mat::identity(n, n),
+        slope: Mat::zeros(n, n),
+    };
+    let product = |c: &[f64], m: MatRef<'_, f64>, g: &[f64]| -> f64 {
+        let row = |j: usize| (0..n).map(|i| c[i] * m[(i, j)]).sum::<f64>();
+        (0..n).map(|j| row(j) * g[j]).sum()
+    };
+    for k in 1..=n {
+        // m is the matrix beside z^(n-k) in adj(z - E).
+        let (value, slope) = (m.value.as_ref(), m.slope.as_ref());
+        for (g, d_g, at) in [(&now, &d_now, k), (&next, &d_next, k - 1)] {
+            numerator[at] += product(&c, value, g);
+            of_b[at] += product(&d_c, value, g) + product(&c, slope, g) + product(&c, value, d_g);
+        }
+        let moved = Directed {
+            slope: &e.slope * &m.value + &e.value * &m.slope,
+            value: &e.value * &m.value,
+        };
+        let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>() / k as f64;
+        (f[k], of_f[k]) = (-trace(&moved.value), -trace(&moved.slope));
+        m = moved;
+        for i in 0..n {
+            m.value[(i, i)] += f[k];
+            m.slope[(i, i)] += of_f[k];
+        }
+    }
+    for k in 0..=n {
+        numerator[k] += d * f[k];
+        of_b[k] += d * of_f[k];
+    }
+    polynomials
+}
+
+#[cfg(test)]
+mod tests;

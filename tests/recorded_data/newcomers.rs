@@ -1,0 +1,145 @@
+//! Methods in continuous time against least squares by scipy (`newcomers/continuous.py`).
+
+use super::{numbers, size};
+use crate::common::PROGRAM;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded_data/newcomers")
+}
+
+fn cases(file: &str) -> Vec<Value> {
+    let text = std::fs::read_to_string(folder().join(file)).expect(file);
+    let file: Value = serde_json::from_str(&text).expect("JSON");
+    file["cases"].as_array().expect("cases").clone()
+}
+
+fn run(data: &str, arguments: &[&str]) -> Output {
+    let mut command = Command::new(PROGRAM);
+    command
+        .arg("estimate")
+        .arg(folder().join(data))
+        .args(arguments);
+    command.output().expect("asobench runs")
+}
+
+fn estimate(data: &str, arguments: &[&str]) -> Value {
+    let output = run(data, &[arguments, &["--format", "json"]].concat());
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{data}: {error}");
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    report["estimates"][0].clone()
+}
+
+fn text<'a>(case: &'a Value, key: &str) -> &'a str {
+    case[key].as_str().expect(key)
+}
+
+/// Each number within this part of the reference.
+fn near(what: &str, found: &[f64], expected: &Value, tolerance: f64) {
+    let expected = numbers(expected).expect("numbers");
+    assert_eq!(found.len(), expected.len(), "{what}");
+    for (found, expected) in found.iter().zip(expected) {
+        let error = (found / expected - 1.0).abs();
+        assert!(error < tolerance, "{what}: {found} {expected}");
+    }
+}
+
+/// Coefficients in s, noise model, standard errors and loss. scipy's search ends at 1e-9, its differences at 1e-8.
+#[test]
+fn models_in_continuous_time() {
+    let cases = cases("continuous.json");
+    assert_eq!(cases.len(), 4);
+    for case in &cases {
+        let (data, method) = (text(case, "data"), text(case, "method"));
+        let what = format!("{data} {method}");
+        let options = ["--estimator", method, "--orders", text(case, "orders")];
+        let found = estimate(
+            data,
+            &[&options[..], &["--hold", text(case, "hold")]].concat(),
+        );
+        let (expected, continuous) = (&case["expected"], &found["continuous"]);
+        assert_eq!(found["status"], "ok", "{what}");
+        assert_eq!(continuous["sampling_time"], case["ts"], "{what}");
+        let list = |of: &Value, skip: usize| numbers(of).expect("numbers").split_off(skip);
+        let theta = [
+            list(&continuous["numerator"], 0),
+            list(&continuous["denominator"], 1),
+        ];
+        near(&what, &theta.concat(), &expected["theta"], 1e-8);
+        near(&what, &list(&continuous["se"], 0), &expected["se"], 1e-7);
+        let noise = [list(&found["model"]["C"], 1), list(&found["model"]["D"], 1)].concat();
+        near(&what, &noise, &expected["noise"], 1e-8);
+        let orders = &found["model"]["orders"];
+        let count = |key: &str| {
+            size(&Value::from(orders.as_str().map_or(0, |text| {
+                let number = text
+                    .split(',')
+                    .find_map(|part| part.strip_prefix(key)?.strip_prefix('='));
+                number
+                    .and_then(|number| number.parse::<u64>().ok())
+                    .unwrap_or(0)
+            })))
+        };
+        let (first, all) = (count("nb"), count("nc") + count("nd"));
+        near(
+            &what,
+            &list(&found["se"], 0)[first..first + all],
+            &expected["noise_se"],
+            1e-7,
+        );
+        near(
+            &what,
+            &[found["loss"].as_f64().expect("a loss")],
+            &Value::from(vec![expected["loss"].clone()]),
+            1e-11,
+        );
+    }
+}
+
+/// What a user must say, and what is refused, in one line.
+#[test]
+fn the_time_between_samples_is_asked_for() {
+    let line = |arguments: &[&str]| {
+        let output = run("rao_garnier.csv", arguments);
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let srivc = ["--estimator", "srivc", "--order", "2"];
+    let error = line(&[&srivc[..], &["--time", "none"]].concat());
+    assert!(
+        error.contains("--estimator srivc: needs the time between samples; expected --ts SECONDS"),
+        "{error}"
+    );
+    let error = line(&[&srivc[..], &["--hold", "second"]].concat());
+    assert!(error.contains("unknown hold 'second'"), "{error}");
+    let error = line(&["--estimator", "srivc", "--orders", "nb=4,nf=2"]);
+    assert!(
+        error.contains("--orders: expected an nb of 1 to nf + 1"),
+        "{error}"
+    );
+    // `--order` and `--delay` alone, and the page.
+    let found = estimate(
+        "rao_garnier.csv",
+        &["--estimator", "srivc", "--order", "2", "--delay", "3"],
+    );
+    assert_eq!(found["continuous"]["dead_time"], 0.02);
+    let found = estimate(
+        "lines.csv",
+        &[
+            "--estimator",
+            "srivc",
+            "--order",
+            "2",
+            "--hold",
+            "first-order",
+        ],
+    );
+    assert_eq!(
+        found["continuous"]["numerator"].as_array().map(Vec::len),
+        Some(2)
+    );
+    assert_eq!(found["model"]["B"].as_array().map(Vec::len), Some(3));
+}
