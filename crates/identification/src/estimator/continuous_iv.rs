@@ -127,7 +127,6 @@ continuous!(
 fn check(orders: Option<Orders>, noise: bool) -> Result<(), OptionError> {
     let refuse = |message| Err(OptionError::new("orders", message));
     match orders {
-        None => Ok(()),
         Some(Orders { na, nc, nd, .. }) if na + nc + nd > 0 && !noise => {
             refuse("expected nb, nf, nk; the model has no A(q), C, D")
         }
@@ -137,7 +136,7 @@ fn check(orders: Option<Orders>, noise: bool) -> Result<(), OptionError> {
             refuse("expected an nb of 1 to nf + 1: the degree of B(s) is nb - 1")
         }
         Some(Orders { nk: 0, .. }) => refuse("expected an nk of at least 1: 1 is no dead time"),
-        Some(_) => Ok(()),
+        None | Some(_) => Ok(()),
     }
 }
 
@@ -211,7 +210,7 @@ impl ContinuousIv {
             theta: vec![0.0; nf + nb],
             best: vec![0.0; nf + nb],
             least: f64::INFINITY,
-            columns: (0..2 * nf + nb + 1).map(|_| signal()).collect(),
+            columns: (0..=2 * nf + nb).map(|_| signal()).collect(),
             u: signal(),
             x: signal(),
             w: signal(),
