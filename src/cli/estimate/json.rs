@@ -127,6 +127,7 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         let roots = precision.as_ref().map(of);
         json!(roots.map(|roots| roots.iter().map(root).collect::<Vec<_>>()))
     };
+    let gain = |of: fn(&Precision) -> f64| json!(precision.as_ref().map(of));
     let cancellations = precision.as_ref().map(|precision| {
         let pairs = precision.cancellations.iter();
         let pairs = pairs.map(|pair| cancellation(pair, model));
@@ -171,14 +172,8 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         ("loss", json!(parameters.then_some(pass.loss))),
         ("se", json!(errors)),
         ("interval_95", json!(intervals)),
-        (
-            "static_gain",
-            json!(precision.as_ref().map(|precision| precision.static_gain)),
-        ),
-        (
-            "static_gain_se",
-            json!(precision.as_ref().map(|precision| precision.static_gain_se)),
-        ),
+        ("static_gain", gain(|precision| precision.static_gain)),
+        ("static_gain_se", gain(|precision| precision.static_gain_se)),
         ("residuals", json!(residuals)),
         ("iterations", json!(pass.iterations)),
         ("minima", json!(pass.minima)),
