@@ -48,6 +48,23 @@ class StepResponse(NamedTuple):
     se: Vector
 
 
+class Continuous(NamedTuple):
+    """The model in continuous time, B(s)/A(s), of which a model is the sampled one."""
+
+    numerator: Vector
+    """``b_0 ... b_m``, descending powers of s, in powers of 1/s."""
+    denominator: Vector
+    """``1, a_1 ... a_n``."""
+    se: Vector
+    """The standard errors of ``b_0 ... b_m, a_1 ... a_n``; NaN without a covariance."""
+    ts: float
+    """The time between samples, seconds."""
+    hold: str
+    """The input between samples."""
+    dead_time: float
+    """Seconds."""
+
+
 class ResidualTests(NamedTuple):
     """P-values of the tests of residuals, each at 1 %."""
 
@@ -156,7 +173,16 @@ class Model:
             n.shift,
             n.x0,
         )
-        found = (n.loss, n.condition, n.iterations, n.minima, n.status, n.singular_values, n.x0 is not None)
+        found = (
+            n.loss,
+            n.condition,
+            n.iterations,
+            n.minima,
+            n.status,
+            n.singular_values,
+            n.x0 is not None,
+            n.continuous,
+        )
         return _restore, (parts, found, self.estimator, self._options, self._record)
 
     # The polynomials.
@@ -275,6 +301,17 @@ class Model:
     def singular_values(self) -> Vector:
         """Of a subspace method, largest first; they hint at the order."""
         return self._native.singular_values
+
+    @property
+    def continuous(self) -> Continuous | None:
+        """The model in continuous time, of an estimator that has one."""
+        found = self._native.continuous
+        if found is None:
+            return None
+        numerator, denominator, covariance, ts, hold, dead_time = found
+        p = len(numerator) + len(denominator) - 1
+        se = np.sqrt(np.array(covariance).reshape(p, p).diagonal()) if covariance else np.full(p, np.nan)
+        return Continuous(np.array(numerator), np.array(denominator), se, ts, hold, dead_time * ts)
 
     @property
     def x0(self) -> Vector | None:

@@ -31,6 +31,7 @@ class Native:
         status: str | None,
         singular_values: Any,
         start: bool,
+        continuous: Any,
     ) -> Native: ...
     delay: int
     orders: str
@@ -44,6 +45,7 @@ class Native:
     status: str | None
     singular_values: Vector
     x0: Vector | None
+    continuous: tuple[list[float], list[float], list[float], float, str, int] | None
     def polynomials(self) -> list[Vector]: ...
     def params(self) -> Vector: ...
     def se(self) -> Vector | None: ...

@@ -76,6 +76,11 @@ class SameBits(unittest.TestCase):
             numbers["observer"] = (ab.observer(model).run(u, y)[-1], printed["observer"]["x_at_window"])
         for name, (own, other) in numbers.items():
             self.assertEqual(bits(own), bits(other), f"{estimator} {name}: {own} {other}")
+        self.assertEqual(model.continuous is None, printed["continuous"] is None)
+        if model.continuous:
+            for name in ("numerator", "denominator", "se"):
+                self.assertEqual(bits(getattr(model.continuous, name)), bits(printed["continuous"][name]))
+            self.assertEqual(pickle.loads(pickle.dumps(model)).continuous.hold, printed["continuous"]["hold"])
         for name in roots:
             self.assertEqual(getattr(model, name).tolist(), roots[name], f"{estimator} {name}")
         self.assertEqual(model.iterations, printed["iterations"])
@@ -87,8 +92,9 @@ class SameBits(unittest.TestCase):
             delay = 3 if name == "delayed" else 1
             for estimator in ab.estimators:
                 with self.subTest(f"{estimator} {name}"):
-                    flags = ["--order", 2, "--delay", delay]
-                    self.compare(u, y, estimator, {"order": 2, "nk": delay}, flags)
+                    own = {"ts": 0.5} if "ts" in ab._estimators.registry()[estimator]["options"] else {}
+                    flags = ["--order", 2, "--delay", delay, *(f"--{key}={value}" for key, value in own.items())]
+                    self.compare(u, y, estimator, {"order": 2, "nk": delay, **own}, flags)
 
     def test_orders_and_options_as_the_command_line(self):
         u, y = record()

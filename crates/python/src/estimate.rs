@@ -27,7 +27,7 @@ pub(crate) fn estimate(
     y: &Bound<'_, PyAny>,
 ) -> PyResult<(Native, Option<String>)> {
     let (name, mut parsed) = parse(estimator, options)?;
-    let made = parsed.model_orders(order).filter(|_| order > 0);
+    let made = parsed.default_orders(order).filter(|_| order > 0);
     let made = made.map(|orders| {
         Orders {
             nk: delay,

@@ -6,8 +6,9 @@ use asobench_identification::diagnosis::{
 };
 use asobench_identification::estimator::{Failure, FailureKind, Pass, Progress};
 use asobench_identification::metric::{FitModel, fit, prediction_errors};
-use asobench_identification::model::LinearModel;
 use asobench_identification::model::polynomial::{divide, filter};
+use asobench_identification::model::{ContinuousModel, LinearModel};
+use asobench_identification::names::UnknownName;
 use asobench_identification::observer::{Gain, Observer};
 use asobench_identification::plant::PoleFinder;
 use numpy::{PyArray1, PyArray2};
@@ -28,6 +29,14 @@ pub(crate) struct Native {
     pub(crate) pass: Pass,
     /// By how many samples.
     pub(crate) shift: usize,
+}
+
+/// Numerator, denominator, covariance, time between samples, hold and dead time in samples of a model in continuous time.
+type Continuous = (Vec<f64>, Vec<f64>, Vec<f64>, f64, String, usize);
+
+#[expect(clippy::needless_pass_by_value, reason = "what map_err hands on")]
+fn unknown(error: UnknownName) -> PyErr {
+    refused(error.to_string())
 }
 
 fn refused(message: impl Into<String>) -> PyErr {
@@ -92,17 +101,26 @@ impl Native {
         status: Option<&str>,
         singular_values: Vec<f64>,
         start: bool,
+        continuous: Option<Continuous>,
     ) -> PyResult<Self> {
         let mut pass = self.pass.clone();
+        if let Some((numerator, denominator, covariance, step, hold, dead_time)) = continuous {
+            pass.continuous = ContinuousModel {
+                numerator,
+                denominator,
+                covariance,
+                step,
+                hold: hold.parse().map_err(unknown)?,
+                dead_time,
+            };
+        }
         (pass.loss, pass.condition) = (loss, condition);
         (pass.iterations, pass.minima) = (iterations, minima);
         pass.singular_values = singular_values;
         if !start {
             pass.progress = Progress::Parameters;
         }
-        let kind: Option<FailureKind> = status.map(str::parse).transpose().map_err(
-            |error: asobench_identification::names::UnknownName| refused(error.to_string()),
-        )?;
+        let kind: Option<FailureKind> = status.map(str::parse).transpose().map_err(unknown)?;
         pass.failure = kind.map(Failure::from);
         let (model, shift) = (self.model.clone(), self.shift);
         Ok(Self { model, pass, shift })
@@ -164,6 +182,28 @@ impl Native {
     fn status(&self) -> Option<&str> {
         let failure: Option<&Failure> = self.pass.failure.as_ref();
         failure.map(|failure| failure.kind.name())
+    }
+
+    /// The model in continuous time of which this is the sampled one.
+    #[getter]
+    fn continuous(&self) -> Option<Continuous> {
+        let ContinuousModel {
+            numerator,
+            denominator,
+            covariance,
+            step,
+            hold,
+            dead_time,
+        } = self.pass.continuous.clone();
+        let parts = (
+            numerator,
+            denominator,
+            covariance,
+            step,
+            hold.name().to_owned(),
+            dead_time,
+        );
+        (!parts.0.is_empty()).then_some(parts)
     }
 
     #[getter]
