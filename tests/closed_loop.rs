@@ -35,6 +35,7 @@ fn settings(noise: &str, feedback: Feedback) -> ProcessSettings {
         input_noise: 0.0,
         process_noise: 0.0,
         feedback,
+        change: None,
     }
 }
 

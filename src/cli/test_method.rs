@@ -235,6 +235,7 @@ impl Test<'_> {
             x0_deviation: 0.0,
             input_noise: 0.0,
             process_noise: 0.0,
+            change: None,
             ..self.process.settings().clone()
         });
         let of = (&process.map_err(failed)?, 0.0);

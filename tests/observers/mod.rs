@@ -40,6 +40,7 @@ fn settings(process_noise: f64, x0_deviation: f64) -> ProcessSettings {
         input_noise: 0.0,
         process_noise,
         feedback: Default::default(),
+        change: None,
     }
 }
 

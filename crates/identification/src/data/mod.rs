@@ -1,5 +1,6 @@
 //! Records of u and y: simulated with their truth, or read from a file.
 
+mod change;
 mod controller;
 pub mod csv;
 mod detrend;
@@ -10,6 +11,7 @@ mod realisation;
 mod source;
 mod truth;
 
+pub use change::{Change, ChangedPlant, PlantCourse};
 pub use controller::{ControlLaw, Controller, History};
 pub use detrend::{Detrend, Trend};
 pub use feedback::{Feedback, FeedbackError, OutputFeedback};

@@ -3,7 +3,7 @@
 use super::feedback::run_controlled;
 use super::process_error::ProcessError;
 use super::source::{Drive, Plants, Resolved};
-use super::{Feedback, NoiseColour, PlantSource, Realisation};
+use super::{Change, Feedback, NoiseColour, PlantSource, Realisation};
 use crate::plant::StateSpace;
 use crate::real::with_fma;
 use crate::signal::{
@@ -40,6 +40,9 @@ pub struct ProcessSettings {
     pub process_noise: f64,
     /// The feedback that closes the loop.
     pub feedback: Feedback,
+    /// How the plant changes during the record, in open loop; `None`: it does not. Noise of the colour 1/A, and the
+    /// variances of the processes, stay those of the plant before.
+    pub change: Option<Change>,
 }
 
 /// The process that draws records: `y(k) = x_1(k) + s f(k)` with `x(k+1) = A x(k) + b u0(k) + w(k)` from x(0). The
@@ -149,6 +152,7 @@ impl Process {
             input_noise: 0.0,
             process_noise: 0.0,
             feedback: Feedback::None,
+            change: None,
         })
     }
 
@@ -174,6 +178,12 @@ impl Process {
         settings.check_disturbances(closed)?;
         settings.check_sizes()?;
         settings.check_level(closed)?;
+        if let Some(change) = &settings.change {
+            change.check(order)?;
+            if closed {
+                return Err(ProcessError::ChangingLoop);
+            }
+        }
         if let Feedback::Controlled(law) = &settings.feedback
             && law.pilot() < 2
         {
@@ -257,6 +267,10 @@ impl Process {
         };
         let Resolved { plant, noise, .. } = &*resolved;
         to.truth.set(plant, &settings.x0);
+        to.plants.set(plant, settings.change.as_ref());
+        if settings.change.is_some() {
+            to.plants.set_truth(window.saturating_sub(1), &mut to.truth);
+        }
         self.draw_initial_state(names, to);
         self.draw_signals(names, noise, to);
         match &settings.feedback {
@@ -337,7 +351,11 @@ impl Process {
         to.u0.copy_from_slice(&to.r);
         Self::rest(to);
         let plant = &resolved.plant;
-        if self.settings.process_noise > 0.0 {
+        let disturbed = self.settings.process_noise > 0.0;
+        if self.settings.change.is_some() {
+            let (x, states) = (&mut to.x, &mut to.states);
+            to.plants.simulate(disturbed, x, &to.u0, &mut to.y0, states);
+        } else if disturbed {
             plant.simulate_disturbed(&mut to.x, &to.u0, &mut to.y0, &mut to.states);
         } else {
             plant.simulate(&mut to.x, &to.u0, &mut to.y0, &mut to.states);
@@ -391,9 +409,10 @@ impl Process {
             .filter(|_| [process_noise, x0_deviation, input_noise] == [0.0; 3])
     }
 
-    /// Returns plant, noise filter and variances if they are the same in every trial and the loop is open.
+    /// Returns plant, noise filter and variances if they are the same in every trial and sample, and the loop is open.
     pub fn open_loop(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let open = matches!(self.settings.feedback, Feedback::None);
+        let open = open && self.settings.change.is_none();
         let Plants::Fixed(resolved) = &self.plants else {
             return None;
         };
@@ -418,6 +437,7 @@ impl Process {
             input_noise,
             process_noise,
             feedback,
+            change,
         } = &self.settings;
         let mut described = json!({
             "plant": plant.describe(),
@@ -435,6 +455,9 @@ impl Process {
             if *deviation > 0.0 {
                 described[name] = json!(deviation);
             }
+        }
+        if let Some(change) = change {
+            described["change"] = change.describe();
         }
         described
     }
@@ -461,6 +484,7 @@ mod tests {
             input_noise: 0.0,
             process_noise: 0.0,
             feedback: Feedback::Output(OutputFeedback::new(&[0.1], &[1.0]).unwrap()),
+            change: None,
         };
         let process =
             |amplitude: f64, plant| Process::from_settings(settings(amplitude, plant)).unwrap();

@@ -66,6 +66,17 @@ pub enum ProcessError {
         "eta '{0}' needs the variance of the output's process, which is not known for given samples and binary inputs; expected 'exact' or 'absolute'"
     )]
     LevelOfSamples(LevelOver),
+    /// The plant that another becomes has another order.
+    #[error("a plant of order {1} cannot become one of order {0}; expected the same order")]
+    ChangedOrder(usize, usize),
+    /// The factors of a change are out of range.
+    #[error(
+        "a change by a gain of {0} and a factor on the poles of {1}; expected finite numbers, the second above 0"
+    )]
+    ChangeFactors(f64, f64),
+    /// The plant of a closed loop changes.
+    #[error("a plant that changes is for open loop only; expected feedback = \"none\"")]
+    ChangingLoop,
     /// The controller has too few samples before it to set the noise level.
     #[error("a controller needs at least 2 samples in open loop before it, not {0}")]
     Pilot(usize),

@@ -1,7 +1,7 @@
 //! One realisation of a process: the record, its truth and its parts.
 
 use super::controller::Kept;
-use super::{DrawFailure, Truth};
+use super::{DrawFailure, PlantCourse, Truth};
 
 /// Buffers for one realisation of a process. All samples are k = 0 ... K-1 of the record. With
 /// [`super::Feedback::Controlled`] the record begins where the loop is closed ([`Self::origin`]).
@@ -27,6 +27,8 @@ pub struct Realisation {
     pub scale: f64,
     /// The true system of this trial.
     pub truth: Truth,
+    /// The true plant of every sample.
+    pub plants: PlantCourse,
     /// The number of samples drawn before the record's first one: the open-loop part before a controller starts.
     pub origin: usize,
     /// Why there is no record, if there is none. Then `u` and `y` are NaN, and so is the truth if no plant was drawn.

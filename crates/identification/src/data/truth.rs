@@ -4,7 +4,7 @@ use crate::names::named_enum;
 use crate::plant::StateSpace;
 use crate::plant::canonical::multiply_toeplitz;
 
-/// The true system of a trial, each part of length n.
+/// The true system of a trial, each part of length n. Of a plant that changes, a, b and h are those of k = N - 1.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     /// Last row of A.
@@ -29,6 +29,12 @@ impl Truth {
             to.clear();
             to.extend_from_slice(from);
         }
+        multiply_toeplitz(&self.a, &mut self.h);
+    }
+
+    /// Sets h to `T b`.
+    pub(super) fn follow_b(&mut self) {
+        self.h.copy_from_slice(&self.b);
         multiply_toeplitz(&self.a, &mut self.h);
     }
 

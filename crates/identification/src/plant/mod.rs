@@ -21,6 +21,7 @@ pub use paper::{Numerator, nikolov2023};
 pub use poles::{PoleFinder, parse_pole, polynomial_from_poles, unmatched_pole};
 pub use random_plant::random_stable;
 pub use sampled_plant::{SAMPLED_DEGREE_LIMIT, Sampling, SamplingError};
+pub(crate) use simulate::simulate_disturbed;
 pub use simulate::{drive, observe, simulate};
 pub use system::{StateSpace, SystemError, TransferFunction};
 

@@ -15,6 +15,9 @@ pub enum NoTheory {
     /// Each trial has its own random plant.
     #[error("every trial has its own random plant")]
     RandomPlant,
+    /// The plant changes during the record.
+    #[error("the plant changes during the record, so nothing is stationary")]
+    ChangingPlant,
     /// A periodic input.
     #[error("the input is periodic, so every trial has its own limit")]
     PeriodicInput,

@@ -57,6 +57,9 @@ impl Population {
         let PlantSource::Fixed(plant) = &settings.plant else {
             return Err(NoTheory::RandomPlant);
         };
+        if settings.change.is_some() {
+            return Err(NoTheory::ChangingPlant);
+        }
         // The fourth cumulant over the squared variance.
         let excess = match &settings.input {
             Input::Signs(signs) => match signs.sequence {

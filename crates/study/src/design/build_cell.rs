@@ -12,7 +12,7 @@ use crate::design::file::tables::{FeedbackTable, NoiseTable, PlantTable};
 use crate::design::settings_reader::{LARGEST_COUNT, SettingsReader, unknown};
 use crate::design::state_feedback::StateFeedback;
 use asobench_identification::data::{
-    Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings,
+    Change, ChangedPlant, Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings,
 };
 use asobench_identification::estimator::{SetupError, Shape, Solver};
 use asobench_identification::model::LinearModel;
@@ -28,6 +28,9 @@ pub(crate) const PLANTS: [&str; 2] = ["nikolov2023", "random"];
 pub(crate) const NOISES: [&str; 2] = ["ar", "white"];
 /// Built-in feedbacks, which need no table.
 pub(crate) const FEEDBACKS: [&str; 1] = ["none"];
+
+/// Built-in changes, which need no table.
+pub(crate) const CHANGES: [&str; 1] = ["none"];
 
 /// The largest size in bytes of a record with its truth; each thread has one.
 const RECORD_LIMIT: usize = 4 << 30;
@@ -75,6 +78,13 @@ impl SettingsReader<'_> {
                 "the record of K = {horizon} samples is shorter than the window N = {window}"
             );
             return Err(FileError::key("horizon", message));
+        }
+        if let Some(change) = &process.settings().change
+            && change.at >= horizon
+        {
+            let place = format!("changes.{}.at", self.text(Key::Change));
+            let message = format!("{}; the record has K = {horizon} samples", change.at);
+            return Err(FileError::key(&place, message));
         }
         if horizon as f64 > LARGEST_COUNT {
             let message =
@@ -142,6 +152,7 @@ impl SettingsReader<'_> {
             input_noise: self.number(Key::InputNoise)?,
             process_noise: self.number_or_default(Key::ProcessNoise)?,
             feedback,
+            change: self.change(&plant)?,
             plant,
         };
         Process::from_settings(settings).map_err(|e| FileError::key("settings", e.to_string()))
@@ -225,8 +236,11 @@ impl SettingsReader<'_> {
     }
 
     fn plant(&self) -> Result<PlantSource, FileError> {
-        let name = self.text(Key::Plant);
-        match name.as_str() {
+        self.plant_named(&self.text(Key::Plant))
+    }
+
+    fn plant_named(&self, name: &str) -> Result<PlantSource, FileError> {
+        match name {
             "nikolov2023" => Ok(nikolov2023(self.name(Key::Numerator)?).into()),
             "random" => Ok(PlantSource::Random {
                 order: self.count(Key::PlantOrder)?,
@@ -235,8 +249,8 @@ impl SettingsReader<'_> {
             _ => {
                 let known = self.file.plants.keys().map(String::as_str);
                 let known: Vec<&str> = PLANTS.into_iter().chain(known).collect();
-                let table = self.file.plants.get(&name);
-                let table = table.ok_or_else(|| unknown(Key::Plant, &name, &known))?;
+                let table = self.file.plants.get(name);
+                let table = table.ok_or_else(|| unknown(Key::Plant, name, &known))?;
                 let place = format!("plants.{name}");
                 let wrong = |e: String| FileError::key(&place, e);
                 // Before anything is computed of them.
@@ -255,6 +269,47 @@ impl SettingsReader<'_> {
                 Ok(plant.into())
             }
         }
+    }
+
+    /// Returns the change of this plant.
+    fn change(&self, plant: &PlantSource) -> Result<Option<Change>, FileError> {
+        let name = match self.settings.get(&Key::Change) {
+            Some(_) => self.text(Key::Change),
+            None => return Ok(None),
+        };
+        if name == "none" {
+            return Ok(None);
+        }
+        let known = self.file.changes.keys().map(String::as_str);
+        let known: Vec<&str> = CHANGES.into_iter().chain(known).collect();
+        let table = self.file.changes.get(&name);
+        let table = table.ok_or_else(|| unknown(Key::Change, &name, &known))?;
+        let wrong = |message: &str| Err(FileError::key(&format!("changes.{name}"), message));
+        let to = match (&table.plant, table.gain, table.poles) {
+            (Some(to), None, None) => match self.plant_named(to)? {
+                PlantSource::Fixed(plant) => ChangedPlant::Plant(plant),
+                PlantSource::Random { .. } => {
+                    return wrong("plant = \"random\"; expected one plant for all trials");
+                }
+            },
+            (Some(_), _, _) => return wrong("both a plant and factors; expected one of them"),
+            (None, None, None) => return wrong("expected a plant, or a gain or poles, the factors"),
+            (None, gain, poles) => ChangedPlant::Factors {
+                gain: gain.unwrap_or(1.0),
+                poles: poles.unwrap_or(1.0),
+            },
+        };
+        let (at, over) = (table.at, table.over);
+        let change = Change { to, at, over };
+        // Factors may move the poles of a stable plant outside.
+        if let PlantSource::Fixed(plant) = plant
+            && plant.is_stable()
+            && table.plant.is_none()
+            && !change.after(plant).is_some_and(|after| after.is_stable())
+        {
+            return wrong("the plant after it is not stable; expected a smaller factor on its poles");
+        }
+        Ok(Some(change))
     }
 
     fn x0(&self, order: usize) -> Result<Vec<f64>, FileError> {

@@ -130,16 +130,19 @@ impl Cell {
     }
 
     /// Whether x(k) follows from the true plant, x(0) and the measured input: without noise of the process and of the
-    /// input.
+    /// input, and without a change of the plant.
     pub fn follows_input(&self) -> bool {
         let settings = self.process().map(Process::settings);
-        settings.is_some_and(|of| of.process_noise == 0.0 && of.input_noise == 0.0)
+        settings.is_some_and(|of| {
+            of.process_noise == 0.0 && of.input_noise == 0.0 && of.change.is_none()
+        })
     }
 
     /// Returns the model that a method with the true plant receives: the plant, and the mean of its initial states.
     ///
     /// # Errors
-    /// [`SetupError::NoKnownPlant`] unless all trials share one plant of the cell's order, in open loop;
+    /// [`SetupError::NoKnownPlant`] unless all trials share one plant of the cell's order, which does not change, in
+    /// open loop;
     /// [`SetupError::ContinuousTime`] in continuous time.
     pub fn known_model(&self) -> Result<KnownModel, SetupError> {
         let process = self.process().ok_or(SetupError::ContinuousTime)?;

@@ -142,6 +142,7 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
         input_noise,
         process_noise,
         feedback,
+        change,
     } = settings;
     let input = matches!(
         input,
@@ -153,6 +154,7 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
     };
     let has = [
         (input, "an input through a filter"),
+        (change.is_none(), "a plant that changes"),
         (gaussian, "noise that is drawn from given numbers"),
         (matches!(feedback, Feedback::None), "feedback"),
         (matches!(plant, PlantSource::Fixed(_)), "random plants"),

@@ -1,6 +1,6 @@
 //! Checks the names in a file: every name is visible and distinguishable from the others.
 
-use crate::design::build_cell::{FEEDBACKS, NOISES, PLANTS};
+use crate::design::build_cell::{CHANGES, FEEDBACKS, NOISES, PLANTS};
 use crate::design::build_continuous_cell::{CONTINUOUS_PLANTS, SIGNALS};
 use crate::design::file::axis::Scalar;
 use crate::design::file::error::FileError;
@@ -18,6 +18,7 @@ pub(crate) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
     let laws: Vec<&str> = InputLaw::ALL.iter().map(|law| law.name()).collect();
     tables("inputs", file.inputs.keys(), &laws)?;
     tables("noises", file.noises.keys(), &NOISES)?;
+    tables("changes", file.changes.keys(), &CHANGES)?;
     tables("feedbacks", file.feedbacks.keys(), &FEEDBACKS)?;
     let plants = file.continuous_plants.keys();
     tables("continuous_plants", plants, &CONTINUOUS_PLANTS)?;

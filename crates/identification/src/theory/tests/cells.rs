@@ -2,6 +2,7 @@
 
 use super::frequency::{covariance_over_frequency, long_run_over_frequency};
 use super::*;
+use crate::data::{Change, ChangedPlant};
 use crate::theory::canonical::Shape;
 use crate::theory::linear::Linear;
 use crate::theory::passes::{least_squares, model_instruments, regressors};
@@ -392,6 +393,17 @@ fn cells_without_theory_say_why() {
                 ..base()
             },
             NoTheory::RandomPlant,
+        ),
+        (
+            ProcessSettings {
+                change: Some(Change {
+                    to: ChangedPlant::Plant(second_order()),
+                    at: 10,
+                    over: 0,
+                }),
+                ..base()
+            },
+            NoTheory::ChangingPlant,
         ),
         (
             ProcessSettings {

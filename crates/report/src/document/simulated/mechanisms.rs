@@ -158,6 +158,14 @@ fn filters(file: &ExperimentFile) -> Vec<Row> {
             format!("{filter}: {}", table(noise, &[])),
         )
     });
+    let changes = file.changes.iter();
+    let changes = changes.map(|(name, change)| {
+        let what = "A and b of the plant move";
+        row(
+            format!("change {name}"),
+            format!("{what}: {}", table(change, &[])),
+        )
+    });
     let feedbacks = file.feedbacks.iter().map(|(name, feedback)| {
         let law = if feedback.state_gain.is_some() {
             "u(k) = -k'xhat(k) + r(k)"
@@ -175,6 +183,7 @@ fn filters(file: &ExperimentFile) -> Vec<Row> {
     });
     inputs
         .chain(noises)
+        .chain(changes)
         .chain(feedbacks)
         .chain(columns)
         .collect()

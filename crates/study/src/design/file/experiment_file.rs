@@ -12,7 +12,9 @@ use crate::design::file::key::{Key, StudyKind};
 use crate::design::file::method::MethodTable;
 use crate::design::file::needs::Needs;
 use crate::design::file::rule::TrialRule;
-use crate::design::file::tables::{FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
+use crate::design::file::tables::{
+    ChangeTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable,
+};
 use crate::design::measure::Measure;
 use asobench_identification::names::named_enum;
 use schemars::JsonSchema;
@@ -112,6 +114,9 @@ pub struct ExperimentFile {
     pub exclude: Vec<BTreeMap<Key, Axis>>,
     /// Plants by name.
     pub plants: BTreeMap<String, PlantTable>,
+    /// Changes of the plant during the record by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub changes: BTreeMap<String, ChangeTable>,
     /// Inputs by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub inputs: BTreeMap<String, InputTable>,
@@ -181,6 +186,7 @@ impl Default for ExperimentFile {
             zip: Vec::new(),
             exclude: Vec::new(),
             plants: BTreeMap::new(),
+            changes: BTreeMap::new(),
             inputs: BTreeMap::new(),
             noises: BTreeMap::new(),
             columns: BTreeMap::new(),

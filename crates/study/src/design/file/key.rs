@@ -143,6 +143,14 @@ named_table! {
             time: Time::Both,
             ..DISCRETE
         },
+        /// how the plant changes during the record: "none" or a name in `[changes]`
+        Change = "change": Entry {
+            default: Text("none"),
+            words: Words(change_words),
+            held: 1,
+            left_out: true,
+            ..DISCRETE
+        },
         /// reading E1 of nikolov2023: "state-space" or "transfer-function"
         Numerator = "numerator": Entry {
             default: Text("state-space"),
@@ -382,6 +390,13 @@ fn noise(value: &str) -> &str {
 
 fn noise_words(value: &str) -> String {
     format!("{} noise", noise(value))
+}
+
+fn change_words(value: &str) -> String {
+    match value {
+        "none" => "no change".to_owned(),
+        _ => format!("change {value}"),
+    }
 }
 
 /// Shortens a gain to the factor on the poles.

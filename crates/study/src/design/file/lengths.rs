@@ -41,6 +41,7 @@ impl ExperimentFile {
         }
         for (key, tables) in [
             ("plants", self.plants.len()),
+            ("changes", self.changes.len()),
             ("inputs", self.inputs.len()),
             ("noises", self.noises.len()),
             ("feedbacks", self.feedbacks.len()),

@@ -54,6 +54,7 @@ impl ExperimentFile {
             StudyKind::Continuous => &[
                 ("methods", methods),
                 ("plants", !self.plants.is_empty()),
+                ("changes", !self.changes.is_empty()),
                 ("inputs", !self.inputs.is_empty()),
                 ("noises", !self.noises.is_empty()),
                 ("feedbacks", !self.feedbacks.is_empty()),

@@ -178,6 +178,27 @@ fn monic(name: &str, given: Option<&[f64]>) -> Result<Vec<f64>, String> {
     }
 }
 
+/// A change of the plant during the record, in open loop: to another plant, or by factors. Its last row of A and b step
+/// at sample `at`, or move from there along straight lines.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ChangeTable {
+    /// The sample k of the step, or the last one before the drift: the first new state is x(k + 1).
+    pub at: usize,
+    /// The samples that the drift takes; 0 (the default): a step.
+    #[serde(default)]
+    pub over: usize,
+    /// The plant that it becomes, of the same order: as in the setting `plant`, but "random".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plant: Option<String>,
+    /// Instead of a plant: the factor on b.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<f64>,
+    /// Instead of a plant: the factor on all poles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poles: Option<f64>,
+}
+
 /// A noise filter of white noise: the polynomials `C/D`, or numerator and denominator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
