@@ -1,5 +1,6 @@
 //! `asobench replay` and `asobench reproduce --replay`: print every stage of one trial.
 
+mod along;
 mod course;
 mod printed;
 mod which;
@@ -87,6 +88,7 @@ pub(super) fn show(
     // The stages are computed by faer, the rows by the engine of the study.
     memory::fits(experiment, index..index + 1, 2)?;
     let mut trial = Trial::new(experiment, cell).map_err(failed)?;
+    trial.keep_courses();
     trial.run(which.trial).map_err(failed)?;
     let record = trial.record();
     if let Some(path) = options.data {
@@ -108,6 +110,7 @@ pub(super) fn show(
     };
     let stored = stored(options.folder, experiment, index, &trials.rows);
     let mut replay = Replay::new(experiment, index, which.trial, &record);
+    replay.stages.extend(along::courses(experiment, &trial));
     replay.stored = stored;
     replay.may_differ = programs::not_deterministic(experiment)?;
     let code = replay.print(options)?;

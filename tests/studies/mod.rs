@@ -4,6 +4,7 @@ mod claims;
 mod commands;
 mod confirm;
 mod continuous;
+mod course;
 mod damage;
 mod engines;
 mod few;

@@ -49,7 +49,6 @@
 //! | [`number`] | numbers with their standard errors as text |
 //! | [`text`] | texts of others made safe to show |
 
-pub mod adaptive;
 pub mod data;
 pub mod diagnosis;
 pub mod estimator;
@@ -67,4 +66,5 @@ mod step_down;
 pub mod text;
 pub mod theory;
 
+pub use estimator::adaptive;
 pub use fitted::{FitError, Fitted, fit};

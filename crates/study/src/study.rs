@@ -12,6 +12,7 @@ pub use crate::design::lane_plan::Plan;
 pub use crate::design::measure::{self, Better, Measure};
 pub use crate::design::state_feedback::{LoopModel, StateFeedback};
 pub use crate::design::theory::FoundTheory;
+pub use crate::outcome::course_summary::{CourseQuantiles, CourseSummary};
 pub use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 #[doc(hidden)]
 pub use crate::outcome::folder::parse_manifest;

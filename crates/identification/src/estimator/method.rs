@@ -2,6 +2,7 @@
 
 use super::iv_options::IvOptions;
 use super::known::KnownOptions;
+use super::last_samples::LastSamples;
 use super::least_squares::LsOptions;
 use super::method_kind::{Needs, Output, Problem};
 use super::registry::MethodOptions;
@@ -22,6 +23,8 @@ pub struct Method {
     maker: Maker,
     /// The observer of the outputs; `None`: one with the setting's gain.
     observer: Option<ObserverKind>,
+    /// The method sees so many of the last samples; `None`: all of the window.
+    last: Option<usize>,
 }
 
 /// The source of a method's estimators.
@@ -93,6 +96,7 @@ impl Method {
             outputs,
             maker,
             observer: None,
+            last: None,
         }
     }
 
@@ -106,6 +110,23 @@ impl Method {
     pub fn observed_by(mut self, observer: ObserverKind) -> Self {
         self.observer = Some(observer);
         self
+    }
+
+    /// Uses the last `samples` of the window alone; x0 is not estimated then but taken as 0.
+    #[must_use]
+    pub fn on_last(mut self, samples: usize) -> Self {
+        self.last = Some(samples);
+        self
+    }
+
+    /// Returns how many of the last samples the method uses, if not all.
+    pub fn last(&self) -> Option<usize> {
+        self.last
+    }
+
+    /// Whether its estimator takes a record sample by sample, [`Estimator::run_along`].
+    pub fn runs_along(&self) -> bool {
+        self.last.is_none() && self.options().is_some_and(MethodOptions::runs_along)
     }
 
     /// Returns the method's own observer, if it has one.
@@ -163,11 +184,18 @@ impl Method {
         &self,
         problem: impl Into<Problem<'a>>,
     ) -> Result<Box<dyn Estimator>, SetupError> {
-        let problem = problem.into();
-        match &self.maker {
-            Maker::Own { factory, .. } => factory(&problem),
-            Maker::Options(options) => Ok(Box::new(Scaled::new(options.prepare(&problem)?))),
+        let mut problem = problem.into();
+        if let Some(last) = self.last {
+            problem.shape.window = problem.shape.window.min(last);
         }
+        let made: Box<dyn Estimator> = match &self.maker {
+            Maker::Own { factory, .. } => factory(&problem)?,
+            Maker::Options(options) => Box::new(Scaled::new(options.prepare(&problem)?)),
+        };
+        Ok(match self.last {
+            None => made,
+            Some(samples) => Box::new(LastSamples::new(made, samples)),
+        })
     }
 
     /// Returns the order of the method's models for a value of the setting `order`.

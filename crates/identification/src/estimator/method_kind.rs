@@ -101,6 +101,11 @@ pub trait MethodKind {
     /// If the estimator cannot serve the problem.
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError>;
 
+    /// Whether the estimator implements [`Estimator::run_along`].
+    fn runs_along(&self) -> bool {
+        false
+    }
+
     /// Returns the options in the form that lanes run, that of IV passes. `None`: lanes do not have the estimator.
     ///
     /// An implementation must destructure all options (no `..`) and name the values that lanes support, so that a new

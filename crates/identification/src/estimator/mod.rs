@@ -5,6 +5,7 @@
 //! per method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11). [`KnownModel`] returns the true plant
 //! instead.
 
+pub mod adaptive;
 mod arx;
 mod autoregression;
 pub mod auxiliary;
@@ -22,6 +23,7 @@ mod iv_options;
 mod known;
 mod known_model;
 mod lag_sums;
+mod last_samples;
 mod least_squares;
 mod limit;
 mod method;
@@ -307,6 +309,9 @@ pub enum ProgramError {
     Stopped,
 }
 
+/// What [`Estimator::run_along`] calls.
+pub type Visit<'a> = dyn FnMut(usize, &Pass, Option<&[f64]>) + 'a;
+
 /// Estimates (a, b, h, x0) from a window. It owns its buffers; each worker has its own estimator.
 ///
 /// Implement this to bring a method of your own into a Monte-Carlo comparison (see
@@ -320,6 +325,11 @@ pub trait Estimator: Send {
     /// # Panics
     /// The estimators of this crate panic if the window does not have the shape that they were made for.
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]);
+
+    /// Runs once over the window, for methods that take a record sample by sample ([`Method::runs_along`]); others do
+    /// nothing. Calls `visit(k, pass, state)` for each k of `at`, ascending: the pass has the parameters after the first
+    /// k samples, or none if there are none, and the state is xhat(k) if the method estimates it itself.
+    fn run_along(&mut self, _: Window<'_>, _at: &[usize], _: &mut Pass, _visit: &mut Visit<'_>) {}
 
     /// Called before the record of a trial is estimated. A method that works on many trials at a time can look at the
     /// records of others here. The models must not depend on which trials came before.

@@ -1,5 +1,6 @@
 //! The estimators of this crate, one line each. An estimator's file has its options, and these define everything else.
 
+use super::adaptive::{JointEkfOptions, KreisselmeierOptions, ZhangOptions};
 use super::arx::ArxOptions;
 use super::continuous_iv::{RivcOptions, SrivcOptions};
 use super::iv_delayed::IvDelayedOptions;
@@ -171,6 +172,12 @@ estimators! {
     RecursiveSriv = "recursive-sriv": RecursiveSrivOptions,
     /// Recursive prediction error method of Ljung, projected to stable predictors: any model A, B, C, D, F.
     Rpem = "rpem": RpemOptions,
+    /// Kreisselmeier's adaptive observer: filters, and the gradient of a sum of squares with exponential memory.
+    Kreisselmeier = "kreisselmeier": KreisselmeierOptions,
+    /// Zhang's adaptive observer with exponential forgetting.
+    Zhang = "zhang": ZhangOptions,
+    /// The joint extended Kalman filter of state and parameters.
+    JointEkf = "joint-ekf": JointEkfOptions,
     /// The true plant and the mean of x(0): what an observer can achieve at best.
     Known = "known": KnownOptions,
 }
@@ -199,6 +206,11 @@ impl MethodOptions {
     /// Returns what the estimator needs of a cell.
     pub fn needs(&self) -> Needs {
         self.kind().needs()
+    }
+
+    /// Whether the estimator takes a record sample by sample.
+    pub fn runs_along(&self) -> bool {
+        self.kind().runs_along()
     }
 
     /// Returns an estimator with buffers for a problem.

@@ -1,6 +1,6 @@
 //! The scale of a record: none that can be measured changes a model.
 
-use super::{Estimator, Pass, ProgramError, Records, Window};
+use super::{Estimator, Pass, ProgramError, Records, Visit, Window};
 
 /// The binary exponents of the largest sample that estimators are given as they are: squares, and products of four
 /// samples, neither overflow nor underflow.
@@ -33,16 +33,26 @@ impl Scaled {
     }
 }
 
-impl Estimator for Scaled {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+impl Scaled {
+    /// Keeps the samples in their unit, if it is not 1, and returns it.
+    fn rescale(&mut self, window: Window<'_>) -> f64 {
         let given = [window.u, window.y, window.r];
         let unit = unit_of(&given);
+        if unit != 1.0 {
+            for (scaled, given) in self.signals.iter_mut().zip(given) {
+                scaled.clear();
+                scaled.extend(given.iter().map(|sample| sample / unit));
+            }
+        }
+        unit
+    }
+}
+
+impl Estimator for Scaled {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let unit = self.rescale(window);
         if unit == 1.0 {
             return self.inner.estimate(window, passes);
-        }
-        for (scaled, given) in self.signals.iter_mut().zip(given) {
-            scaled.clear();
-            scaled.extend(given.iter().map(|sample| sample / unit));
         }
         let [u, y, r] = &self.signals;
         let scaled = Window::with_reference(u, y, r, window.len());
@@ -50,6 +60,28 @@ impl Estimator for Scaled {
         for pass in passes {
             pass.set_unit(unit);
         }
+    }
+
+    fn run_along(
+        &mut self,
+        window: Window<'_>,
+        at: &[usize],
+        pass: &mut Pass,
+        visit: &mut Visit<'_>,
+    ) {
+        let unit = self.rescale(window);
+        if unit == 1.0 {
+            return self.inner.run_along(window, at, pass, visit);
+        }
+        let [u, y, r] = &self.signals;
+        let scaled = Window::with_reference(u, y, r, window.len());
+        let mut in_samples = Vec::new();
+        self.inner
+            .run_along(scaled, at, pass, &mut |k, pass, state| {
+                in_samples.clear();
+                in_samples.extend(state.into_iter().flatten().map(|x| x * unit));
+                visit(k, pass, state.map(|_| &in_samples[..]));
+            });
     }
 
     fn gather(&mut self, trial: u64, records: &mut dyn Records) -> Result<(), ProgramError> {

@@ -172,6 +172,10 @@ fn estimates(
     let Some(options) = method.options() else {
         return vec![Err(Missing::Method("methods of one's own")); method.outputs().len()];
     };
+    if method.last().is_some() {
+        let missing = Missing::Method("methods on the last samples alone");
+        return vec![Err(missing); method.outputs().len()];
+    }
     let orders = options.model_orders(order);
     let orders = orders.unwrap_or(Orders::arx(order, order, 1));
     let one = match options {
@@ -217,6 +221,9 @@ fn estimates(
         M::Rls(_) | M::RecursiveIv(_) | M::Rels(_) | M::RecursiveSriv(_) | M::Rpem(_) => {
             let missing = "rels, rpem, recursive-iv with an auxiliary model, and forgetting";
             Err(Missing::Method(missing))
+        }
+        M::Kreisselmeier(_) | M::Zhang(_) | M::JointEkf(_) => {
+            Err(Missing::Method("adaptive observers"))
         }
         M::Known(_) => Err(Missing::Method("a known plant")),
         // A newcomer has no theory until a line above says otherwise.

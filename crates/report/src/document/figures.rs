@@ -52,6 +52,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
         .filter_map(|measure| medians(study, *measure));
     let courses = super::courses::courses(&study.summary).into_iter();
     let mut drawn: Vec<Drawn> = courses
+        .chain(super::along::along(study))
         .chain(all.into_iter().flatten())
         .chain(rest)
         .collect();

@@ -1,5 +1,6 @@
 //! The report: a page with figures and tables beside it.
 
+mod along;
 mod answer;
 mod bound_grid;
 mod bound_shares;

@@ -36,6 +36,7 @@ pub(crate) fn study(toml: &str) -> Study {
                 .collect(),
             parameters: Vec::new(),
             coverage: Vec::new(),
+            course: None,
             theory: Default::default(),
         };
         cell.outputs = experiment.outputs().iter().map(output).collect();

@@ -12,7 +12,8 @@ use crate::design::file::tables::{FeedbackTable, NoiseTable, PlantTable};
 use crate::design::settings_reader::{LARGEST_COUNT, SettingsReader, unknown};
 use crate::design::state_feedback::StateFeedback;
 use asobench_identification::data::{
-    Change, ChangedPlant, Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings,
+    Change, ChangedPlant, Feedback, NoiseColour, OutputFeedback, PlantSource, Process,
+    ProcessSettings,
 };
 use asobench_identification::estimator::{SetupError, Shape, Solver};
 use asobench_identification::model::LinearModel;
@@ -293,7 +294,9 @@ impl SettingsReader<'_> {
                 }
             },
             (Some(_), _, _) => return wrong("both a plant and factors; expected one of them"),
-            (None, None, None) => return wrong("expected a plant, or a gain or poles, the factors"),
+            (None, None, None) => {
+                return wrong("expected a plant, or a gain or poles, the factors");
+            }
             (None, gain, poles) => ChangedPlant::Factors {
                 gain: gain.unwrap_or(1.0),
                 poles: poles.unwrap_or(1.0),
@@ -307,7 +310,9 @@ impl SettingsReader<'_> {
             && table.plant.is_none()
             && !change.after(plant).is_some_and(|after| after.is_stable())
         {
-            return wrong("the plant after it is not stable; expected a smaller factor on its poles");
+            return wrong(
+                "the plant after it is not stable; expected a smaller factor on its poles",
+            );
         }
         Ok(Some(change))
     }
@@ -433,6 +438,23 @@ pub(crate) fn filter(name: &str, table: &NoiseTable) -> Result<NoiseFilter, File
 
 /// Checks that a measure of the state has at least one scored sample.
 pub(crate) fn is_scored(cell: &Cell, file: &ExperimentFile) -> Result<(), FileError> {
+    let last = match &file.course {
+        None => None,
+        Some(table) => match table.points(cell.window).last() {
+            None => {
+                let message = format!("no point within the window N = {}", cell.window);
+                return Err(FileError::key("course.at", message));
+            }
+            last => last,
+        },
+    };
+    if let Some(last) = last.filter(|last| **last >= cell.horizon) {
+        let message = format!(
+            "the record of K = {} samples has no true state after {last}, the last point of [course]; expected more",
+            cell.horizon
+        );
+        return Err(FileError::key("horizon", message));
+    }
     let mut measures = file.measures.iter();
     let measure = measures.find(|measure| measure.is_of_state());
     match measure {

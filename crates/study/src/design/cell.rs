@@ -161,6 +161,19 @@ impl Cell {
         method: &Method,
         covariance: bool,
     ) -> Result<Box<dyn Estimator>, SetupError> {
+        self.prepare_for(self.window, method, covariance)
+    }
+
+    /// Does the same for another window.
+    ///
+    /// # Errors
+    /// If the method cannot serve the cell with that window.
+    pub(crate) fn prepare_for(
+        &self,
+        window: usize,
+        method: &Method,
+        covariance: bool,
+    ) -> Result<Box<dyn Estimator>, SetupError> {
         let known = if method.needs().plant {
             Some(self.known_model()?)
         } else {
@@ -169,7 +182,7 @@ impl Cell {
         method.prepare(Problem {
             known: known.as_ref(),
             covariance,
-            ..self.problem(self.window)
+            ..self.problem(window)
         })
     }
 

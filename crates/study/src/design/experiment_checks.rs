@@ -16,6 +16,7 @@ use crate::design::name_checks::{check_labels, check_names};
 use crate::design::settings_reader::SettingsReader;
 use crate::worker::Program;
 use asobench_identification::estimator::{Method, Output, Shape};
+use asobench_identification::observer::ObserverKind;
 use std::sync::{Arc, OnceLock};
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -105,6 +106,9 @@ impl Experiment {
             ));
         }
         check_names(&file)?;
+        if let Some(table) = &file.course {
+            table.check()?;
+        }
         let all = cells(&file.settings, &file.zip, &file.exclude)?;
         let cells: Result<Vec<Cell>, FileError> = all
             .into_iter()
@@ -150,6 +154,7 @@ impl Experiment {
     fn check(&mut self) -> Result<(), FileError> {
         self.check_methods()?;
         self.check_use()?;
+        self.check_course()?;
         crate::design::claim_checks::check(self)?;
         for [first, second] in &self.file.compare {
             let pair = [
@@ -244,6 +249,33 @@ impl Experiment {
                 observer.map_err(|e| {
                     FileError::key(&format!("methods[{i}]"), format!("{e} (cell {number})"))
                 })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks what `[course]` asks for.
+    fn check_course(&self) -> Result<(), FileError> {
+        let mut measures = self.file.measures.iter();
+        let asked = measures.find(|measure| measure.is_of_course());
+        if self.file.course.is_none() {
+            return asked.map_or(Ok(()), |measure| {
+                let message = "is taken from the points of [course]; expected that table";
+                Err(FileError::key(&format!("measures: '{measure}'"), message))
+            });
+        }
+        for (i, method) in self.methods.iter().enumerate() {
+            if method.options().is_none() {
+                let message = "a program or method of your own has no course; expected a file without [course]";
+                return Err(FileError::key(&format!("methods[{i}]"), message));
+            }
+            if let Some(kind) = method.observer()
+                && !matches!(kind, ObserverKind::Luenberger(_))
+            {
+                let message = format!(
+                    "'{kind}' is made from the whole window; beside [course] expected dead-beat, scaled:RHO or poles:LIST"
+                );
+                return Err(FileError::key(&format!("methods[{i}].observer"), message));
             }
         }
         Ok(())

@@ -113,12 +113,18 @@ pub(crate) fn covered<'e>(
     if let Some(measure) = asked.iter().find(|measure| !measure.is_in_lanes()) {
         return Err(format!("the measure {measure}"));
     }
+    if experiment.file.course.is_some() {
+        return Err("errors over the number of samples (course)".to_owned());
+    }
     if experiment.file.coverage {
         return Err("standard errors of the coefficients (coverage = true)".to_owned());
     }
     for method in &experiment.methods {
         if method.observer().is_some() {
             return Err("observers of a method's own".to_owned());
+        }
+        if method.last().is_some() {
+            return Err("a method on the last samples alone".to_owned());
         }
         let options = method.options().ok_or("an estimator of your own")?;
         options.in_lanes()?;

@@ -18,6 +18,8 @@ struct Entry {
     time: Time,
     /// Whether it measures the state's error over the scored samples.
     of_state: bool,
+    /// Whether it is taken from the points of `[course]`.
+    of_course: bool,
     /// Whether lanes compute it, or it is undefined in the cells that they cover.
     in_lanes: bool,
 }
@@ -52,6 +54,7 @@ const PLAIN: Entry = Entry {
     scale: Scale::Log,
     time: Time::Discrete,
     of_state: false,
+    of_course: false,
     in_lanes: false,
 };
 
@@ -64,6 +67,17 @@ const RELATIVE: Entry = Entry {
 const STATE: Entry = Entry {
     of_state: true,
     ..RELATIVE
+};
+
+const OF_COURSE: Entry = Entry {
+    of_course: true,
+    ..PLAIN
+};
+
+const SETTLED: Entry = Entry {
+    unit: "samples",
+    scale: Scale::Linear,
+    ..OF_COURSE
 };
 
 const CONTINUOUS: Entry = Entry {
@@ -138,6 +152,20 @@ named_table! {
         FedBackMax = "e_x_fed_back_max": Entry { label: "max e_x fed back", ..RELATIVE },
         /// State feedback: root mean square of the same error.
         FedBackRms = "e_x_fed_back_rms": Entry { label: "rms e_x fed back", ..RELATIVE },
+        /// Root mean square of e_a(k) over the points of [course]; null if a point has no model.
+        CourseEa = "e_a_course": Entry { label: "rms e_a(k)", relative: true, ..OF_COURSE },
+        /// Root mean square of e_b(k) over the points of [course]; null if a point has no model.
+        CourseEb = "e_b_course": Entry { label: "rms e_b(k)", relative: true, ..OF_COURSE },
+        /// Root mean square of e_x(k) over the points of [course], the observer having the model of k; null if a point
+        /// has no model.
+        CourseEx = "e_x_course": Entry { label: "rms e_x(k)", relative: true, ..OF_COURSE },
+        /// The samples after `from` of [course] at which e_a(k) is below its bound and stays there up to the last
+        /// point; null if it is above it at the last.
+        SettledA = "k_a": Entry { label: "samples until e_a(k) stays below the bound", ..SETTLED },
+        /// The same for e_b(k).
+        SettledB = "k_b": Entry { label: "samples until e_b(k) stays below the bound", ..SETTLED },
+        /// The same for e_x(k).
+        SettledX = "k_x": Entry { label: "samples until e_x(k) stays below the bound", ..SETTLED },
         /// Continuous time: root mean square of x_1 - xhat_1 over the scored time.
         RmsState1 = "rms_x1": Entry { label: "rms error of x_1", of_state: true, ..CONTINUOUS },
         /// Continuous time: root mean square of x_2 - xhat_2 over the scored time.
@@ -275,6 +303,11 @@ impl Measure {
     /// Whether it measures the state's error over the scored samples.
     pub const fn is_of_state(self) -> bool {
         self.entry().of_state
+    }
+
+    /// Whether it is taken from the points of `[course]`.
+    pub(crate) const fn is_of_course(self) -> bool {
+        self.entry().of_course
     }
 
     /// Whether lanes compute it.

@@ -1,20 +1,19 @@
 //! Bias and coverage of the coefficients of an output.
 
 use crate::outcome::coefficients::name;
-use crate::outcome::tally::OutputTally;
-use asobench_identification::metric::{Coverage, Statistics, Worse};
+use asobench_identification::metric::{Coverage, Sample, Statistics, Worse};
 
 /// Returns the statistics of the signed errors.
-pub(crate) fn errors(tally: &OutputTally, order: usize) -> Vec<(String, Statistics)> {
-    let errors = tally.parameters.iter().take(2 * order).enumerate();
+pub(crate) fn errors(parameters: &[Sample], order: usize) -> Vec<(String, Statistics)> {
+    let errors = parameters.iter().take(2 * order).enumerate();
     errors
         .map(|(i, sample)| (name(i, order), sample.statistics(Worse::Larger)))
         .collect()
 }
 
 /// Returns the coverage of the intervals, for coefficients that have some; empty if not wanted.
-pub(crate) fn coverage(tally: &OutputTally, order: usize) -> Vec<(String, Coverage)> {
-    let parts: Vec<_> = tally.parameters.chunks(2 * order).collect();
+pub(crate) fn coverage(parameters: &[Sample], order: usize) -> Vec<(String, Coverage)> {
+    let parts: Vec<_> = parameters.chunks(2 * order).collect();
     let &[errors, ses, low, high] = parts.as_slice() else {
         return Vec::new();
     };

@@ -17,6 +17,16 @@ pub(crate) fn columns(file: &ExperimentFile, order: usize) -> usize {
     }
 }
 
+/// The errors over `[course]` that an output has at each point, in the order of their columns.
+pub(crate) const COURSES: [&str; 3] = ["e_a", "e_b", "e_x"];
+
+/// Returns how many columns of a cell follow those of [`columns`]: e_a(k) at every point of `[course]`, then e_b(k) and
+/// e_x(k). They are tallied for trials that fail later too, and not kept with the rows.
+pub(crate) fn course_columns(file: &ExperimentFile, cell: &Cell) -> usize {
+    let points = file.course.as_ref().map(|table| table.points(cell.window));
+    COURSES.len() * points.map_or(0, <[usize]>::len)
+}
+
 /// Returns how many of these columns are kept with the rows: errors and standard errors. The ends of the intervals
 /// follow from them.
 pub(crate) fn kept(file: &ExperimentFile, order: usize) -> usize {

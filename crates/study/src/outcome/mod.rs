@@ -2,6 +2,7 @@
 
 pub(crate) mod coefficient_statistics;
 pub(crate) mod coefficients;
+pub(crate) mod course_summary;
 pub(crate) mod curves;
 pub(crate) mod folder;
 pub(crate) mod looks;

@@ -140,7 +140,9 @@ impl Rows {
     }
 
     fn with(measures: Vec<Measure>, experiment: &Experiment, cell: &Cell) -> Self {
-        let width = coefficients::columns(&experiment.file, cell.order);
+        let file = &experiment.file;
+        let width =
+            coefficients::columns(file, cell.order) + coefficients::course_columns(file, cell);
         let output = OutputRows {
             values: vec![Vec::new(); measures.len()],
             parameters: vec![Vec::new(); width],

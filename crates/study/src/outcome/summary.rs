@@ -1,5 +1,6 @@
 //! The summary of a study: all that a report shows, computed from tallies and stored in summary.json.
 
+use crate::design::cell::Cell;
 use crate::design::experiment::Experiment;
 use crate::design::file::axis::Scalar;
 use crate::design::file::bounds::BoundTable;
@@ -10,6 +11,8 @@ use crate::design::file::tables::SlopeTable;
 use crate::design::measure::Measure;
 use crate::design::theory::smooth;
 use crate::outcome::coefficient_statistics;
+use crate::outcome::coefficients;
+use crate::outcome::course_summary::CourseSummary;
 use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles};
 use crate::outcome::outcomes::Outcomes;
 use crate::outcome::tally::{CellSeries, CellTally, OutputTally};
@@ -46,6 +49,9 @@ pub struct OutputSummary {
     /// How the 95 % intervals of the coefficients cover the truth, for coefficients with a standard error.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coverage: Vec<(String, Coverage)>,
+    /// Quantiles of the errors over `[course]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub course: Option<CourseSummary>,
     /// Theoretical values of the measures that theory knows; empty if the cell has no theory.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub theory: BTreeMap<Measure, TheorySummary>,
@@ -55,12 +61,17 @@ impl OutputSummary {
     pub(crate) fn new(
         experiment: &Experiment,
         output: &Output,
-        order: usize,
+        cell: &Cell,
         tally: &OutputTally,
     ) -> Self {
         let Outcomes {
             trials, unstable, ..
         } = tally.outcomes;
+        let order = cell.order;
+        let of_coefficients = coefficients::columns(&experiment.file, order);
+        let (parameters, course) = tally
+            .parameters
+            .split_at(of_coefficients.min(tally.parameters.len()));
         let measures = experiment.file.measures.iter().copied();
         Self {
             estimator: output.estimator.clone(),
@@ -80,8 +91,9 @@ impl OutputSummary {
                     (measure, statistics)
                 })
                 .collect(),
-            parameters: coefficient_statistics::errors(tally, order),
-            coverage: coefficient_statistics::coverage(tally, order),
+            parameters: coefficient_statistics::errors(parameters, order),
+            coverage: coefficient_statistics::coverage(parameters, order),
+            course: CourseSummary::new(experiment, cell, course),
             theory: BTreeMap::new(),
         }
     }
@@ -225,7 +237,7 @@ impl CellSummary {
         let compared = file.measures.iter().copied();
         let all = outputs.iter().zip(&tally.outputs);
         let mut summaries: Vec<OutputSummary> = all
-            .map(|(output, tally)| OutputSummary::new(experiment, output, cell.order, tally))
+            .map(|(output, tally)| OutputSummary::new(experiment, output, cell, tally))
             .collect();
         let is_known = file
             .measures

@@ -5,6 +5,7 @@ use crate::design::curve_bins::curve_bytes;
 use crate::design::experiment::Experiment;
 use crate::design::file::bounds::BoundTable;
 use crate::design::measure::Measure;
+use crate::outcome::coefficients;
 use crate::outcome::curves::Curves;
 use crate::outcome::outcomes::Outcomes;
 use crate::outcome::rows::{Flags, OutputRows};
@@ -23,7 +24,7 @@ pub struct OutputTally {
     pub outcomes: Outcomes,
     /// Every measure, in the order of the file.
     pub samples: Vec<Sample>,
-    /// The requested values of each coefficient (`coefficients`).
+    /// The requested values of each coefficient, then the errors over `[course]` (`coefficients`).
     pub parameters: Vec<Sample>,
     /// The number of trials that meet each bound, in the order of the file.
     pub met: Vec<u64>,
@@ -90,13 +91,22 @@ impl CellTally {
             at.map_or(&[], |at| &columns[output][at])
         };
         let outputs = rows.outputs().iter().zip(&columns);
+        let of_coefficients = coefficients::columns(file, cell.order);
         let outputs = outputs.map(|(output, columns)| OutputTally {
             outcomes: outcomes(output, rows.trials().start),
             samples: columns.iter().map(|column| sample(column)).collect(),
             parameters: output
                 .parameters()
                 .iter()
-                .map(|errors| sample(&output.counted(errors)))
+                .enumerate()
+                .map(|(i, errors)| {
+                    if i < of_coefficients {
+                        sample(&output.counted(errors))
+                    } else {
+                        // An error over `[course]` is right, whatever came later.
+                        sample(errors)
+                    }
+                })
                 .collect(),
             met: met(experiment, cell, rows.measures(), output),
         });

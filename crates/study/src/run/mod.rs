@@ -6,6 +6,7 @@ pub(crate) mod changed_methods;
 pub mod cluster;
 pub(crate) mod compute;
 pub(crate) mod continuous_trial;
+pub(crate) mod course;
 pub(crate) mod event;
 pub(crate) mod forecast;
 pub mod kernels;

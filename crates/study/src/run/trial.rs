@@ -7,6 +7,7 @@ use crate::outcome::coefficients;
 use crate::outcome::row::Row;
 use crate::outcome::spent::{Spent, Watch};
 use crate::outcome::trials::Trials;
+use crate::run::course::Courses;
 use crate::run::score::Scorer;
 use crate::worker::seed_of;
 use asobench_identification::data::{Process, Realisation};
@@ -26,6 +27,7 @@ pub struct Trial<'e> {
     others: Others<'e>,
     methods: Vec<MethodRun<'e>>,
     scorer: Scorer,
+    courses: Option<Courses<'e>>,
     /// The rows of the last trial.
     rows: Vec<Row>,
     /// Room for the requested values of each coefficient of a row.
@@ -108,6 +110,7 @@ impl<'e> Trial<'e> {
             },
             methods,
             scorer: Scorer::new(experiment, cell, process)?,
+            courses: Courses::new(experiment, cell)?,
             rows: Vec::new(),
             parameters: Vec::new(),
         })
@@ -130,11 +133,12 @@ impl<'e> Trial<'e> {
         let (order, last) = (self.cell.order, self.outputs.len() - 1);
         let columns = coefficients::columns(&self.experiment.file, order);
         let mut parameters = std::mem::take(&mut self.parameters);
-        let spent = self.measure(trial, |row, pass, record, curve| {
+        let spent = self.measure(trial, |row, pass, record, [curve, course]| {
             parameters.clear();
             if columns > 0 {
                 coefficients::append(columns, order, pass, record, &mut parameters);
             }
+            parameters.extend_from_slice(course);
             to.rows.push(row, &parameters);
             if let Some(curves) = &mut to.curves {
                 for (is_last, output) in [(false, 0), (true, last)] {
@@ -149,11 +153,11 @@ impl<'e> Trial<'e> {
         Ok(())
     }
 
-    /// Runs a trial. `on_row` receives each row with its pass, the record and e_x(k).
+    /// Runs a trial. `on_row` receives each row with its pass, the record, e_x(k), and the errors over `[course]`.
     pub(crate) fn measure(
         &mut self,
         trial: u64,
-        mut on_row: impl FnMut(&Row, &Pass, &Realisation, &[f64]),
+        mut on_row: impl FnMut(&Row, &Pass, &Realisation, [&[f64]; 2]),
     ) -> Result<Spent, SetupError> {
         self.rows.clear();
         let (mut spent, mut watch) = (Spent::default(), Watch::start());
@@ -182,13 +186,16 @@ impl<'e> Trial<'e> {
                 reported,
                 known,
             } = run;
+            if let Some(courses) = &mut self.courses {
+                courses.run(method, estimator.as_mut(), passes, reported, record);
+            }
             passes.iter_mut().for_each(Pass::clear);
             match record.failure {
                 None => estimator.estimate(window, passes),
                 Some(failure) => passes.iter_mut().for_each(|pass| pass.fail(failure.into())),
             }
             spent.estimation += watch.lap();
-            for &number in *reported {
+            for (place, &number) in reported.iter().enumerate() {
                 let pass = &passes[number];
                 let mut row = Row::new(trial, output);
                 row.unstable_so_far = passes[..=number].iter().any(|pass| pass.unstable);
@@ -202,13 +209,29 @@ impl<'e> Trial<'e> {
                     row.unstable = row.unstable.map(|_| false);
                     row.unstable_so_far = false;
                 }
-                on_row(&row, pass, record, self.scorer.curve());
+                let courses = self.courses.as_ref();
+                let course = courses.map_or(&[][..], |of| of.fill(method, place, &mut row));
+                on_row(&row, pass, record, [self.scorer.curve(), course]);
                 self.rows.push(row);
                 output += 1;
             }
             spent.measures += watch.lap();
         }
         Ok(spent)
+    }
+
+    /// From the next run on keeps the models over `[course]`, for [`Self::course`].
+    pub fn keep_courses(&mut self) {
+        if let Some(courses) = &mut self.courses {
+            courses.keep();
+        }
+    }
+
+    /// Returns the points of `[course]`, and a and b that a method found there in the last run with
+    /// [`Self::keep_courses`]: for each point one for each output, empty where there was none.
+    pub fn course(&self, method: usize) -> (&[usize], &[Vec<f64>]) {
+        let courses = self.courses.as_ref();
+        courses.map_or((&[], &[]), |courses| courses.kept(method))
     }
 
     /// Returns all that the last [`Self::run`] computed.

@@ -2,7 +2,7 @@
 
 use super::RecursiveEstimator;
 use crate::estimator::start_state::{StartState, StateEstimate};
-use crate::estimator::{Estimator, FailureKind, Pass, Window};
+use crate::estimator::{Estimator, FailureKind, Pass, Visit, Window};
 use crate::model::LinearModel;
 
 /// Runs a recursion over the window. `iterations` of the pass is the number of samples taken, so that it says at which k
@@ -58,5 +58,48 @@ impl<R: RecursiveEstimator> Estimator for Batch<R> {
             Ok(()) => self.state.estimate(window, 0, pass),
             Err(kind) => pass.fail_for(kind),
         }
+    }
+
+    fn run_along(
+        &mut self,
+        window: Window<'_>,
+        at: &[usize],
+        pass: &mut Pass,
+        visit: &mut Visit<'_>,
+    ) {
+        let Self {
+            recursion, model, ..
+        } = self;
+        recursion.restart();
+        along(window, at, pass, |sample, pass, k| {
+            let (u, y) = sample;
+            let goes_on = recursion.update(u, y).is_ok();
+            if let Some(k) = k {
+                if goes_on && recursion.is_determined() {
+                    model.set_parameters(recursion.theta());
+                    // Without a model there is nothing to be said of this k.
+                    let _ = pass.set_model(model, f64::NAN);
+                }
+                visit(k, pass, None);
+            }
+        });
+    }
+}
+
+/// Calls `step((u, y), pass, k)` for each sample, k being the number of samples where it is one of `at`; the pass comes
+/// cleared.
+pub(in crate::estimator) fn along(
+    window: Window<'_>,
+    at: &[usize],
+    pass: &mut Pass,
+    mut step: impl FnMut((f64, f64), &mut Pass, Option<usize>),
+) {
+    let mut at = at.iter().copied().peekable();
+    for (i, (u, y)) in window.u.iter().zip(window.y).enumerate() {
+        let k = at.next_if_eq(&(i + 1));
+        if k.is_some() {
+            pass.clear();
+        }
+        step((*u, *y), pass, k);
     }
 }

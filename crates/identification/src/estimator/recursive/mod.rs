@@ -9,7 +9,7 @@
 //! is exact, the limit of p0 to infinity: least squares solves the first equations, and theta stays theta0 until they
 //! determine it.
 
-mod batch;
+pub(in crate::estimator) mod batch;
 mod coefficients;
 mod extended;
 mod instrumental;

@@ -100,6 +100,10 @@ macro_rules! recursive_options {
                 Some(RecursiveOptions::orders(self, setting))
             }
 
+            fn runs_along(&self) -> bool {
+                true
+            }
+
             fn prepare(
                 &self,
                 problem: &$crate::estimator::Problem<'_>,

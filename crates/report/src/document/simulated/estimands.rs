@@ -63,6 +63,14 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
             "states fed back",
             "x(k) of the plant, from the sample at which the loop is closed",
         ),
+        M::CourseEa | M::CourseEb | M::SettledA | M::SettledB => (
+            "parameters over the samples seen",
+            "a(k - 1) and b(k - 1) of the plant, at the points k of [course]",
+        ),
+        M::CourseEx | M::SettledX => (
+            "state over the samples seen",
+            "x(k) of the plant, at the points k of [course]",
+        ),
         M::ImpulseResponse => ("impulse response", "that of the plant"),
         M::FreshFit => (
             "noise-free output",

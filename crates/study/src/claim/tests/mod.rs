@@ -48,6 +48,7 @@ fn output(label: &str, trials: u64) -> OutputSummary {
         measures: BTreeMap::from([(Measure::Ea, ones(trials))]),
         parameters: Vec::new(),
         coverage: Vec::new(),
+        course: None,
         theory: BTreeMap::new(),
     }
 }

@@ -6,6 +6,7 @@ use crate::design::file::claim::{ClaimTable, list};
 use crate::design::file::continuous_tables::{
     ContinuousPlantTable, ContinuousTable, ObserverTable, SignalTable,
 };
+use crate::design::file::course_table::CourseTable;
 use crate::design::file::engine::Engine;
 use crate::design::file::input_table::InputTable;
 use crate::design::file::key::{Key, StudyKind};
@@ -104,6 +105,9 @@ pub struct ExperimentFile {
     pub coverage: bool,
     /// Whether quantiles of e_x(k) for every k are kept, for the first and the last output.
     pub curves: bool,
+    /// Errors over the number of samples seen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub course: Option<CourseTable>,
     /// Whether the methods' times are measured after the run; stored apart, under timing/.
     pub timing: bool,
     /// The settings: one value each, or a list or range, which makes an axis of the grid.
@@ -181,6 +185,7 @@ impl Default for ExperimentFile {
             parameters: false,
             coverage: false,
             curves: false,
+            course: None,
             timing: false,
             settings: BTreeMap::new(),
             zip: Vec::new(),

@@ -18,7 +18,7 @@ use std::fmt;
 use std::sync::Arc;
 
 /// The keys that every method has, in addition to the options of its estimator.
-const COMMON: [&str; 4] = ["name", "estimator", "observer", "report"];
+const COMMON: [&str; 5] = ["name", "estimator", "observer", "last", "report"];
 
 /// The keys of a method that is a program. `orders` is an option of estimators too, so it is not listed.
 const OF_PROGRAM: [&str; 6] = ["command", "batch", "timeout", "workers", "told", "worker"];
@@ -39,6 +39,9 @@ pub struct MethodTable {
     program: Option<CommandOptions>,
     #[serde(skip_serializing_if = "Option::is_none")]
     observer: Option<Value>,
+    /// How many of the last samples of the window the method sees; all if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    last: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     report: Option<Vec<usize>>,
 }
@@ -100,6 +103,7 @@ impl<'de> Deserialize<'de> for MethodTable {
                     match key.as_str() {
                         "name" => table.name = Some(map.next_value()?),
                         "estimator" => table.estimator = Some(map.next_value()?),
+                        "last" => table.last = Some(map.next_value()?),
                         "report" => table.report = Some(map.next_value()?),
                         "observer" => {
                             let OptionValue(value) = map.next_value()?;
@@ -162,6 +166,12 @@ impl schemars::JsonSchema for MethodTable {
                 not with \"known\"); with \"known\" also kalman-varying (from the covariance of x(0)).";
             let observer = json!({ "description": observer, "anyOf": several(&text) });
             properties.insert("observer".to_owned(), observer);
+            let last = json!({
+                "description": "How many of the last samples of the window the method sees, a sliding window; all by default. x0 is taken as 0 then.",
+                "type": "integer",
+                "minimum": 1
+            });
+            properties.insert("last".to_owned(), last);
             let report = json!({
                 "description": "The passes that are reported; all by default.",
                 "type": "array",
@@ -264,6 +274,7 @@ impl MethodTable {
                     },
                     program: self.program.clone(),
                     observer,
+                    last: self.last,
                     report: self.report.clone(),
                 })
             })
@@ -425,6 +436,15 @@ impl MethodTable {
         };
         if let Some(observer) = self.observer(index)? {
             method = method.observed_by(observer);
+        }
+        if let Some(last) = self.last {
+            if last == 0 || program.is_some() {
+                let place = format!("methods[{index}].last");
+                let message =
+                    format!("{last}; expected a number of samples above 0, of an estimator");
+                return Err(FileError::key(&place, message));
+            }
+            method = method.on_last(last);
         }
         let Some(passes) = &self.report else {
             return Ok(method);

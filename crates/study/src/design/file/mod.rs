@@ -7,6 +7,7 @@ pub(crate) mod claim_statistic;
 pub(crate) mod claim_test;
 pub(crate) mod columns;
 pub(crate) mod continuous_tables;
+pub(crate) mod course_table;
 pub(crate) mod engine;
 pub(crate) mod error;
 pub(crate) mod experiment_file;
@@ -36,6 +37,7 @@ pub use continuous_tables::{
     ContinuousPlantTable, ContinuousTable, FactorName, FilterTable, HoldName, ObserverName,
     ObserverTable, SignalTable, WaveName, WaveTable,
 };
+pub use course_table::CourseTable;
 pub use error::FileError;
 pub use experiment_file::{ExperimentFile, Store, Unfinished};
 pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, partners};

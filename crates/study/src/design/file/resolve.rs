@@ -61,6 +61,7 @@ impl ExperimentFile {
                 ("parameters", self.parameters),
                 ("coverage", self.coverage),
                 ("curves", self.curves),
+                ("course", self.course.is_some()),
                 ("timing", self.timing),
                 ("unfinished", self.unfinished == Unfinished::Counted),
             ],

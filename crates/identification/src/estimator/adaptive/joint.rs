@@ -49,6 +49,8 @@ pub struct JointEkf {
     gain: Vec<f64>,
     /// Rows 0 ... n-1 of J P, each 3n numbers.
     product: Vec<f64>,
+    /// The unit of the variances of states and of the measurement.
+    power: f64,
     samples: usize,
 }
 
@@ -60,28 +62,23 @@ impl JointEkf {
     pub fn new(settings: JointEkfSettings) -> Self {
         let n = settings.x0.len();
         assert!(n > 0 && settings.a0.len() == n && settings.b0.len() == n);
-        let mut p = vec![0.0; 9 * n * n];
-        for i in 0..3 * n {
-            p[i * 3 * n + i] = if i < n {
-                settings.state_variance
-            } else {
-                settings.parameter_variance
-            };
-        }
-        Self {
-            s: [&settings.x0[..], &settings.a0, &settings.b0].concat(),
-            p,
+        let mut made = Self {
+            s: vec![0.0; 3 * n],
+            p: vec![0.0; 9 * n * n],
             n,
             gain: vec![0.0; 3 * n],
             product: vec![0.0; 3 * n * n],
+            power: 1.0,
             samples: 0,
             settings,
-        }
+        };
+        made.restart(1.0);
+        made
     }
 
     fn correct(&mut self, y: f64) {
         let d = 3 * self.n;
-        let variance = self.p[0] + self.settings.noise;
+        let variance = self.p[0] + self.power * self.settings.noise;
         // h'P is the first row, and P is symmetric.
         self.gain.copy_from_slice(&self.p[..d]);
         let error = (y - self.s[0]) / variance;
@@ -126,7 +123,7 @@ impl JointEkf {
         }
         for i in 0..d {
             self.p[i * d + i] += if i < n {
-                self.settings.state_noise
+                self.power * self.settings.state_noise
             } else {
                 self.settings.parameter_noise
             };
@@ -141,6 +138,23 @@ impl JointEkf {
 }
 
 impl AdaptiveObserver for JointEkf {
+    fn restart(&mut self, power: f64) {
+        let (n, of) = (self.n, &self.settings);
+        for (to, from) in self.s.chunks_exact_mut(n).zip([&of.x0, &of.a0, &of.b0]) {
+            to.copy_from_slice(from);
+        }
+        self.p.fill(0.0);
+        for i in 0..3 * n {
+            self.p[i * 3 * n + i] = if i < n {
+                power * of.state_variance
+            } else {
+                of.parameter_variance
+            };
+        }
+        self.power = power;
+        self.samples = 0;
+    }
+
     fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
         self.correct(y);
         self.predict(u);

@@ -49,6 +49,12 @@ impl<R: RecursiveEstimator> FedObserver<R> {
 }
 
 impl<R: RecursiveEstimator> AdaptiveObserver for FedObserver<R> {
+    /// The power is of no use to it.
+    fn restart(&mut self, _: f64) {
+        self.estimator.restart();
+        self.filters.restart();
+    }
+
     /// # Errors
     /// That of the estimator, after which the state is that of its last model.
     fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {

@@ -44,6 +44,12 @@ impl StateFilters {
         }
     }
 
+    /// Forgets all samples.
+    pub fn restart(&mut self) {
+        self.columns.fill(0.0);
+        self.samples = 0;
+    }
+
     /// Returns the order n.
     pub fn order(&self) -> usize {
         self.f.len()

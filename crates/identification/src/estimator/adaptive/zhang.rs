@@ -69,6 +69,14 @@ impl Zhang {
 }
 
 impl AdaptiveObserver for Zhang {
+    fn restart(&mut self, power: f64) {
+        self.filters.restart();
+        self.theta.fill(0.0);
+        self.observed.fill(0.0);
+        self.root
+            .restart(Some(self.settings.p0 / power), &self.theta);
+    }
+
     fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
         let n = self.observed.len();
         let error = y - self.observed[0];

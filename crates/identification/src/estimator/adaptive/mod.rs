@@ -16,18 +16,24 @@ mod fed;
 mod filters;
 mod joint;
 mod kreisselmeier;
+mod options;
 mod zhang;
 
 pub use fed::FedObserver;
 pub use filters::StateFilters;
 pub use joint::{JointEkf, JointEkfSettings};
 pub use kreisselmeier::{Kreisselmeier, KreisselmeierSettings};
+pub use options::{JointEkfOptions, KreisselmeierOptions, ZhangOptions};
 pub use zhang::{Zhang, ZhangSettings};
 
 use crate::estimator::recursive::Diverged;
 
 /// Estimates state and parameters sample by sample.
 pub trait AdaptiveObserver: Send {
+    /// Forgets all samples. `power` is the mean square of y: variances of states and of measurements in the settings
+    /// are multiples of it, P(0) of parameters alone one of its inverse; 1: they are as given.
+    fn restart(&mut self, power: f64);
+
     /// Takes u(k) and y(k), k = 0, 1, ...
     ///
     /// # Errors

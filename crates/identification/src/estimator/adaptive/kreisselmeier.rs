@@ -63,6 +63,14 @@ impl Kreisselmeier {
 }
 
 impl AdaptiveObserver for Kreisselmeier {
+    /// The normalised gain needs no power.
+    fn restart(&mut self, _: f64) {
+        self.filters.restart();
+        for memory in [&mut self.weights, &mut self.products, &mut self.p] {
+            memory.fill(0.0);
+        }
+    }
+
     fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
         let (q, n) = (self.settings.memory, self.filters.order());
         self.filters.regressors(&mut self.z);

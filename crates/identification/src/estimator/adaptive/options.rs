@@ -1,0 +1,233 @@
+//! Adaptive observers as methods: their options, and an observer run over a whole window.
+
+use super::{
+    AdaptiveObserver, JointEkf, JointEkfSettings, Kreisselmeier, KreisselmeierSettings, Zhang,
+    ZhangSettings,
+};
+use crate::estimator::recursive::batch::along;
+use crate::estimator::start_state::{StartState, StateEstimate};
+use crate::estimator::{
+    Estimator, FailureKind, MethodKind, OptionError, Pass, Problem, SetupError, Visit, Window,
+};
+use crate::plant::canonical::{multiply_toeplitz, reverse_negated};
+use crate::plant::polynomial_from_poles;
+use faer::c64;
+
+/// Defines the options of an adaptive observer, each a number with its default and its range.
+macro_rules! adaptive_options {
+    (
+        $(#[$about:meta])* $name:ident = $observer:expr;
+        $($(#[$option_about:meta])* $option:ident = $default:literal, $low:literal to $high:literal,)*
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq)]
+        #[cfg_attr(
+            feature = "json",
+            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+            serde(deny_unknown_fields, default)
+        )]
+        pub struct $name {
+            $($(#[$option_about])* pub $option: f64,)*
+            /// The initial state of the model that is left at the end: estimate (stage 6), or zero.
+            pub initial_state: StartState,
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self {
+                    $($option: $default,)*
+                    initial_state: StartState::default(),
+                }
+            }
+        }
+
+        impl MethodKind for $name {
+            fn check(&self) -> Result<(), OptionError> {
+                $(in_range(stringify!($option), self.$option, $low, $high)?;)*
+                Ok(())
+            }
+
+            fn runs_along(&self) -> bool {
+                true
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                problem.shape.check()?;
+                let observer = $observer(self, problem.shape.order);
+                let order = problem.shape.order;
+                Ok(Box::new(Adapted::new(observer, order, self.initial_state)))
+            }
+        }
+    };
+}
+
+fn in_range(key: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    let text = format!("{value}; expected a number of {low:?} to {high:?}");
+    Err(OptionError::new(key, text))
+}
+
+adaptive_options! {
+    /// The options of `kreisselmeier`. The source leaves all three free within the stable range; the defaults are
+    /// dead-beat filters and the gamma in the middle of it.
+    KreisselmeierOptions = kreisselmeier;
+    /// All poles of the filters.
+    pole = 0.0, -0.999 to 0.999,
+    /// The share of the memory that is left after a sample.
+    memory = 0.98, 0.0 to 1.0,
+    /// Steps of the gradient are gamma over the trace of the memory; stable below 2.
+    gamma = 1.0, 1e-6 to 1.999,
+}
+
+adaptive_options! {
+    /// The options of `zhang`.
+    ZhangOptions = zhang;
+    /// All poles of A0 - K c'.
+    pole = 0.0, -0.999 to 0.999,
+    /// The forgetting factor lambda.
+    forgetting = 1.0, 0.01 to 1.0,
+    /// P(0) is p0 times the identity, over the mean square of the first 3n outputs.
+    p0 = 1e4, 1e-12 to 1e12,
+}
+
+adaptive_options! {
+    /// The options of `joint-ekf`, which starts from a = b = x0 = 0. The defaults are for a constant plant, and
+    /// measurement noise of 10 % of the output.
+    JointEkfOptions = joint_ekf;
+    /// The variance of the measurement noise, as a multiple of the mean square of the first 3n outputs.
+    measurement_noise = 0.01, 1e-12 to 1e12,
+    /// The variance of the errors of x(0), as the same multiple.
+    state_variance = 1.0, 1e-12 to 1e12,
+    /// The variance of the errors of the first a and b.
+    parameter_variance = 1.0, 1e-12 to 1e12,
+    /// The variance of the noise that drives each state, as the same multiple.
+    state_noise = 0.0, 0.0 to 1e12,
+    /// The variance of the steps of each parameter; 0 for a constant plant.
+    parameter_noise = 0.0, 0.0 to 1e12,
+}
+
+/// The coefficients f_1 ... f_n of a polynomial with n equal roots.
+fn filter(pole: f64, order: usize) -> Vec<f64> {
+    let coefficients = polynomial_from_poles(&vec![c64::new(pole, 0.0); order]);
+    coefficients
+        .iter()
+        .map(|coefficient| coefficient.re)
+        .collect()
+}
+
+fn kreisselmeier(options: &KreisselmeierOptions, order: usize) -> Kreisselmeier {
+    Kreisselmeier::new(KreisselmeierSettings {
+        filter: filter(options.pole, order),
+        memory: options.memory,
+        gain: options.gamma,
+    })
+}
+
+fn zhang(options: &ZhangOptions, order: usize) -> Zhang {
+    Zhang::new(ZhangSettings {
+        gain: filter(options.pole, order),
+        forgetting: options.forgetting,
+        p0: options.p0,
+    })
+}
+
+fn joint_ekf(options: &JointEkfOptions, order: usize) -> JointEkf {
+    let zeros = || vec![0.0; order];
+    JointEkf::new(JointEkfSettings {
+        x0: zeros(),
+        a0: zeros(),
+        b0: zeros(),
+        state_variance: options.state_variance,
+        parameter_variance: options.parameter_variance,
+        noise: options.measurement_noise,
+        state_noise: options.state_noise,
+        parameter_noise: options.parameter_noise,
+    })
+}
+
+/// An adaptive observer on a whole window: the model that it has found after the last sample. `iterations` of the pass
+/// is the number of samples taken.
+struct Adapted<O> {
+    observer: O,
+    order: usize,
+    state: StateEstimate,
+    /// (alpha, h).
+    p: Vec<f64>,
+}
+
+impl<O: AdaptiveObserver> Adapted<O> {
+    fn new(observer: O, order: usize, start: StartState) -> Self {
+        Self {
+            observer,
+            order,
+            state: StateEstimate::new(order, start),
+            p: vec![0.0; 2 * order],
+        }
+    }
+
+    fn restart(&mut self, window: Window<'_>) {
+        let first = &window.y[..window.len().min(3 * self.order)];
+        let squares: f64 = first.iter().map(|y| y * y).sum();
+        let power = squares / first.len() as f64;
+        let is_usable = power > 0.0 && power.is_finite();
+        self.observer.restart(if is_usable { power } else { 1.0 });
+    }
+
+    fn find(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
+        self.restart(window);
+        for (k, (u, y)) in window.u.iter().zip(window.y).enumerate() {
+            pass.iterations = Some(k);
+            self.observer.update(*u, *y).map_err(|end| end.kind)?;
+        }
+        pass.iterations = Some(window.len());
+        set(&self.observer, &mut self.p, pass)
+    }
+}
+
+/// Takes the observer's plant over.
+fn set(
+    observer: &impl AdaptiveObserver,
+    p: &mut [f64],
+    pass: &mut Pass,
+) -> Result<(), FailureKind> {
+    let (a, b) = observer.plant().split_at(p.len() / 2);
+    let (alpha, h) = p.split_at_mut(a.len());
+    reverse_negated(a, alpha);
+    h.copy_from_slice(b);
+    multiply_toeplitz(a, h);
+    pass.set_parameters(p, f64::NAN)
+}
+
+impl<O: AdaptiveObserver> Estimator for Adapted<O> {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        pass.clear();
+        match self.find(window, pass) {
+            Ok(()) => self.state.estimate(window, 0, pass),
+            Err(kind) => pass.fail_for(kind),
+        }
+    }
+
+    fn run_along(
+        &mut self,
+        window: Window<'_>,
+        at: &[usize],
+        pass: &mut Pass,
+        visit: &mut Visit<'_>,
+    ) {
+        self.restart(window);
+        let Self { observer, p, .. } = self;
+        let mut goes_on = true;
+        along(window, at, pass, |(u, y), pass, k| {
+            goes_on = goes_on && observer.update(u, y).is_ok();
+            if let Some(k) = k {
+                let known = goes_on && set(observer, p, pass).is_ok();
+                visit(k, pass, known.then(|| observer.state()));
+            }
+        });
+    }
+}
