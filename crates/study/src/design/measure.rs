@@ -71,6 +71,7 @@ const STATE: Entry = Entry {
 
 const OF_COURSE: Entry = Entry {
     of_course: true,
+    in_lanes: true,
     ..PLAIN
 };
 
