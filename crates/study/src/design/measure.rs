@@ -5,6 +5,7 @@ use asobench_identification::metric::Worse;
 use asobench_identification::names::named_table;
 
 /// The properties of a measure, other than its name and description.
+#[expect(clippy::struct_excessive_bools, reason = "each is one property")]
 struct Entry {
     /// Its name in texts and pictures, without its unit.
     label: &'static str,

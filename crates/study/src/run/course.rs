@@ -64,9 +64,10 @@ impl<'e> Courses<'e> {
         for method in &experiment.methods {
             // A window that is too short has no model yet.
             let estimator = |k: &usize| cell.prepare_for(*k, method, false).ok();
-            anew.push(match method.runs_along() {
-                true => Vec::new(),
-                false => points.iter().map(estimator).collect(),
+            anew.push(if method.runs_along() {
+                Vec::new()
+            } else {
+                points.iter().map(estimator).collect()
             });
             let of_method = method.order(cell.order);
             let gain = match method.observer() {
