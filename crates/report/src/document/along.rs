@@ -41,12 +41,12 @@ pub(super) fn along(study: &Study) -> Vec<Drawn> {
                 medians.collect()
             },
             guides: &|cells, plot| {
-                let changes = cells.iter().filter_map(|cell| {
+                let mut changes = cells.iter().filter_map(|cell| {
                     let name = cell.setting(asobench_study::study::file::Key::Change);
                     study.file.changes.get(&name)
                 });
                 let mut plot = plot.reference("bound", Course::Horizontal(table.bound));
-                if let Some(change) = changes.last() {
+                if let Some(change) = changes.next_back() {
                     plot = plot.reference("change", Course::Vertical(change.at as f64));
                 }
                 plot
