@@ -112,7 +112,9 @@ fn models_and_measures_of_a_course() {
                         assert_eq!(found, expected, "{number} {k}");
                     }
                     if found.is_empty() {
-                        errors.iter_mut().for_each(|of| of.push(f64::NAN));
+                        for of in &mut errors {
+                            of.push(f64::NAN);
+                        }
                         continue;
                     }
                     let (mut a, mut b) = ([0.0; 2], [0.0; 2]);
