@@ -370,28 +370,6 @@ fn plants_noises_and_feedbacks() {
     let plant = "[settings]\nplant = \"m\"\n[plants.m]\n";
     let noise = "[settings]\nnoise = \"m\"\n[noises.m]\n";
     let feedback = "[settings]\nfeedback = \"m\"\n[feedbacks.m]\n";
-    let change = "[settings]\nchange = \"m\"\n[changes.m]\n";
-    place.accepts_file(format!("{change}at = 50\ngain = 2").as_bytes());
-    place.refuses_file(
-        "[settings]\nchange = \"non\"",
-        &["change: ", "did you mean 'none'"],
-    );
-    let looped = format!(
-        "{}feedback = \"l\"\n[feedbacks.l]\nnumerator = [0.1]\n",
-        change.replace("[changes.m]\n", "")
-    );
-    let looped = format!("{looped}[changes.m]\nat = 50\ngain = 2");
-    place.refuses_file(
-        &looped,
-        &["settings: a plant that changes", "open loop only"],
-    );
-    let lanes = format!("engine = \"lanes\"\n{change}at = 50\ngain = 2");
-    place.refuses_file(
-        &lanes,
-        &["engine: \"lanes\" do not cover a plant that changes"],
-    );
-    let known = format!("{change}at = 50\ngain = 2\n[[methods]]\nestimator = \"known\"");
-    place.refuses_file(&known, &["one plant for all trials and samples"]);
     for (head, text, parts) in [
         (plant, "a = [0.5]", ["plants.m", "either b or h"]),
         (
@@ -413,33 +391,6 @@ fn plants_noises_and_feedbacks() {
             "numerator = [1]\ndenominator = [1, -2]",
             ["noises.m", "unit circle"],
         ),
-        (
-            change,
-            "at = 50",
-            ["changes.m", "expected a plant, or a gain"],
-        ),
-        (change, "gain = 2", ["line 3", "missing field `at`"]),
-        (
-            change,
-            "at = 400\ngain = 2",
-            ["changes.m.at: 400", "K = 400"],
-        ),
-        (
-            change,
-            "at = 50\ngain = 2\nplant = \"random\"",
-            ["changes.m", "both a plant and factors"],
-        ),
-        (
-            change,
-            "at = 50\nplant = \"random\"",
-            ["changes.m", "one plant for all trials"],
-        ),
-        (
-            change,
-            "at = 50\nplant = \"o\"\n[plants.o]\na = [0.5]\nb = [1]",
-            ["settings: a plant of order 6", "order 1"],
-        ),
-        (change, "at = 50\npoles = 2.6", ["changes.m", "not stable"]),
         (feedback, "", ["feedbacks.m", "numerator"]),
         (
             feedback,
@@ -694,4 +645,51 @@ fn marks_and_line_ends_move_no_bit() {
         "\u{feff}seed = 1\r\nsed = 2\r\n",
         &["line 2, column 1", "'sed'"],
     );
+}
+
+#[test]
+fn plants_that_change() {
+    let place = Place::new();
+    let change = "[settings]\nchange = \"m\"\n[changes.m]\n";
+    place.accepts_file(format!("{change}at = 50\ngain = 2").as_bytes());
+    place.refuses_file(
+        "[settings]\nchange = \"non\"",
+        &["change: ", "did you mean 'none'"],
+    );
+    let looped = format!(
+        "{}feedback = \"l\"\n[feedbacks.l]\nnumerator = [0.1]\n",
+        change.replace("[changes.m]\n", "")
+    );
+    let looped = format!("{looped}[changes.m]\nat = 50\ngain = 2");
+    place.refuses_file(
+        &looped,
+        &["settings: a plant that changes", "open loop only"],
+    );
+    let lanes = format!("engine = \"lanes\"\n{change}at = 50\ngain = 2");
+    place.refuses_file(
+        &lanes,
+        &["engine: \"lanes\" do not cover a plant that changes"],
+    );
+    let known = format!("{change}at = 50\ngain = 2\n[[methods]]\nestimator = \"known\"");
+    place.refuses_file(&known, &["one plant for all trials and samples"]);
+    for (text, parts) in [
+        ("at = 50", ["changes.m", "expected a plant, or a gain"]),
+        ("gain = 2", ["line 3", "missing field `at`"]),
+        ("at = 400\ngain = 2", ["changes.m.at: 400", "K = 400"]),
+        (
+            "at = 50\ngain = 2\nplant = \"random\"",
+            ["changes.m", "both a plant and factors"],
+        ),
+        (
+            "at = 50\nplant = \"random\"",
+            ["changes.m", "one plant for all trials"],
+        ),
+        (
+            "at = 50\nplant = \"o\"\n[plants.o]\na = [0.5]\nb = [1]",
+            ["settings: a plant of order 6", "order 1"],
+        ),
+        ("at = 50\npoles = 2.6", ["changes.m", "not stable"]),
+    ] {
+        place.refuses_file(&format!("{change}{text}"), &parts);
+    }
 }
