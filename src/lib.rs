@@ -42,6 +42,7 @@
 //! | [`files`] | the only access to the file system |
 //! | [`worker`] | methods that are external programs |
 //! | [`study`] | experiment, trial, runner, store |
+//! | [`suite`] | the reference suite: scenarios, scores, shipped results |
 //! | [`claim`] | verdicts on the claims of an experiment file from its results |
 //! | [`report`] | claims, tables and figures from stored results |
 //! | [`cli`] | the command line |
@@ -82,6 +83,6 @@ use asobench_identification::{names, number};
 pub use asobench_lanes as lanes;
 pub use asobench_report as report;
 use asobench_study::text;
-pub use asobench_study::{claim, files, study, worker};
+pub use asobench_study::{claim, files, study, suite, worker};
 
 pub use run_in::{RunInError, run_in};

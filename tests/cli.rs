@@ -900,6 +900,7 @@ fn help_texts() {
         ("help_status", vec!["status", "--help"]),
         ("help_slurm", vec!["slurm", "--help"]),
         ("help_theory", vec!["theory", "--help"]),
+        ("help_suite", vec!["suite", "--help"]),
         ("help_methods", vec!["methods", "--help"]),
         ("help_explain", vec!["explain", "--help"]),
         ("help_failures", vec!["failures", "--help"]),

@@ -28,5 +28,6 @@ mod records;
 mod report;
 mod standard_errors;
 mod studies;
+mod suite;
 mod theory;
 mod value_stability;

@@ -1,5 +1,7 @@
-//! Tells the program its git revision, if it is built from a git checkout.
+//! Tells the program its git revision, if it is built from a git checkout, and which files the suite has.
 
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn git(arguments: &[&str]) -> Option<String> {
@@ -8,8 +10,61 @@ fn git(arguments: &[&str]) -> Option<String> {
     output.status.success().then(|| text.trim().to_owned())
 }
 
+/// The files of a folder with this extension, by name.
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    println!("cargo::rerun-if-changed={}", folder.display());
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|of| of == extension));
+    paths.sort();
+    paths
+}
+
+/// A table of names with the texts of their files.
+fn texts(name: &str, paths: &[PathBuf]) -> String {
+    let mut table = format!("const {name}: &[(&str, &str)] = &[\n");
+    for path in paths {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let path = path.canonicalize().unwrap_or_else(|_| path.clone());
+        let _ = writeln!(
+            table,
+            "({stem:?}, include_str!({:?})),",
+            path.display().to_string()
+        );
+    }
+    table + "];\n"
+}
+
+fn suite() {
+    let suite = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suite");
+    let manifest = suite.join("suite.toml");
+    let mut systems = files(&suite, "toml");
+    systems.retain(|path| *path != manifest);
+    let mut generated = texts("SYSTEMS", &systems);
+    generated += &texts("RESULTS", &files(&suite.join("results"), "json"));
+    let _ = writeln!(
+        generated,
+        "const MANIFEST: &str = include_str!({:?});",
+        manifest.display().to_string()
+    );
+    let published = suite.join("published/tables.toml");
+    println!("cargo::rerun-if-changed={}", published.display());
+    let _ = writeln!(
+        generated,
+        "const PUBLISHED: &str = include_str!({:?});",
+        published.display().to_string()
+    );
+    let to = std::env::var("OUT_DIR")
+        .map(PathBuf::from)
+        .unwrap_or_default();
+    if let Err(error) = std::fs::write(to.join("suite_files.rs"), generated) {
+        println!("cargo::error=suite_files.rs: {error}");
+    }
+}
+
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
+    suite();
     // Without the log (a checkout without history) the revision cannot change either.
     for path in ["HEAD", "logs/HEAD"] {
         if let Some(path) = git(&["rev-parse", "--git-path", path])

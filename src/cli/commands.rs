@@ -4,8 +4,8 @@ use super::error::Error;
 use super::output::{note, print};
 use super::{
     check, compare, completions, estimate, explain, failures, merge, methods, new_experiment, plan,
-    plot, reference, replay, report, reproduce, run, shard, slurm, status, test_method, theory,
-    throughput,
+    plot, reference, replay, report, reproduce, run, shard, slurm, status, suite, test_method,
+    theory, throughput,
 };
 use crate::lanes::Isa;
 use crate::worker;
@@ -41,6 +41,7 @@ enum Command {
     Plot(plot::Arguments),
     Compare(compare::Arguments),
     Theory(theory::Arguments),
+    Suite(suite::Arguments),
     Estimate(estimate::Arguments),
     StudyFrom(estimate::study_from::Arguments),
     Throughput(throughput::Arguments),
@@ -98,6 +99,7 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Plot(arguments) => plot::run(arguments),
             Command::Compare(arguments) => compare::run(&arguments),
             Command::Theory(arguments) => theory::run(&arguments),
+            Command::Suite(arguments) => suite::run(&arguments),
             Command::Estimate(arguments) => estimate::run(&arguments),
             Command::StudyFrom(arguments) => estimate::study_from::run(&arguments),
             Command::TestMethod(arguments) => test_method::run(&arguments),

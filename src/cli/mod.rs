@@ -40,6 +40,7 @@ mod shard;
 mod slurm;
 mod status;
 mod study_arguments;
+mod suite;
 mod test_method;
 mod theory;
 mod throughput;

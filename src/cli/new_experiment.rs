@@ -85,7 +85,7 @@ iterations = 4
 # A = [1, -1.5, 0.7]
 # B = [0, 1, 0.5]
 
-# Inputs of your own, for `input = "mine"`: prbs, multisine, steps or binary.
+# Inputs of your own, for `input = "mine"`: prbs, multisine, sines, steps or binary.
 # [inputs.mine]
 # law = "prbs"
 # register = 7

@@ -14,6 +14,7 @@ mod latex;
 mod markup;
 pub mod plot;
 mod results;
+mod suite;
 mod table;
 #[allow(clippy::format_push_string, reason = "lines of a terminal")]
 pub mod terminal;
@@ -30,4 +31,5 @@ pub use figures::{OneTrial, TrialErrors, draw};
 pub use folder::{Files, prepare as prepare_report, write as write_report};
 pub use gpebo_table::{ends, example_table};
 pub use results::{ResultsError, Study, Time};
+pub use suite::{SuitePage, suite_page, suite_tables};
 pub use verdict_table::verdict_table;

@@ -8,6 +8,7 @@
 //! | [`claim`] | verdicts on the claims of an experiment file from its results |
 //! | [`run`] | how it is run: trials, threads, blocks, rounds, shards |
 //! | [`study`] | the parts of these that callers need, under one name |
+//! | [`suite`] | the reference suite: scenarios, scores, shipped results |
 //! | [`worker`] | methods that are external programs |
 //! | [`files`] | the only access to the file system |
 
@@ -21,6 +22,7 @@ pub mod outcome;
 mod revision;
 pub mod run;
 pub mod study;
+pub mod suite;
 pub mod text;
 pub mod worker;
 

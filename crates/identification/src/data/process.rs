@@ -409,6 +409,16 @@ impl Process {
             .filter(|_| [process_noise, x0_deviation, input_noise] == [0.0; 3])
     }
 
+    /// Returns the plant if it is the same in every trial and sample, and no estimate of it is fed back.
+    pub fn plant(&self) -> Option<&StateSpace> {
+        let known = !matches!(self.settings.feedback, Feedback::Controlled(_));
+        let known = known && self.settings.change.is_none();
+        match &self.plants {
+            Plants::Fixed(resolved) if known => Some(&resolved.plant),
+            _ => None,
+        }
+    }
+
     /// Returns plant, noise filter and variances if they are the same in every trial and sample, and the loop is open.
     pub fn open_loop(&self) -> Option<(&StateSpace, &NoiseFilter, ProcessVariances)> {
         let open = matches!(self.settings.feedback, Feedback::None);

@@ -250,7 +250,7 @@ pub enum SetupError {
     /// The estimator `known` is used where no true plant is known.
     #[error(
         "the true plant (estimator 'known', starts = \"truth\") is available only in studies with one plant for \
-         all trials and samples, of the setting's order, in open loop"
+         all trials and samples, of the setting's order, without state feedback"
     )]
     NoKnownPlant,
     /// The true plant, from which a search is to start, is not a model of these orders.

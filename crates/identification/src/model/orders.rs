@@ -52,6 +52,34 @@ impl Orders {
             .max(1)
     }
 
+    /// Returns the smallest orders of another form that hold models of these orders. `form` has the form's own defaults:
+    /// what is not 0 there is free. The filter of e is C/(A D). Over a common A F it becomes C F/D; where the form has no
+    /// A, it stays C/(A D).
+    #[must_use]
+    pub fn holding(self, form: Self) -> Self {
+        let Self {
+            na,
+            nb,
+            nc,
+            nd,
+            nf,
+            nk,
+        } = self;
+        let denominator = na + nf;
+        let common = form.na > 0;
+        let where_in = |given: usize, order: usize| if given > 0 { order } else { 0 };
+        let numerator = if common { nc + nf } else { nc };
+        let nothing = numerator == 0 && (common || na + nd == 0);
+        Self {
+            na: where_in(form.na, denominator),
+            nb,
+            nc: where_in(form.nc, numerator.max(usize::from(nothing))),
+            nd: where_in(form.nd, na + nd),
+            nf: where_in(form.nf, denominator),
+            nk,
+        }
+    }
+
     /// Returns how many samples before k the equation `A y = B u` looks back: `max(na, nb + nk - 1)`.
     pub fn reach(self) -> usize {
         self.na

@@ -90,6 +90,31 @@ pub fn steps(values: &[f64], hold: usize) -> Vec<f64> {
     held.collect()
 }
 
+/// Returns one common period of `sum_i amplitudes_i sin(2 pi t / periods_i)`.
+pub fn sines(amplitudes: &[f64], periods: &[usize]) -> Vec<f64> {
+    let terms = || amplitudes.iter().zip(periods);
+    let wave = |t: usize, (amplitude, period): (&f64, &usize)| {
+        // sin(x) = cos(x - pi/2).
+        let turns = (t % period) as f64 / *period as f64 + 0.75;
+        amplitude * cosine(turns - turns.floor())
+    };
+    let length = periods.iter().fold(1, |length, period| {
+        length / greatest_divisor(length, *period) * period
+    });
+    (0..length)
+        .map(|t| terms().map(|term| wave(t, term)).sum())
+        .collect()
+}
+
+/// Returns the greatest common divisor.
+pub fn greatest_divisor(a: usize, b: usize) -> usize {
+    if b == 0 {
+        a
+    } else {
+        greatest_divisor(b, a % b)
+    }
+}
+
 /// Returns the cosine of an angle in turns, from 0 to 1, by the arithmetic of the normal numbers.
 fn cosine(turns: f64) -> f64 {
     let quarters = 4.0 * turns;

@@ -19,6 +19,7 @@
 //! ed., chapter 9; docs/theory.md.
 
 mod canonical;
+mod information;
 pub mod joint_state;
 mod linear;
 mod measure;
@@ -33,6 +34,7 @@ mod signal;
 mod tests;
 
 pub use canonical::Asymptotic;
+pub use information::Information;
 pub use measure::{Figure, SmoothMeasure};
 pub use missing::{LARGEST, Missing, NoTheory};
 pub use population::Population;

@@ -53,6 +53,15 @@ impl Population {
     /// # Errors
     /// The reason why the process has no theory.
     pub fn new(process: &Process, eta: f64) -> Result<Self, NoTheory> {
+        match process.input() {
+            Input::Samples(_) => Err(NoTheory::GivenInput),
+            _ => Self::of_any_input(process, eta),
+        }
+    }
+
+    /// As [`Self::new`], also for a reference that is given sample by sample. That one is no stationary source: only
+    /// what comes from the other sources may be averaged.
+    pub(super) fn of_any_input(process: &Process, eta: f64) -> Result<Self, NoTheory> {
         let settings = process.settings();
         let PlantSource::Fixed(plant) = &settings.plant else {
             return Err(NoTheory::RandomPlant);
@@ -68,7 +77,7 @@ impl Population {
             },
             Input::Gaussian { .. } => 0.0,
             Input::Filtered { .. } | Input::Binary { .. } => return Err(NoTheory::FilteredInput),
-            Input::Samples(_) => return Err(NoTheory::GivenInput),
+            Input::Samples(_) => 0.0,
         };
         let feedback = match &settings.feedback {
             Feedback::None => None,
@@ -225,6 +234,11 @@ impl Population {
         let [output, noise] = variances;
         let (output, noise) = (output?, noise?);
         let level = process.settings().level;
+        if let Input::Samples(_) = process.input() {
+            let scale = process.common_scale(eta).ok_or(NoTheory::GivenInput)?;
+            self.sources[NOISE].variance = scale * scale;
+            return Ok(());
+        }
         let e2 = (eta / 100.0).powi(2);
         let share = match level.of {
             LevelOf::NoiseFree => e2,

@@ -88,44 +88,81 @@ fn output_error_gradient(
     Ok(regressors(&x, &u, shape))
 }
 
-/// The bound if plant and noise share their common poles: `A y = B/F u + C/D e`, all in lowest terms and with the
-/// orders of the truth. Under 1/A noise F, C and D are 1; without a common pole A is 1.
+/// The gradient psi of the model with the orders of the truth, and what its parameters are.
+pub struct TrueModel {
+    /// psi of the plant's parameters, A before F before B, then of the noise's.
+    pub psi: Vec<Signal>,
+    /// Its orders.
+    pub orders: Orders,
+    /// The derivative of `p = (alpha, beta)` with respect to the plant's parameters.
+    pub slopes: Mat<f64>,
+    /// The variance of the innovations.
+    pub variance: f64,
+}
+
+impl TrueModel {
+    /// The model if plant and noise share their common poles: `A y = B/F u + C/D e`, all in lowest terms and with the
+    /// orders of the truth. Under 1/A noise F, C and D are 1; without a common pole A is 1.
+    ///
+    /// # Errors
+    /// [`Missing`].
+    pub fn new(population: &Population) -> Result<Self, Missing> {
+        plain(population)?;
+        let noise = NoiseModel::new(population)?;
+        let Population {
+            alpha, beta, y, u, ..
+        } = population;
+        let (f, d) = lowest_terms(alpha, &noise.d);
+        let (n, nf) = (alpha.len() - 1, f.len() - 1);
+        let na = n - nf;
+        // alpha / F; the remainder is zero.
+        let mut a = alpha.clone();
+        divide(&f, &mut a);
+        a.truncate(na + 1);
+        let c = stable(&noise.c)?;
+        let [y, u] = [y, u].map(|signal| signal.through(&d, c));
+        let u = u.through(&[1.0], stable(&f)?);
+        let mut psi = y.lags(-1.0, 1, na);
+        psi.extend(u.through(beta, &f).lags(-1.0, 1, nf));
+        psi.extend(u.lags(1.0, 1, n));
+        let [nc, nd] = [c.len() - 1, d.len() - 1];
+        psi.extend(noise_gradient((c, &d), &noise.innovation, [nc, nd])?);
+        // alpha = A F.
+        let at = |c: &[f64], i: usize, j: usize| i.checked_sub(j).and_then(|i| c.get(i)).copied();
+        let slopes = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j) {
+            (true, j) if j < na => at(&f, i, j).unwrap_or(0.0),
+            (true, j) if j < n => at(&a, i, j - na).unwrap_or(0.0),
+            _ => f64::from(u8::from(i == j && i >= n)),
+        });
+        let orders = Orders {
+            na,
+            nb: n,
+            nc,
+            nd,
+            nf,
+            nk: 1,
+        };
+        Ok(Self {
+            psi,
+            orders,
+            slopes,
+            variance: noise.variance,
+        })
+    }
+}
+
+/// The bound of [`TrueModel`].
 ///
 /// # Errors
 /// [`Missing`].
 pub fn shared_bound(population: &Population) -> Result<Mat<f64>, Missing> {
-    plain(population)?;
-    let noise = NoiseModel::new(population)?;
-    let Population {
-        alpha, beta, y, u, ..
-    } = population;
-    let (f, d) = lowest_terms(alpha, &noise.d);
-    let (n, nf) = (alpha.len() - 1, f.len() - 1);
-    let na = n - nf;
-    if na == 0 {
+    let model = TrueModel::new(population)?;
+    if model.orders.na == 0 {
         return separate_bound(population);
     }
-    // alpha / F; the remainder is zero.
-    let mut a = alpha.clone();
-    divide(&f, &mut a);
-    a.truncate(na + 1);
-    let c = stable(&noise.c)?;
-    let [y, u] = [y, u].map(|signal| signal.through(&d, c));
-    let u = u.through(&[1.0], stable(&f)?);
-    let mut psi = y.lags(-1.0, 1, na);
-    psi.extend(u.through(beta, &f).lags(-1.0, 1, nf));
-    psi.extend(u.lags(1.0, 1, n));
-    let counts = [c.len() - 1, d.len() - 1];
-    psi.extend(noise_gradient((c, &d), &noise.innovation, counts)?);
-    let covariance = bound(population, &psi, 2 * n, noise.variance)?;
-    // alpha = A F.
-    let at = |c: &[f64], i: usize, j: usize| i.checked_sub(j).and_then(|i| c.get(i)).copied();
-    let slopes = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j) {
-        (true, j) if j < na => at(&f, i, j).unwrap_or(0.0),
-        (true, j) if j < n => at(&a, i, j - na).unwrap_or(0.0),
-        _ => f64::from(u8::from(i == j && i >= n)),
-    });
-    Ok(&slopes * covariance * slopes.transpose())
+    let TrueModel { psi, slopes, .. } = &model;
+    let covariance = bound(population, psi, slopes.nrows(), model.variance)?;
+    Ok(slopes * covariance * slopes.transpose())
 }
 
 /// The bound if the noise has its own model: `y = B/A u + C/D e`.

@@ -88,6 +88,21 @@ impl Signal {
         }
     }
 
+    /// Returns the signal from rest if every source is this sequence.
+    pub(super) fn course(&self, w: &[f64]) -> Vec<f64> {
+        let mut course = vec![0.0; w.len()];
+        for part in &self.parts {
+            let mut x = w.to_vec();
+            for k in 0..w.len() {
+                let bottom = part.denominator.iter().enumerate().skip(1).take(k);
+                x[k] -= bottom.map(|(i, d)| d * x[k - i]).sum::<f64>();
+                let top = part.numerator.iter().enumerate().take(k + 1);
+                course[k] += top.map(|(i, c)| c * x[k - i]).sum::<f64>();
+            }
+        }
+        course
+    }
+
     /// The lags `sign x(k-first) ... sign x(k-first-count+1)` of the signal x.
     pub fn lags(&self, sign: f64, first: usize, count: usize) -> Vec<Self> {
         let lag = |i: usize| Self::default().plus(sign, &self.delayed(first + i));

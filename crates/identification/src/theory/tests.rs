@@ -14,6 +14,7 @@ use faer::c64;
 
 mod cells;
 mod frequency;
+mod information;
 mod references;
 
 /// A process in open loop with signs of amplitude 10.

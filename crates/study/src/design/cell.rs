@@ -141,12 +141,12 @@ impl Cell {
     /// Returns the model that a method with the true plant receives: the plant, and the mean of its initial states.
     ///
     /// # Errors
-    /// [`SetupError::NoKnownPlant`] unless all trials share one plant of the cell's order, which does not change, in
-    /// open loop;
+    /// [`SetupError::NoKnownPlant`] unless all trials share one plant of the cell's order, which does not change, and
+    /// no estimate of it is fed back;
     /// [`SetupError::ContinuousTime`] in continuous time.
     pub fn known_model(&self) -> Result<KnownModel, SetupError> {
         let process = self.process().ok_or(SetupError::ContinuousTime)?;
-        let plant = process.open_loop().map(|(plant, ..)| plant);
+        let plant = process.plant();
         let plant = plant.filter(|plant| plant.order() == self.order);
         let plant = plant.ok_or(SetupError::NoKnownPlant)?;
         Ok(KnownModel::new(plant, &process.settings().x0))

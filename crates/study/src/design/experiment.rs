@@ -176,10 +176,11 @@ fn each_once(measures: impl Iterator<Item = Measure>) -> Vec<Measure> {
 
 /// Returns the part of a resolved file that fixes the results bit for bit.
 pub fn design_of(file: &Value) -> Value {
-    const WORDS: [&str; 10] = [
+    const WORDS: [&str; 11] = [
         "title",
         "question",
         "hypothesis",
+        "source",
         "claims",
         "family",
         "expected_time",

@@ -126,6 +126,10 @@ named_table! {
         Condition = "condition": Entry { label: "condition number", in_lanes: true, ..PLAIN },
         /// Relative error of the impulse response.
         ImpulseResponse = "e_g": Entry { label: "e_g", ..RELATIVE },
+        /// Squared distance of the coefficients from the truth in the metric of the Fisher information, over the number
+        /// of free coefficients: 1 on average where the Cramer-Rao bound is reached. Null where there is no such
+        /// information, or in a model of another order.
+        Distance = "d": Entry { label: "d", ..PLAIN },
         /// Simulated FIT on fresh data, per cent.
         FreshFit = "fit_fresh": Entry {
             label: "FIT on fresh data",

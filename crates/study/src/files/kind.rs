@@ -51,6 +51,8 @@ pub enum Kind {
     Parquet,
     /// `timing/times.json`.
     Times,
+    /// The results of a method in the reference suite.
+    Suite,
     /// An SVG figure.
     Figure,
     /// `report.html`.
@@ -102,6 +104,7 @@ impl Kind {
             | Self::Design
             | Self::Block
             | Self::Times
+            | Self::Suite
             | Self::Plan
             | Self::Run
             | Self::Script => GIB,
@@ -132,6 +135,7 @@ impl Kind {
             Self::Summary => "summary",
             Self::Parquet => "parquet",
             Self::Times => "times",
+            Self::Suite => "suite",
             Self::Figure => "figure",
             Self::Page => "page",
             Self::Verdicts => "verdicts",
@@ -178,6 +182,7 @@ impl Kind {
             | Self::Design
             | Self::Summary
             | Self::Times
+            | Self::Suite
             | Self::Plan
             | Self::Run => text.split_ascii_whitespace().collect(),
             _ => String::new(),
@@ -195,6 +200,7 @@ impl Kind {
                 json.starts_with("{\"title\":\"") && json.contains("\",\"hypothesis\":\"")
             }
             Self::Times => json.starts_with("{\"design\":\""),
+            Self::Suite => json.starts_with("{\"suite\":\""),
             Self::Log => text.starts_with(WORKERS_TITLE),
             Self::Agreed => text.starts_with(AGREED_TITLE),
             Self::Block => head.starts_with(b"asobench"),
@@ -229,7 +235,7 @@ const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\
 
 /// The header of a report's table contains at least one of these texts. Builds before the columns `measure` called them
 /// `figure`.
-const TABLES: [&str; 16] = [
+const TABLES: [&str; 17] = [
     "output,measure,trials,failed,unstable,",
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",
@@ -246,6 +252,7 @@ const TABLES: [&str; 16] = [
     "value,verdict,p (pass),p (fail)",
     "value (%),verdict,p (pass),p (fail)",
     "claim,what it says,verdict,experiment",
+    "method,lost (%),",
 ];
 
 /// Whether the footer of a Parquet file, which names its columns, has the columns of all tables of results.
@@ -296,6 +303,7 @@ mod tests {
             Kind::Design,
             Kind::Summary,
             Kind::Times,
+            Kind::Suite,
             Kind::Parquet,
             Kind::Block,
             Kind::Figure,

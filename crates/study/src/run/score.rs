@@ -15,6 +15,7 @@ use asobench_identification::observer::ObservedModel;
 use asobench_identification::plant::PoleFinder;
 use asobench_identification::real::with_fma;
 use asobench_identification::signal::{Input, Purpose, stream};
+use asobench_identification::theory::Information;
 
 /// Measures passes of one cell, with its own buffers.
 pub(crate) struct Scorer {
@@ -30,6 +31,8 @@ pub(crate) struct Scorer {
     poles: PoleFinder,
     input: Input,
     response: Response,
+    /// The information of a record, if d is wanted and there is one.
+    information: Option<Information>,
     /// Room for the state of the plant or of a model.
     x: Vec<f64>,
     wanted: Wanted,
@@ -84,6 +87,9 @@ impl Scorer {
             poles: PoleFinder::new(cell.order),
             input: process.input().clone(),
             response: Response::new(RESPONSE_SAMPLES),
+            information: any(&[F::Distance])
+                .then(|| Information::new(process, cell.eta, cell.window).ok())
+                .flatten(),
             x: vec![0.0; largest],
             fed_back: StateError::default(),
             wanted: Wanted {
@@ -204,6 +210,9 @@ impl Scorer {
         ] {
             row[relative] = relative_error(truth, found);
             row[printed] = relative_error_as_printed(truth, found);
+        }
+        if let Some(information) = &self.information {
+            row[Measure::Distance] = information.distance([&pass.a, &pass.h], [&truth.a, &truth.h]);
         }
         let Some(mut model) = pass.observed() else {
             return;

@@ -3,7 +3,6 @@
 use super::arguments::Arguments;
 use super::case::Case;
 use crate::estimator::{EstimatorName, Method, MethodOptions, Pass, Problem, Shape, Window};
-use crate::model::{LinearModel, Orders};
 use serde_json::{Map, Value, json};
 
 /// A method of the study.
@@ -74,7 +73,7 @@ fn suited(
         let orders = if name == own {
             case.model.orders()
         } else {
-            holding(&case.model, form)
+            case.model.orders().holding(form)
         };
         let mut options = options.clone();
         options.insert("orders".to_owned(), json!(orders));
@@ -88,32 +87,6 @@ fn suited(
         None => chosen(case, name, options),
     }
     .map(Some)
-}
-
-/// Returns the smallest orders of an estimator's form that contain the model.
-fn holding(model: &LinearModel, form: Orders) -> Orders {
-    let Orders {
-        na,
-        nb,
-        nc,
-        nd,
-        nf,
-        nk,
-    } = model.orders();
-    let denominator = na + nf;
-    let common = form.na > 0;
-    let where_in = |given: usize, order: usize| if given > 0 { order } else { 0 };
-    // The filter of e is C/(A D). Over a common A F it becomes C F/D; with its own poles it stays C/(A D).
-    let numerator = if common { nc + nf } else { nc };
-    let nothing = numerator == 0 && (common || na + nd == 0);
-    Orders {
-        na: where_in(form.na, denominator),
-        nb,
-        nc: where_in(form.nc, numerator.max(usize::from(nothing))),
-        nd: where_in(form.nd, na + nd),
-        nf: where_in(form.nf, denominator),
-        nk,
-    }
 }
 
 fn chosen(case: &Case, name: EstimatorName, options: Map<String, Value>) -> Result<Chosen, String> {

@@ -71,6 +71,10 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
             "state over the samples seen",
             "x(k) of the plant, at the points k of [course]",
         ),
+        M::Distance => (
+            "a and h",
+            "the plant's coefficients, weighted by the information of the record",
+        ),
         M::ImpulseResponse => ("impulse response", "that of the plant"),
         M::FreshFit => (
             "noise-free output",

@@ -61,6 +61,9 @@ pub struct ExperimentFile {
     pub question: String,
     /// The hypothesis that the study tests, in words.
     pub hypothesis: String,
+    /// Where the system comes from, in words.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub source: String,
     /// The claims that the study examines, with the tests that decide them.
     #[serde(with = "list")]
     #[schemars(schema_with = "list::schema")]
@@ -161,6 +164,7 @@ impl Default for ExperimentFile {
             title: String::new(),
             question: String::new(),
             hypothesis: String::new(),
+            source: String::new(),
             claims: Vec::new(),
             family: false,
             needed: None,

@@ -37,6 +37,13 @@ pub enum InputTable {
         #[serde(default)]
         odd: bool,
     },
+    /// A sum of sines, `sum_i amplitudes_i sin(2 pi k / periods_i)`.
+    Sines {
+        /// Their amplitudes, before the setting `amplitude`.
+        amplitudes: Vec<f64>,
+        /// Their periods, samples.
+        periods: Vec<usize>,
+    },
     /// Steps: each value is held, the first comes after the last.
     Steps {
         /// The values, before the amplitude.
@@ -117,9 +124,33 @@ impl InputTable {
                 }
                 Ok(Some(periodic_input::steps(values, *hold)))
             }
+            Self::Sines {
+                amplitudes,
+                periods,
+            } => sines(amplitudes, periods).map(Some),
             Self::Binary { .. } => Ok(None),
         }
     }
+}
+
+/// The common period of some sines.
+fn sines(amplitudes: &[f64], periods: &[usize]) -> Result<Vec<f64>, String> {
+    if amplitudes.is_empty() || amplitudes.len() != periods.len() {
+        return Err("expected as many amplitudes as periods, at least one".to_owned());
+    }
+    if !amplitudes.iter().all(|size| size.is_finite()) {
+        return Err("amplitudes: expected finite numbers".to_owned());
+    }
+    let mut length = 1_usize;
+    for period in periods {
+        if *period < 2 {
+            return Err(format!("periods: {period}; expected at least 2 samples"));
+        }
+        length /= periodic_input::greatest_divisor(length, *period);
+        length = length.saturating_mul(*period);
+        is_short(length, PERIOD_LIMIT)?;
+    }
+    Ok(periodic_input::sines(amplitudes, periods))
 }
 
 fn is_short(period: usize, limit: usize) -> Result<(), String> {
@@ -148,6 +179,14 @@ mod tests {
             .unwrap()
             .unwrap();
         assert_eq!(u, [1.0, 1.0, 0.0, 0.0]);
+        let u = period("law = 'sines'\namplitudes = [1, 2]\nperiods = [4, 6]")
+            .unwrap()
+            .unwrap();
+        let expected = [0.0, 1.0 + 3.0_f64.sqrt(), 3.0_f64.sqrt(), -1.0];
+        assert_eq!(u.len(), 12);
+        for (u, expected) in u.iter().zip(expected) {
+            assert!((u - expected).abs() < 1e-14, "{u} {expected}");
+        }
         assert_eq!(period("law = 'binary'\nfilter = 'low'"), Ok(None));
         for (text, part) in [
             (
@@ -169,6 +208,18 @@ mod tests {
                 "the lower one first",
             ),
             ("law = 'multisine'\nperiod = 20000", "at most 16384"),
+            (
+                "law = 'sines'\namplitudes = [1]\nperiods = [4, 6]",
+                "as many amplitudes as periods",
+            ),
+            (
+                "law = 'sines'\namplitudes = [1]\nperiods = [1]",
+                "at least 2 samples",
+            ),
+            (
+                "law = 'sines'\namplitudes = [1, 1, 1]\nperiods = [1009, 1013, 1019]",
+                "at most 262144",
+            ),
             ("law = 'steps'\nvalues = []\nhold = 5", "expected values"),
         ] {
             let error = period(text).unwrap_err();
@@ -181,7 +232,7 @@ mod tests {
             ),
             (
                 "law = 'chirp'",
-                "expected one of `prbs`, `multisine`, `steps`, `binary`",
+                "expected one of `prbs`, `multisine`, `sines`, `steps`, `binary`",
             ),
             ("law = 'prbs'", "missing field `register`"),
         ] {

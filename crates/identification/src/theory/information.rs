@@ -1,0 +1,154 @@
+//! The Fisher information of a record, and the distance of an estimate from the truth in its metric.
+
+use super::joint_state::covariance;
+use super::missing::Missing;
+use super::population::{NOISE, Population, REFERENCE};
+use super::prediction_error::TrueModel;
+use super::signal::Signal;
+use crate::data::Process;
+use crate::model::Orders;
+use crate::signal::Input;
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+/// The Fisher information `F = N E[psi psi'] / lambda` of a record of N samples about `p = (alpha, beta)`, with the
+/// noise's parameters unknown: the Schur complement of their block. psi is that of `A y = B/F u + C/D e` with the orders
+/// of the truth, all in lowest terms. Where the reference is given sample by sample, what comes from it is summed over
+/// the record, from rest.
+///
+/// For an estimate theta_hat of the p free coefficients that reaches the Cramer-Rao bound,
+///
+/// ```text
+/// d = (theta_hat - theta)' F (theta_hat - theta) / p
+/// ```
+///
+/// is chi-squared with p degrees of freedom over p as N grows, of mean 1.
+///
+/// Source: Ljung, System Identification, 2nd ed., sections 7.4 and 9.3.
+#[derive(Clone, Debug)]
+pub struct Information {
+    /// F, 2n x 2n, about `alpha_1 ... alpha_n, beta_1 ... beta_n`.
+    matrix: Mat<f64>,
+    /// The orders of the truth, with its delay and without zeros at the ends of its polynomials.
+    orders: Orders,
+}
+
+impl Information {
+    /// Computes the information of a record of `window` samples at noise level `eta`, in per cent.
+    ///
+    /// # Errors
+    /// [`Missing`].
+    pub fn new(process: &Process, eta: f64, window: usize) -> Result<Self, Missing> {
+        let population = Population::of_any_input(process, eta)?;
+        let model = TrueModel::new(&population)?;
+        if !(model.variance > 0.0) {
+            return Err(Missing::Singular);
+        }
+        let moments = moments(process, &population, &model.psi, window)?;
+        let count = model.slopes.nrows();
+        let of_plant = without_noise(&moments, count)?;
+        // F about p is S^-T F S^-1, with S = dp / d(parameters).
+        let unit = Mat::<f64>::identity(count, count);
+        let inverse = model.slopes.partial_piv_lu().solve(&unit);
+        let about_p = inverse.transpose() * &of_plant * &inverse;
+        let scale = 0.5 * window as f64 / model.variance;
+        let matrix = Mat::from_fn(count, count, |i, j| {
+            scale * (about_p[(i, j)] + about_p[(j, i)])
+        });
+        if !matrix.is_all_finite() {
+            return Err(Missing::Singular);
+        }
+        Ok(Self {
+            matrix,
+            orders: without_zeros(model.orders, &population),
+        })
+    }
+
+    /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
+    pub fn orders(&self) -> Orders {
+        self.orders
+    }
+
+    /// The number p of free coefficients of the plant.
+    pub fn free(&self) -> usize {
+        let Orders { na, nb, nf, .. } = self.orders;
+        na + nb + nf
+    }
+
+    /// F about `alpha_1 ... alpha_n, beta_1 ... beta_n`.
+    pub fn matrix(&self) -> &Mat<f64> {
+        &self.matrix
+    }
+
+    /// Returns d of an estimate from the paper's a and h and those of the truth; NaN if it has another order.
+    pub fn distance(&self, [a, h]: [&[f64]; 2], [true_a, true_h]: [&[f64]; 2]) -> f64 {
+        let n = self.matrix.nrows() / 2;
+        if [a, h, true_a, true_h].iter().any(|part| part.len() != n) {
+            return f64::NAN;
+        }
+        // alpha_i = -a_(n+1-i).
+        let error = |i: usize| match i.checked_sub(n) {
+            None => true_a[n - 1 - i] - a[n - 1 - i],
+            Some(i) => h[i] - true_h[i],
+        };
+        let row = |i: usize| -> f64 { (0..2 * n).map(|j| self.matrix[(i, j)] * error(j)).sum() };
+        let square: f64 = (0..2 * n).map(|i| error(i) * row(i)).sum();
+        square / self.free() as f64
+    }
+}
+
+/// `E[psi psi']`, or the mean over a record whose reference is given.
+fn moments(
+    process: &Process,
+    population: &Population,
+    psi: &[Signal],
+    window: usize,
+) -> Result<Mat<f64>, Missing> {
+    let Input::Samples(samples) = process.input() else {
+        return Ok(covariance(&population.sources, psi, psi)?);
+    };
+    let reference: Vec<f64> = samples.iter().copied().cycle().take(window).collect();
+    let of_noise: Vec<Signal> = psi.iter().map(|psi| psi.from_source(NOISE)).collect();
+    let mut moments = covariance(&population.sources, &of_noise, &of_noise)?;
+    let courses: Vec<Vec<f64>> = psi
+        .iter()
+        .map(|psi| psi.from_source(REFERENCE).course(&reference))
+        .collect();
+    for (i, a) in courses.iter().enumerate() {
+        for (j, b) in courses.iter().enumerate() {
+            let sum: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+            moments[(i, j)] += sum / window as f64;
+        }
+    }
+    Ok(moments)
+}
+
+/// The Schur complement of all but the first `count` rows and columns.
+fn without_noise(moments: &Mat<f64>, count: usize) -> Result<Mat<f64>, Missing> {
+    let (all, rest) = (moments.nrows(), moments.nrows() - count);
+    let plant = moments.as_ref().get(..count, ..count);
+    if rest == 0 {
+        return Ok(plant.to_owned());
+    }
+    let noise = moments.as_ref().get(count..all, count..all).to_owned();
+    super::linear::is_regular(&noise)?;
+    let across = moments.as_ref().get(count..all, ..count);
+    let solved = noise.partial_piv_lu().solve(across);
+    Ok(plant - across.transpose() * solved)
+}
+
+/// The orders without the zeros that pad alpha and beta to the plant's order.
+fn without_zeros(orders: Orders, population: &Population) -> Orders {
+    let Population { alpha, beta, .. } = population;
+    let size = beta.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
+    let is_there = |b: &f64| b.abs() > 1e-13 * size;
+    let first = beta.iter().position(is_there).unwrap_or(1);
+    let last = beta.iter().rposition(is_there).unwrap_or(1);
+    let padding = alpha.iter().rev().take_while(|a| **a == 0.0).count();
+    Orders {
+        na: orders.na.saturating_sub(padding),
+        nb: last + 1 - first,
+        nk: first,
+        ..orders
+    }
+}

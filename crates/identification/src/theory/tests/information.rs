@@ -1,0 +1,164 @@
+//! The Fisher information against bounds, against published bounds of finite records, and against finite differences.
+
+use super::*;
+use crate::model::Orders;
+use faer::linalg::solvers::Solve;
+
+const ABSOLUTE: LevelReading = LevelReading {
+    over: LevelOver::Nothing,
+    of: LevelOf::NoiseFree,
+};
+
+fn of(a: &[f64], b: &[f64], input: Input, noise: NoiseColour, feedback: Feedback) -> Process {
+    let plant: StateSpace = TransferFunction::from_polynomials(a, b).unwrap().into();
+    let settings = ProcessSettings {
+        input,
+        feedback,
+        ..process(&plant, noise, ABSOLUTE).settings().clone()
+    };
+    Process::from_settings(settings).unwrap()
+}
+
+fn gaussian(amplitude: f64) -> Input {
+    Input::new(InputLaw::Gaussian, amplitude, Sequence::default())
+}
+
+/// The square roots of the diagonal of the inverse of F, for some of `alpha_1 ..., beta_1 ...`.
+fn deviations(information: &Information, free: &[usize]) -> Vec<f64> {
+    let f = information.matrix();
+    let part = Mat::from_fn(free.len(), free.len(), |i, j| f[(free[i], free[j])]);
+    let unit = Mat::<f64>::identity(free.len(), free.len());
+    let inverse = part.partial_piv_lu().solve(&unit);
+    (0..free.len()).map(|i| inverse[(i, i)].sqrt()).collect()
+}
+
+fn close(found: &[f64], expected: &[f64], half_digit: f64) {
+    for (found, expected) in found.iter().zip(expected) {
+        let apart = (found - expected).abs();
+        assert!(apart <= half_digit, "{found} {expected}");
+    }
+}
+
+/// Finite-record bounds of two output-error plants under sums of sines, to their printed digits (pysib's cases
+/// `robustness_noisy_data`, bounds by numerical differentiation).
+#[test]
+fn given_inputs_have_the_bound_of_their_record() {
+    let sines = |terms: [(f64, f64); 3], n: usize| {
+        let u = |t: usize| -> f64 {
+            let wave = |(size, period): &(f64, f64)| {
+                size * (std::f64::consts::TAU * t as f64 / period).sin()
+            };
+            terms.iter().map(wave).sum()
+        };
+        Input::Samples((0..n).map(u).collect())
+    };
+    let white = || NoiseColour::from(NoiseFilter::white());
+    let input = sines([(1.0, 18.0), (1.0, 28.0), (1.0, 61.0)], 1000);
+    let b = [1.0, 0.0, 0.0];
+    let fast = of(&[-2.4, 1.91, -0.504], &b, input, white(), Feedback::None);
+    let information = Information::new(&fast, 100.0, 1000).unwrap();
+    assert_eq!(information.orders(), "nb=1,nf=3,nk=1".parse().unwrap());
+    assert_eq!(information.free(), 4);
+    let found = deviations(&information, &[3, 0, 1, 2]);
+    close(&found, &[0.00228, 0.00138, 0.00256, 0.00120], 5.001e-6);
+    let input = sines([(1.0, 17.0), (0.7, 43.0), (0.4, 97.0)], 500);
+    let second = of(&[-1.1, 0.2625], &[1.0, 0.0], input, white(), Feedback::None);
+    let information = Information::new(&second, 10.0, 500).unwrap();
+    let found = deviations(&information, &[2, 0, 1]);
+    close(&found, &[0.00455, 0.00394, 0.00341], 5.001e-6);
+}
+
+/// The ARMAX example of the weighted null-space fitting code, in open loop and in the loop: numbers by another program.
+#[test]
+fn armax_in_both_loops() {
+    let (a, b) = ([-1.5, 0.7], [1.0, 0.5]);
+    let noise =
+        || NoiseColour::from(NoiseFilter::new(&[1.0, -0.8, 0.2], &[1.0, -1.5, 0.7]).unwrap());
+    let open = of(&a, &b, gaussian(1.0), noise(), Feedback::None);
+    let law = OutputFeedback::new(
+        &[0.63, -2.08, 2.82, -1.86, 0.5],
+        &[1.0, -2.65, 3.11, -1.75, 0.39],
+    );
+    let closed = of(
+        &a,
+        &b,
+        gaussian(5.0),
+        noise(),
+        Feedback::Output(law.unwrap()),
+    );
+    for (process, expected) in [
+        (open, [0.351, 0.314, 0.990, 1.267]),
+        (closed, [0.140, 0.140, 0.174, 0.173]),
+    ] {
+        let information = Information::new(&process, 100.0, 1).unwrap();
+        let orders: Orders = "na=2,nb=2,nc=2,nk=1".parse().unwrap();
+        assert_eq!(information.orders(), orders);
+        close(
+            &deviations(&information, &[0, 1, 2, 3]),
+            &expected,
+            5.001e-4,
+        );
+    }
+}
+
+/// F times the bound of the same structure is the identity, also where plant and noise share some poles only.
+#[test]
+fn the_information_is_the_inverse_of_the_bound() {
+    for (c, d, orders) in [
+        (vec![1.0], vec![1.0, -1.5, 0.7], "na=2,nb=2,nk=1"),
+        (vec![1.0, 0.6], vec![1.0, -0.8], "nb=2,nc=1,nd=1,nf=2,nk=1"),
+    ] {
+        let noise = NoiseFilter::new(&c, &d).unwrap();
+        let process = of(
+            &[-1.5, 0.7],
+            &[1.0, 0.5],
+            gaussian(2.0),
+            noise.into(),
+            Feedback::None,
+        );
+        let information = Information::new(&process, 50.0, 300).unwrap();
+        assert_eq!(information.orders(), orders.parse().unwrap());
+        let theory = CellTheory::new(&process, 50.0, 2, &[]).unwrap();
+        let bound = theory.shared.unwrap().asymptotic.covariance;
+        let product = information.matrix() * bound;
+        for i in 0..4 {
+            for j in 0..4 {
+                let expected = if i == j { 300.0 } else { 0.0 };
+                let tolerance = 1e-7 * product.norm_max();
+                assert!(
+                    (product[(i, j)] - expected).abs() < tolerance,
+                    "{i} {j} {product:?}"
+                );
+            }
+        }
+    }
+}
+
+/// A delay and zeros at the ends are not counted; d is the quadratic form in the paper's order of coefficients.
+#[test]
+fn free_coefficients_and_the_distance() {
+    let white = NoiseFilter::white();
+    let process = of(
+        &[-0.5, 0.0, 0.0],
+        &[0.0, 0.6, -0.2],
+        gaussian(1.0),
+        white.into(),
+        Feedback::None,
+    );
+    let information = Information::new(&process, 30.0, 100).unwrap();
+    assert_eq!(information.orders(), "nb=2,nf=1,nk=2".parse().unwrap());
+    let truth = TransferFunction::from_polynomials(&[-0.5, 0.0, 0.0], &[0.0, 0.6, -0.2]).unwrap();
+    let truth: StateSpace = truth.into();
+    let (a, h) = (truth.a().to_vec(), truth.h());
+    let mut found = (a.clone(), h.clone());
+    found.0[2] += 0.01;
+    found.1[1] -= 0.02;
+    // The step of a_3 is minus that of alpha_1; h_2 is beta_2.
+    let f = information.matrix();
+    let square = 1e-4 * f[(0, 0)] + 4e-4 * f[(4, 4)] + 2.0 * 2e-4 * f[(0, 4)];
+    let d = information.distance([&found.0, &found.1], [&a, &h]);
+    assert!((d - square / 3.0).abs() < 1e-12 * d, "{d} {square}");
+    assert!(information.distance([&a[1..], &h], [&a, &h]).is_nan());
+    let silent = Information::new(&process, 0.0, 100);
+    assert_eq!(silent.unwrap_err(), Missing::Singular);
+}

@@ -1,0 +1,214 @@
+//! The tables of the suite's page.
+
+use super::subject::SuitePage;
+use crate::table::{CellText, Column, Table};
+use asobench_identification::number::uncertain_within;
+use asobench_study::suite::{
+    Estimated, IDEAL, MethodResults, Scenario, ScenarioResults, Score, efficiency, paired, score,
+};
+
+/// Methods beside each other in a table of scenarios.
+const BESIDE: usize = 8;
+/// Digits of a number.
+const DIGITS: i32 = 4;
+
+pub(super) struct Tables<'a> {
+    of: &'a SuitePage<'a>,
+    scenarios: Vec<&'a Scenario>,
+}
+
+/// A number of a table, times a factor.
+fn cell(number: Estimated, factor: f64) -> CellText {
+    let [value, error] = [number.value, number.error].map(|x| factor * x);
+    CellText::number(uncertain_within(value, error, DIGITS), value)
+}
+
+impl<'a> Tables<'a> {
+    pub(super) fn new(of: &'a SuitePage<'a>) -> Self {
+        Self {
+            of,
+            scenarios: of.suite.scenarios().collect(),
+        }
+    }
+
+    /// The score of a method in the scenarios that are chosen.
+    fn score(&self, method: &MethodResults, chosen: impl Fn(&Scenario) -> bool) -> Score {
+        let both = self.scenarios.iter().copied().zip(&method.scenarios);
+        let both: Vec<(&Scenario, &ScenarioResults)> =
+            both.filter(|(scenario, _)| chosen(scenario)).collect();
+        score(&both)
+    }
+
+    /// Each method over all scenarios.
+    pub(super) fn scores(&self) -> Table {
+        let columns = vec![
+            Column::text("method").width(15),
+            Column::number("lost", "%").width(9),
+            Column::number("efficiency, typical", "").width(19),
+            Column::number("worst tenth", "").width(11),
+            Column::number("coverage", "%").width(12),
+            Column::number("FIT", "%").width(8),
+        ];
+        let mut table = Table::new("Each method over all scenarios, weighted equally", columns);
+        for method in self.of.methods {
+            let score = self.score(method, |_| true);
+            let mut name = method.method.clone();
+            if score.is_below {
+                name += " (below the bound)";
+            }
+            let [typical, worst] = score.efficiency;
+            let coverage = score
+                .coverage
+                .map_or(CellText::text("-"), |of| cell(of, 100.0));
+            table.row([
+                CellText::text(name),
+                cell(score.lost, 100.0),
+                cell(typical, 1.0),
+                cell(worst, 1.0),
+                coverage,
+                cell(score.fit, 1.0),
+            ]);
+        }
+        table
+    }
+
+    /// The newcomer beside each other method, on the same records.
+    pub(super) fn against(&self) -> Option<Table> {
+        let newcomer = self.of.newcomer?;
+        let is_it = |method: &&MethodResults| method.method == newcomer;
+        let own = self.of.methods.iter().find(is_it)?;
+        let columns = vec![
+            Column::text("beside").width(15),
+            Column::number("nearer", "%").width(10),
+            Column::number("tie", "%").width(7),
+            Column::number("farther", "%").width(11),
+            Column::number("nearer - farther", "%").width(20),
+        ];
+        let caption = format!(
+            "{newcomer} beside each method on the same records: in how many runs it is nearer to the truth"
+        );
+        let mut table = Table::new(caption, columns);
+        for other in self.of.methods.iter().filter(|method| !is_it(method)) {
+            let found = paired(own, other);
+            let percent =
+                |share: f64| CellText::number(format!("{:.1}", 100.0 * share), 100.0 * share);
+            table.row([
+                CellText::text(other.method.clone()),
+                percent(found.win),
+                percent(found.tie),
+                percent(found.loss),
+                cell(found.lead, 100.0),
+            ]);
+        }
+        Some(table)
+    }
+
+    /// Each method in the scenarios of each difficulty: efficiency of a typical run, and lost runs.
+    pub(super) fn difficulties(&self) -> Vec<Table> {
+        let words = self.of.suite.difficulties();
+        type Number = fn(&Score) -> Estimated;
+        let kinds: [(&str, Number, f64); 2] = [
+            (
+                "Efficiency of a typical run, by what is hard",
+                |of| of.efficiency[0],
+                1.0,
+            ),
+            ("Lost runs, %, by what is hard", |of| of.lost, 100.0),
+        ];
+        let tables = kinds.into_iter().map(|(caption, number, factor)| {
+            let mut columns = vec![Column::text("method").width(15)];
+            columns.extend(words.iter().map(|word| {
+                let count = self
+                    .scenarios
+                    .iter()
+                    .filter(|of| of.hard.contains(word))
+                    .count();
+                Column::number(format!("{word} ({count})"), "").width(word.len().max(9) + 4)
+            }));
+            let mut table = Table::new(caption, columns);
+            for method in self.of.methods {
+                let numbers = words.iter().map(|word| {
+                    let score = self.score(method, |scenario| scenario.hard.contains(word));
+                    cell(number(&score), factor)
+                });
+                let name = CellText::text(method.method.clone());
+                table.row([name].into_iter().chain(numbers));
+            }
+            table
+        });
+        tables.collect()
+    }
+
+    /// The scenarios.
+    pub(super) fn scenarios(&self) -> Table {
+        let columns = vec![
+            Column::text("scenario").width(18),
+            Column::text("system").width(40),
+            Column::number("p", "").width(3),
+            Column::text("content").width(17),
+            Column::text("what is hard"),
+        ];
+        let mut table = Table::new(
+            "The scenarios, each with the checksum of what it is",
+            columns,
+        );
+        for study in &self.of.suite.studies {
+            for scenario in &study.scenarios {
+                table.row([
+                    self.linked(&study.name, &scenario.name),
+                    CellText::text(study.file().title.clone()),
+                    CellText::number(scenario.free.to_string(), scenario.free as f64),
+                    CellText::text(scenario.content.clone()),
+                    CellText::text(scenario.hard.join(", ")),
+                ]);
+            }
+        }
+        table
+    }
+
+    fn linked(&self, study: &str, scenario: &str) -> CellText {
+        let name = CellText::text(scenario);
+        if self.of.has_studies {
+            return name.link(format!("studies/{study}/report.html"));
+        }
+        name
+    }
+
+    /// The efficiency of a typical run of each method in each scenario.
+    pub(super) fn efficiencies(&self) -> Vec<Table> {
+        let groups = self.of.methods.chunks(BESIDE);
+        let tables = groups.map(|methods| {
+            let mut columns = vec![Column::text("scenario").width(18)];
+            columns.extend(methods.iter().map(|method| {
+                Column::number(method.method.clone(), "").width(method.method.len().max(8))
+            }));
+            let names: Vec<&str> = methods
+                .iter()
+                .map(|method| method.method.as_str())
+                .collect();
+            let caption = format!(
+                "Efficiency of a typical run in each scenario: {}",
+                names.join(", ")
+            );
+            let mut table = Table::new(caption, columns);
+            let studies = self.of.suite.studies.iter();
+            let named =
+                studies.flat_map(|study| study.scenarios.iter().map(|of| (&study.name, of)));
+            for (i, (study, scenario)) in named.enumerate() {
+                let numbers = methods.iter().map(|method| {
+                    let results = &method.scenarios[i];
+                    let number = cell(efficiency(scenario, results, 0.5), 1.0);
+                    let lost = results.lost_runs();
+                    if method.method == IDEAL || !self.of.has_studies || lost == results.d.len() {
+                        return number;
+                    }
+                    number.link(format!("studies/{study}/report.html"))
+                });
+                let first = self.linked(study, &scenario.name);
+                table.row([first].into_iter().chain(numbers));
+            }
+            table
+        });
+        tables.collect()
+    }
+}

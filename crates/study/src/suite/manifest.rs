@@ -1,0 +1,101 @@
+//! `suite/suite.toml`: which systems, settings and sizes, in which tier; and the files that the program carries.
+
+use crate::design::file::axis::Axis;
+use crate::design::file::key::Key;
+use asobench_identification::names::named_enum;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+include!(concat!(env!("OUT_DIR"), "/suite_files.rs"));
+
+named_enum! {
+    /// How much of the suite is run; each tier contains those before it.
+    Tier, "tier" {
+        /// A minute: what continuous integration runs (the default).
+        Quick = "quick",
+        /// A quarter of an hour on two cores.
+        Standard = "standard",
+        /// An evening, or a cluster.
+        Full = "full",
+    }
+}
+
+impl Tier {
+    /// Whether a run of this tier has what belongs to another.
+    pub fn contains(self, other: Self) -> bool {
+        let place = |tier: Self| Self::ALL.iter().position(|of| *of == tier);
+        place(other) <= place(self)
+    }
+}
+
+/// The manifest.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// The edition.
+    pub edition: String,
+    /// The seed of all records.
+    pub seed: u64,
+    /// Trials of a scenario in each tier. The trials of a smaller tier are the first of a larger one.
+    pub trials: BTreeMap<Tier, u64>,
+    /// The studies.
+    pub studies: Vec<StudyEntry>,
+}
+
+/// A system with its settings: an experiment with one scenario for each N.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StudyEntry {
+    /// The system, a file of `suite/`.
+    pub system: String,
+    /// What the scenarios of this system and these settings are called after it.
+    pub variant: String,
+    /// The smallest tier that has it.
+    pub tier: Tier,
+    /// The sizes N.
+    pub window: Vec<usize>,
+    /// What is hard about it, in the suite's words; colour, loop, delay and short records are added.
+    #[serde(default)]
+    pub hard: Vec<String>,
+    /// Its settings, besides those of the system's file.
+    pub settings: BTreeMap<Key, Axis>,
+}
+
+/// The quantiles of d that are compared with those of the bound: a typical run and the worst decile.
+pub const VALUES: [f64; 2] = [0.5, 0.9];
+
+impl Manifest {
+    /// Reads the manifest that the program carries.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read() -> Result<Self, String> {
+        toml::from_str(MANIFEST).map_err(|error| format!("suite/suite.toml: {error}"))
+    }
+
+    /// Returns the number of trials of a scenario in a tier.
+    pub fn trials_of(&self, tier: Tier) -> u64 {
+        self.trials.get(&tier).copied().unwrap_or(0)
+    }
+}
+
+/// The published tables.
+pub(super) fn published() -> &'static str {
+    PUBLISHED
+}
+
+/// Returns the text of a system's file.
+pub(super) fn system(name: &str) -> Option<&'static str> {
+    let found = SYSTEMS.iter().find(|(of, _)| *of == name);
+    found.map(|(_, text)| *text)
+}
+
+/// The names of the systems.
+pub(super) fn systems() -> impl Iterator<Item = &'static str> {
+    SYSTEMS.iter().map(|(name, _)| *name)
+}
+
+/// The shipped results, one text for each method.
+pub(super) fn results() -> impl Iterator<Item = &'static str> {
+    RESULTS.iter().map(|(_, text)| *text)
+}

@@ -1,0 +1,25 @@
+//! The reference suite: published systems under one manifest, the score of a method, and results that a newcomer is
+//! measured against.
+//!
+//! A scenario is one cell of an ordinary experiment: a system of `suite/NAME.toml` with the settings of `suite/suite.toml`
+//! and one N. The score of a run is the measure d, `(theta_hat - theta)' F (theta_hat - theta) / p` with the Fisher
+//! information F of the scenario; a lost run is infinitely far. No number depends on who else takes part.
+
+mod manifest;
+mod paired;
+mod published;
+mod results;
+mod scenario;
+mod score;
+
+pub use manifest::{Manifest, StudyEntry, Tier, VALUES};
+pub use paired::{Paired, paired};
+pub use published::{PublishedTable, Reproduced, published};
+pub use results::{
+    METHODS, MethodResults, ResultsError, ScenarioResults, collect, declined, of_folder, shipped,
+};
+pub use scenario::{Competitor, Scenario, Suite, SuiteError, SuiteStudy};
+pub use score::{Estimated, Score, efficiency, ideal_share, ideal_weights, score, share_within};
+
+/// The name under which the prediction error method started at the truth stands in results.
+pub const IDEAL: &str = "pem-from-truth";

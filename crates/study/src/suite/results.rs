@@ -1,0 +1,279 @@
+//! What is kept of a method: for every run its d, its FIT and how many intervals hold the truth, in a few digits.
+
+use super::manifest;
+use super::scenario::{Competitor, Suite, SuiteStudy};
+use crate::design::experiment::Experiment;
+use crate::design::measure::Measure;
+use crate::files::{self, Kind, PathError};
+use crate::outcome::rows::Rows;
+use crate::run::blocks::{BlockError, BlockFolder};
+use asobench_identification::metric::Z;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The results of one method.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MethodResults {
+    /// The edition of the suite.
+    pub suite: String,
+    /// The method's name.
+    pub method: String,
+    /// The seed of the records.
+    pub seed: u64,
+    /// The scenarios, in the suite's order.
+    pub scenarios: Vec<ScenarioResults>,
+}
+
+/// The results of a method in one scenario.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScenarioResults {
+    /// The scenario's name.
+    pub name: String,
+    /// The checksum of what it is.
+    pub content: String,
+    /// d of every trial, to four digits; null where the run is lost.
+    pub d: Vec<Option<f64>>,
+    /// Simulated FIT on fresh data in per cent, to a tenth; null where the run is lost.
+    pub fit: Vec<Option<f64>>,
+    /// How many of the 95 % intervals of the p free coefficients hold the truth; null without standard errors.
+    pub hits: Vec<Option<u16>>,
+    /// How many runs were lost, by reason.
+    pub lost: BTreeMap<String, u64>,
+}
+
+/// Why results cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] PathError),
+    /// A block cannot be read.
+    #[error(transparent)]
+    Block(#[from] BlockError),
+    /// A file is damaged or not of this kind.
+    #[error("{0}")]
+    Damaged(String),
+    /// A file belongs to another edition, seed or scenario.
+    #[error("{0}")]
+    Other(String),
+}
+
+impl MethodResults {
+    /// Reads the text of a file and checks its checksum.
+    ///
+    /// # Errors
+    /// [`ResultsError::Damaged`].
+    pub fn parse(text: &str) -> Result<Self, ResultsError> {
+        let value = files::parsed(text.as_bytes()).map_err(ResultsError::Damaged)?;
+        serde_json::from_value(value).map_err(|error| ResultsError::Damaged(error.to_string()))
+    }
+
+    /// Returns the text of the file, with its checksum.
+    pub fn text(&self) -> String {
+        files::sealed(self)
+    }
+
+    /// Returns the part that a suite has: its scenarios, and of each the first trials.
+    ///
+    /// # Errors
+    /// [`ResultsError::Other`] if they are of another edition or seed, if a scenario is another one or missing, or if
+    /// trials are missing.
+    pub fn of(mut self, suite: &Suite) -> Result<Self, ResultsError> {
+        let manifest = &suite.manifest;
+        let other =
+            |what: String| ResultsError::Other(format!("results of '{}': {what}", self.method));
+        if self.suite != manifest.edition {
+            let (found, here) = (&self.suite, &manifest.edition);
+            return Err(other(format!("of suite {found}; expected suite {here}")));
+        }
+        if self.seed != manifest.seed {
+            let (found, here) = (self.seed, manifest.seed);
+            return Err(other(format!("of seed {found}; expected seed {here}")));
+        }
+        let trials = suite.trials() as usize;
+        let mut scenarios = Vec::new();
+        for scenario in suite.scenarios() {
+            let name = &scenario.name;
+            let found = self.scenarios.iter().find(|of| of.name == *name);
+            let found = found.ok_or_else(|| {
+                other(format!(
+                    "without scenario {name}; expected those of tier {}",
+                    suite.tier
+                ))
+            })?;
+            if found.content != scenario.content {
+                return Err(other(format!("of another scenario under the name {name}")));
+            }
+            if found.d.len() < trials {
+                let count = found.d.len();
+                let message = format!(
+                    "{count} trials of {name}; expected {trials}, as in tier {}",
+                    suite.tier
+                );
+                return Err(other(message));
+            }
+            scenarios.push(found.first(trials));
+        }
+        self.scenarios = scenarios;
+        Ok(self)
+    }
+}
+
+impl ScenarioResults {
+    /// The first trials.
+    fn first(&self, trials: usize) -> Self {
+        let mut first = self.clone();
+        first.d.truncate(trials);
+        first.fit.truncate(trials);
+        first.hits.truncate(trials);
+        if first.d.len() < self.d.len() {
+            first.lost = BTreeMap::new();
+        }
+        first
+    }
+
+    /// The number of lost runs.
+    pub fn lost_runs(&self) -> usize {
+        self.d.iter().filter(|d| d.is_none()).count()
+    }
+
+    /// d of every trial, infinity where it is lost.
+    pub fn distances(&self) -> impl Iterator<Item = f64> {
+        self.d.iter().map(|d| d.unwrap_or(f64::INFINITY))
+    }
+}
+
+/// Reads the results that the program carries, as far as a suite has them, in the order of the registry.
+///
+/// # Errors
+/// [`ResultsError`].
+pub fn shipped(suite: &Suite) -> Result<Vec<MethodResults>, ResultsError> {
+    let read = manifest::results().map(|text| MethodResults::parse(text)?.of(suite));
+    Ok(in_order(read.collect::<Result<_, _>>()?))
+}
+
+/// Reads the results in a folder of a run, in the order of the registry, others last.
+///
+/// # Errors
+/// [`ResultsError`].
+pub fn of_folder(suite: &Suite, folder: &Path) -> Result<Vec<MethodResults>, ResultsError> {
+    let mut found = Vec::new();
+    for path in files::list(&folder.join(METHODS))? {
+        if path.extension().is_some_and(|of| of == "json") {
+            let text = files::read_own(&path, Kind::Suite)?.unwrap_or_default();
+            let named =
+                |error: ResultsError| ResultsError::Other(format!("{}: {error}", path.display()));
+            let read = MethodResults::parse(&String::from_utf8_lossy(&text));
+            found.push(read.and_then(|of| of.of(suite)).map_err(named)?);
+        }
+    }
+    if found.is_empty() {
+        let message = "no results of the suite; expected a folder of suite run";
+        return Err(ResultsError::Other(format!(
+            "{}: {message}",
+            folder.display()
+        )));
+    }
+    Ok(in_order(found))
+}
+
+/// The folder of the results of methods, within that of a run.
+pub const METHODS: &str = "methods";
+
+fn in_order(mut methods: Vec<MethodResults>) -> Vec<MethodResults> {
+    let names: Vec<String> = Competitor::all().iter().map(Competitor::name).collect();
+    let place = |of: &MethodResults| names.iter().position(|name| *name == of.method);
+    methods.sort_by_key(|of| (place(of).unwrap_or(names.len()), of.method.clone()));
+    methods
+}
+
+/// Takes the results of a study's methods from its folder, one for each output, with the scenarios of the study.
+///
+/// # Errors
+/// [`ResultsError`].
+pub fn collect(
+    study: &SuiteStudy,
+    experiment: &Experiment,
+    folder: &Path,
+) -> Result<Vec<(String, Vec<ScenarioResults>)>, ResultsError> {
+    let blocks = BlockFolder::open(folder, experiment)?;
+    let (stored, _) = blocks.list()?;
+    let outputs = experiment.outputs();
+    let mut all: Vec<(String, Vec<ScenarioResults>)> = Vec::new();
+    for output in &outputs {
+        let empty = study.scenarios.iter().map(|scenario| ScenarioResults {
+            name: scenario.name.clone(),
+            content: scenario.content.clone(),
+            ..ScenarioResults::default()
+        });
+        all.push((output.estimator.clone(), empty.collect()));
+    }
+    for block in &stored {
+        let Some(rows) = blocks.read(block)?.rows else {
+            continue;
+        };
+        let cell = block.span.cell;
+        let free = study.scenarios[cell].free;
+        for (output, (_, scenarios)) in all.iter_mut().enumerate() {
+            append(&rows, output, free, &mut scenarios[cell]);
+        }
+    }
+    Ok(all)
+}
+
+/// Appends the runs of an output.
+fn append(rows: &Rows, output: usize, free: usize, to: &mut ScenarioResults) {
+    for place in 0..rows.trial_count() {
+        let row = rows.row(place, output);
+        let (d, fit) = (row[Measure::Distance], row[Measure::FreshFit]);
+        let lost = if row.failure.is_some() {
+            Some(row.status())
+        } else if row.is_lost() {
+            Some("unstable")
+        } else {
+            (!d.is_finite()).then_some("other orders")
+        };
+        if let Some(reason) = lost {
+            *to.lost.entry(reason.to_owned()).or_default() += 1;
+            to.d.push(None);
+            to.fit.push(None);
+            to.hits.push(None);
+            continue;
+        }
+        to.d.push(Some(rounded(d, 4)));
+        to.fit
+            .push(fit.is_finite().then(|| (10.0 * fit).round() / 10.0));
+        to.hits.push(hits(&rows.parameters(place, output), free));
+    }
+}
+
+/// How many intervals hold the truth, from errors and standard errors; `None` unless each free coefficient has one.
+fn hits(parameters: &[f64], free: usize) -> Option<u16> {
+    let (errors, rest) = parameters.split_at(parameters.len().min(2 * (parameters.len() / 4)));
+    let both = errors.iter().zip(rest);
+    let known = both.filter(|(_, se)| **se > 0.0 && se.is_finite());
+    let held: Vec<bool> = known.map(|(error, se)| error.abs() <= Z * se).collect();
+    (held.len() == free).then(|| held.iter().filter(|held| **held).count() as u16)
+}
+
+/// A number to some significant digits.
+fn rounded(x: f64, digits: usize) -> f64 {
+    format!("{x:.*e}", digits - 1).parse().unwrap_or(x)
+}
+
+/// A method that declined a study: all its runs there are lost.
+pub fn declined(study: &SuiteStudy, trials: u64) -> Vec<ScenarioResults> {
+    let scenarios = study.scenarios.iter();
+    let of = scenarios.map(|scenario| ScenarioResults {
+        name: scenario.name.clone(),
+        content: scenario.content.clone(),
+        d: vec![None; trials as usize],
+        fit: vec![None; trials as usize],
+        hits: vec![None; trials as usize],
+        lost: BTreeMap::from([("declined".to_owned(), trials)]),
+    });
+    of.collect()
+}

@@ -1,0 +1,422 @@
+//! The experiments of the suite, and the scenarios in them.
+
+use super::manifest::{Manifest, StudyEntry, Tier, system, systems};
+use crate::design::experiment::Experiment;
+use crate::design::file::axis::{Axis, Scalar};
+use crate::design::file::error::FileError;
+use crate::design::file::experiment_file::{ExperimentFile, Store};
+use crate::design::file::key::Key;
+use crate::design::file::method::MethodTable;
+use crate::design::file::rule::TrialRule;
+use crate::design::measure::Measure;
+use crate::files::checksum;
+use crate::suite::IDEAL;
+use asobench_identification::data::{Feedback, Process};
+use asobench_identification::estimator::EstimatorName;
+use asobench_identification::model::Orders;
+use asobench_identification::names::UnknownName;
+use asobench_identification::theory::{Information, Missing};
+use serde_json::{Map, Value, json};
+
+/// Records of at most this many samples are short.
+const SHORT: usize = 200;
+
+/// Why there is no suite, or no such part of it.
+#[derive(Debug, thiserror::Error)]
+pub enum SuiteError {
+    /// The manifest is wrong.
+    #[error("{0}")]
+    Manifest(String),
+    /// A study of the manifest cannot be made.
+    #[error("{study}: {error}")]
+    Study {
+        /// The study.
+        study: String,
+        /// What is wrong.
+        error: FileError,
+    },
+    /// A scenario has no Fisher information.
+    #[error("{study}: no Fisher information: {why}")]
+    NoInformation {
+        /// The study.
+        study: String,
+        /// The reason.
+        why: Missing,
+    },
+    /// There is no such system, study or scenario.
+    #[error(transparent)]
+    Unknown(#[from] UnknownName),
+}
+
+/// What takes part in the suite.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Competitor {
+    /// An estimator of the registry with its default options.
+    Estimator(EstimatorName),
+    /// The prediction error method of the scenario's own structure, started at the truth.
+    Ideal,
+    /// A method of a user's file.
+    Own(Box<MethodTable>),
+}
+
+impl Competitor {
+    /// All that take part by default: the estimators of the registry, and the ideal.
+    pub fn all() -> Vec<Self> {
+        let estimates = |name: &&EstimatorName| **name != EstimatorName::Known;
+        let estimators = EstimatorName::ALL.iter().filter(estimates);
+        let estimators = estimators.map(|name| Self::Estimator(*name));
+        estimators.chain([Self::Ideal]).collect()
+    }
+
+    /// Its name in results.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Estimator(name) => name.name().to_owned(),
+            Self::Ideal => IDEAL.to_owned(),
+            Self::Own(table) => table.output_name(0),
+        }
+    }
+
+    /// The tables of the method for a plant of order n and a truth of these orders, the preferred one first: told the
+    /// orders if it takes any.
+    fn tables(&self, n: usize, truth: Orders) -> Vec<Value> {
+        let name = self.name();
+        match self {
+            Self::Estimator(estimator) => of_estimator(*estimator, &name, Map::new(), n, truth),
+            Self::Ideal => {
+                let (estimator, starts) = match truth {
+                    Orders {
+                        na: 1..,
+                        nf: 0,
+                        nc: 0,
+                        ..
+                    } => ("arx", None),
+                    Orders { na: 1.., nf: 0, .. } => ("armax", Some("truth")),
+                    Orders { nc: 0, nd: 0, .. } => ("oe", Some("truth")),
+                    _ => ("bj", Some("truth")),
+                };
+                let mut options = json!({ "name": name, "estimator": estimator, "orders": truth });
+                if let Some(starts) = starts {
+                    options["starts"] = json!(starts);
+                }
+                vec![options]
+            }
+            Self::Own(table) => {
+                let Ok(Value::Object(given)) = serde_json::to_value(&**table) else {
+                    return Vec::new();
+                };
+                if given.contains_key("orders") {
+                    return vec![Value::Object(given)];
+                }
+                if table.program().is_some() {
+                    let mut told = given;
+                    told.insert("orders".to_owned(), json!(truth));
+                    return vec![Value::Object(told)];
+                }
+                of_estimator(table.estimator(), &name, given, n, truth)
+            }
+        }
+    }
+}
+
+/// The tables of an estimator with some options: with the smallest orders of its form that hold the truth, and without.
+fn of_estimator(
+    estimator: EstimatorName,
+    name: &str,
+    options: Map<String, Value>,
+    n: usize,
+    truth: Orders,
+) -> Vec<Value> {
+    let mut plain = options;
+    plain.insert("name".to_owned(), json!(name));
+    plain.insert("estimator".to_owned(), json!(estimator.name()));
+    let Ok(default) = estimator.parse(Map::new()) else {
+        return Vec::new();
+    };
+    if let Some(last) = default.outputs("").last().filter(|last| last.pass > 0) {
+        plain.entry("report").or_insert(json!([last.pass]));
+    }
+    let told = default.model_orders(n).map(|form| {
+        let mut told = plain.clone();
+        told.insert("orders".to_owned(), json!(truth.holding(form)));
+        Value::Object(told)
+    });
+    told.into_iter().chain([Value::Object(plain)]).collect()
+}
+
+/// The suite of one tier.
+pub struct Suite {
+    /// The manifest.
+    pub manifest: Manifest,
+    /// The tier.
+    pub tier: Tier,
+    /// The studies of the tier, in the manifest's order.
+    pub studies: Vec<SuiteStudy>,
+}
+
+/// A study of the suite.
+pub struct SuiteStudy {
+    /// Its name: the system and the variant.
+    pub name: String,
+    /// Its entry of the manifest.
+    pub entry: StudyEntry,
+    /// The experiment without methods.
+    file: ExperimentFile,
+    /// The order of the plant.
+    order: usize,
+    /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
+    pub truth: Orders,
+    /// Its scenarios, one for each N.
+    pub scenarios: Vec<Scenario>,
+}
+
+/// A scenario: a study at one N.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Its name.
+    pub name: String,
+    /// The checksum of what it is: system, settings, seed and N.
+    pub content: String,
+    /// N.
+    pub window: usize,
+    /// The number p of free coefficients.
+    pub free: usize,
+    /// Whether there is feedback.
+    pub is_closed: bool,
+    /// What is hard about it.
+    pub hard: Vec<String>,
+}
+
+impl Suite {
+    /// Makes the suite of a tier. `only`: systems, studies or scenarios; all if empty.
+    ///
+    /// # Errors
+    /// [`SuiteError`].
+    pub fn new(tier: Tier, only: &[String]) -> Result<Self, SuiteError> {
+        let manifest = Manifest::read().map_err(SuiteError::Manifest)?;
+        let mut studies = Vec::new();
+        let entries = manifest.studies.iter();
+        for entry in entries.filter(|entry| tier.contains(entry.tier)) {
+            studies.push(SuiteStudy::new(&manifest, entry)?);
+        }
+        for wanted in only {
+            let names = |study: &SuiteStudy| study.names();
+            if !studies.iter().flat_map(names).any(|name| name == *wanted) {
+                let known: Vec<String> = studies.iter().flat_map(names).collect();
+                let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                return Err(UnknownName::new("system or scenario", wanted, &known).into());
+            }
+        }
+        if !only.is_empty() {
+            for study in &mut studies {
+                study.keep(only);
+            }
+            studies.retain(|study| !study.scenarios.is_empty());
+        }
+        Ok(Self {
+            manifest,
+            tier,
+            studies,
+        })
+    }
+
+    /// The scenarios, in order.
+    pub fn scenarios(&self) -> impl Iterator<Item = &Scenario> {
+        self.studies.iter().flat_map(|study| &study.scenarios)
+    }
+
+    /// Trials of a scenario.
+    pub fn trials(&self) -> u64 {
+        self.manifest.trials_of(self.tier)
+    }
+
+    /// The names of all systems that the program carries.
+    pub fn systems() -> Vec<&'static str> {
+        systems().collect()
+    }
+
+    /// The words that say what is hard about some scenario, each once, in the order of their first scenario.
+    pub fn difficulties(&self) -> Vec<String> {
+        let mut all: Vec<String> = Vec::new();
+        for word in self.scenarios().flat_map(|scenario| &scenario.hard) {
+            if !all.contains(word) {
+                all.push(word.clone());
+            }
+        }
+        all
+    }
+}
+
+impl SuiteStudy {
+    fn new(manifest: &Manifest, entry: &StudyEntry) -> Result<Self, SuiteError> {
+        let name = format!("{}-{}", entry.system, entry.variant);
+        let wrong = |error: FileError| SuiteError::Study {
+            study: name.clone(),
+            error,
+        };
+        let text = system(&entry.system);
+        let known: Vec<&str> = systems().collect();
+        let text = text.ok_or_else(|| UnknownName::new("system", &entry.system, &known))?;
+        let mut file = ExperimentFile::parse(text).map_err(wrong)?;
+        file.settings.extend(entry.settings.clone());
+        file.seed = manifest.seed;
+        let contents: Vec<String> = entry
+            .window
+            .iter()
+            .map(|window| content(&file, *window))
+            .collect();
+        let windows = entry.window.iter();
+        let windows = windows
+            .map(|window| Scalar::Number(*window as f64))
+            .collect();
+        file.settings.insert(Key::Window, Axis::Many(windows));
+        file.trials = TrialRule::Fixed(manifest.trials_of(entry.tier));
+        file.store = Store::Trials;
+        file.coverage = true;
+        file.measures = vec![Measure::Distance, Measure::FreshFit];
+        let experiment = Experiment::new(file.clone()).map_err(wrong)?;
+        let first = experiment
+            .cells
+            .first()
+            .and_then(|cell| Some((cell, cell.process()?)));
+        let (cell, process) = first.ok_or_else(|| wrong(FileError::key("window", "no N")))?;
+        let information = Information::new(process, cell.eta, cell.window);
+        let information = information.map_err(|why| SuiteError::NoInformation {
+            study: name.clone(),
+            why,
+        })?;
+        let (truth, free) = (information.orders(), information.free());
+        let scenarios = entry
+            .window
+            .iter()
+            .zip(contents)
+            .map(|(window, content)| Scenario {
+                name: format!("{name}-{window}"),
+                content,
+                window: *window,
+                free,
+                is_closed: is_closed(process),
+                hard: hard(entry, process, truth, *window),
+            });
+        Ok(Self {
+            scenarios: scenarios.collect(),
+            order: process.order(),
+            truth,
+            entry: entry.clone(),
+            file,
+            name,
+        })
+    }
+
+    /// The names that choose it or a part of it.
+    fn names(&self) -> Vec<String> {
+        let scenarios = self.scenarios.iter().map(|scenario| scenario.name.clone());
+        [self.entry.system.clone(), self.name.clone()]
+            .into_iter()
+            .chain(scenarios)
+            .collect()
+    }
+
+    /// Keeps the scenarios that are chosen.
+    fn keep(&mut self, only: &[String]) {
+        let whole = [&self.entry.system, &self.name];
+        if only.iter().any(|name| whole.contains(&name)) {
+            return;
+        }
+        self.scenarios
+            .retain(|scenario| only.contains(&scenario.name));
+        let windows = self.scenarios.iter();
+        let windows = windows.map(|of| Scalar::Number(of.window as f64)).collect();
+        self.file.settings.insert(Key::Window, Axis::Many(windows));
+    }
+
+    /// What the system is: the file's title, question and source.
+    pub fn file(&self) -> &ExperimentFile {
+        &self.file
+    }
+
+    /// Returns the experiment with the methods that can serve it, and the names of those that cannot, with the reason.
+    ///
+    /// # Errors
+    /// [`SuiteError::Study`].
+    pub fn experiment(
+        &self,
+        competitors: &[Competitor],
+        trials: u64,
+    ) -> Result<(Option<Experiment>, Vec<(String, String)>), SuiteError> {
+        let mut file = self.file.clone();
+        file.trials = TrialRule::Fixed(trials);
+        file.methods = Vec::new();
+        let mut declined = Vec::new();
+        for competitor in competitors {
+            match self.method(competitor) {
+                Ok(table) => file.methods.push(table),
+                Err(reason) => declined.push((competitor.name(), reason)),
+            }
+        }
+        if file.methods.is_empty() {
+            return Ok((None, declined));
+        }
+        let experiment = Experiment::new(file).map_err(|error| SuiteError::Study {
+            study: self.name.clone(),
+            error,
+        })?;
+        Ok((Some(experiment), declined))
+    }
+
+    /// Returns the table of a method that serves the study. The error says why none does.
+    fn method(&self, competitor: &Competitor) -> Result<MethodTable, String> {
+        let mut reason = "no table of it can be made".to_owned();
+        for table in competitor.tables(self.order, self.truth) {
+            let parsed = serde_json::from_value::<MethodTable>(table);
+            let made = parsed.map_err(|error| error.to_string()).and_then(|table| {
+                let file = ExperimentFile {
+                    methods: vec![table.clone()],
+                    ..self.file.clone()
+                };
+                let made = Experiment::new(file).map(|_| table);
+                made.map_err(|error| error.to_string())
+            });
+            match made {
+                Ok(table) => return Ok(table),
+                Err(message) => reason = message,
+            }
+        }
+        Err(reason)
+    }
+}
+
+fn is_closed(process: &Process) -> bool {
+    !matches!(process.settings().feedback, Feedback::None)
+}
+
+/// The checksum of what a scenario is: the tables and settings that are given, the seed and N. Words do not enter, nor do
+/// defaults that a later program may add.
+fn content(file: &ExperimentFile, window: usize) -> String {
+    let of = json!({
+        "plants": file.plants,
+        "inputs": file.inputs,
+        "noises": file.noises,
+        "feedbacks": file.feedbacks,
+        "settings": file.settings,
+        "seed": file.seed,
+        "window": window,
+    });
+    checksum(of.to_string().as_bytes())[..16].to_owned()
+}
+
+/// What is hard: colour, loop, delay and a short record by themselves, then the words of the manifest.
+fn hard(entry: &StudyEntry, process: &Process, truth: Orders, window: usize) -> Vec<String> {
+    let Orders { na, nc, nd, nk, .. } = truth;
+    let is_white = na + nc + nd == 0;
+    let own = [
+        (is_white, "white"),
+        (!is_white, "coloured"),
+        (window <= SHORT, "short"),
+        (nk > 1, "delay"),
+        (is_closed(process), "closed loop"),
+    ];
+    let own = own.into_iter().filter(|(is, _)| *is);
+    let own = own.map(|(_, word)| word.to_owned());
+    own.chain(entry.hard.iter().cloned()).collect()
+}

@@ -1,0 +1,42 @@
+//! `asobench suite`: the reference suite. Runs it, lists and shows it, prints its numbers, and measures a newcomer.
+
+mod newcomer;
+mod page;
+mod part;
+mod published;
+mod run;
+#[allow(clippy::format_push_string, reason = "lines of a terminal")]
+mod show;
+
+use super::error::Error;
+use std::process::ExitCode;
+
+/// Measure a method against published systems and their Cramer-Rao bounds: the reference suite
+#[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, arg_required_else_help = true)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    what: Option<What>,
+    #[command(flatten)]
+    newcomer: newcomer::Arguments,
+}
+
+#[derive(clap::Subcommand)]
+enum What {
+    Run(run::Arguments),
+    List(show::ListArguments),
+    Show(show::Arguments),
+    Scores(page::Arguments),
+    Published(published::Arguments),
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    match &arguments.what {
+        None => newcomer::run(&arguments.newcomer),
+        Some(What::Run(arguments)) => run::run(arguments),
+        Some(What::List(arguments)) => show::list(arguments),
+        Some(What::Show(arguments)) => show::run(arguments),
+        Some(What::Scores(arguments)) => page::run(arguments),
+        Some(What::Published(arguments)) => published::run(arguments),
+    }
+}

@@ -1,0 +1,66 @@
+//! The arguments that the commands of the suite share.
+
+use crate::cli::error::Error;
+use crate::cli::programs::Consent;
+use crate::names::UnknownName;
+use crate::suite::{Competitor, Suite, SuiteError, Tier};
+use std::path::PathBuf;
+
+/// What of the suite.
+#[derive(Clone, clap::Args)]
+pub(super) struct Part {
+    /// How much of it: quick (a minute), standard (a quarter of an hour on two cores) or full
+    #[arg(long, value_name = "TIER", default_value_t)]
+    pub(super) tier: Tier,
+    /// Only this system, study or scenario, such as P07 or P07-ar-500; may be repeated
+    #[arg(long, value_name = "NAME")]
+    pub(super) only: Vec<String>,
+}
+
+impl Part {
+    /// Makes this part of the suite.
+    pub(super) fn suite(&self) -> Result<Suite, Error> {
+        Suite::new(self.tier, &self.only).map_err(|error| wrong(&error))
+    }
+
+    /// Returns the flags that choose it.
+    pub(super) fn flags(&self) -> String {
+        let only = self.only.iter().map(|name| format!(" --only {name}"));
+        format!("--tier {}{}", self.tier, only.collect::<String>())
+    }
+}
+
+/// How it is computed.
+#[derive(Clone, clap::Args)]
+pub(super) struct How {
+    /// Folder of the results [default: results/suite-TIER, of a newcomer results/suite-TIER-NAME]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// Threads [default: one per processor]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    #[command(flatten)]
+    pub(super) consent: Consent,
+}
+
+pub(super) fn wrong(error: &SuiteError) -> Error {
+    Error::Input(format!("suite: {error}"))
+}
+
+/// The competitors with these names, all without names.
+pub(super) fn competitors(names: &[String]) -> Result<Vec<Competitor>, Error> {
+    let all = Competitor::all();
+    if names.is_empty() {
+        return Ok(all);
+    }
+    let known: Vec<String> = all.iter().map(Competitor::name).collect();
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    for name in names {
+        if !known.contains(&name.as_str()) {
+            let error = UnknownName::new("method", name, &known);
+            return Err(Error::Input(format!("--method: {error}")));
+        }
+    }
+    let chosen = all.into_iter().filter(|of| names.contains(&of.name()));
+    Ok(chosen.collect())
+}

@@ -1,0 +1,146 @@
+//! `asobench suite run`: every method on every scenario of a tier, each study an ordinary one in a folder of its own.
+
+use super::page::{self, Beside};
+use super::part::{How, Part, competitors, wrong};
+use crate::cli::error::{Error, failed};
+use crate::cli::execute::{execute, threads};
+use crate::cli::files::cannot_write;
+use crate::cli::output::note;
+use crate::cli::programs;
+use crate::files::{self, Kind};
+use crate::report::{Study, report, write_report};
+use crate::study::file::TrialRule;
+use crate::study::{Experiment, RunOptions};
+use crate::suite::{
+    Competitor, METHODS, MethodResults, ScenarioResults, Suite, SuiteStudy, collect, declined,
+};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Run the suite: every method, or some, on every scenario of a tier. A run that was stopped resumes with the same
+/// command
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    part: Part,
+    /// Only this method; may be repeated
+    #[arg(long, value_name = "NAME")]
+    method: Vec<String>,
+    #[command(flatten)]
+    how: How,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let Arguments { part, method, how } = arguments;
+    let (suite, competitors) = (part.suite()?, competitors(method)?);
+    let default = || PathBuf::from(format!("results/suite-{}", part.tier));
+    let out = how.out.clone().unwrap_or_else(default);
+    let methods = compute(&suite, &competitors, (how, None), &out)?;
+    let beside = Beside {
+        methods: &methods,
+        newcomer: None,
+        command: format!("asobench suite scores {} {}", out.display(), part.flags()),
+    };
+    page::write(&suite, &beside, &out)?;
+    page::print_scores(&suite, &beside)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Computes the results of some methods in a folder, and writes them there, one file for each. `own`: the experiment
+/// file of a user's method, in whose folder a program runs.
+pub(super) fn compute(
+    suite: &Suite,
+    competitors: &[Competitor],
+    (how, own): (&How, Option<&Path>),
+    out: &Path,
+) -> Result<Vec<MethodResults>, Error> {
+    let mut methods: Vec<MethodResults> = competitors
+        .iter()
+        .map(|competitor| MethodResults {
+            suite: suite.manifest.edition.clone(),
+            method: competitor.name(),
+            seed: suite.manifest.seed,
+            scenarios: Vec::new(),
+        })
+        .collect();
+    files::make_folder(out).map_err(|error| cannot_write(&error))?;
+    let studies = files::make_subfolder(out, "studies").map_err(|error| cannot_write(&error))?;
+    for study in &suite.studies {
+        let begin = Instant::now();
+        let found = of_study(
+            suite,
+            study,
+            competitors,
+            (how, own),
+            &studies.join(&study.name),
+        )?;
+        for (method, found) in methods.iter_mut().zip(found) {
+            method.scenarios.extend(found);
+        }
+        note(&format!(
+            "{}: {:.1} s",
+            study.name,
+            begin.elapsed().as_secs_f64()
+        ));
+    }
+    let folder = files::make_subfolder(out, METHODS).map_err(|error| cannot_write(&error))?;
+    for method in &methods {
+        let path = folder.join(format!("{}.json", method.method));
+        let written = files::replace(&path, Kind::Suite, method.text().as_bytes());
+        written.map_err(|error| cannot_write(&error))?;
+    }
+    Ok(methods)
+}
+
+/// Runs a study, and returns the results of the competitors in their order.
+fn of_study(
+    suite: &Suite,
+    study: &SuiteStudy,
+    competitors: &[Competitor],
+    (how, own): (&How, Option<&Path>),
+    folder: &Path,
+) -> Result<Vec<Vec<ScenarioResults>>, Error> {
+    let trials = suite.trials();
+    let made = study.experiment(competitors, trials);
+    let (experiment, _) = made.map_err(|error| wrong(&error))?;
+    let found = match experiment {
+        Some(experiment) => in_folder(study, experiment, (how, own), folder, trials)?,
+        None => Vec::new(),
+    };
+    let of = |competitor: &Competitor| {
+        let own = found.iter().find(|(name, _)| *name == competitor.name());
+        own.map_or_else(|| declined(study, trials), |(_, results)| results.clone())
+    };
+    Ok(competitors.iter().map(of).collect())
+}
+
+/// Runs an experiment in its folder, with its report, and collects its results.
+fn in_folder(
+    study: &SuiteStudy,
+    experiment: Experiment,
+    (how, own): (&How, Option<&Path>),
+    folder: &Path,
+    trials: u64,
+) -> Result<Vec<(String, Vec<ScenarioResults>)>, Error> {
+    let (experiment, introduced) = match own {
+        None => (experiment, None),
+        Some(path) => {
+            let (file, introduced) = programs::introduced(experiment.file, path, how.consent)?;
+            (Experiment::new(file).map_err(failed)?, introduced)
+        }
+    };
+    programs::take_over(&experiment, introduced.as_ref());
+    programs::same_versions(&experiment, folder)?;
+    let options = RunOptions {
+        threads: threads(how.threads),
+        ..RunOptions::default()
+    };
+    let rule = TrialRule::Fixed(trials);
+    let executed = execute(folder, "--out ", &experiment, rule, options, |_| Vec::new());
+    programs::conclude(&experiment, folder);
+    executed?;
+    let pages = [Study::read(folder).map_err(failed)?];
+    write_report(folder, &report(&pages, &mut |_| ())).map_err(|error| cannot_write(&error))?;
+    collect(study, &experiment, folder).map_err(failed)
+}

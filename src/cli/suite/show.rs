@@ -1,0 +1,87 @@
+//! `asobench suite list` and `asobench suite show`: what the suite has.
+
+use super::part::{Part, wrong};
+use crate::cli::error::Error;
+use crate::cli::methods::filled;
+use crate::cli::output::print;
+use crate::suite::{Suite, SuiteStudy, Tier};
+use std::process::ExitCode;
+
+/// List the scenarios of a tier
+#[derive(clap::Args)]
+pub(super) struct ListArguments {
+    #[command(flatten)]
+    part: Part,
+}
+
+/// Show a system: where it comes from, what is hard about it, its scenarios and settings
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    /// A system, study or scenario, such as P07
+    #[arg(value_name = "NAME")]
+    name: String,
+}
+
+pub(super) fn list(arguments: &ListArguments) -> Result<ExitCode, Error> {
+    let suite = arguments.part.suite()?;
+    let scenarios = suite.scenarios().count();
+    let mut text = format!(
+        "suite {}, tier {}: {scenarios} scenarios, {} runs each\n",
+        suite.manifest.edition,
+        suite.tier,
+        suite.trials()
+    );
+    for study in &suite.studies {
+        for scenario in &study.scenarios {
+            let head = format!("{:<17} p = {:<3}", scenario.name, scenario.free);
+            text += &filled(&head, &scenario.hard.join(", "), 25);
+        }
+    }
+    print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let only = std::slice::from_ref(&arguments.name);
+    let suite = Suite::new(Tier::Full, only).map_err(|error| wrong(&error))?;
+    let mut text = String::new();
+    if let Some(first) = suite.studies.first() {
+        let file = first.file();
+        text += &format!("{}: {}\n", first.entry.system, file.title);
+        text += &filled("", &file.question, 0);
+        text += &filled("Source: ", &file.source, 0);
+    }
+    for study in &suite.studies {
+        text += &described(study, &suite);
+    }
+    print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A study with its scenarios, and what to write into an experiment file.
+fn described(study: &SuiteStudy, suite: &Suite) -> String {
+    let entry = &study.entry;
+    let mut text = format!(
+        "\n{}, from tier {} on; methods are told {}\n",
+        study.name, entry.tier, study.truth
+    );
+    for (key, value) in &study.file().settings {
+        let value = serde_json::to_string(value).unwrap_or_default();
+        text += &format!("  {key} = {value}\n");
+    }
+    for scenario in &study.scenarios {
+        text += &filled(
+            &format!(
+                "  {} p = {}, {}: ",
+                scenario.name, scenario.free, scenario.content
+            ),
+            &scenario.hard.join(", "),
+            4,
+        );
+    }
+    let seed = suite.manifest.seed;
+    text + &format!(
+        "  seed = {seed}; suite/{}.toml has the plant and its noises\n",
+        entry.system
+    )
+}

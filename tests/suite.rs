@@ -1,0 +1,465 @@
+//! Scores where they are known: exact laws, hand-made samples, lost runs; and the edition, which is frozen.
+
+use crate::common::{PROGRAM, stderr, stdout};
+use asobench::estimator::EstimatorName;
+use asobench::study::{Block, Measure, run};
+use asobench::suite::{
+    Competitor, MethodResults, Scenario, ScenarioResults, Suite, Tier, ideal_share, ideal_weights,
+    paired, score, share_within, shipped,
+};
+use asobench::theory::{distribution, quantile};
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::atomic::AtomicBool;
+
+fn scenario(free: usize) -> Scenario {
+    Scenario {
+        name: "S".to_owned(),
+        content: "0123456789abcdef".to_owned(),
+        window: 100,
+        free,
+        is_closed: false,
+        hard: vec!["white".to_owned()],
+    }
+}
+
+fn results(d: Vec<Option<f64>>) -> ScenarioResults {
+    ScenarioResults {
+        name: "S".to_owned(),
+        content: "0123456789abcdef".to_owned(),
+        fit: d.iter().map(|d| d.map(|_| 90.0)).collect(),
+        hits: d.iter().map(|d| d.map(|_| 2)).collect(),
+        d,
+        lost: BTreeMap::new(),
+    }
+}
+
+/// d of an estimator in the first scenario of a study, over many trials.
+fn distances(name: &str, estimator: EstimatorName, trials: u64) -> (Vec<f64>, usize) {
+    let suite = Suite::new(Tier::Full, &[name.to_owned()]).unwrap();
+    let study = &suite.studies[0];
+    let competitors = [Competitor::Estimator(estimator)];
+    let (experiment, declined) = study.experiment(&competitors, trials).unwrap();
+    assert!(declined.is_empty(), "{declined:?}");
+    let experiment = experiment.unwrap();
+    let mut d = Vec::new();
+    run::<Infallible>(
+        &experiment,
+        trials,
+        2,
+        &AtomicBool::new(false),
+        |block: Block| {
+            let rows = (0..block.rows.trial_count()).map(|place| block.rows.row(place, 0));
+            d.extend(rows.map(|row| {
+                if row.is_lost() {
+                    f64::INFINITY
+                } else {
+                    row[Measure::Distance]
+                }
+            }));
+            Ok(())
+        },
+    )
+    .unwrap();
+    (d, study.scenarios[0].free)
+}
+
+/// Kolmogorov's distance of a sample from chi-squared(p)/p.
+fn apart(mut d: Vec<f64>, free: usize) -> f64 {
+    d.sort_by(f64::total_cmp);
+    let (weights, count) = (ideal_weights(free), d.len() as f64);
+    let each = d.iter().enumerate().map(|(i, d)| {
+        let law = distribution(&weights, *d);
+        (law - i as f64 / count)
+            .abs()
+            .max(((i + 1) as f64 / count - law).abs())
+    });
+    each.fold(0.0, f64::max)
+}
+
+/// Least squares of an ARX model in white noise: the law of d is chi-squared(p)/p. Mean and variance within four
+/// standard errors, and the whole distribution by Kolmogorov's test at one in 10^4.
+#[test]
+fn least_squares_at_home_has_the_law_of_d() {
+    let trials = 600;
+    let (d, free) = distances("P01-ar-1000", EstimatorName::Arx, trials);
+    let (count, p) = (trials as f64, free as f64);
+    let mean = d.iter().sum::<f64>() / count;
+    assert!(
+        (mean - 1.0).abs() < 4.0 * (2.0 / p / count).sqrt(),
+        "{mean}"
+    );
+    let variance = d.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    // The fourth central moment of chi-squared(p)/p is 12 (p + 4) / p^3.
+    let law = 2.0 / p;
+    let error = ((12.0 * (p + 4.0) / p.powi(3) - law * law) / count).sqrt();
+    assert!(
+        (variance - law).abs() < 4.0 * error,
+        "{variance} {law} {error}"
+    );
+    let apart = apart(d, free);
+    assert!(apart < 2.23 / count.sqrt(), "{apart}");
+}
+
+/// The output-error method reaches the bound in long records; least squares, which is biased in white output noise, does
+/// not, and nor does a method that must estimate what others are told.
+#[test]
+fn efficient_and_biased_methods_are_told_apart() {
+    let (oe, free) = distances("P25-white-2000", EstimatorName::Oe, 300);
+    assert_eq!(free, 2);
+    let mean = oe.iter().sum::<f64>() / 300.0;
+    assert!(
+        (mean - 1.0).abs() < 4.0 * (1.0_f64 / 300.0).sqrt(),
+        "{mean}"
+    );
+    assert!(apart(oe, free) < 2.23 / 300.0_f64.sqrt());
+    let (ls, _) = distances("P25-white-2000", EstimatorName::Arx, 50);
+    assert!(ls.iter().all(|d| *d > 50.0), "{ls:?}");
+}
+
+/// Quantiles of the law itself give an efficiency of 1, half of them lost one of 0; a shrunken d is flagged.
+#[test]
+fn scores_of_made_up_runs() {
+    let of = scenario(4);
+    let (weights, count) = (ideal_weights(4), 400);
+    let place = |i: usize| (i as f64 + 0.5) / f64::from(count);
+    let law = |i: usize| quantile(&weights, place(i)).powi(2);
+    let exact: Vec<Option<f64>> = (0..count as usize).map(|i| Some(law(i))).collect();
+    let whole = results(exact.clone());
+    let found = score(&[(&of, &whole)]);
+    for efficiency in found.efficiency {
+        assert!((efficiency.value - 1.0).abs() < 0.01, "{found:?}");
+        assert!((0.01..0.2).contains(&efficiency.error), "{found:?}");
+    }
+    assert!(!found.is_below && found.lost.value == 0.0 && found.lost.error == 1.0 / 402.0);
+    assert_eq!(found.coverage.unwrap().value, 0.5);
+    assert_eq!(found.fit.value, 90.0);
+    let mut half = exact.clone();
+    half[..240].fill(None);
+    let half = results(half);
+    let lost = score(&[(&of, &half)]);
+    assert_eq!((lost.lost.value, lost.efficiency[0].value), (0.6, 0.0));
+    assert_eq!((lost.coverage.unwrap().value, lost.fit.value), (0.2, 0.0));
+    // Two scenarios are weighted equally.
+    let both = score(&[(&of, &whole), (&of, &half)]);
+    assert!((both.lost.value - 0.3).abs() < 1e-15);
+    let shrunken = results(exact.iter().map(|d| d.map(|d| 0.5 * d)).collect());
+    assert!(score(&[(&of, &shrunken)]).is_below);
+    let within = share_within(law(99), [&whole, &half].into_iter());
+    assert!((within.value - 0.125).abs() < 1e-12, "{within:?}");
+    let ideal = ideal_share(law(199), [&of].into_iter());
+    assert!((ideal - place(199)).abs() < 1e-9);
+}
+
+/// Wins, ties and losses; lost runs lose, and two of them tie.
+#[test]
+fn paired_runs() {
+    let of = |d: [Option<f64>; 5]| MethodResults {
+        scenarios: vec![results(d.to_vec())],
+        ..MethodResults::default()
+    };
+    let first = of([Some(1.0), Some(2.0), None, None, Some(3.0)]);
+    let second = of([Some(2.0), Some(2.0), None, Some(9.0), None]);
+    let found = paired(&first, &second);
+    assert_eq!((found.win, found.tie, found.loss), (0.4, 0.4, 0.2));
+    assert!((found.lead.value - 0.2).abs() < 1e-15);
+    let variance: f64 = (0.6 - 0.04) / 4.0;
+    assert!((found.lead.error - variance.sqrt()).abs() < 1e-15);
+}
+
+/// Every scenario of the edition is what it was when the edition was made.
+#[test]
+fn the_edition_is_frozen() {
+    let suite = Suite::new(Tier::Full, &[]).unwrap();
+    let lines = suite
+        .scenarios()
+        .map(|of| format!("{} {} {}\n", of.content, of.name, of.free));
+    let here: String = lines.collect();
+    let frozen = std::fs::read_to_string(root("suite/1.0.txt")).unwrap();
+    assert_eq!(
+        here, frozen,
+        "scenarios are never edited: withdraw one, and add another under a new variant"
+    );
+    let mut names: Vec<&String> = suite.scenarios().map(|of| &of.name).collect();
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), frozen.lines().count());
+    assert_eq!(suite.manifest.edition, "1.0");
+}
+
+/// Each system of the tiers has a file, each file a system, with its source and what is hard.
+#[test]
+fn systems_say_where_they_come_from() {
+    let suite = Suite::new(Tier::Full, &[]).unwrap();
+    for name in Suite::systems() {
+        let study = suite
+            .studies
+            .iter()
+            .find(|study| study.entry.system == name);
+        let file = study
+            .unwrap_or_else(|| panic!("{name} is in no study"))
+            .file();
+        for words in [&file.title, &file.question, &file.source] {
+            assert!(!words.is_empty(), "{name}");
+        }
+    }
+    assert!(Tier::Full.contains(Tier::Quick) && !Tier::Quick.contains(Tier::Standard));
+}
+
+/// Results of another edition, seed, tier or scenario are refused in a sentence, damaged ones too.
+#[test]
+fn results_that_do_not_fit_are_refused() {
+    let suite = Suite::new(Tier::Quick, &["P18-bj".to_owned()]).unwrap();
+    let scenario = suite.scenarios().next().unwrap();
+    let own = MethodResults {
+        suite: "1.0".to_owned(),
+        method: "mine".to_owned(),
+        seed: suite.manifest.seed,
+        scenarios: vec![ScenarioResults {
+            name: scenario.name.clone(),
+            content: scenario.content.clone(),
+            d: vec![Some(1.25); 100],
+            fit: vec![Some(90.1); 100],
+            hits: vec![None; 100],
+            lost: BTreeMap::new(),
+        }],
+    };
+    let text = own.text();
+    assert_eq!(MethodResults::parse(&text).unwrap(), own);
+    assert!(MethodResults::parse(&text.replace("1.25", "1.24")).is_err());
+    let first = own.clone().of(&suite).unwrap();
+    assert_eq!(first.scenarios[0].d.len(), 20);
+    type Change = fn(&mut MethodResults);
+    let changes: [(Change, &str); 5] = [
+        (
+            |of| of.suite = "1.1".to_owned(),
+            "of suite 1.1; expected suite 1.0",
+        ),
+        (|of| of.seed = 7, "of seed 7; expected seed 20261124"),
+        (|of| of.scenarios.clear(), "without scenario P18-bj-300"),
+        (
+            |of| of.scenarios[0].content = "0".to_owned(),
+            "of another scenario",
+        ),
+        (
+            |of| of.scenarios[0].d.truncate(19),
+            "19 trials of P18-bj-300; expected 20",
+        ),
+    ];
+    for (change, expected) in changes {
+        let mut other = own.clone();
+        change(&mut other);
+        let error = other.of(&suite).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+fn root(path: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn asobench(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(PROGRAM);
+    let output = command.current_dir(folder).args(arguments).output();
+    output.expect("the program runs")
+}
+
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = asobench(folder, arguments);
+    assert!(
+        output.status.success(),
+        "{arguments:?}: {}",
+        stderr(&output)
+    );
+    stdout(&output)
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The results of a method have the same bytes for any number of threads, beside any other methods, by shards, and when
+/// the same command is given again; those that are shipped too, but for the last digits of another machine.
+#[test]
+fn results_do_not_depend_on_threads_shards_or_other_methods() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let part = ["--only", "P18-bj"];
+    let of = |out: &str, threads: &str, methods: &[&str]| {
+        let mut all = vec!["suite", "run", "--out", out, "--threads", threads];
+        all.extend(part);
+        all.extend(methods.iter().flat_map(|name| ["--method", *name]));
+        done(folder, &all)
+    };
+    let result = |out: &str, name: &str| {
+        read(
+            &folder
+                .join(out)
+                .join("methods")
+                .join(format!("{name}.json")),
+        )
+    };
+    of("one", "1", &["arx", "oe"]);
+    of("two", "2", &["oe", "pem-from-truth"]);
+    assert_eq!(result("one", "oe"), result("two", "oe"));
+    let before = read(&folder.join("one/report.html"));
+    of("one", "2", &["arx", "oe"]);
+    assert_eq!(before, read(&folder.join("one/report.html")));
+    let manifest = "one/studies/P18-bj/manifest.json";
+    done(
+        folder,
+        &["plan", manifest, "--shards", "2", "--out", "p.plan.json"],
+    );
+    let plan = read(&folder.join("p.plan.json"));
+    let shards = plan.matches("\"shard\"").count().max(2);
+    for shard in 1..=shards {
+        let _ = asobench(
+            folder,
+            &["shard", "p.plan.json", &format!("{shard}/{shards}")],
+        );
+    }
+    std::fs::create_dir_all(folder.join("three/studies")).unwrap();
+    done(
+        folder,
+        &["merge", "p.plan.json", "--out", "three/studies/P18-bj"],
+    );
+    of("three", "1", &["arx", "oe"]);
+    assert_eq!(result("one", "arx"), result("three", "arx"));
+    assert_eq!(result("one", "oe"), result("three", "oe"));
+    let suite = Suite::new(Tier::Quick, &["P18-bj".to_owned()]).unwrap();
+    let there = shipped(&suite).unwrap();
+    let there = there.iter().find(|of| of.method == "arx").unwrap();
+    let here = MethodResults::parse(&result("one", "arx")).unwrap();
+    for (here, there) in here.scenarios[0]
+        .distances()
+        .zip(there.scenarios[0].distances())
+    {
+        assert!((here - there).abs() <= 2e-3 * there, "{here} {there}");
+    }
+}
+
+/// Every number in the tables of the page is printed by the command that the page names.
+#[test]
+fn a_newcomer_is_placed_and_the_page_is_printed() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    std::fs::write(
+        folder.join("mine.toml"),
+        "[[methods]]\nname = \"mine\"\nestimator = \"oe\"\nstarts = 0\n",
+    )
+    .unwrap();
+    let arguments = ["suite", "mine.toml", "--only", "P18-bj", "--out", "mine"];
+    let printed = done(folder, &arguments);
+    assert!(
+        printed.contains("mine beside each method on the same records"),
+        "{printed}"
+    );
+    let line = |name: &str| {
+        let mut lines = printed
+            .lines()
+            .filter(|line| line.starts_with(&format!("{name} ")));
+        lines
+            .next()
+            .unwrap_or_else(|| panic!("{name} in {printed}"))
+            .to_owned()
+    };
+    // The same estimator with fewer starts finds the same minimum here: all ties, or nearly.
+    let words: Vec<String> = printed
+        .lines()
+        .filter(|line| line.starts_with("oe "))
+        .map(str::to_owned)
+        .collect();
+    let share = |text: &str| {
+        text.split_whitespace()
+            .nth(2)
+            .unwrap()
+            .parse::<f64>()
+            .unwrap()
+    };
+    assert!(share(words.last().unwrap()) >= 90.0, "{words:?}");
+    assert!(line("mine").split_whitespace().count() > 4);
+    let page = read(&folder.join("mine/report.html"));
+    for word in ["mine", "pem-from-truth", "P18-bj-300", "chi-squared(p)/p"] {
+        assert!(page.contains(word), "{word}");
+    }
+    assert!(std::fs::exists(folder.join("mine/studies/P18-bj/report.html")).unwrap());
+    let scores = done(
+        folder,
+        &["suite", "scores", "--only", "P18-bj", "--page", "shipped"],
+    );
+    let page = read(&folder.join("shipped/report.html"));
+    let cells = page.split("<td").skip(1).map(|cell| {
+        let text = cell
+            .split_once('>')
+            .unwrap()
+            .1
+            .split("</td>")
+            .next()
+            .unwrap();
+        let plain: String = text
+            .split('<')
+            .map(|part| part.rsplit('>').next().unwrap())
+            .collect();
+        plain.trim().to_owned()
+    });
+    let numbers: Vec<String> = cells
+        .filter(|text| text.contains('(') && text.len() < 20)
+        .collect();
+    assert!(numbers.len() > 100, "{}", numbers.len());
+    for number in numbers {
+        assert!(scores.contains(&number), "{number}");
+    }
+}
+
+/// What the suite cannot do is said in one line.
+#[test]
+fn refusals() {
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    write("taken.toml", "[[methods]]\nestimator = \"arx\"\n");
+    write(
+        "two.toml",
+        "[[methods]]\nestimator = \"arx\"\nname = \"a\"\n[[methods]]\nestimator = \"oe\"\n",
+    );
+    write(
+        "mine.toml",
+        "[[methods]]\nname = \"mine\"\nestimator = \"arx\"\n",
+    );
+    for (arguments, part) in [
+        (
+            vec!["suite", "taken.toml"],
+            "'arx' is the name of a method of the suite",
+        ),
+        (
+            vec!["suite", "two.toml"],
+            "methods: 2; expected one, the newcomer",
+        ),
+        (vec!["suite", "none.toml"], "none.toml"),
+        (
+            vec!["suite", "mine.toml", "--tier", "full"],
+            "as in tier full",
+        ),
+        (
+            vec!["suite", "show", "P99"],
+            "unknown system or scenario 'P99'",
+        ),
+        (
+            vec!["suite", "list", "--tier", "slow"],
+            "unknown tier 'slow'",
+        ),
+        (
+            vec!["suite", "run", "--method", "arxx"],
+            "did you mean 'arx'",
+        ),
+        (vec!["suite", "scores", "."], "."),
+    ] {
+        let output = asobench(folder, &arguments);
+        let message = stderr(&output);
+        assert_ne!(output.status.code(), Some(0), "{arguments:?}");
+        assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+        assert!(message.contains(part), "{arguments:?}: {message}");
+    }
+}
