@@ -75,9 +75,8 @@ impl Population {
                 Sequence::Independent => -2.0,
                 Sequence::Periodic127 => return Err(NoTheory::PeriodicInput),
             },
-            Input::Gaussian { .. } => 0.0,
+            Input::Gaussian { .. } | Input::Samples(_) => 0.0,
             Input::Filtered { .. } | Input::Binary { .. } => return Err(NoTheory::FilteredInput),
-            Input::Samples(_) => 0.0,
         };
         let feedback = match &settings.feedback {
             Feedback::None => None,
