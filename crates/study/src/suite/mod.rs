@@ -18,7 +18,7 @@ pub use published::{PublishedTable, Reproduced, published};
 pub use results::{
     METHODS, MethodResults, ResultsError, ScenarioResults, collect, declined, of_folder, shipped,
 };
-pub use scenario::{Competitor, Scenario, Suite, SuiteError, SuiteStudy};
+pub use scenario::{Competitor, Made, Scenario, Suite, SuiteError, SuiteStudy};
 pub use score::{Estimated, Score, efficiency, ideal_share, ideal_weights, score, share_within};
 
 /// The name under which the prediction error method started at the truth stands in results.

@@ -144,6 +144,9 @@ fn of_estimator(
     told.into_iter().chain([Value::Object(plain)]).collect()
 }
 
+/// The experiment of a study, if a method can serve it, and the names of those that cannot, with the reason.
+pub type Made = (Option<Experiment>, Vec<(String, String)>);
+
 /// The suite of one tier.
 pub struct Suite {
     /// The manifest.
@@ -339,11 +342,7 @@ impl SuiteStudy {
     ///
     /// # Errors
     /// [`SuiteError::Study`].
-    pub fn experiment(
-        &self,
-        competitors: &[Competitor],
-        trials: u64,
-    ) -> Result<(Option<Experiment>, Vec<(String, String)>), SuiteError> {
+    pub fn experiment(&self, competitors: &[Competitor], trials: u64) -> Result<Made, SuiteError> {
         let mut file = self.file.clone();
         file.trials = TrialRule::Fixed(trials);
         file.methods = Vec::new();
