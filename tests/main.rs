@@ -21,6 +21,7 @@ mod lanes;
 mod large_samples;
 mod observers;
 mod paper;
+mod pictures;
 mod properties;
 mod readme;
 mod recorded_data;

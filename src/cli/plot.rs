@@ -4,13 +4,15 @@ use super::error::Error;
 use super::output::print;
 use crate::files::{self, Kind};
 use crate::metric::Statistic;
-use crate::report::{Chosen, Study, chosen_figure};
+use crate::report::{Chosen, FigureKind, Mark, Study, chosen_figure, held};
 use crate::study::Measure;
 use crate::study::file::Key;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Draw one figure of a study as SVG: a measure over a setting, for some outputs
+///
+/// As the report draws it, with bounds and theory where they are known.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Results folder, such as results/window
@@ -23,15 +25,43 @@ pub(super) struct Arguments {
     /// the trials]
     #[arg(long, value_name = "NAME")]
     statistic: Option<Statistic>,
+    /// Bands or boxes that hold the middle 90 % of the trials [default: for few outputs]
+    #[arg(long, conflicts_with_all = ["no_spread", "statistic"])]
+    spread: bool,
+    /// Medians with their intervals alone
+    #[arg(long)]
+    no_spread: bool,
     /// The setting along x, such as window [default: the one with the most values]
     #[arg(long, value_name = "SETTING")]
     over: Option<Key>,
+    /// Only cells with this value of a setting, such as noise=white; may be repeated
+    #[arg(long = "where", value_name = "SETTING=VALUE", value_parser = held)]
+    at: Vec<(Key, String)>,
     /// Only this output or method, such as oe or iv(4); may be repeated
     #[arg(long, value_name = "NAME")]
     method: Vec<String>,
+    /// A value from elsewhere, such as "as printed: window=98, noise=ar: 0.033"; may be repeated
+    #[arg(long, value_name = "NAME: SETTING=VALUE, ...: NUMBER")]
+    mark: Vec<Mark>,
+    /// Leaves out a line by its name in the legend, such as "slope -1/2"; may be repeated
+    #[arg(long, value_name = "NAME")]
+    without: Vec<String>,
+    /// A nested-loop plot: every cell as a step, and below which settings it has
+    #[arg(long, conflicts_with_all = ["zip", "over", "at", "mark", "statistic", "spread"])]
+    nested_loop: bool,
+    /// A zip plot: the 95 % intervals of single trials, sorted; for studies with `coverage = true` and
+    /// `store = "trials"`
+    #[arg(long, conflicts_with_all = ["measure", "over", "mark", "statistic", "spread", "log", "linear"])]
+    zip: bool,
+    /// The coefficient of a zip plot, such as a_1 [default: that with the worst coverage]
+    #[arg(long, value_name = "NAME", requires = "zip")]
+    coefficient: Option<String>,
     /// The title
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
+    /// The width, where a letter of a label is 15 high: 900, and 440 for a narrow column
+    #[arg(long, value_name = "UNITS", value_parser = clap::value_parser!(u16).range(300..=3000))]
+    width: Option<u16>,
     /// A logarithmic y axis [default: as the measure is]
     #[arg(long, conflicts_with = "linear")]
     log: bool,
@@ -46,9 +76,20 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
     let study = Study::read(&arguments.folder).map_err(|error| Error::Input(error.to_string()))?;
     let chosen = Chosen {
+        kind: match (arguments.zip, arguments.nested_loop) {
+            (true, _) => FigureKind::Zip,
+            (_, true) => FigureKind::NestedLoop,
+            _ => FigureKind::Over,
+        },
         measure: arguments.measure,
         statistic: arguments.statistic,
+        spread: (arguments.spread || arguments.no_spread).then_some(arguments.spread),
         over: arguments.over,
+        held: arguments.at,
+        marks: arguments.mark,
+        without: arguments.without,
+        coefficient: arguments.coefficient,
+        width: arguments.width.map(f64::from),
         outputs: arguments.method,
         title: arguments.title,
         logarithmic: (arguments.log || arguments.linear).then_some(arguments.log),

@@ -10,7 +10,7 @@ pub(crate) use verdict::Badge;
 pub use verdict::Verdict;
 
 use super::markup::{address, escape};
-use super::plot;
+use super::plot::{self, Picture};
 
 const CSS: &str = include_str!("html/page.css");
 const JS: &str = include_str!("html/page.js");
@@ -211,19 +211,30 @@ impl Section {
         self.add(&[&table.html(self.tables)]);
     }
 
-    /// Adds a figure: an unchanged SVG document above its number and caption.
-    pub fn figure(&mut self, svg: &str, caption: &str) {
+    /// Adds a figure: unchanged SVG documents above its number and caption. A narrow screen shows the narrow one.
+    pub fn figure(&mut self, picture: &Picture, caption: &str) {
         self.figures += 1;
-        let start = svg.find("<svg").unwrap_or(svg.len());
-        // The page contains this style once.
-        let svg = svg[start..].replace(plot::STYLE, "");
         let (number, caption) = (self.figures.to_string(), inline(caption));
+        let wide = inline_svg(&picture.wide);
+        self.add(&["<figure>\n"]);
+        match &picture.narrow {
+            Some(narrow) => self.add(&[
+                "<div class=\"broad\">\n",
+                &wide,
+                "\n</div>\n<div class=\"narrow\">\n",
+                &inline_svg(narrow),
+                "\n</div>\n",
+            ]),
+            None => self.add(&[
+                "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"Figure ",
+                &number,
+                "\">\n",
+                &wide,
+                "\n</div>\n",
+            ]),
+        }
         self.add(&[
-            "<figure>\n<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"Figure ",
-            &number,
-            "\">\n",
-            svg.trim_end(),
-            "\n</div>\n<figcaption><b>Figure ",
+            "<figcaption><b>Figure ",
             &number,
             ".</b> ",
             &caption,
@@ -280,6 +291,13 @@ impl Section {
         let class = if first { " class=\"first\"" } else { "" };
         format!("<section id=\"{id}\"{class}>\n<h2>{heading}</h2>\n{body}</section>\n")
     }
+}
+
+/// An SVG document for a page, which contains its style once.
+fn inline_svg(svg: &str) -> String {
+    let start = svg.find("<svg").unwrap_or(svg.len());
+    let svg = svg[start..].replace(plot::STYLE, "");
+    svg.trim_end().to_owned()
 }
 
 /// Escapes a text and turns pairs of backticks into code.

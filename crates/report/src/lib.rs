@@ -25,7 +25,7 @@ mod verdict_table;
 use asobench_identification::number;
 pub use asobench_identification::number::uncertain;
 pub use compared::compared;
-pub use document::{Chosen, chosen_figure, course_figures, report};
+pub use document::{Chosen, Kind as FigureKind, Mark, chosen_figure, course_figures, held, report};
 pub use failures::failures;
 pub use figures::{OneTrial, TrialErrors, draw};
 pub use folder::{Files, prepare as prepare_report, write as write_report};

@@ -1,11 +1,10 @@
 //! The final output of a run on a terminal: its first measures by cells and outputs, at most one screen, and the
 //! verdict on every claim.
 
-use super::document::lead::lead_outputs;
+use super::document::lead::{AT_THE_END, lead_outputs, measures, shown_at_the_end};
 use super::results::Study;
 use asobench_identification::metric::{Quantile, Share};
 use asobench_identification::number::{quantile, uncertain};
-use asobench_study::study::file::ClaimTable;
 use asobench_study::study::{CellSummary, Measure, Outcomes};
 use asobench_study::text::{shell_word, visible, wrap};
 
@@ -19,8 +18,6 @@ const KEY_LINES: usize = 6;
 /// it.
 const ROW_NAME: usize = 40;
 const COLUMN_NAME: usize = 14;
-/// Measures in the table.
-const MEASURES: usize = 3;
 /// Largest number of outputs that are all shown.
 const OUTPUTS: usize = 6;
 
@@ -33,9 +30,11 @@ pub fn overview(study: &Study) -> String {
     text.push_str("Medians; in parentheses the standard error of the last digit:\n\n");
     let mut worst = wrap(&worst(study), WIDTH, "  ");
     worst.extend(first_failed(study));
-    if is_none_there(study) {
-        let none = "none: half of the trials or more have no such measure (they failed).";
-        worst.insert_str(0, &format!("{none}\n"));
+    for (why, is_there) in ["they failed", NOT_REACHED].iter().zip(none_there(study)) {
+        if is_there {
+            let none = format!("none: half of the trials or more have no such measure ({why}).\n");
+            worst.insert_str(0, &none);
+        }
     }
     // Besides the table there are two lines above it and the last line.
     let sheet = Sheet::new(study, LINES.saturating_sub(3 + worst.lines().count()));
@@ -63,20 +62,6 @@ pub fn verdicts(study: &Study) -> String {
     lines.chain(tested).collect()
 }
 
-/// The measures of the study, beginning with those that its claims use.
-fn measures(study: &Study) -> Vec<Measure> {
-    let tests = study.file.claims.iter().flat_map(ClaimTable::all_tests);
-    let claimed = tests.flat_map(|test| test.measures());
-    let all = claimed.chain(study.file.measures.iter().copied());
-    let mut measures: Vec<Measure> = Vec::new();
-    for measure in all.filter(|measure| study.file.measures.contains(measure)) {
-        if !measures.contains(&measure) {
-            measures.push(measure);
-        }
-    }
-    measures
-}
-
 /// The outputs: all in order if they are few, otherwise those named by claims and one of each estimator.
 fn outputs(study: &Study) -> Vec<String> {
     let labels = study.labels();
@@ -92,19 +77,23 @@ fn outputs(study: &Study) -> Vec<String> {
     outputs
 }
 
-/// Whether the median of a measure falls among trials without it.
-fn is_none_there(study: &Study) -> bool {
-    let measures = measures(study);
-    let shown = measures.iter().take(MEASURES);
+/// Why a trial that did not fail has no measure.
+const NOT_REACHED: &str = "what it times did not come before the end";
+
+/// Whether the median of a measure falls among trials without it: since half of them failed, or although they did not.
+fn none_there(study: &Study) -> [bool; 2] {
+    let measures = shown_at_the_end(study);
     let cells = study.summary.cells.iter();
-    let mut outputs = cells.flat_map(|cell| &cell.outputs);
-    let shown: Vec<&Measure> = shown.collect();
-    outputs.any(|output| {
-        let mut found = shown
+    let mut found = [false; 2];
+    for output in cells.flat_map(|cell| &cell.outputs) {
+        let mut of_output = measures
             .iter()
-            .filter_map(|measure| output.measures.get(*measure));
-        found.any(|statistics| statistics.q50.lost)
-    })
+            .filter_map(|measure| output.measures.get(measure));
+        if of_output.any(|statistics| statistics.q50.lost) {
+            found[usize::from(output.failed.share < 0.5)] = true;
+        }
+    }
+    found
 }
 
 fn lost(outcomes: &Outcomes) -> Share {
@@ -183,7 +172,7 @@ impl Shown {
 
 /// The first measures, and the lost trials if there are any.
 fn groups(cells: &[CellSummary], measures: &[Measure]) -> Vec<Shown> {
-    let measures = measures.iter().take(MEASURES);
+    let measures = measures.iter().take(AT_THE_END);
     let mut groups: Vec<Shown> = measures.map(|measure| Shown::Median(*measure)).collect();
     let mut outputs = cells.iter().flat_map(|cell| &cell.outputs);
     if outputs.any(|output| lost(&output.outcomes).count > 0) {

@@ -19,6 +19,7 @@ pub use crate::outcome::folder::parse_manifest;
 pub use crate::outcome::folder::{
     FolderError, MANIFEST, ResultsFolder, check_result, read_manifest, stored_design,
 };
+pub use crate::outcome::interval_table::{CellRows, errors_of_trials};
 pub use crate::outcome::looks::{Look, Looks};
 pub use crate::outcome::method_times::MethodTime;
 pub use crate::outcome::outcomes::Outcomes;

@@ -8,6 +8,7 @@ use crate::cli::output::note;
 use crate::data::csv;
 use crate::files::Kind;
 use crate::observer::Observer;
+use crate::report::plot::Picture;
 use std::io::Write as _;
 use std::iter;
 use std::path::Path;
@@ -31,14 +32,14 @@ pub(super) fn check_drawing(
 /// Writes the picture and the page that were requested.
 pub(super) fn write_drawings(
     arguments: &Arguments,
-    picture: impl FnOnce() -> String,
+    picture: impl FnOnce() -> Picture,
     page: impl FnOnce() -> String,
 ) -> Result<(), Error> {
     let write = |flag: &str, path: &Path, kind: Kind, text: String| {
         write_whole(flag, path, kind, |to| to.write_all(text.as_bytes()))
     };
     if let Some(path) = &arguments.plot {
-        write("--plot", path, Kind::Figure, picture())?;
+        write("--plot", path, Kind::Figure, picture().wide)?;
     }
     if let Some(path) = &arguments.report {
         write("--report", path, Kind::Page, page())?;

@@ -7,7 +7,7 @@ use crate::metric::prediction_errors;
 use crate::model::LinearModel;
 use crate::plant::simulate;
 use crate::report::plot::{
-    Course, Plot, PlotAxis, Point, Scale, Series, Sharing, Style, small_multiples,
+    Course, Picture, Plot, PlotAxis, Point, Scale, Series, Sharing, Style, small_multiples,
 };
 use std::f64::consts::PI;
 
@@ -44,7 +44,7 @@ fn time_axis(report: &Report) -> PlotAxis {
 }
 
 /// Draws input and output, after detrending.
-pub(super) fn record(report: &Report) -> String {
+pub(super) fn record(report: &Report) -> Picture {
     let panel = |name: &str, values: &[f64]| {
         let series = Series::new("", Style::Line, points(report, 0, values));
         over_time(report, "", name).series(series.slot(0))
@@ -55,7 +55,7 @@ pub(super) fn record(report: &Report) -> String {
 }
 
 /// Draws measured and simulated output, and prediction errors.
-pub(super) fn outputs(report: &Report) -> String {
+pub(super) fn outputs(report: &Report) -> Picture {
     let measured = Series::new("measured", Style::Line, points(report, 0, &report.record.y));
     let outputs = over_time(report, "measured and simulated output", "y");
     let mut outputs = outputs.series(measured.slot(0));
@@ -145,7 +145,7 @@ fn worst(series: &[Series]) -> Option<f64> {
 }
 
 /// Draws step responses of all models, stable ones with bands. The axis is chosen for the stable ones.
-pub(super) fn steps(report: &Report) -> String {
+pub(super) fn steps(report: &Report) -> Picture {
     let samples = settling(report);
     let step = report.clock.map_or(1.0, |clock| clock.step);
     let (mut series, mut stable) = (Vec::new(), Vec::new());
@@ -168,7 +168,7 @@ pub(super) fn steps(report: &Report) -> String {
     let mut plot = Plot::new("Step response", time_axis(report), axis);
     plot.series = series;
     cut_unstable(&mut plot, report);
-    plot.svg()
+    plot.picture()
 }
 
 /// Returns the number of samples until the slowest stable model has settled to 1 %, within limits.
@@ -184,7 +184,7 @@ fn settling(report: &Report) -> usize {
 }
 
 /// Draws magnitude and phase of all models, with bands.
-pub(super) fn bode(report: &Report) -> String {
+pub(super) fn bode(report: &Report) -> Picture {
     let unit = report.frequency();
     let step = report.clock.map_or(1.0, |clock| clock.step);
     let place = |omega: f64| unit.of(omega / step);
@@ -297,7 +297,7 @@ fn framed(axis: PlotAxis, held: Option<(f64, f64)>, series: &[Series]) -> PlotAx
 }
 
 /// Draws correlations of the residuals with themselves and with the input.
-pub(super) fn correlations(slot: usize, residuals: &Residuals) -> String {
+pub(super) fn correlations(slot: usize, residuals: &Residuals) -> Picture {
     const BOUND: &str = "99 % bound of one lag";
     let lags = residuals.lags() as f64;
     let panel =
@@ -350,7 +350,7 @@ pub(super) fn correlations(slot: usize, residuals: &Residuals) -> String {
 }
 
 /// Draws poles and zeros with their 95 % regions.
-pub(super) fn plane(precision: &Precision) -> String {
+pub(super) fn plane(precision: &Precision) -> Picture {
     let Precision { poles, zeros, .. } = precision;
     let circle = (0..=360).map(|i| f64::from(i).to_radians().sin_cos());
     let circle = circle.map(|(sin, cos)| Point::new(cos, sin)).collect();
@@ -385,5 +385,5 @@ pub(super) fn plane(precision: &Precision) -> String {
             plot = plot.series(Series::new(name, Style::Marks, places.collect()).slot(slot));
         }
     }
-    plot.svg()
+    plot.picture()
 }

@@ -2,7 +2,7 @@
 //! nearly works or fails.
 
 use super::figure::Drawn;
-use super::layout::x_key;
+use super::layout::{only, x_key};
 use crate::plot::{Heat, HeatCell};
 use crate::results::{Study, axis_label, place};
 use asobench_study::study::CellSummary;
@@ -52,7 +52,7 @@ pub(super) fn bound_grid(study: &Study) -> Option<Drawn> {
     };
     Some(Drawn {
         name: "map".to_owned(),
-        svg: heat.svg(),
+        picture: only(heat.svg()),
         caption: what,
     })
 }

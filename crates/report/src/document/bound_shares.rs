@@ -1,7 +1,7 @@
 //! The figure with the shares of trials that satisfy each bound.
 
 use super::figure::Drawn;
-use super::layout::sheet;
+use super::layout::{Form, sheet};
 use super::lead::lead_outputs;
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::results::Study;
@@ -76,7 +76,8 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
         middle half of the combinations, whiskers reach the worst and the best."
     };
     plot = plot.reference("typical: half", Course::Vertical(50.0));
-    let (svg, note) = sheet(&format!("{}: bounds", study.title()), what, vec![plot])?;
+    let title = format!("{}: share of trials that meet each bound", study.title());
+    let (picture, note) = sheet(&title, what, vec![plot], Form::default())?;
     let best = found
         .iter()
         .flatten()
@@ -84,7 +85,7 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
         .max_by(|a, b| a.share.total_cmp(&b.share))?;
     Some(Drawn {
         name: "bounds".to_owned(),
-        svg,
+        picture,
         caption: format!("{what}{note} The largest share of all is {}.", share(best)),
     })
 }

@@ -1,32 +1,108 @@
 //! One figure of a study, with the measure, statistic, setting along x and outputs that are asked for.
 
-use super::figure::{Figure, quantile_note, series_of, y_axis};
-use super::figures::{BANDS, at_one_place, estimate, is_shown, left_out, quantiles};
-use super::layout::{Layout, x_of};
+use super::figure::{Drawn, Figure, quantile_note, series_of, y_axis};
+use super::figures::{
+    at_one_place, estimate, how, is_shown, left_out, limits, open_end, quantiles, references,
+    style, theory, title,
+};
+use super::layout::{Form, Layout, x_of};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
-use crate::plot::{Point, Scale, Style};
+use super::nested_loop::nested_loop;
+use super::zip_plot::{Zipped, zip_plot};
+use crate::plot::{Plot, Point, Scale, Series, Style};
 use crate::results::Study;
 use asobench_identification::metric::Statistic;
 use asobench_identification::names::UnknownName;
 use asobench_study::study::file::Key;
-use asobench_study::study::{CellSummary, Measure, measure};
+use asobench_study::study::{CellSummary, Measure};
 use asobench_study::text::folded;
+
+/// The kind of a figure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// A measure over a setting.
+    #[default]
+    Over,
+    /// A measure in every cell, with the settings of the cells below.
+    NestedLoop,
+    /// The intervals of single trials.
+    Zip,
+}
 
 /// What a figure is to show. By default what the report shows first.
 #[derive(Clone, Debug, Default)]
 pub struct Chosen {
+    /// The kind.
+    pub kind: Kind,
     /// The measure.
     pub measure: Option<Measure>,
     /// The statistic; by default medians, with the spread of the trials if there are few outputs.
     pub statistic: Option<Statistic>,
+    /// Whether medians are drawn with the spread of the trials; by default as the file or the number of outputs says.
+    pub spread: Option<bool>,
     /// The setting along x.
     pub over: Option<Key>,
+    /// Settings that are held, each at a value.
+    pub held: Vec<(Key, String)>,
+    /// Points from elsewhere.
+    pub marks: Vec<Mark>,
+    /// Lines that are left out, by their names in the legend.
+    pub without: Vec<String>,
+    /// The coefficient of a zip plot, such as `a_1`.
+    pub coefficient: Option<String>,
     /// Labels of outputs, or names of methods; all of them if empty.
     pub outputs: Vec<String>,
     /// The title.
     pub title: Option<String>,
+    /// The width in units of which a label is 15 high.
+    pub width: Option<f64>,
     /// Whether the y axis is linear or logarithmic; by default as its measure is.
     pub logarithmic: Option<bool>,
+}
+
+/// A value that is not of the study, such as one that a paper prints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// Its name in the legend.
+    pub label: String,
+    /// The settings that it was found with: the one along x, and those of the panel.
+    pub at: Vec<(Key, String)>,
+    /// The value.
+    pub value: f64,
+}
+
+impl std::str::FromStr for Mark {
+    type Err = String;
+
+    /// "as printed: window=98, noise=ar: 0.033".
+    fn from_str(text: &str) -> Result<Self, String> {
+        const FORM: &str = "expected NAME: SETTING=VALUE, ...: NUMBER";
+        let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+        let [label, at, value] = parts[..] else {
+            return Err(FORM.to_owned());
+        };
+        let at: Result<Vec<_>, String> = at.split(',').map(|pair| held(pair.trim())).collect();
+        Ok(Self {
+            label: label.to_owned(),
+            at: at?,
+            value: value.parse().map_err(|_| FORM.to_owned())?,
+        })
+    }
+}
+
+/// A setting and its value, from "noise=ar".
+///
+/// # Errors
+/// In words: no setting of this name, or no value.
+pub fn held(text: &str) -> Result<(Key, String), String> {
+    let (key, value) = text
+        .split_once('=')
+        .ok_or("expected SETTING=VALUE, such as noise=white")?;
+    let key = key
+        .trim()
+        .parse::<Key>()
+        .map_err(|error| error.to_string())?;
+    Ok((key, value.trim().to_owned()))
 }
 
 /// Draws a figure of a study; returns its name without extension, the SVG document and its caption.
@@ -34,6 +110,28 @@ pub struct Chosen {
 /// # Errors
 /// In words: a measure, a setting or an output that the study does not have, or nothing to draw.
 pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<[String; 3], String> {
+    let drawn = match chosen.kind {
+        Kind::Zip => zip(study, chosen)?,
+        Kind::NestedLoop => {
+            let measure = measure_of(study, chosen)?;
+            let outputs = outputs(study, &chosen.outputs)?;
+            let words = (chosen.title.as_deref(), chosen.width);
+            nested_loop(study, measure, Some(outputs), words).ok_or(
+                "nothing to draw: a nested-loop plot needs at least one setting that varies and at most 400 cells",
+            )?
+        }
+        Kind::Over => over_setting(study, chosen)?,
+    };
+    let name = if chosen.kind == Kind::Over {
+        drawn.name
+    } else {
+        format!("{}-{}", study.name, drawn.name)
+    };
+    Ok([name, drawn.picture.wide, drawn.caption])
+}
+
+/// The measure that is asked for, or the one with which the report begins.
+fn measure_of(study: &Study, chosen: &Chosen) -> Result<Measure, String> {
     let lead = lead_figures(study).into_iter().next();
     let measure = chosen
         .measure
@@ -43,43 +141,86 @@ pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<[String; 3], Stri
         let known: Vec<&str> = study.file.measures.iter().map(|of| of.name()).collect();
         return Err(UnknownName::new("measure", measure.name(), &known).to_string());
     }
+    Ok(measure)
+}
+
+/// Checks that the study has the held values.
+fn check_held(study: &Study, held: &[(Key, String)]) -> Result<(), String> {
+    for (key, value) in held {
+        let known: Vec<&str> = study.values(*key).iter().map(String::as_str).collect();
+        if !known.contains(&value.as_str()) {
+            let what = format!("value of {}", key.name());
+            return Err(UnknownName::new(&what, value, &known).to_string());
+        }
+    }
+    Ok(())
+}
+
+fn zip(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
+    check_held(study, &chosen.held)?;
+    let wanted: Vec<(Key, &str)> = chosen
+        .held
+        .iter()
+        .map(|(key, value)| (*key, value.as_str()))
+        .collect();
+    let cells = study.cells(&wanted);
+    let cell = match cells.as_slice() {
+        _ if wanted.is_empty() => None,
+        [] => return Err("no cell has these settings".to_owned()),
+        [cell, ..] => Some(*cell),
+    };
+    let outputs = match chosen.outputs.as_slice() {
+        [] => Vec::new(),
+        names => outputs(study, names)?,
+    };
+    let wanted = Zipped {
+        cell,
+        coefficient: chosen.coefficient.as_deref(),
+        outputs,
+        title: chosen.title.as_deref(),
+        form: Form {
+            width: chosen.width,
+            columns: None,
+        },
+    };
+    zip_plot(study, &wanted)
+}
+
+/// A measure over a setting.
+fn over_setting(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
+    let measure = measure_of(study, chosen)?;
     let varying = study.varying();
     if let Some(key) = chosen.over.filter(|key| !varying.contains(key)) {
         let known: Vec<&str> = varying.iter().map(|key| key.name()).collect();
         return Err(UnknownName::new("setting that varies", key.name(), &known).to_string());
     }
+    check_held(study, &chosen.held)?;
     let outputs = outputs(study, &chosen.outputs)?;
-    let layout = Layout::new(study, chosen.over.or_else(|| x_of(study, measure)), &[]);
+    let used: Vec<Key> = chosen.held.iter().map(|(key, _)| *key).collect();
+    let mut layout = Layout::new(study, chosen.over.or_else(|| x_of(study, measure)), &used);
+    layout.held.extend(chosen.held.iter().cloned());
     let mut y = y_axis(measure);
     match chosen.logarithmic {
         Some(true) => y.scale = Scale::Log,
         Some(false) => y.scale = Scale::Linear,
         None => {}
     }
-    let style = match (chosen.statistic, layout.has_names, outputs.len()) {
-        (None, true, ..=4) => Style::Boxes,
-        (None, false, ..=BANDS) if measure.scale() != measure::Scale::Percent => Style::Band,
-        _ => Style::ErrorBars,
+    let style = match chosen.statistic {
+        Some(_) => Style::ErrorBars,
+        None => style(study, measure, &layout, outputs.len(), chosen.spread),
     };
-    let what = match (chosen.statistic, style) {
-        (Some(statistic), _) => format!("{} over trials with 95 % intervals.", statistic.title()),
-        (None, Style::Band) => {
-            "Lines are medians, bands hold the middle 90 % of the trials.".to_owned()
-        }
-        (None, Style::Boxes) => {
-            "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the \
-            median."
-                .to_owned()
-        }
-        (None, _) => "Medians with their 95 % intervals.".to_owned(),
+    let what = match chosen.statistic {
+        Some(statistic) => format!("{} over trials with 95 % intervals.", statistic.title()),
+        None => how(style, &layout, outputs.len()).to_owned(),
     };
     let end = match chosen.statistic {
         Some(statistic) if !statistic.is_quantile() => String::new(),
         _ => format!(" {}", quantile_note(study)),
     };
-    let title = match chosen.statistic {
+    let of_medians = chosen.statistic.is_none_or(|of| of == Statistic::Q50);
+    let words = match chosen.statistic {
         Some(statistic) => format!("{} of {}", statistic.title(), measure.label()),
-        None => measure.label().to_owned(),
+        None => title(measure, style, &layout),
     };
     let name = match chosen.statistic {
         Some(statistic) => format!("{}-{measure}-{statistic}", study.name),
@@ -94,27 +235,92 @@ pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<[String; 3], Stri
                 Point::uncertain(at, found.value, found.mcse)
             }
             None if style == Style::ErrorBars => estimate(at, statistics.q50, &y.scale),
-            None => quantiles(at, statistics),
+            None => quantiles(at, statistics, measure),
         };
         Some(point).filter(|point| point.y.is_finite() && is_shown(study, cell, label))
     };
+    let [open, limits] = match style {
+        _ if !of_medians => ["", ""],
+        Style::ErrorBars => ["", limits(study, &layout, measure)],
+        _ => [
+            open_end(study, &outputs, measure),
+            limits(study, &layout, measure),
+        ],
+    };
     let drawn = Figure {
         name: &name,
-        title: &title,
+        title: &words,
         of: &format!("{} by output. ", measure.label()),
         what: &what,
-        left_out: &left_out(study, &outputs),
+        left_out: &format!("{open}{limits}{}", left_out(study, &outputs)),
         end: &end,
         series: series_of(&outputs, style),
         points: &|i, cell, at| point(i, cell, at).into_iter().collect(),
+        guides: &|cells, plot| {
+            let plot = if of_medians {
+                let plot = theory(study, &layout, measure, cells, plot);
+                references(study, &layout, measure, cells, plot)
+            } else {
+                plot
+            };
+            let mut plot = marked(study, &layout, &chosen.marks, cells, plot);
+            let wanted = |label: &String| !chosen.without.contains(label);
+            plot.series.retain(|series| wanted(&series.label));
+            plot.references.retain(|line| wanted(&line.label));
+            plot
+        },
         finish: &|plots| layout.x.is_none() || !at_one_place(plots),
         whole_title: chosen.title.as_deref(),
+        form: Form {
+            width: chosen.width,
+            columns: None,
+        },
         ..Figure::new(&layout, y.clone())
     }
     .draw(study);
-    let drawn = drawn
-        .ok_or_else(|| format!("nothing to draw: no output has {measure} in two cells or more"))?;
-    Ok([drawn.name, drawn.svg, drawn.caption])
+    drawn.ok_or_else(|| format!("nothing to draw: no output has {measure} in two cells or more"))
+}
+
+/// Adds the points from elsewhere to the panel of some cells.
+fn marked(
+    study: &Study,
+    layout: &Layout,
+    marks: &[Mark],
+    cells: &[&CellSummary],
+    mut plot: Plot,
+) -> Plot {
+    for mark in marks {
+        let (along, others): (Vec<_>, Vec<_>) =
+            mark.at.iter().partition(|(key, _)| Some(*key) == layout.x);
+        let here = cells.first().is_some_and(|cell| {
+            others
+                .iter()
+                .all(|(key, value)| cell.setting(*key) == *value)
+        });
+        let Some((key, value)) = along.first().filter(|_| here) else {
+            continue;
+        };
+        let at = if layout.has_names {
+            study
+                .values(*key)
+                .iter()
+                .position(|of| of == value)
+                .map(|i| i as f64)
+        } else {
+            value.parse().ok()
+        };
+        let Some(at) = at else { continue };
+        let point = Point::new(at, mark.value);
+        match plot
+            .series
+            .iter_mut()
+            .find(|series| series.label == mark.label)
+        {
+            Some(series) => series.points.push(point),
+            None => plot = plot.series(Series::new(&mark.label, Style::Marks, vec![point])),
+        }
+    }
+    plot
 }
 
 /// The outputs with these names, with their places in the palette.

@@ -1,6 +1,6 @@
 //! The figure of the bias of the coefficients.
 
-use super::figure::{Drawn, Figure, level, series_of};
+use super::figure::{Drawn, Figure, WHOSE, level, series_of};
 use super::layout::Layout;
 use super::lead::lead_outputs;
 use crate::plot::{PlotAxis, Point, Style};
@@ -44,10 +44,11 @@ pub(super) fn bias(study: &Study) -> Option<Drawn> {
     };
     Figure {
         name: "bias",
-        title: "bias of the coefficients",
+        title: "bias of each coefficient",
         what: "Mean signed error of each coefficient over its standard deviation, with 95 % intervals. If one trial \
                dominates the moments: the median over the interquartile range / 1.349.",
-        x: Some(PlotAxis::categories("coefficient", &names)),
+        end: &format!(" {WHOSE}"),
+        x: Some(PlotAxis::categories("coefficient of the state space", &names)),
         series: series_of(&outputs, Style::ErrorBars),
         points: &|i, cell, _| {
             let output = study.output(cell, &outputs[i].1);

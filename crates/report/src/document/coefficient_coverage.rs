@@ -1,6 +1,6 @@
 //! The figure of the coverage of the 95 % intervals of the coefficients.
 
-use super::figure::{Drawn, Figure, level, series_of, share_point};
+use super::figure::{Drawn, Figure, WHOSE, level, over, series_of, share_point};
 use super::layout::{Layout, x_key};
 use super::lead::lead_outputs;
 use crate::plot::{PlotAxis, Style};
@@ -34,7 +34,7 @@ pub(super) fn coverage(study: &Study) -> Option<Drawn> {
     let names: Vec<&String> = largest.coverage.iter().map(|(name, _)| name).collect();
     let along = x_key(study);
     let of = if along.is_some() {
-        "the coefficient whose coverage is farthest from 95 %"
+        "the coefficient whose coverage is farthest from 95 %, named where that is certain"
     } else {
         "each coefficient"
     };
@@ -42,14 +42,30 @@ pub(super) fn coverage(study: &Study) -> Option<Drawn> {
         "How often the 95 % interval of a method holds the truth, for {of}, with Wilson's intervals; trials without a \
         standard error are left out."
     );
+    let layout = Layout::new(study, along, &[]);
     let distance = |coverage: &Coverage| (coverage.covered.share - NOMINAL).abs();
     Figure {
         name: "coverage",
-        title: "coverage",
+        title: &format!(
+            "share of 95 % intervals that hold the truth{}",
+            over(&layout)
+        ),
         what: &what,
+        end: &format!(" {WHOSE}"),
         x: along
             .is_none()
-            .then(|| PlotAxis::categories("coefficient", &names)),
+            .then(|| PlotAxis::categories("coefficient of the state space", &names)),
+        notes: &|i, cell| {
+            let output = study.output(cell, &outputs[i].1);
+            let all = output.iter().flat_map(|output| &output.coverage);
+            let worst = all.max_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)));
+            let certain = |of: &&(String, Coverage)| {
+                let covered = of.1.covered;
+                !(covered.low..=covered.high).contains(&NOMINAL)
+            };
+            let named = worst.filter(|of| along.is_some() && certain(of));
+            named.map_or_else(String::new, |(name, _)| name.clone())
+        },
         series: series_of(&outputs, Style::ErrorBars),
         points: &|i, cell, at| {
             let output = study.output(cell, &outputs[i].1);
@@ -69,7 +85,7 @@ pub(super) fn coverage(study: &Study) -> Option<Drawn> {
         },
         guides: &level("95 %", 100.0 * NOMINAL),
         ..Figure::new(
-            &Layout::new(study, along, &[]),
+            &layout,
             PlotAxis::linear("intervals that hold the truth, %"),
         )
     }

@@ -37,7 +37,7 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
         let sharing = Sharing { x: true, y: false };
         Drawn {
             name: name.to_owned(),
-            svg: small_multiples(&title, caption, &plots, 2, sharing),
+            picture: small_multiples(&title, caption, &plots, 2, sharing),
             caption: caption.to_owned(),
         }
     };
@@ -70,7 +70,7 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
 pub fn course_figures(summary: &Summary) -> Files {
     let drawn = courses(summary).into_iter();
     drawn
-        .map(|drawn| (format!("{}.svg", drawn.name), drawn.svg))
+        .map(|drawn| (format!("{}.svg", drawn.name), drawn.picture.wide))
         .collect()
 }
 

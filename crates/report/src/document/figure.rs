@@ -1,7 +1,7 @@
 //! A figure of a study: its specification, and the one way in which it is drawn.
 
-use super::layout::{Layout, panel_title, sheet};
-use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
+use super::layout::{Form, Layout, panel_title, sheet};
+use crate::plot::{Course, Picture, Plot, PlotAxis, Point, Series, Style};
 use crate::results::Study;
 use asobench_identification::metric::Share;
 use asobench_study::study::{CellSummary, Measure, measure};
@@ -11,8 +11,8 @@ use asobench_study::study::{CellSummary, Measure, measure};
 pub(super) struct Drawn {
     /// The file name without folder and extension.
     pub name: String,
-    /// The SVG document.
-    pub svg: String,
+    /// The figure.
+    pub picture: Picture,
     /// The caption.
     pub caption: String,
 }
@@ -47,8 +47,13 @@ pub(super) struct Figure<'a> {
     pub points: &'a dyn Fn(usize, &CellSummary, f64) -> Vec<Point>,
     /// Adds what is not a series over cells to the panel of some cells.
     pub guides: &'a dyn Fn(&[&CellSummary], Plot) -> Plot,
+    /// What is written beside the points of a series in a cell, where there is room; left out where it is what the
+    /// point before has.
+    pub notes: &'a dyn Fn(usize, &CellSummary) -> String,
+    /// The width and the columns.
+    pub form: Form,
     /// Changes the panels together, and says whether they are worth drawing.
-    pub finish: &'a dyn Fn(&mut [Plot]) -> bool,
+    pub finish: &'a dyn Fn(&mut Vec<Plot>) -> bool,
 }
 
 impl<'a> Figure<'a> {
@@ -69,6 +74,8 @@ impl<'a> Figure<'a> {
             series: Vec::new(),
             points: &|_, _, _| Vec::new(),
             guides: &|_, plot| plot,
+            notes: &|_, _| String::new(),
+            form: Form::default(),
             finish: &|_| true,
         }
     }
@@ -82,9 +89,13 @@ impl<'a> Figure<'a> {
             let mut plot = Plot::new(panel_title(panel, &cells), x, self.y.clone());
             plot.series.clone_from(&self.series);
             for (i, series) in plot.series.iter_mut().enumerate() {
-                let cells = cells.iter();
-                let points = cells.flat_map(|cell| (self.points)(i, cell, layout.at(study, cell)));
-                series.points = points.collect();
+                for cell in &cells {
+                    let points = (self.points)(i, cell, layout.at(study, cell));
+                    let note = (self.notes)(i, cell);
+                    series.notes.extend(points.iter().map(|_| note.clone()));
+                    series.points.extend(points);
+                }
+                only_changes(&mut series.notes);
             }
             (self.guides)(&cells, plot)
         };
@@ -104,13 +115,53 @@ impl<'a> Figure<'a> {
             Some(title) => title.to_owned(),
             None => format!("{}: {}", study.title(), self.title),
         };
-        let (svg, note) = sheet(&title, &format!("{of}{what}"), plots)?;
+        let (picture, note) = sheet(&title, &format!("{of}{what}"), plots, self.form)?;
         Some(Drawn {
             name: self.name.to_owned(),
-            svg,
+            picture,
             caption: format!("{what}{about}{note}{left_out}{}{end}", layout.held_text()),
         })
     }
+}
+
+/// Empties each text that is the same as the one before.
+fn only_changes(notes: &mut [String]) {
+    for i in (1..notes.len()).rev() {
+        if notes[i] == notes[i - 1] {
+            notes[i].clear();
+        }
+    }
+}
+
+/// Whose coefficients a table or figure has: in the state space `a` is not that of A(q).
+pub(super) const WHOSE: &str = "a_i is the paper's, in the last row of the companion matrix: minus the coefficient of \
+    q^-(n+1-i) in A(q). h_i is the coefficient of q^-i in B(q).";
+
+/// A measure as the subject of a sentence: "error of a". Its symbol stands on the axis.
+pub(super) fn subject(measure: Measure) -> &'static str {
+    match measure {
+        Measure::Ea => "error of a",
+        Measure::Eb => "error of b",
+        Measure::Eh => "error of h",
+        Measure::Ex0 => "error of x0",
+        Measure::ExMax => "largest error of the state",
+        Measure::ExRms => "rms error of the state",
+        Measure::ImpulseResponse => "error of the impulse response",
+        Measure::Theta => "error of theta at the end",
+        Measure::ThetaRms => "rms error of theta",
+        Measure::SpectralRadius => "spectral radius of the model",
+        measure => measure.label(),
+    }
+}
+
+/// "over N" for the setting along x; empty if nothing varies.
+pub(super) fn over(layout: &Layout) -> String {
+    let Some(key) = layout.x else {
+        return String::new();
+    };
+    let axis = key.axis_label();
+    let name = axis.split(',').next().unwrap_or_default();
+    format!(" over {name}")
 }
 
 /// Series for outputs, each with its place in the palette.

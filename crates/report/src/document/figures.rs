@@ -1,12 +1,13 @@
 //! The figures of a study, chosen by its content.
 
-use super::figure::{Drawn, Figure, level, quantile_note, series_of, y_axis};
+use super::figure::{Drawn, Figure, level, over, quantile_note, series_of, subject, y_axis};
 use super::layout::{Layout, x_of};
 use super::lead::{lead_figures, lead_outputs};
+use super::zip_plot::{Zipped, zip_plot};
 use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
-use crate::results::Study;
+use crate::results::{Study, place};
 use asobench_identification::metric::{Quantile, Statistics, Z};
-use asobench_study::study::file::Key;
+use asobench_study::study::file::{Key, Store};
 use asobench_study::study::{
     Better, CellSummary, ComparisonSummary, Measure, TheoryReference, measure,
 };
@@ -16,16 +17,22 @@ use asobench_study::text::number;
 const MOST_MARKS: usize = 4;
 
 /// Largest number of outputs whose bands can be told apart.
-pub(super) const BANDS: usize = 3;
+const BANDS: usize = 3;
+
+/// Largest number of outputs whose boxes have room side by side.
+const BOXES: usize = 4;
 
 /// With fewer trials than this, quartiles are drawn, because the interval of a median says little.
 const FEW: u64 = 100;
+
+/// Beyond every axis, but a number that it can place.
+pub(super) const BEYOND: f64 = 1e305;
 
 /// Largest number of pairs in a figure.
 const PAIRS: usize = 6;
 
 /// Largest number of figures of a study.
-const FIGURES: usize = 6;
+const FIGURES: usize = 7;
 
 /// The figures of a study, the most informative ones if there are too many.
 pub(super) fn figures(study: &Study) -> Vec<Drawn> {
@@ -43,6 +50,8 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
             .flatten(),
         first.and_then(|measure| ratios(study, measure)),
         super::coefficient_coverage::coverage(study),
+        zipped(study),
+        first.and_then(|measure| nested(study, measure)),
         super::coefficient_bias::bias(study),
         super::state_error::curves(study),
     ];
@@ -60,16 +69,60 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
     drawn
 }
 
-pub(super) fn quantiles(at: f64, statistics: &Statistics) -> Point {
-    let values = [
+/// The zip plot of a study that kept its trials and their intervals.
+fn zipped(study: &Study) -> Option<Drawn> {
+    let kept = study.file.store == Store::Trials && study.file.coverage;
+    kept.then(|| zip_plot(study, &Zipped::default()).ok())
+        .flatten()
+}
+
+/// The nested-loop plot of a study with more settings than other figures can show.
+fn nested(study: &Study, measure: Measure) -> Option<Drawn> {
+    let is_held = !Layout::new(study, x_of(study, measure), &[])
+        .held
+        .is_empty();
+    let fits = is_held && super::nested_loop::fits(study);
+    fits.then(|| super::nested_loop::nested_loop(study, measure, None, (None, None)))
+        .flatten()
+}
+
+/// The quantiles of a measure. One that falls among trials without the measure lies beyond the axis.
+pub(super) fn quantiles(at: f64, statistics: &Statistics, measure: Measure) -> Point {
+    let worst = match (measure.better(), measure.scale()) {
+        (Better::Smaller, measure::Scale::Log) => BEYOND,
+        _ => f64::NAN,
+    };
+    let value = |q: Quantile| if q.lost { worst } else { q.value };
+    let q50 = statistics.q50.value;
+    let [q05, q25, q75, q95] = [
         statistics.q05,
         statistics.q25,
-        statistics.q50,
         statistics.q75,
         statistics.q95,
     ]
-    .map(|q| q.value);
-    Point::quantiles(at, values)
+    .map(value);
+    Point::quantiles(at, [q05, q25, q50, q75, q95])
+}
+
+/// The part of a caption that explains a band or a box that is open at the top.
+pub(super) fn open_end(
+    study: &Study,
+    outputs: &[(usize, String)],
+    measure: Measure,
+) -> &'static str {
+    let mut cells = study.summary.cells.iter();
+    let is_open = cells.any(|cell| {
+        outputs.iter().any(|(_, label)| {
+            let statistics = study.statistics(cell, label, measure);
+            let found = statistics.filter(|_| is_shown(study, cell, label));
+            found.is_some_and(|of| of.q95.lost && !of.q50.lost)
+        })
+    });
+    if is_open && measure.better() == Better::Smaller && measure.scale() == measure::Scale::Log {
+        " Where it runs off the top, more than 5 % of the trials failed and rank as the worst."
+    } else {
+        ""
+    }
 }
 
 /// A value with its 95 % interval. On a logarithmic axis, it is the interval of the logarithm.
@@ -98,13 +151,12 @@ pub(super) fn is_shown(study: &Study, cell: &CellSummary, label: &str) -> bool {
 /// The part of a caption that says what is left out.
 pub(super) fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     let cells = || study.summary.cells.iter();
-    let failing = |cell: &&CellSummary| {
-        let mut labels = outputs.iter().map(|(_, label)| label);
-        labels.any(|label| {
-            study
-                .output(cell, label)
-                .is_some_and(|output| output.failed.low > 0.5)
-        })
+    let failing = |cell| {
+        let fails = move |label: &&String| {
+            let output = study.output(cell, label);
+            output.is_some_and(|output| output.failed.low > 0.5)
+        };
+        outputs.iter().map(|(_, label)| label).filter(fails)
     };
     let mut text = String::new();
     if cells().any(|cell| study.is_quiet(cell)) {
@@ -112,14 +164,30 @@ pub(super) fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
             " Cells without noise are in the table only: their errors are rounding errors.",
         );
     }
-    if cells()
-        .filter(|cell| !study.is_quiet(cell))
-        .any(|cell| failing(&cell))
-    {
-        text.push_str(" Left out: outputs that fail in more than half of the trials.");
+    let keys = study.varying();
+    let noisy = cells().filter(|cell| !study.is_quiet(cell));
+    let places = noisy.flat_map(|cell| failing(cell).map(move |label| (label, cell)));
+    let places: Vec<(&String, &CellSummary)> = places.collect();
+    let named = |(label, cell): &(&String, &CellSummary)| match place(cell, &keys).as_str() {
+        "" => (*label).clone(),
+        place => format!("{label} at {place}"),
+    };
+    let shown: Vec<String> = places.iter().take(PLACES).map(named).collect();
+    if !shown.is_empty() {
+        let more = match places.len() - shown.len() {
+            0 => String::new(),
+            more => format!("; and {more} more"),
+        };
+        text.push_str(&format!(
+            " Gaps are where more than half of the trials fail: {}{more}.",
+            shown.join("; ")
+        ));
     }
     text
 }
+
+/// Largest number of gaps that a caption names.
+const PLACES: usize = 4;
 
 /// Whether all points have the same x on an axis with room for more.
 pub(super) fn at_one_place(plots: &[Plot]) -> bool {
@@ -133,15 +201,59 @@ pub(super) fn at_one_place(plots: &[Plot]) -> bool {
     places.len() < 2 && !plots.iter().any(names)
 }
 
+/// "Error of a over N: median and middle 90 % of the trials".
+pub(super) fn title(measure: Measure, style: Style, layout: &Layout) -> String {
+    let (subject, over) = (subject(measure), over(layout));
+    match style {
+        Style::Band | Style::Boxes => {
+            format!("{subject}{over}, median and middle 90 % of the trials")
+        }
+        _ => format!("median {subject}{over}"),
+    }
+}
+
+/// How medians are drawn: with the spread of the trials if there are few outputs, or if the file says so.
+pub(super) fn style(
+    study: &Study,
+    measure: Measure,
+    layout: &Layout,
+    outputs: usize,
+    spread: Option<bool>,
+) -> Style {
+    let most = if layout.has_names { BOXES } else { BANDS };
+    let is_wanted = spread.or(study.file.spread).unwrap_or(outputs <= most);
+    match (is_wanted, layout.has_names) {
+        (true, true) => Style::Boxes,
+        (true, false) if measure.scale() != measure::Scale::Percent => Style::Band,
+        _ => Style::ErrorBars,
+    }
+}
+
+/// What a caption says of medians that are drawn so.
+pub(super) fn how(style: Style, layout: &Layout, outputs: usize) -> &'static str {
+    match style {
+        Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",
+        Style::Boxes => {
+            "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the \
+            median."
+        }
+        _ if layout.has_names && outputs > BOXES => {
+            "Medians with their 95 % intervals. With more than four outputs there are no boxes \
+            (`spread = true` in the file draws them)."
+        }
+        _ if !layout.has_names && outputs > BANDS => {
+            "Medians with their 95 % intervals. With more than three outputs there are no bands, which would hide \
+            each other (`spread = true` in the file draws them)."
+        }
+        _ => "Medians with their 95 % intervals.",
+    }
+}
+
 /// Medians of a measure over the axis, with the spread of the trials if there are few outputs.
 pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
     let layout = Layout::new(study, x_of(study, measure), &[]);
     let outputs = lead_outputs(study);
-    let style = match (layout.has_names, outputs.len()) {
-        (true, ..=4) => Style::Boxes,
-        (false, ..=BANDS) if measure.scale() != measure::Scale::Percent => Style::Band,
-        _ => Style::ErrorBars,
-    };
+    let style = style(study, measure, &layout, outputs.len(), None);
     let few = study.summary.cells.iter().all(|cell| cell.trials < FEW);
     let y = y_axis(measure);
     let point = |at: f64, statistics: &Statistics| match style {
@@ -151,28 +263,24 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
             Point::interval(at, middle, low, high)
         }
         Style::ErrorBars => estimate(at, statistics.q50, &y.scale),
-        _ => quantiles(at, statistics),
+        _ => quantiles(at, statistics, measure),
     };
     let name = measure.label();
     let what = match style {
-        Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",
-        Style::Boxes => {
-            "Boxes hold the middle half of the trials, whiskers the middle 90 %, the line is the \
-            median."
-        }
-        _ if few => "Medians with the middle half of the trials.",
-        _ if !layout.has_names && outputs.len() > BANDS => {
-            "Medians with their 95 % intervals; bands of more than three outputs would hide each other."
-        }
-        _ => "Medians with their 95 % intervals.",
+        Style::ErrorBars if few => "Medians with the middle half of the trials.",
+        _ => how(style, &layout, outputs.len()),
     };
     let limits = limits(study, &layout, measure);
+    let open = match style {
+        Style::ErrorBars => "",
+        _ => open_end(study, &outputs, measure),
+    };
     Figure {
         name: measure.name(),
-        title: name,
+        title: &title(measure, style, &layout),
         of: &format!("{name} by output. "),
         what,
-        left_out: &format!("{limits}{}", left_out(study, &outputs)),
+        left_out: &format!("{open}{limits}{}", left_out(study, &outputs)),
         end: &format!(" {}", quantile_note(study)),
         series: series_of(&outputs, style),
         points: &|i, cell, at| {
@@ -196,14 +304,17 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
 }
 
 /// The part of a caption that explains the lines of theory.
-fn limits(study: &Study, layout: &Layout, measure: Measure) -> &'static str {
+pub(super) fn limits(study: &Study, layout: &Layout, measure: Measure) -> &'static str {
     if is_crowded(study, layout) {
         return "";
     }
     let outputs = study.summary.cells.iter().flat_map(|cell| &cell.outputs);
     let mut known = outputs.filter(|output| output.theory.contains_key(&measure));
     match known.next() {
-        Some(_) => " Lines of theory and Cramer-Rao bounds are the medians expected for large N.",
+        Some(_) => {
+            " Theory and Cramer-Rao bounds are medians expected for large N; a bound is for noise with the poles of A or \
+                    with poles of its own."
+        }
         None => "",
     }
 }
@@ -214,7 +325,7 @@ fn is_crowded(study: &Study, layout: &Layout) -> bool {
 }
 
 /// Adds theory as N grows: the medians under the bounds, as one line if they agree, and the median of the last output.
-fn theory(
+pub(super) fn theory(
     study: &Study,
     layout: &Layout,
     measure: Measure,
@@ -248,9 +359,9 @@ fn theory(
         let close = |(a, b): (&Point, &Point)| (a.y / b.y - 1.0).abs() < 1e-6;
         a.len() == b.len() && a.iter().zip(b).all(close)
     };
-    let mut lines = vec![("bound, separate".to_owned(), separate)];
+    let mut lines = vec![("Cramer-Rao bound, own poles".to_owned(), separate)];
     if !agree(&shared, &lines[0].1) {
-        lines.insert(0, ("bound, shared".to_owned(), shared));
+        lines.insert(0, ("Cramer-Rao bound, poles of A".to_owned(), shared));
     }
     let is_new = lines.iter().all(|(_, points)| !agree(points, &own));
     let own = is_new.then(|| (format!("theory of {label}"), own));
@@ -263,7 +374,7 @@ fn theory(
 }
 
 /// Adds the bounds of the measure, and a slope of -1/2 if the file asks for slopes over this axis.
-fn references(
+pub(super) fn references(
     study: &Study,
     layout: &Layout,
     measure: Measure,
@@ -317,6 +428,7 @@ fn references(
 
 /// Ratios on the same trials, for the pairs that the file compares.
 fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
+    let layout = Layout::new(study, x_of(study, measure), &[]);
     let pairs = &study.file.compare[..study.file.compare.len().min(PAIRS)];
     let series = |[first, second]: &[String; 2]| {
         Series::new(
@@ -333,7 +445,7 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
     };
     Figure {
         name: &format!("ratio-{}", measure.name()),
-        title: &format!("{name} on the same trials"),
+        title: &format!("ratio of the {} on the same records{}", subject(measure), over(&layout)),
         what: &format!(
             "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals{better}."
         ),
@@ -353,10 +465,7 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
             near_one(plots);
             true
         },
-        ..Figure::new(
-            &Layout::new(study, x_of(study, measure), &[]),
-            PlotAxis::log(format!("median ratio of {name}")),
-        )
+        ..Figure::new(&layout, PlotAxis::log(format!("median ratio of {name}")))
     }
     .draw(study)
 }

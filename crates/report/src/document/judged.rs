@@ -152,16 +152,22 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
                 section.claim(&format!("\u{201c}{}\u{201d}{source}", claim.text));
             }
             section.paragraph(&sentence(claim));
-            for (i, Drawn { svg, caption, .. }) in pictures(study, claim).into_iter().enumerate() {
+            for (
+                i,
+                Drawn {
+                    picture, caption, ..
+                },
+            ) in pictures(study, claim).into_iter().enumerate()
+            {
                 let number = if i == 0 {
                     String::new()
                 } else {
                     format!("-{}", i + 1)
                 };
-                section.figure(&svg, &caption);
+                section.figure(&picture, &caption);
                 let path = format!("figures/{name}{number}.svg");
                 links.push((format!("claim-{}{number}.svg", claim.id), path.clone()));
-                files.push((path, svg));
+                files.push((path, picture.wide));
             }
             if claim.cells.is_empty() {
                 return;

@@ -1,7 +1,10 @@
 //! Chooses which setting is the axis, which make panels, and which are held.
 
 use super::extremes::{crowded, extremes};
-use crate::plot::{Course, Plot, PlotAxis, Scale, Sharing, Style, small_multiples};
+use super::figures::BEYOND;
+use crate::plot::{
+    Course, Picture, Plot, PlotAxis, Scale, Sharing, Style, multiples_of_width, small_multiples,
+};
 use crate::results::{Study, axis_label, place, value_name, words};
 use asobench_study::study::file::Key;
 use asobench_study::study::{CellSummary, Measure};
@@ -188,12 +191,14 @@ fn cut(plots: &mut [Plot]) {
                 .iter()
                 .flat_map(|point| [point.low, point.high])
         })
-        .filter(positive);
+        .filter(|y| positive(y) && *y < BEYOND);
     let (least, most) = ends
         .chain(values.iter().copied())
         .fold((low, high), |(least, most), y| (least.min(y), most.max(y)));
     let (above, below) = (most > WIDE * high, least * WIDE < low);
-    if above || below {
+    let points = || all().flat_map(|series| &series.points);
+    let open = points().any(|point| point.high >= BEYOND || point.quartiles[1] >= BEYOND);
+    if above || below || open {
         let top = if above {
             10_f64.powf((10.0 * high).log10().round())
         } else {
@@ -273,12 +278,27 @@ pub(super) fn panel_title(panel: &Choice, cells: &[&CellSummary]) -> String {
         .map_or_else(String::new, |cell| place(cell, &keys))
 }
 
+/// The form of a sheet where it is not the usual one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Form {
+    /// Its width in its own units.
+    pub width: Option<f64>,
+    /// The columns of its panels.
+    pub columns: Option<usize>,
+}
+
+/// A picture that is drawn in one way.
+pub(super) fn only(wide: String) -> Picture {
+    Picture { wide, narrow: None }
+}
+
 /// One plot, or several with a common legend, and a note for the caption on what is not drawn.
 pub(super) fn sheet(
     title: &str,
     description: &str,
     mut plots: Vec<Plot>,
-) -> Option<(String, String)> {
+    form: Form,
+) -> Option<(Picture, String)> {
     let shown: Vec<String> = plots
         .iter()
         .flat_map(|plot| &plot.series)
@@ -305,13 +325,28 @@ pub(super) fn sheet(
         [plot] => {
             title.clone_into(&mut plot.title);
             description.clone_into(&mut plot.description);
-            Some((plot.svg(), note))
+            let picture = match form.width {
+                Some(width) => only(plot.svg_of_width(width)),
+                None => plot.picture(),
+            };
+            Some((picture, note))
         }
         _ => {
-            let columns = if matches!(plots.len(), 3 | 5..) { 3 } else { 2 };
-            let sharing = Sharing { x: true, y: !apart };
-            let svg = small_multiples(title, description, &plots, columns, sharing);
-            Some((svg, note))
+            let usual = if matches!(plots.len(), 3 | 5..) { 3 } else { 2 };
+            let columns = form.columns.unwrap_or(usual);
+            let alike = plots
+                .windows(2)
+                .all(|pair| pair[0].y.scale == pair[1].y.scale);
+            let sharing = Sharing {
+                x: true,
+                y: !apart && alike,
+            };
+            let words = [title, description];
+            let picture = match form.width {
+                Some(width) => only(multiples_of_width(words, &plots, columns, sharing, width)),
+                None => small_multiples(title, description, &plots, columns, sharing),
+            };
+            Some((picture, note))
         }
     }
 }

@@ -1,11 +1,36 @@
 //! The outputs and measures that a study is about: figures and tables of the page begin with them.
 
 use crate::results::Study;
+use asobench_study::study::file::ClaimTable;
 use asobench_study::study::{Measure, OutputSummary};
 use std::collections::HashMap;
 
 /// Largest number of outputs in a figure.
 pub(super) const OUTPUTS: usize = 8;
+
+/// Measures in the table that a run ends with.
+pub(crate) const AT_THE_END: usize = 3;
+
+/// The measures in the table that a run ends with.
+pub(crate) fn shown_at_the_end(study: &Study) -> Vec<Measure> {
+    let mut all = measures(study);
+    all.truncate(AT_THE_END);
+    all
+}
+
+/// The measures of the study, beginning with those that its claims use.
+pub(crate) fn measures(study: &Study) -> Vec<Measure> {
+    let tests = study.file.claims.iter().flat_map(ClaimTable::all_tests);
+    let claimed = tests.flat_map(|test| test.measures());
+    let all = claimed.chain(study.file.measures.iter().copied());
+    let mut measures: Vec<Measure> = Vec::new();
+    for measure in all.filter(|measure| study.file.measures.contains(measure)) {
+        if !measures.contains(&measure) {
+            measures.push(measure);
+        }
+    }
+    measures
+}
 
 /// The outputs that figures and the page's tables show, with their places in the palette. If there are many, these are
 /// the outputs named by claims and the last pass of every other estimator.

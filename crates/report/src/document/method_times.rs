@@ -20,7 +20,7 @@ pub(super) fn times(study: &Study) -> Option<Drawn> {
     }
     Figure {
         name: "times",
-        title: "times",
+        title: "time of each method on one thread",
         what: "Median times on one thread; bars are quartiles. Only the times on this page depend on the machine that \
                ran the study.",
         series: series_of(&methods, Style::ErrorBars),

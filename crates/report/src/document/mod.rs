@@ -16,6 +16,7 @@ mod judged;
 mod layout;
 pub(crate) mod lead;
 mod method_times;
+mod nested_loop;
 mod paper;
 mod passes;
 mod simulated;
@@ -23,12 +24,13 @@ mod state_error;
 mod tables;
 #[cfg(test)]
 pub(super) mod tests;
+mod zip_plot;
 
 use super::folder::Files;
 use super::html::{Page, Section};
 use super::results::Study;
 use asobench_study::text::grouped;
-pub use chosen::{Chosen, chosen_figure};
+pub use chosen::{Chosen, Kind, Mark, chosen_figure, held};
 pub use courses::course_figures;
 use extremes::LongTable;
 use figure::Drawn;
@@ -151,13 +153,18 @@ fn figure(
     links: &mut Vec<(String, String)>,
     drawn: Option<Drawn>,
 ) {
-    let Some(Drawn { name, svg, caption }) = drawn else {
+    let Some(Drawn {
+        name,
+        picture,
+        caption,
+    }) = drawn
+    else {
         return;
     };
-    section.figure(&svg, &caption);
+    section.figure(&picture, &caption);
     let path = format!("figures/{}-{name}.svg", study.name);
     links.push((format!("{name}.svg"), path.clone()));
-    files.push((path, svg));
+    files.push((path, picture.wide));
 }
 
 /// A longer table is hidden until a click.

@@ -1,6 +1,6 @@
 //! Figures over the passes of an estimator: errors, and lost trials.
 
-use super::figure::{Drawn, Figure, quantile_note, series_of, share_point, y_axis};
+use super::figure::{Drawn, Figure, over, quantile_note, series_of, share_point, subject, y_axis};
 use super::layout::{Layout, x_key};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
 use crate::plot::{PlotAxis, Point, Series, Style};
@@ -60,7 +60,7 @@ pub(super) fn passes(study: &Study) -> Option<Drawn> {
     };
     Figure {
         name: "passes",
-        title: &format!("{} over the passes", measure.label()),
+        title: &format!("{} over the passes", subject(measure)),
         what: "Medians over the passes, bands hold the middle 90 % of the trials; pass 0 is least squares.",
         end: &format!(" {}", quantile_note(study)),
         x: Some(PlotAxis::linear("pass")),
@@ -106,9 +106,10 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
     } else {
         series_of(&outputs, style)
     };
+    let layout = Layout::new(study, x, &[]);
     Figure {
         name: "lost",
-        title: "failed or unstable",
+        title: &format!("share of lost trials{}", over(&layout)),
         what: "Lost trials: the estimate fails, or the model has a pole on or outside the unit circle, with Wilson's 95 % \
                intervals.",
         about: twice,
@@ -128,8 +129,8 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
             series.any(|series| series.points.iter().any(|point| point.y >= LEAST))
         },
         ..Figure::new(
-            &Layout::new(study, x, &[]),
-            PlotAxis::linear("failed or unstable, % of trials"),
+            &layout,
+            PlotAxis::linear("lost (failed or unstable), % of trials"),
         )
     }
     .draw(study)

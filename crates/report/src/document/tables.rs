@@ -2,7 +2,7 @@
 
 use super::columns::Columns;
 use super::extremes::LongTable;
-use super::lead::{lead_figures, lead_outputs};
+use super::lead::{lead_figures, lead_outputs, shown_at_the_end};
 use crate::html::CellText;
 use crate::results::{Study, axis_label, place};
 use asobench_identification::metric::{
@@ -71,7 +71,14 @@ fn outputs(study: &Study) -> impl Iterator<Item = (&CellSummary, &OutputSummary)
 /// Medians and RMSE of the leading measures and outputs, for the page.
 pub(super) fn overview(study: &Study) -> LongTable {
     let keys = study.varying();
-    let (measures, labels) = (lead_figures(study), lead_outputs(study));
+    let labels = lead_outputs(study);
+    // Those of the figures, and those of the table that a run ends with.
+    let mut measures = lead_figures(study);
+    for measure in shown_at_the_end(study) {
+        if !measures.contains(&measure) {
+            measures.push(measure);
+        }
+    }
     let rows = study.summary.cells.iter().flat_map(|cell| {
         let outputs = labels
             .iter()
@@ -105,7 +112,8 @@ pub(super) fn overview(study: &Study) -> LongTable {
         .table(
             "Medians and RMSE with their standard errors in units of the last digit. \"tail\": one \
              trial has more than a tenth of the sum of squares, so the RMSE means nothing; read the \
-             median. \"none\": the median falls among trials without the measure.",
+             median. \"none\": the median falls among trials without the measure, \
+             which failed, or for a time in which what it times did not come.",
             &format!("median {first}"),
         )
 }
@@ -181,7 +189,7 @@ pub(super) fn coverage(study: &Study) -> Option<LongTable> {
             "How many of a method's 95 % intervals hold the truth; how many hold the mean of its estimates (coverage \
              without bias); and the relative error of its reported standard error (root mean square) against the standard \
              deviation of its estimates. Trials without an interval are left out; the last column counts the trials with \
-             one.",
+             one. a_i is the paper's: minus the coefficient of q^-(n+1-i) in A(q); h_i is that of q^-i in B(q).",
             "covered",
         )
         .unless_empty()

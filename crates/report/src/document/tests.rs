@@ -113,6 +113,74 @@ fn of_many_names_a_figure_has_the_extremes() {
     assert!(page.len() < 400_000, "{}", page.len());
 }
 
+/// Three outputs have bands, four have none, and a key of the file decides otherwise.
+#[test]
+fn bands_follow_a_rule_and_a_key() {
+    let caption = |passes: &str, key: &str| {
+        let text = format!(
+            "measures = [\"e_a\"]\n{key}\n[settings]\nwindow = [98, 218, 998]\n[[methods]]\n\
+             estimator = \"iv\"\nreport = {passes}\n[[methods]]\nestimator = \"arx\"\n\
+             [[methods]]\nestimator = \"oe\"\n"
+        );
+        let mut study = study(&text);
+        for cell in &mut study.summary.cells {
+            cell.trials = 1000;
+        }
+        let drawn = figures::medians(&study, asobench_study::study::Measure::Ea);
+        drawn.expect("a figure").caption
+    };
+    let bands = "bands hold the middle 90 %";
+    let three = caption("[4]", "");
+    assert!(three.contains(bands), "{three}");
+    let four = caption("[0, 4]", "");
+    assert!(
+        four.contains("With more than three outputs there are no bands"),
+        "{four}"
+    );
+    assert!(caption("[0, 4]", "spread = true").contains(bands));
+    assert!(!caption("[4]", "spread = false").contains(bands));
+}
+
+/// A quantile among failed trials lies beyond the axis, and the caption says why.
+#[test]
+fn a_band_that_is_open_at_the_top_says_why() {
+    let mut study = study("measures = [\"e_a\"]\n[settings]\nwindow = [98, 218, 998]\n");
+    let measure = asobench_study::study::Measure::Ea;
+    let closed = figures::medians(&study, measure).expect("a figure");
+    assert!(
+        !closed.caption.contains("runs off the top"),
+        "{}",
+        closed.caption
+    );
+    for output in &mut study.summary.cells[1].outputs {
+        let statistics = output.measures.get_mut(&measure).expect("the measure");
+        (statistics.q95.value, statistics.q95.lost) = (f64::NAN, true);
+    }
+    let open = figures::medians(&study, measure).expect("a figure");
+    assert!(
+        open.caption.contains("more than 5 % of the trials failed"),
+        "{}",
+        open.caption
+    );
+    let svg = open.picture.wide;
+    assert!(
+        !svg.contains("NaN") && !svg.contains("inf") && !svg.contains("e305"),
+        "{svg}"
+    );
+}
+
+/// A gap names the output and the cell whose trials fail.
+#[test]
+fn a_gap_says_where_it_is() {
+    let mut study = study("measures = [\"e_a\"]\n[settings]\nwindow = [98, 218, 998]\n");
+    for output in &mut study.summary.cells[1].outputs {
+        output.failed = Share::new(90, 100);
+    }
+    let drawn = figures::medians(&study, asobench_study::study::Measure::Ea).expect("a figure");
+    let said = "Gaps are where more than half of the trials fail: ls at N = 218; iv(4) at N = 218.";
+    assert!(drawn.caption.contains(said), "{}", drawn.caption);
+}
+
 #[test]
 fn a_grid_of_many_settings_has_a_page() {
     let files = files_of(

@@ -1,6 +1,6 @@
 use super::*;
 use crate::markup::elements;
-use crate::plot::{Plot, PlotAxis, Point, Series, Style};
+use crate::plot::{Picture, Plot, PlotAxis, Point, Series, Style};
 
 /// The body of a page without its script. It is well-formed XML, which HTML need not be.
 fn body(html: &str) -> &str {
@@ -14,14 +14,16 @@ fn page() -> Page {
     page.introduction(|s| s.settings(&[("seed", "2023"), ("<i>", "</i>")]));
     let plot = Plot::new("t", PlotAxis::linear("k"), PlotAxis::linear("e"))
         .series(Series::new("a", Style::Line, vec![Point::new(0.0, 1.0)]))
-        .svg();
+        .picture();
     for id in ["c1", "c 2", "c 2", ""] {
         page.section(id, "Claim `x<y` & more", |s| {
             s.question("Is it <so>?");
             s.answer(Verdict::HoldsInPart, "N > 98 & `a<b`");
             s.heading("<h>");
             s.list(&["<li>", "`"]);
-            s.figure(&format!("<?xml version=\"1.0\"?>\n{plot}"), "e < 1");
+            let wide = format!("<?xml version=\"1.0\"?>\n{}", plot.wide);
+            let narrow = plot.narrow.clone();
+            s.figure(&Picture { wide, narrow }, "e < 1");
             s.details("more <of> it", |s| {
                 s.table(&Table::new("t", vec![Column::text("a")]));
                 s.code("a < b && c | d\n");

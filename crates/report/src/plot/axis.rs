@@ -33,8 +33,9 @@ pub(super) struct Span {
 
 /// Height of a line of labels.
 const LINE: f64 = super::metrics::LINE * TICK;
-/// Largest width of a name on a y axis.
-const WIDEST_NAME: f64 = 230.0;
+/// Largest width of a name on a y axis, and its largest share of the figure's width.
+pub(super) const WIDEST_NAME: f64 = 230.0;
+pub(super) const NAME_SHARE: f64 = 0.36;
 
 impl Span {
     fn new(axis: &PlotAxis, range: (f64, f64)) -> Self {
@@ -62,11 +63,11 @@ impl Span {
         span
     }
 
-    /// A vertical axis; the first name is at the top.
-    pub(super) fn y(axis: &PlotAxis, range: (f64, f64), length: f64) -> Self {
+    /// A vertical axis; the first name is at the top, and names are at most `widest` wide.
+    pub(super) fn y(axis: &PlotAxis, range: (f64, f64), length: f64, widest_name: f64) -> Self {
         let mut span = Self::new(axis, range);
         if let Scale::Categories(names) = &axis.scale {
-            let label = |name: &String| wrap(name, TICK, WIDEST_NAME).join("\n");
+            let label = |name: &String| wrap(name, TICK, widest_name).join("\n");
             span.ticks = (0..).map(f64::from).zip(names.iter().map(label)).collect();
             span.downwards = true;
         } else {
@@ -339,7 +340,7 @@ mod tests {
 
     #[test]
     fn known_values_are_at_known_places() {
-        let span = Span::y(&PlotAxis::log(""), (0.01, 100.0), 400.0);
+        let span = Span::y(&PlotAxis::log(""), (0.01, 100.0), 400.0, WIDEST_NAME);
         let known = [(0.01, 400), (0.1, 300), (1.0, 200), (100.0, 0)];
         for (value, place) in known.into_iter().chain([(-1.0, 12400)]) {
             assert_eq!(span.map(&value, (400, 0)), place);

@@ -16,14 +16,18 @@ use std::convert::Infallible;
 use std::ops::Add;
 use std::rc::Rc;
 
-/// Width of every figure in its own units.
-pub(super) const WIDTH: f64 = 900.0;
+/// Width of a figure in its own units, unless another is asked for.
+pub const WIDTH: f64 = 900.0;
+/// Width of a figure for a screen of 400 px, where one of [`WIDTH`] would have letters of 6 px.
+pub(super) const NARROW: f64 = 440.0;
 /// Size of a figure's title.
 pub(super) const TITLE: f64 = 18.0;
 /// Size of axis labels, legend and panel titles.
 pub(super) const LABEL: f64 = 15.0;
-/// Size of tick labels and notes.
+/// Size of tick labels and notes below the axes.
 pub(super) const TICK: f64 = 14.0;
+/// Size of notes beside points.
+pub(super) const NOTE: f64 = 12.0;
 
 /// The inks: class, light colour, dark colour.
 macro_rules! inks {
@@ -302,15 +306,17 @@ impl DrawingBackend for Svg {
 
 /// A figure under construction.
 pub(super) struct Canvas {
+    /// Width of the figure.
+    pub width: f64,
     svg: Svg,
     area: DrawingArea<Svg, Shift>,
 }
 
 impl Canvas {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(width: f64) -> Self {
         let svg = Svg::default();
         let area = svg.clone().into_drawing_area();
-        Self { svg, area }
+        Self { width, svg, area }
     }
 
     /// The area between two corners.
@@ -396,7 +402,7 @@ pub(super) fn bold(size: f64) -> TextStyle<'static> {
 /// The figure, or instead of it a figure with the reason why it could not be drawn.
 pub(super) fn finish(drawn: Drawn<String>) -> String {
     drawn.unwrap_or_else(|error| {
-        let (canvas, reason) = (Canvas::new(), format!("Not drawn: {error}"));
+        let (canvas, reason) = (Canvas::new(WIDTH), format!("Not drawn: {error}"));
         let text = escape(&reason);
         canvas
             .svg

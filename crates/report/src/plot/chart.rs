@@ -1,11 +1,13 @@
 //! Draws one plot: plotters' chart and mesh, with series and reference lines.
 
 use super::axis::Span;
-use super::backend::{Canvas, Drawn, FAINT, GRID, Svg, TEXT, TICK, plain, px};
+use super::backend::{Canvas, Drawn, FAINT, GRID, NOTE, Svg, TEXT, TICK, plain, px};
 use super::legend::{Legend, Look};
+use super::metrics;
 use super::thin::{envelope, thin};
 use super::{Course, Plot, Point, Scale, Series, Style};
 use plotters::prelude::*;
+use plotters::style::text_anchor::HPos;
 
 type Place = (i32, i32);
 
@@ -74,11 +76,12 @@ impl<'a> Chart<'a> {
         let cut = [left - 1.5, top - 1.5, right + 1.5, bottom + 1.5];
         self.shade()?;
         let (offsets, half) = self.berths();
-        for (series, offset) in self.plot.series.iter().zip(offsets) {
+        for (series, offset) in self.plot.series.iter().zip(offsets.iter().copied()) {
             let look = legend.look(&series.label);
             let pen = Pen {
                 chart: self,
                 look,
+                solid: self.plot.has_one_line(),
                 offset,
                 half,
             };
@@ -94,7 +97,53 @@ impl<'a> Chart<'a> {
                 let ends = self.reference(reference.course);
                 ends.map_or(Ok(()), |ends| self.canvas.line(ends, style))
             })
-        })
+        })?;
+        self.notes(&offsets)
+    }
+
+    /// Writes the notes of points where they hide no marker and no other note.
+    fn notes(&self, offsets: &[i32]) -> Drawn {
+        let middle = |point: &Point, offset: i32| {
+            self.x.coordinate(point.x).and(self.y.coordinate(point.y))?;
+            let (x, y) = self.context.backend_coord(&(point.x, point.y));
+            Some((f64::from(x + offset) / 10.0, f64::from(y) / 10.0))
+        };
+        let all = || self.plot.series.iter().zip(offsets);
+        let places = all().flat_map(|(series, offset)| {
+            let points = series.points.iter();
+            points.filter_map(move |point| middle(point, *offset))
+        });
+        let mut taken: Vec<[f64; 4]> = places
+            .map(|(x, y)| [x - 6.0, y - 6.0, x + 6.0, y + 6.0])
+            .collect();
+        let [left, top, right, bottom] = self.area;
+        for (series, offset) in all() {
+            for (point, note) in series.points.iter().zip(&series.notes) {
+                let Some((x, y)) = middle(point, *offset).filter(|_| !note.is_empty()) else {
+                    continue;
+                };
+                let half = metrics::width(note, NOTE) / 2.0;
+                let sides = [
+                    (x, y - 20.0),
+                    (x, y + 9.0),
+                    (x + half + 9.0, y - 5.0),
+                    (x - half - 9.0, y - 5.0),
+                ];
+                let free = sides.into_iter().find_map(|(x, y)| {
+                    let [x0, y0, x1, y1] = [x - half, y, x + half, y + NOTE];
+                    let inside = x0 > left && x1 < right && y0 > top && y1 < bottom;
+                    let apart = |b: &[f64; 4]| x1 < b[0] || b[2] < x0 || y1 < b[1] || b[3] < y0;
+                    (inside && taken.iter().all(apart)).then_some([x0, y0, x1, y1])
+                });
+                if let Some(place) = free {
+                    taken.push(place);
+                    let at = (f64::midpoint(place[0], place[2]), place[1] + 1.0);
+                    let text = std::slice::from_ref(note);
+                    self.canvas.text(text, &plain(NOTE), HPos::Center, at)?;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Shades a range of values, as far as the axis reaches.
@@ -160,6 +209,9 @@ impl<'a> Chart<'a> {
     pub(super) fn note(&self) -> String {
         let series = self.plot.series.iter();
         let series = series.filter(|series| series.style != Style::Region);
+        if self.plot.series.iter().all(|of| of.style == Style::Region) {
+            return String::new();
+        }
         let points = series.flat_map(|series| &series.points);
         let finite = |point: &&Point| point.x.is_finite() && point.y.is_finite();
         let points: Vec<&Point> = points.filter(finite).collect();
@@ -195,6 +247,8 @@ fn beside(series: &Series) -> bool {
 struct Pen<'a> {
     chart: &'a Chart<'a>,
     look: Look,
+    /// Whether lines are not dashed.
+    solid: bool,
     /// Offset of the marks, and half the space for a box.
     offset: i32,
     half: i32,
@@ -234,6 +288,7 @@ impl Pen<'_> {
             Style::Band => self.band(points).and_then(|()| self.polyline(points, 20)),
             Style::Region => self.regions(points),
             Style::ErrorBars | Style::Marks => self.error_bars(series),
+            Style::Spans => points.iter().try_for_each(|point| self.span(point)),
             Style::Boxes => points.iter().try_for_each(|point| self.quartiles(point)),
         }
     }
@@ -244,6 +299,7 @@ impl Pen<'_> {
         let parts = parts(points, |point| self.place(point.x, point.y));
         parts.iter().try_for_each(|part| match part[..] {
             [place] => canvas.draw(Circle::new(place, 25, self.look.ink().filled())),
+            _ if self.solid => canvas.line(thin(part), self.look.ink().stroke_width(width)),
             _ => canvas.line(thin(part), self.look.line(width)),
         })
     }
@@ -264,6 +320,15 @@ impl Pen<'_> {
             }
         }
         Ok(())
+    }
+
+    fn span(&self, point: &Point) -> Drawn {
+        let ends = [point.low, point.high].map(|x| self.place(x, point.y));
+        let [Some(from), Some(to)] = ends else {
+            return Ok(());
+        };
+        let style = self.look.ink().stroke_width(10);
+        self.chart.canvas.line([from, to], style)
     }
 
     fn regions(&self, points: &[Point]) -> Drawn {
@@ -356,12 +421,15 @@ fn parts<T>(points: &[Point], place: impl Fn(&Point) -> Option<T>) -> Vec<Vec<T>
 pub(super) fn values(plot: &Plot) -> [Vec<f64>; 2] {
     let (mut xs, mut ys) = (Vec::new(), Vec::new());
     let sideways = matches!(plot.y.scale, Scale::Categories(_));
-    for point in plot.series.iter().flat_map(|series| &series.points) {
-        xs.push(point.x);
-        ys.push(point.y);
-        let along = if sideways { &mut xs } else { &mut ys };
-        along.extend([point.low, point.high]);
-        along.extend(point.quartiles);
+    for series in &plot.series {
+        let sideways = sideways || series.style == Style::Spans;
+        for point in &series.points {
+            xs.push(point.x);
+            ys.push(point.y);
+            let along = if sideways { &mut xs } else { &mut ys };
+            along.extend([point.low, point.high]);
+            along.extend(point.quartiles);
+        }
     }
     for reference in &plot.references {
         match reference.course {

@@ -1,7 +1,7 @@
 //! A two-way grid of numbers, shaded by size: a chart of names by names. The shades are our own, because they must
 //! follow the page's colours.
 
-use super::axis::Span;
+use super::axis::{Span, WIDEST_NAME};
 use super::backend::{Canvas, Drawn, LABEL, TICK, TITLE, WIDTH, bold, finish, plain, px};
 use super::legend::{EDGE, Look};
 use super::metrics::{LINE, widest, wrap};
@@ -47,7 +47,7 @@ impl Heat {
     }
 
     fn draw(&self) -> Drawn<String> {
-        let canvas = Canvas::new();
+        let canvas = Canvas::new(WIDTH);
         let title = wrap(&self.title, 1.1 * TITLE, WIDTH - 2.0 * EDGE);
         let mut top = 24.0 + canvas.text(&title, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;
         // Rows are as high as the tallest text, columns as wide as the widest.
@@ -56,7 +56,7 @@ impl Heat {
             self.rows.len().max(1) as f64,
         );
         let names = |names: &[String]| PlotAxis::new("", Scale::Categories(names.to_vec()));
-        let y = Span::y(&names(&self.rows), (-0.5, rows - 0.5), 0.0);
+        let y = Span::y(&names(&self.rows), (-0.5, rows - 0.5), 0.0, WIDEST_NAME);
         let lines = self.cells().map(|cell| cell.text.lines().count());
         let height = (14.0 + LINE * TICK * lines.fold(y.most_lines(), usize::max) as f64) * rows;
         let left = EDGE + y.room.max(60.0);

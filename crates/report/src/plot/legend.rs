@@ -1,8 +1,6 @@
 //! The legend above the plots, and the look of each series. (plotters' own legend is a box that covers data.)
 
-use super::backend::{
-    COLOURS, Canvas, Drawn, LABEL, PAPER, WIDTH, at, plain, reference_ink, series_ink,
-};
+use super::backend::{COLOURS, Canvas, Drawn, LABEL, PAPER, at, plain, reference_ink, series_ink};
 use super::metrics::{widest, wrap};
 use super::{Plot, Style};
 use plotters::prelude::*;
@@ -54,18 +52,27 @@ impl Look {
     }
 
     /// Draws a sample of a series about a place.
-    fn sample(self, style: Style, canvas: &Canvas, (x, y): (i32, i32)) -> Drawn {
+    fn sample(self, style: Style, solid: bool, canvas: &Canvas, (x, y): (i32, i32)) -> Drawn {
+        let line = if solid {
+            self.ink().stroke_width(20)
+        } else {
+            self.line(20)
+        };
         let around = |half: i32| [(x - half, y - 80), (x + half, y + 80)];
         match style {
-            Style::Line => canvas.line([(x - 200, y), (x + 200, y)], self.line(20)),
+            Style::Line => canvas.line([(x - 200, y), (x + 200, y)], line),
             Style::Band | Style::Region => {
                 let [(left, top), (right, bottom)] = around(200);
                 let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
                 canvas.draw(Polygon::new(corners, self.ink().mix(0.16)))?;
                 match style {
                     Style::Region => Ok(()),
-                    _ => canvas.line([(left, y), (right, y)], self.line(20)),
+                    _ => canvas.line([(left, y), (right, y)], line),
                 }
+            }
+            Style::Spans => {
+                let style = self.ink().stroke_width(30);
+                canvas.line([(x - 200, y), (x + 200, y)], style)
             }
             Style::ErrorBars | Style::Marks => {
                 canvas.line([(x, y - 90), (x, y + 90)], self.ink().stroke_width(12))?;
@@ -82,7 +89,8 @@ impl Look {
 /// The labels of all panels in order of appearance, with the look of each series.
 #[derive(Debug)]
 pub(super) struct Legend<'a> {
-    series: Vec<(&'a str, Style, Look)>,
+    /// Label, style, look, and whether its lines are never dashed.
+    series: Vec<(&'a str, Style, Look, bool)>,
     references: Vec<&'a str>,
 }
 
@@ -95,11 +103,13 @@ impl<'a> Legend<'a> {
         let all = || plots.iter().flat_map(|plot| &plot.series);
         let taken: Vec<usize> = all().filter_map(|series| series.slot).collect();
         let mut free = (0..).filter(|slot| !taken.contains(slot));
-        let mut series: Vec<(&str, Style, Look)> = Vec::new();
+        let mut series: Vec<(&str, Style, Look, bool)> = Vec::new();
         for item in all() {
             if series.iter().all(|(label, ..)| *label != item.label) {
                 let slot = item.slot.or_else(|| free.next()).unwrap_or(0);
-                series.push((&item.label, item.style, Look(slot)));
+                let here = |plot: &&Plot| plot.series.iter().any(|of| of.label == item.label);
+                let solid = plots.iter().filter(here).all(Plot::has_one_line);
+                series.push((&item.label, item.style, Look(slot), solid));
             }
         }
         let mut references: Vec<&str> = Vec::new();
@@ -114,7 +124,7 @@ impl<'a> Legend<'a> {
     /// The look of a series.
     pub(super) fn look(&self, label: &str) -> Look {
         let known = self.series.iter().find(|(other, ..)| *other == label);
-        known.map_or(Look(0), |(.., look)| *look)
+        known.map_or(Look(0), |(_, _, look, _)| *look)
     }
 
     /// The style of a reference line.
@@ -130,21 +140,23 @@ impl<'a> Legend<'a> {
         let series = self
             .series
             .iter()
-            .map(|(label, style, look)| (*label, Some((*style, *look))));
+            .map(|(label, style, look, solid)| (*label, Some((*style, *look, *solid))));
         let references = self.references.iter().map(|label| (*label, None));
         let (mut x, mut y, mut end) = (EDGE, top, top);
         for (label, look) in series
             .chain(references)
             .filter(|(label, _)| !label.is_empty())
         {
-            let lines = wrap(label, LABEL, WIDTH - 2.0 * EDGE - TEXT);
+            let lines = wrap(label, LABEL, canvas.width - 2.0 * EDGE - TEXT);
             let width = TEXT + widest(lines.iter().map(String::as_str), LABEL);
-            if x > EDGE && x + width > WIDTH - EDGE {
+            if x > EDGE && x + width > canvas.width - EDGE {
                 (x, y) = (EDGE, end);
             }
             let (left, height) = at((x, y + 11.0));
             match look {
-                Some((style, look)) => look.sample(style, canvas, (left + 200, height))?,
+                Some((style, look, solid)) => {
+                    look.sample(style, solid, canvas, (left + 200, height))?;
+                }
                 None => canvas.line(
                     [(left, height), (left + 400, height)],
                     self.reference(label),

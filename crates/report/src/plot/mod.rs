@@ -22,7 +22,7 @@ mod thin;
 #[cfg(test)]
 mod tests;
 
-pub use backend::STYLE;
+pub use backend::{STYLE, WIDTH};
 pub use heat::{Heat, HeatCell};
-pub use multiples::{Sharing, small_multiples};
+pub use multiples::{Picture, Sharing, multiples_of_width, small_multiples};
 pub use spec::{Course, Plot, PlotAxis, Point, Reference, Scale, Series, Style};

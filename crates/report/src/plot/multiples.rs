@@ -1,7 +1,7 @@
 //! Draws one plot, or several in a grid with one legend.
 
 use super::axis::{self, Span};
-use super::backend::{Canvas, Drawn, LABEL, TICK, TITLE, WIDTH, bold, finish, plain};
+use super::backend::{Canvas, Drawn, LABEL, NARROW, TICK, TITLE, WIDTH, bold, finish, plain};
 use super::chart::{Chart, values};
 use super::legend::{EDGE, Legend};
 use super::metrics::{LINE, wrap};
@@ -25,15 +25,46 @@ pub fn small_multiples(
     panels: &[Plot],
     columns: usize,
     sharing: Sharing,
-) -> String {
-    let columns = columns.clamp(1, panels.len().max(1));
-    finish(Sheet::new(panels, columns, sharing, true).draw(title, description))
+) -> Picture {
+    let draw = |width| multiples_of_width([title, description], panels, columns, sharing, width);
+    Picture {
+        wide: draw(WIDTH),
+        narrow: Some(draw(NARROW)),
+    }
 }
 
-/// Draws one plot as an SVG document.
-pub(super) fn single(plot: &Plot) -> String {
-    let sheet = Sheet::new(std::slice::from_ref(plot), 1, Sharing::default(), false);
-    finish(sheet.draw(&plot.title, &plot.description))
+/// The same as an SVG document of a given width in its own units. Fewer columns are drawn where panels would be
+/// narrower than [`LEAST`].
+pub fn multiples_of_width(
+    [title, description]: [&str; 2],
+    panels: &[Plot],
+    columns: usize,
+    sharing: Sharing,
+    width: f64,
+) -> String {
+    let fit = (width / LEAST).max(1.0) as usize;
+    let mut columns = columns.clamp(1, panels.len().max(1)).min(fit);
+    let mut sheet = Sheet::new(panels, columns, sharing, true, width);
+    // Beside long names there may be no room for another column.
+    while columns > 1 && sheet.width < LEAST_AXIS {
+        columns -= 1;
+        sheet = Sheet::new(panels, columns, sharing, true, width);
+    }
+    finish(sheet.draw(title, description))
+}
+
+/// Least width of a panel with its axis.
+const LEAST: f64 = 210.0;
+/// Least length of an x axis beside another panel.
+const LEAST_AXIS: f64 = 110.0;
+
+/// A figure as SVG documents: for a page, and where it can be drawn so, for a narrow screen.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// For a page, and as a file.
+    pub wide: String,
+    /// The same figure with letters of the same size on less than half of the width.
+    pub narrow: Option<String>,
 }
 
 /// Space to the right of the axes, for half of the last label.
@@ -44,6 +75,8 @@ struct Sheet<'a> {
     columns: usize,
     sharing: Sharing,
     titled: bool,
+    /// Width of the whole figure.
+    whole: f64,
     /// The axes of every panel.
     spans: Vec<[Span; 2]>,
     /// Left margins of the columns.
@@ -54,12 +87,13 @@ struct Sheet<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    fn new(panels: &'a [Plot], columns: usize, sharing: Sharing, titled: bool) -> Self {
+    fn new(panels: &'a [Plot], columns: usize, sharing: Sharing, titled: bool, whole: f64) -> Self {
         let wanted = ranges(panels, sharing);
         let names = panels.iter().map(|plot| Span::least_height(&plot.y));
         let usual = match (panels.len(), columns) {
             // A few rows need less than the usual height.
             (1, _) if names.clone().all(|height| height > 0.0) => 100.0,
+            (0 | 1, _) if whole < WIDTH => 300.0,
             (0 | 1, _) => 380.0,
             (_, 1 | 2) => 270.0,
             _ => 210.0,
@@ -67,7 +101,8 @@ impl<'a> Sheet<'a> {
         let height = names.fold(usual, f64::max);
         let mut overhangs = vec![0.0_f64; columns];
         let (mut margins, mut x, mut y) = (Vec::new(), Vec::new(), Vec::new());
-        let mut width = WIDTH / columns as f64;
+        let widest_name = f64::min(axis::WIDEST_NAME, axis::NAME_SHARE * whole);
+        let mut width = whole / columns as f64;
         // Repeated, because turned labels may need more space at the left, which depends on the remaining width. The
         // same holds for equal units.
         for _ in 0..3 {
@@ -83,7 +118,7 @@ impl<'a> Sheet<'a> {
                 .collect();
             let pairs = || panels.iter().zip(&ranges);
             y = pairs()
-                .map(|(plot, range)| Span::y(&plot.y, range[1], height))
+                .map(|(plot, range)| Span::y(&plot.y, range[1], height, widest_name))
                 .collect::<Vec<Span>>();
             // Space for the y labels of a column.
             let margin = |column: usize| {
@@ -97,7 +132,7 @@ impl<'a> Sheet<'a> {
                 f64::max(EDGE + room, overhangs[column])
             };
             margins = (0..columns).map(margin).collect();
-            width = (WIDTH - margins.iter().sum::<f64>()) / columns as f64 - RIGHT;
+            width = (whole - margins.iter().sum::<f64>()) / columns as f64 - RIGHT;
             x = pairs()
                 .map(|(plot, range)| Span::x(&plot.x, range[0], width))
                 .collect::<Vec<Span>>();
@@ -113,6 +148,7 @@ impl<'a> Sheet<'a> {
             columns,
             sharing,
             titled,
+            whole,
             spans,
             margins,
             width,
@@ -121,15 +157,15 @@ impl<'a> Sheet<'a> {
     }
 
     fn draw(&self, title: &str, description: &str) -> Drawn<String> {
-        let canvas = Canvas::new();
+        let canvas = Canvas::new(self.whole);
         let legend = Legend::new(self.panels);
-        let lines = wrap(title, 1.1 * TITLE, WIDTH - 2.0 * EDGE);
+        let lines = wrap(title, 1.1 * TITLE, self.whole - 2.0 * EDGE);
         let mut y = 20.0 + canvas.text(&lines, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;
         y = 8.0 + legend.draw(&canvas, y)?;
         for row in 0..self.panels.len().div_ceil(self.columns) {
             y = self.draw_row(&canvas, &legend, row * self.columns, y)?;
         }
-        Ok(canvas.document(WIDTH, y + 6.0, [title, description]))
+        Ok(canvas.document(self.whole, y + 6.0, [title, description]))
     }
 
     /// Draws the row that begins with panel `first` below `top`; returns its lower end.
@@ -225,7 +261,7 @@ fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
 /// Space beside the values of x: none for lines, some for markers, more for boxes.
 fn room_of_x(plot: &Plot) -> f64 {
     let rooms = plot.series.iter().map(|series| match series.style {
-        Style::Line | Style::Band | Style::Region => 0.0,
+        Style::Line | Style::Band | Style::Region | Style::Spans => 0.0,
         Style::ErrorBars | Style::Marks => 0.06,
         Style::Boxes => 0.12,
     });
@@ -233,8 +269,28 @@ fn room_of_x(plot: &Plot) -> f64 {
 }
 
 impl Plot {
+    /// The plot as an SVG document of a given width in its own units, of which a letter of its labels has 15.
+    pub fn svg_of_width(&self, width: f64) -> String {
+        let sheet = Sheet::new(
+            std::slice::from_ref(self),
+            1,
+            Sharing::default(),
+            false,
+            width,
+        );
+        finish(sheet.draw(&self.title, &self.description))
+    }
+
     /// The plot as an SVG document.
     pub fn svg(&self) -> String {
-        single(self)
+        self.svg_of_width(WIDTH)
+    }
+
+    /// The plot for a page and for a narrow screen.
+    pub fn picture(&self) -> Picture {
+        Picture {
+            wide: self.svg(),
+            narrow: Some(self.svg_of_width(NARROW)),
+        }
     }
 }

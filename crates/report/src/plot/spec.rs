@@ -117,6 +117,8 @@ pub enum Style {
     ErrorBars,
     /// Markers with bars, not joined and not side by side.
     Marks,
+    /// A thin horizontal line for each point, from one end of its interval to the other, which are values of x.
+    Spans,
     /// Boxes between the quartiles with the median, whiskers over the interval. Boxes of several
     /// series at one place are drawn side by side.
     Boxes,
@@ -133,6 +135,8 @@ pub struct Series {
     pub points: Vec<Point>,
     /// The place in the palette, so that an estimator looks the same in every figure; if `None`, the first free one.
     pub slot: Option<usize>,
+    /// A short text beside each point, drawn where there is room for it; empty where there is none.
+    pub notes: Vec<String>,
 }
 
 impl Series {
@@ -143,6 +147,7 @@ impl Series {
             style,
             points,
             slot: None,
+            notes: Vec::new(),
         }
     }
 
@@ -222,6 +227,12 @@ impl Plot {
     pub fn series(mut self, series: Series) -> Self {
         self.series.push(series);
         self
+    }
+
+    /// Whether there is nothing that a line could be confused with, so that it needs no dashes.
+    pub(super) fn has_one_line(&self) -> bool {
+        let drawn = |series: &&Series| !series.points.is_empty() && series.style != Style::Region;
+        self.series.iter().filter(drawn).count() == 1
     }
 
     /// Returns the plot with one more reference line.

@@ -100,7 +100,7 @@ fn degenerate_series_of_every_style_are_well_formed_and_say_so() {
             assert!(!svg.contains("No defined value."));
         }
     }
-    let empty = small_multiples("t", "", &[], 3, Sharing::default());
+    let empty = small_multiples("t", "", &[], 3, Sharing::default()).wide;
     assert_eq!(count(&empty, "title"), 1);
 }
 
@@ -133,9 +133,10 @@ fn crowded() -> Vec<String> {
         let panels = vec![plot.clone(); 5];
         let panels = |sharing| small_multiples(long, "", &panels, 3, sharing);
         let shared = Sharing { x: true, y: true };
-        [plot.svg(), panels(Sharing::default()), panels(shared)]
+        let pictures = [plot.picture(), panels(Sharing::default()), panels(shared)];
+        pictures.map(|of| [of.wide, of.narrow.expect("it is drawn")])
     });
-    figures.collect()
+    figures.flatten().collect()
 }
 
 #[test]
@@ -155,6 +156,97 @@ fn no_texts_overlap_or_leave_the_figure() {
             }
         }
     }
+}
+
+/// A screen of 400 px has 376 px for a figure, so a letter of a tick is 12 px high in the narrow one.
+#[test]
+fn on_a_narrow_screen_letters_are_as_large() {
+    for picture in [bands().picture(), panels_of(1), panels_of(3), panels_of(12)] {
+        let narrow = picture.narrow.expect("it is drawn");
+        let scale = 376.0 / number(&narrow, "width");
+        let sizes = narrow.split("font-size=\"").skip(1);
+        let sizes = sizes.filter_map(|part| part.split('"').next()?.parse().ok());
+        let least = sizes.fold(f64::INFINITY, f64::min);
+        assert!(least * scale >= 11.5, "{}", least * scale);
+    }
+}
+
+fn panels_of(count: usize) -> Picture {
+    small_multiples(
+        "t",
+        "",
+        &vec![bands(); count],
+        3,
+        Sharing { x: true, y: true },
+    )
+}
+
+fn bands() -> Plot {
+    let point = |i| {
+        Point::interval(
+            f64::from(i),
+            f64::from(i),
+            f64::from(i) - 1.0,
+            f64::from(i) + 1.0,
+        )
+    };
+    let series = |name| Series::new(name, Style::Band, (1..9).map(point).collect());
+    let mut plot = Plot::new("t", PlotAxis::linear("N, samples"), PlotAxis::linear("e"));
+    plot.series = ["a", "b"].map(series).to_vec();
+    plot
+}
+
+/// Notes stand beside their points, on no marker and on no other note; where there is no room there is none.
+#[test]
+fn notes_hide_nothing() {
+    let points = |n: u32| {
+        (0..n)
+            .map(|i| Point::new(f64::from(i), f64::from(i % 3)))
+            .collect()
+    };
+    let svg = |n: u32| {
+        let mut series = Series::new("", Style::ErrorBars, points(n));
+        series.notes = (0..n).map(|i| format!("note{i}")).collect();
+        Plot::new("t", PlotAxis::linear("x"), PlotAxis::linear("y"))
+            .series(series)
+            .svg()
+    };
+    let few = svg(6);
+    assert_eq!(few.matches(">note").count(), 6, "{few}");
+    let many = svg(400);
+    let notes: Vec<_> = texts(&many)
+        .into_iter()
+        .filter(|(_, text)| text.starts_with("note"))
+        .collect();
+    assert!(!notes.is_empty() && notes.len() < 400);
+    for (i, (a, text)) in notes.iter().enumerate() {
+        for (b, other) in &notes[..i] {
+            let apart = a[0] >= b[2] || b[0] >= a[2] || a[1] >= b[3] || b[1] >= a[3];
+            assert!(apart, "'{text}' {a:?} on '{other}' {b:?}");
+        }
+    }
+}
+
+/// A line that is alone in its panel has no dashes; beside another it has them.
+#[test]
+fn a_lone_line_is_solid() {
+    let line = |slot| {
+        let points = vec![
+            Point::new(0.0, 0.0),
+            Point::new(1.0, 1.0),
+            Point::new(2.0, 0.0),
+        ];
+        Series::new("e", Style::Line, points).slot(slot)
+    };
+    let plot = |series: &[Series]| {
+        let mut plot = Plot::new("t", PlotAxis::linear("x"), PlotAxis::linear("y"));
+        plot.series = series.to_vec();
+        plot.svg()
+    };
+    assert!(!plot(&[line(1)]).contains("stroke-dasharray"));
+    let mut other = line(0);
+    other.label = "measured".to_owned();
+    assert!(plot(&[other, line(1)]).contains("stroke-dasharray"));
 }
 
 #[test]
@@ -182,7 +274,7 @@ fn figures_have_no_id_and_escape_every_text() {
         cells: vec![vec![Some(cell)]],
     };
     let panels = [plot.clone(), plot.clone(), plot.clone()];
-    let sheet = small_multiples(hostile, hostile, &panels, 2, sharing);
+    let sheet = small_multiples(hostile, hostile, &panels, 2, sharing).wide;
     for svg in [plot.svg(), sheet, heat.svg()] {
         assert!(count(&svg, "text") > 4);
         assert!(!svg.contains(" id=") && !svg.contains("<b>"));
@@ -333,7 +425,7 @@ fn equal_units_keep_a_square_a_square() {
             .series(Series::new("", Style::Line, vec![Point::new(0.5, 0.5)]));
         plot.equal_units = true;
         let panels = [plot.clone(), plot.clone()];
-        let pair = small_multiples("t", "", &panels, 2, Sharing::default());
+        let pair = small_multiples("t", "", &panels, 2, Sharing::default()).wide;
         for svg in [plot.svg(), pair] {
             let places = course_of(&svg, "fill-opacity=\"0.16\"");
             let next = places[2..].iter().chain(&places[..2]);

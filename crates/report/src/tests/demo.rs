@@ -4,7 +4,7 @@
 use crate::html::{CellText, Column, Page, Table, Verdict};
 use crate::markup::elements;
 use crate::plot::{
-    Course, Heat, HeatCell, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples,
+    Course, Heat, HeatCell, Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples,
 };
 use crate::uncertain;
 
@@ -152,7 +152,7 @@ fn distribution() -> Plot {
     plot
 }
 
-fn panels() -> String {
+fn panels() -> Picture {
     let panel = |(i, noise_name): (usize, &str)| {
         let mut plot = rates();
         plot.title = format!("Noise {noise_name}");
@@ -203,37 +203,40 @@ fn grid() -> Heat {
     }
 }
 
-fn figures() -> Vec<(&'static str, String, &'static str)> {
+fn figures() -> Vec<(&'static str, Picture, &'static str)> {
     let few = ["1/A(q)", "white", "AR(1)", "burst of outliers"];
     let many: Vec<String> = (0..14).map(|i| format!("estimator number {i}")).collect();
     let many: Vec<&str> = many.iter().map(String::as_str).collect();
     vec![
         (
             "rates",
-            rates().svg(),
+            rates().picture(),
             "Bars are 95 % intervals of the median.",
         ),
         (
             "bands",
-            bands().svg(),
+            bands().picture(),
             "Before `k = N` there is no estimate.",
         ),
-        ("boxes", boxes(&few).svg(), "No estimate at AR(1)."),
+        ("boxes", boxes(&few).picture(), "No estimate at AR(1)."),
         (
             "many",
-            boxes(&many).svg(),
+            boxes(&many).picture(),
             "Names that do not fit are turned.",
         ),
-        ("shares", shares().svg(), "Bars are 95 % intervals."),
+        ("shares", shares().picture(), "Bars are 95 % intervals."),
         (
             "distribution",
-            distribution().svg(),
+            distribution().picture(),
             "Eight series, more than colours.",
         ),
         ("panels", panels(), "The dotted line has slope -1/2."),
         (
             "grid",
-            grid().svg(),
+            Picture {
+                wide: grid().svg(),
+                narrow: None,
+            },
             "Digits in parentheses are standard errors.",
         ),
     ]
@@ -380,6 +383,6 @@ fn a_page_of_everything_is_well_formed_and_always_the_same() {
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("demo.html"), html).unwrap();
     for (name, svg, _) in figures() {
-        std::fs::write(folder.join(name).with_extension("svg"), svg).unwrap();
+        std::fs::write(folder.join(name).with_extension("svg"), svg.wide).unwrap();
     }
 }

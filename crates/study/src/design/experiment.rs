@@ -187,6 +187,7 @@ pub fn design_of(file: &Value) -> Value {
         "trials",
         "looks",
         "timing",
+        "spread",
         "quick",
     ];
     let mut design = file.clone();

@@ -5,6 +5,7 @@ pub(crate) mod coefficients;
 pub(crate) mod course_summary;
 pub(crate) mod curves;
 pub(crate) mod folder;
+pub(crate) mod interval_table;
 pub(crate) mod looks;
 pub(crate) mod method_times;
 pub(crate) mod outcomes;

@@ -4,7 +4,9 @@ use super::{Row, Scan};
 use crate::cli::estimate::{Report, page};
 use crate::estimator::Criterion;
 use crate::report::html::{CellText, Column, Table};
-use crate::report::plot::{Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
+use crate::report::plot::{
+    Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples,
+};
 use crate::text::rounded;
 
 /// The most lines that a picture can tell apart. With more delays, it shows only the best delay of each order.
@@ -28,7 +30,7 @@ struct Quantity<'a> {
 
 impl Scan {
     /// Draws criteria and FIT over the order.
-    pub(in crate::cli::estimate) fn picture(&self) -> String {
+    pub(in crate::cli::estimate) fn picture(&self) -> Picture {
         let criteria = Criterion::ALL.iter().enumerate().map(|(i, criterion)| {
             self.plot(&Quantity {
                 name: criterion.heading(),

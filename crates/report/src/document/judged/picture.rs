@@ -2,7 +2,8 @@
 
 use super::words::{heading, levels, place, unit};
 use crate::document::figure::Drawn;
-use crate::document::layout::{Choice, Layout, panel_title, sheet};
+use crate::document::figures::BEYOND;
+use crate::document::layout::{Choice, Form, Layout, panel_title, sheet};
 use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::results::Study;
 use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compared};
@@ -36,20 +37,57 @@ struct Mark<'a> {
     interval: [f64; 2],
 }
 
-/// Beyond every axis, but a number that it can place: a bar to it ends at the edge, without a cap.
-const BEYOND: f64 = 1e305;
-
-/// A figure for each test of a claim, at most `PICTURES`.
+/// A figure for each test of a claim, at most `PICTURES`. Tests with the same condition share one if their numbers are
+/// few, so that a claim about one cell has one.
 pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
-    let tests = claim.tests.iter().enumerate().take(PICTURES);
-    tests
-        .filter_map(|(i, test)| Picture::new(claim, i, test).draw(study))
+    let groups = groups(claim).into_iter().take(PICTURES);
+    groups
+        .filter_map(|tests| Picture::new(claim, tests).draw(study))
         .collect()
+}
+
+/// The tests by picture.
+fn groups(claim: &Judged) -> Vec<Vec<usize>> {
+    let numbers = claim.cells.iter().flat_map(|cell| &cell.numbers);
+    let few = numbers.count() <= ROWS;
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (i, test) in claim.tests.iter().enumerate() {
+        let alike = |group: &&mut Vec<usize>| {
+            let first = &claim.tests[group[0]];
+            few && first.scale == test.scale && first.limits == test.limits
+        };
+        match groups.iter_mut().find(alike) {
+            Some(group) => group.push(i),
+            None => groups.push(vec![i]),
+        }
+    }
+    groups
+}
+
+/// What the tests of a picture look at: the words that all begin with, without prepositions at their end.
+fn common(claim: &Judged, tests: &[usize]) -> String {
+    let all = tests.iter().filter_map(|i| claim.tests.get(*i));
+    let all: Vec<&str> = all.map(|test| test.what.trim_end_matches(',')).collect();
+    let first: Vec<&str> = all
+        .first()
+        .map_or(Vec::new(), |what| what.split(' ').collect());
+    let same = |i: &usize| {
+        all.iter()
+            .all(|what| what.split(' ').nth(*i) == first.get(*i).copied())
+    };
+    let count = (0..first.len()).take_while(same).count();
+    let mut words = first[..count].to_vec();
+    while let Some("with" | "of" | "to" | "the" | "than" | "over") = words.last().copied() {
+        words.pop();
+    }
+    words.join(" ")
 }
 
 struct Picture<'a> {
     claim: &'a Judged,
     test: &'a JudgedTest,
+    /// What its tests look at.
+    what: String,
     marks: Vec<Mark<'a>>,
     /// Number of cells without a number that can be drawn.
     left: usize,
@@ -58,12 +96,13 @@ struct Picture<'a> {
 }
 
 impl<'a> Picture<'a> {
-    fn new(claim: &'a Judged, index: usize, test: &'a JudgedTest) -> Self {
+    fn new(claim: &'a Judged, tests: Vec<usize>) -> Self {
+        let test = &claim.tests[tests[0]];
         let unit = unit(test);
         let numbers = || {
             let all = claim.cells.iter();
             all.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)))
-                .filter(|(_, number)| number.test == index)
+                .filter(|(_, number)| tests.contains(&number.test))
         };
         let limits = test.limits.iter().filter(|limit| limit.is_finite());
         let log = test.scale == Compared::Ratio
@@ -83,6 +122,7 @@ impl<'a> Picture<'a> {
         let left = claim.cells.iter().filter(seen).count();
         let mut picture = Self {
             claim,
+            what: common(claim, &tests),
             test,
             marks,
             left,
@@ -143,7 +183,7 @@ impl<'a> Picture<'a> {
     }
 
     fn axis(&self) -> PlotAxis {
-        let what = heading(self.test.what.trim_start_matches("the "));
+        let what = heading(self.what.trim_start_matches("the "));
         let (low, high) = self.ends();
         if self.log {
             let axis = PlotAxis::log(what);
@@ -207,7 +247,10 @@ impl<'a> Picture<'a> {
     }
 
     fn draw(&self, study: &Study) -> Option<Drawn> {
-        let title = format!("{}: {}", self.claim.id, heading(&self.test.what));
+        let title = format!(
+            "{} {}: {} must be {}",
+            self.claim.id, self.claim.verdict, self.what, self.test.must
+        );
         let (plots, how) = if self.marks.len() <= ROWS {
             (vec![self.rows()], "Every cell".to_owned())
         } else if let Some(found) = self.panels(study) {
@@ -232,7 +275,7 @@ impl<'a> Picture<'a> {
                 ""
             },
         );
-        let (svg, note) = sheet(&title, &what, plots)?;
+        let (picture, note) = sheet(&title, &what, plots, Form::default())?;
         let left = match self.left {
             0 => String::new(),
             1 => " Not drawn: one cell whose number falls on a trial without a value, is 0, or is \
@@ -245,7 +288,7 @@ impl<'a> Picture<'a> {
         };
         Some(Drawn {
             name: self.claim.id.clone(),
-            svg,
+            picture,
             caption: format!("{what}{left}{note}"),
         })
     }
@@ -264,9 +307,10 @@ impl<'a> Picture<'a> {
                 1 => what.to_owned(),
                 _ => different(what, &all),
             };
-            match what.as_str() {
-                "" => place(mark.cell).to_owned(),
-                what => format!("{}: {what}", place(mark.cell)),
+            match (what.as_str(), mark.cell.place.as_str()) {
+                ("", _) => place(mark.cell).to_owned(),
+                (what, "") => what.to_owned(),
+                (what, place) => format!("{place}: {what}"),
             }
         };
         let names: Vec<String> = self.marks.iter().map(name).collect();

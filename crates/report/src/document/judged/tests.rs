@@ -3,6 +3,7 @@
 use super::*;
 use crate::document::tests::study;
 use crate::html::Page;
+use crate::plot::Picture;
 use asobench_study::claim::{JudgedTest, Scale};
 
 /// A claim "below 1" of a study. In turn the number of a cell is 0.5 and passes, 1 and is open, 2 and fails.
@@ -68,7 +69,11 @@ fn marks(svg: &str, class: &str) -> usize {
 #[test]
 fn few_cells_have_a_row_each() {
     let study = grid("window = [58, 98, 218]");
-    let Drawn { svg, caption, .. } = picture(&study, &claim(&study));
+    let Drawn {
+        picture: Picture { wide: svg, .. },
+        caption,
+        ..
+    } = picture(&study, &claim(&study));
     for text in [
         "N = 58",
         "N = 98",
@@ -95,7 +100,10 @@ fn few_cells_have_a_row_each() {
 fn more_cells_have_panels_over_the_setting_that_varies_most() {
     let study =
         grid("eta = { logspace = [1, 30, 19] }\nnoise = [\"ar\", \"white\"]\nwindow = [98, 218]");
-    let Drawn { svg, .. } = picture(&study, &claim(&study));
+    let Drawn {
+        picture: Picture { wide: svg, .. },
+        ..
+    } = picture(&study, &claim(&study));
     assert_eq!(svg.matches("<rect class=\"f s2\"").count(), 4, "panels");
     // 76 cells: 26 pass, 25 are open, 25 fail.
     assert_eq!([marks(&svg, "s2"), marks(&svg, "s1")], [26, 25]);
@@ -105,7 +113,11 @@ fn more_cells_have_panels_over_the_setting_that_varies_most() {
 #[test]
 fn many_cells_are_thinned_and_no_verdict_is_lost() {
     let study = grid("eta = { linspace = [1, 20, 40] }\namplitude = { linspace = [1, 9, 25] }");
-    let Drawn { svg, caption, .. } = picture(&study, &claim(&study));
+    let Drawn {
+        picture: Picture { wide: svg, .. },
+        caption,
+        ..
+    } = picture(&study, &claim(&study));
     assert!(caption.starts_with("200 of 1000 cells"), "{caption}");
     assert!(svg.len() < 150_000, "{}", svg.len());
     // A third of the cells for each, as among all.
@@ -123,7 +135,11 @@ fn what_cannot_be_drawn_is_counted() {
     claim.cells[2]
         .missing
         .push("the run did not keep it".to_owned());
-    let Drawn { svg, caption, .. } = picture(&study, &claim);
+    let Drawn {
+        picture: Picture { wide: svg, .. },
+        caption,
+        ..
+    } = picture(&study, &claim);
     assert!(caption.contains("Not drawn: 2 cells"), "{caption}");
     assert_eq!(
         [
@@ -219,6 +235,36 @@ fn a_caption_has_the_levels_of_the_marks() {
     );
 }
 
+/// Tests with one condition share a picture, with a row for each number; others have their own.
+#[test]
+fn a_claim_about_one_cell_has_one_picture() {
+    let study = grid("window = 98");
+    let mut claim = claim(&study);
+    claim.cells.truncate(1);
+    for (i, what) in [
+        (1, "the ratio of one to third"),
+        (2, "the ratio of one to fourth"),
+    ] {
+        let mut test = claim.tests[0].clone();
+        test.what = what.to_owned();
+        claim.tests.push(test);
+        let mut number = claim.cells[0].numbers[0].clone();
+        (number.test, number.what) = (i, what.to_owned());
+        claim.cells[0].numbers.push(number);
+    }
+    let svg = picture(&study, &claim).picture.wide;
+    for text in [
+        ">another<",
+        ">third<",
+        ">fourth<",
+        "W1 does not hold: the ratio of one must be below 1",
+    ] {
+        assert!(svg.contains(text), "no '{text}': {svg}");
+    }
+    claim.tests[2].limits = [f64::NEG_INFINITY, 2.0];
+    assert_eq!(pictures(&study, &claim).len(), 2);
+}
+
 /// A bar without an end runs off the picture, and does not widen it.
 #[test]
 fn a_bar_without_an_end_is_cut() {
@@ -226,7 +272,11 @@ fn a_bar_without_an_end_is_cut() {
     let mut claim = claim(&study);
     assert!(!picture(&study, &claim).caption.contains("edge"));
     claim.cells[1].numbers[0].interval = [0.0, f64::INFINITY];
-    let Drawn { svg, caption, .. } = picture(&study, &claim);
+    let Drawn {
+        picture: Picture { wide: svg, .. },
+        caption,
+        ..
+    } = picture(&study, &claim);
     assert!(caption.contains("A bar to the edge"), "{caption}");
     assert!(!svg.contains("inf") && !svg.contains("NaN"));
     assert_eq!(marks(&svg, "s2"), 1);

@@ -47,7 +47,7 @@ pub(super) fn levels(claim: &Judged) -> String {
 /// The place of a cell in words.
 pub(super) fn place(cell: &JudgedCell) -> &str {
     if cell.place.is_empty() {
-        "the only one"
+        "in all trials"
     } else {
         &cell.place
     }

@@ -36,8 +36,8 @@ fn a_trial_that_failed_and_is_unstable_is_lost_once() {
             ..Outcomes::default()
         })
     };
-    assert_eq!(drawn(&outcomes).svg, of(5).svg);
-    assert_ne!(drawn(&outcomes).svg, of(7).svg);
+    assert_eq!(drawn(&outcomes).picture.wide, of(5).picture.wide);
+    assert_ne!(drawn(&outcomes).picture.wide, of(7).picture.wide);
 }
 
 /// An older summary does not say in how many trials both are true: 3 + 4 = 7 at most, and the caption says so.

@@ -113,6 +113,10 @@ pub struct ExperimentFile {
     pub course: Option<CourseTable>,
     /// Whether the methods' times are measured after the run; stored apart, under timing/.
     pub timing: bool,
+    /// Whether figures of medians show the spread of the trials too, as bands or boxes. Without it they do for up to
+    /// three outputs, over an axis of names up to four, since more would hide each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spread: Option<bool>,
     /// The settings: one value each, or a list or range, which makes an axis of the grid.
     pub settings: BTreeMap<Key, Axis>,
     /// Groups of settings whose lists move together.
@@ -191,6 +195,7 @@ impl Default for ExperimentFile {
             curves: false,
             course: None,
             timing: false,
+            spread: None,
             settings: BTreeMap::new(),
             zip: Vec::new(),
             exclude: Vec::new(),

@@ -1,0 +1,168 @@
+//! Pictures of single trials and of many settings, from a run to the file.
+
+use crate::common::PROGRAM;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Least squares is biased here in white noise, so its intervals miss the truth.
+const STUDY: &str = r#"
+trials = 300
+store = "trials"
+measures = ["e_a"]
+coverage = true
+
+[settings]
+plant = "second"
+noise = ["ar", "white"]
+eta = [5, 20]
+window = [100, 400, 1600]
+order = 2
+
+[plants.second]
+A = [1, -1.5, 0.7]
+B = [0, 1, 0.5]
+
+[[methods]]
+estimator = "arx"
+[[methods]]
+estimator = "iv"
+report = [4]
+covariance = "coloured"
+"#;
+
+fn asobench(at: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(PROGRAM);
+    command
+        .current_dir(at)
+        .args(arguments)
+        .output()
+        .expect("it runs")
+}
+
+fn said(at: &Path, arguments: &[&str]) -> String {
+    let output = asobench(at, arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The error of a command that is refused.
+fn refused(at: &Path, arguments: &[&str]) -> String {
+    let output = asobench(at, arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The share above each panel of a zip plot is the coverage that summary.json has, which was counted while the study ran.
+#[test]
+fn a_zip_plot_counts_the_intervals_that_the_summary_counted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("s.toml"), STUDY).expect("a file");
+    said(at, &["run", "s.toml", "--out", "all"]);
+    let text = std::fs::read_to_string(at.join("all/summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let cells = summary["cells"].as_array().expect("cells");
+    let mut seen = 0;
+    for (noise, eta, window) in [
+        ("ar", "5", "100"),
+        ("white", "20", "1600"),
+        ("white", "5", "400"),
+    ] {
+        let is = |cell: &&serde_json::Value| {
+            cell["noise"] == noise
+                && cell["eta"].as_f64() == eta.parse().ok()
+                && cell["window"].as_f64() == window.parse().ok()
+        };
+        let cell = cells.iter().find(is).expect("the cell");
+        for coefficient in ["a_1", "h_2"] {
+            let places = [("noise", noise), ("eta", eta), ("window", window)];
+            let places = places.map(|(key, value)| format!("{key}={value}"));
+            let mut arguments = vec!["plot", "all", "--zip", "--coefficient", coefficient];
+            for place in &places {
+                arguments.extend(["--where", place]);
+            }
+            said(at, &[&arguments[..], &["--out", "zip.svg"]].concat());
+            let svg = std::fs::read_to_string(at.join("zip.svg")).expect("a figure");
+            for output in cell["outputs"].as_array().expect("outputs") {
+                let coverage = output["coverage"].as_array().expect("coverage");
+                let of = coverage.iter().find(|of| of[0] == coefficient).expect("it");
+                let share = of[1]["covered"]["share"].as_f64().expect("a share");
+                let shown = format!("{:.1} %", 100.0 * share);
+                assert!(
+                    svg.contains(&shown),
+                    "{noise} {eta} {window} {coefficient}: {shown}"
+                );
+                seen += 1;
+            }
+        }
+    }
+    assert_eq!(seen, 12);
+    // The worst of all: least squares in white noise.
+    let words = said(at, &["plot", "all", "--zip"]);
+    assert!(
+        words.contains("white noise") && words.contains("all-zip.svg"),
+        "{words}"
+    );
+    // It is in the report too.
+    said(at, &["report", "all", "--out", "page"]);
+    assert!(at.join("page/figures/all-zip.svg").is_file());
+}
+
+#[test]
+fn figures_of_many_settings_marks_and_held_settings() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let file = STUDY
+        .replace("store = \"trials\"", "spread = false")
+        .replace("trials = 300", "trials = 40");
+    std::fs::write(at.join("s.toml"), file).expect("a file");
+    said(at, &["run", "s.toml", "--out", "all"]);
+    let svg = |arguments: &[&str]| {
+        said(
+            at,
+            &[&["plot", "all", "--out", "f.svg"], arguments].concat(),
+        );
+        std::fs::read_to_string(at.join("f.svg")).expect("a figure")
+    };
+    let loops = svg(&["--nested-loop"]);
+    assert!(
+        loops.contains("the 12 cells") && loops.contains("noise: 1/A, white"),
+        "{loops}"
+    );
+    let held = svg(&[
+        "--where",
+        "noise=white",
+        "--where",
+        "eta=20",
+        "--spread",
+        "--width",
+        "440",
+    ]);
+    assert!(
+        held.contains("width=\"440\"") && held.contains("middle 90 %") && !held.contains("1/A")
+    );
+    // The file says that there are no bands.
+    assert!(!svg(&[]).contains("middle 90 %"));
+    let mark = "elsewhere: window=400, noise=ar, eta=5: 0.05";
+    let with = svg(&["--mark", mark]);
+    assert!(with.contains(">elsewhere<"));
+    assert!(!svg(&["--mark", mark, "--without", "elsewhere"]).contains("elsewhere"));
+    for (arguments, part) in [
+        (
+            &["--zip"][..],
+            "run the study with `coverage = true` and `store = \"trials\"`",
+        ),
+        (&["--where", "noise=pink"], "unknown value of noise 'pink'"),
+        (&["--where", "noise"], "expected SETTING=VALUE"),
+        (
+            &["--mark", "0.033"],
+            "expected NAME: SETTING=VALUE, ...: NUMBER",
+        ),
+        (&["--mark", "x: colour=ar: 1"], "colour"),
+        (&["--nested-loop", "--zip"], "cannot be used with"),
+    ] {
+        let line = refused(at, &[&["plot", "all"], arguments].concat());
+        assert!(line.contains(part), "{arguments:?}: {line}");
+    }
+}
