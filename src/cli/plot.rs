@@ -14,6 +14,7 @@ use std::process::ExitCode;
 ///
 /// As the report draws it, with bounds and theory where they are known.
 #[derive(clap::Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(super) struct Arguments {
     /// Results folder, such as results/window
     #[arg(value_name = "DIR")]

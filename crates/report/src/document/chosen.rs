@@ -213,18 +213,22 @@ fn over_setting(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
         Some(statistic) => format!("{} over trials with 95 % intervals.", statistic.title()),
         None => how(style, &layout, outputs.len()).to_owned(),
     };
-    let end = match chosen.statistic {
-        Some(statistic) if !statistic.is_quantile() => String::new(),
-        _ => format!(" {}", quantile_note(study)),
-    };
     let of_medians = chosen.statistic.is_none_or(|of| of == Statistic::Q50);
-    let words = match chosen.statistic {
-        Some(statistic) => format!("{} of {}", statistic.title(), measure.label()),
-        None => title(measure, style, &layout),
-    };
-    let name = match chosen.statistic {
-        Some(statistic) => format!("{}-{measure}-{statistic}", study.name),
-        None => format!("{}-{measure}", study.name),
+    let (words, name, end) = match chosen.statistic {
+        Some(statistic) => (
+            format!("{} of {}", statistic.title(), measure.label()),
+            format!("{}-{measure}-{statistic}", study.name),
+            if statistic.is_quantile() {
+                quantiles_from(study)
+            } else {
+                String::new()
+            },
+        ),
+        None => (
+            title(measure, style, &layout),
+            format!("{}-{measure}", study.name),
+            quantiles_from(study),
+        ),
     };
     let point = |i: usize, cell: &CellSummary, at: f64| {
         let label = &outputs[i].1;
@@ -279,6 +283,11 @@ fn over_setting(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
     }
     .draw(study);
     drawn.ok_or_else(|| format!("nothing to draw: no output has {measure} in two cells or more"))
+}
+
+/// The end of a caption of quantiles.
+fn quantiles_from(study: &Study) -> String {
+    format!(" {}", quantile_note(study))
 }
 
 /// Adds the points from elsewhere to the panel of some cells.

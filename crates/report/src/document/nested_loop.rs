@@ -123,23 +123,22 @@ fn settings(study: &Study, keys: &[Key], order: &[&CellSummary], x: PlotAxis) ->
         format!("{}: {listed}", key.title())
     };
     let names: Vec<String> = keys.iter().map(name).collect();
-    let mut plot = Plot::new("", x, PlotAxis::categories("", &names));
     let mut points = Vec::new();
     for (row, key) in keys.iter().enumerate() {
         let last = study.values(*key).len().saturating_sub(1).max(1) as f64;
-        let height =
-            |cell: &CellSummary| row as f64 + 0.32 - 0.64 * study.place(cell, *key) as f64 / last;
+        let value = |i: usize| order.get(i).map(|cell| study.place(cell, *key));
         let mut from = 0;
         for to in 1..=order.len() {
-            let y = height(order[from]);
-            if order.get(to).is_some_and(|cell| height(cell) == y) {
+            if value(to) == value(from) {
                 continue;
             }
+            let height = value(from).unwrap_or_default() as f64 / last;
+            let y = row as f64 + 0.32 - 0.64 * height;
             points.extend([from, to].map(|end| Point::new(end as f64 + 0.5, y)));
             points.push(Point::new(f64::NAN, f64::NAN));
             from = to;
         }
     }
-    plot = plot.series(Series::new("", Style::Region, points).slot(SETTING_SLOT));
-    plot
+    let lines = Series::new("", Style::Region, points).slot(SETTING_SLOT);
+    Plot::new("", x, PlotAxis::categories("", &names)).series(lines)
 }

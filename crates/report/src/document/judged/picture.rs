@@ -42,7 +42,7 @@ struct Mark<'a> {
 pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
     let groups = groups(claim).into_iter().take(PICTURES);
     groups
-        .filter_map(|tests| Picture::new(claim, tests).draw(study))
+        .filter_map(|tests| Picture::new(claim, &tests).draw(study))
         .collect()
 }
 
@@ -96,7 +96,7 @@ struct Picture<'a> {
 }
 
 impl<'a> Picture<'a> {
-    fn new(claim: &'a Judged, tests: Vec<usize>) -> Self {
+    fn new(claim: &'a Judged, tests: &[usize]) -> Self {
         let test = &claim.tests[tests[0]];
         let unit = unit(test);
         let numbers = || {
@@ -122,7 +122,7 @@ impl<'a> Picture<'a> {
         let left = claim.cells.iter().filter(seen).count();
         let mut picture = Self {
             claim,
-            what: common(claim, &tests),
+            what: common(claim, tests),
             test,
             marks,
             left,
