@@ -70,7 +70,7 @@ fn a_zip_plot_counts_the_intervals_that_the_summary_counted() {
         ("white", "5", "400"),
     ] {
         let is = |cell: &&serde_json::Value| {
-            cell["noise"] == noise
+            cell["settings"]["noise"] == noise
                 && cell["eta"].as_f64() == eta.parse().ok()
                 && cell["window"].as_f64() == window.parse().ok()
         };

@@ -128,6 +128,8 @@ impl<'a> Chart<'a> {
                     (x, y + 9.0),
                     (x + half + 9.0, y - 5.0),
                     (x - half - 9.0, y - 5.0),
+                    (x + half + 9.0, y - 14.0),
+                    (x - half - 9.0, y - 14.0),
                 ];
                 let free = sides.into_iter().find_map(|(x, y)| {
                     let [x0, y0, x1, y1] = [x - half, y, x + half, y + NOTE];
