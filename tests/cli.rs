@@ -528,8 +528,8 @@ fn a_page_about_a_record() {
     ] {
         assert!(html.contains(part), "no '{part}'");
     }
-    // Record, outputs, step, Bode; correlations and poles of both estimators.
-    assert_eq!(html.matches("<svg xmlns").count(), 8);
+    // Record, outputs, step, Bode; correlations and poles of both estimators; each for a wide and for a narrow screen.
+    assert_eq!(html.matches("<svg xmlns").count(), 16);
     for bad in ["NaN", "inf<", "a<b>", "<script src", "http://127"] {
         assert!(!html.contains(bad), "'{bad}'");
     }
