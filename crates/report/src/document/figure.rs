@@ -2,7 +2,7 @@
 
 use super::layout::{Form, Layout, panel_title, sheet};
 use crate::plot::{Course, Picture, Plot, PlotAxis, Point, Series, Style};
-use crate::results::Study;
+use crate::results::{Study, place};
 use asobench_identification::metric::Share;
 use asobench_study::study::{CellSummary, Measure, measure};
 
@@ -163,6 +163,55 @@ pub(super) fn over(layout: &Layout) -> String {
     let name = axis.split(',').next().unwrap_or_default();
     format!(" over {name}")
 }
+
+/// Whether a figure shows an output of a cell. It does not if most trials fail, because the median is then that of a
+/// few. It also does not if the cell has no noise and other cells have, because every axis would then reach down to
+/// rounding errors.
+pub(super) fn is_shown(study: &Study, cell: &CellSummary, label: &str) -> bool {
+    let output = study.output(cell, label);
+    !study.is_quiet(cell) && output.is_some_and(|output| output.failed.low <= 0.5)
+}
+
+/// The part of a caption that says what is left out.
+pub(super) fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
+    let cells = || study.summary.cells.iter();
+    let failing = |cell| {
+        let fails = move |label: &&String| {
+            let output = study.output(cell, label);
+            output.is_some_and(|output| output.failed.low > 0.5)
+        };
+        outputs.iter().map(|(_, label)| label).filter(fails)
+    };
+    let mut text = String::new();
+    if cells().any(|cell| study.is_quiet(cell)) {
+        text.push_str(
+            " Cells without noise are in the table only: their errors are rounding errors.",
+        );
+    }
+    let keys = study.varying();
+    let noisy = cells().filter(|cell| !study.is_quiet(cell));
+    let places = noisy.flat_map(|cell| failing(cell).map(move |label| (label, cell)));
+    let places: Vec<(&String, &CellSummary)> = places.collect();
+    let named = |(label, cell): &(&String, &CellSummary)| match place(cell, &keys).as_str() {
+        "" => (*label).clone(),
+        place => format!("{label} at {place}"),
+    };
+    let shown: Vec<String> = places.iter().take(PLACES).map(named).collect();
+    if !shown.is_empty() {
+        let more = match places.len() - shown.len() {
+            0 => String::new(),
+            more => format!("; and {more} more"),
+        };
+        text.push_str(&format!(
+            " Gaps are where more than half of the trials fail: {}{more}.",
+            shown.join("; ")
+        ));
+    }
+    text
+}
+
+/// Largest number of gaps that a caption names.
+const PLACES: usize = 4;
 
 /// Series for outputs, each with its place in the palette.
 pub(super) fn series_of(outputs: &[(usize, String)], style: Style) -> Vec<Series> {

@@ -1,11 +1,13 @@
 //! The figures of a study, chosen by its content.
 
-use super::figure::{Drawn, Figure, level, over, quantile_note, series_of, subject, y_axis};
-use super::layout::{Layout, x_of};
+use super::figure::{
+    Drawn, Figure, is_shown, left_out, level, over, quantile_note, series_of, subject, y_axis,
+};
+use super::layout::{BEYOND, Layout, x_of};
 use super::lead::{lead_figures, lead_outputs};
 use super::zip_plot::{Zipped, zip_plot};
 use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
-use crate::results::{Study, place};
+use crate::results::Study;
 use asobench_identification::metric::{Quantile, Statistics, Z};
 use asobench_study::study::file::{Key, Store};
 use asobench_study::study::{
@@ -24,9 +26,6 @@ const BOXES: usize = 4;
 
 /// With fewer trials than this, quartiles are drawn, because the interval of a median says little.
 const FEW: u64 = 100;
-
-/// Beyond every axis, but a number that it can place.
-pub(super) const BEYOND: f64 = 1e305;
 
 /// Largest number of pairs in a figure.
 const PAIRS: usize = 6;
@@ -139,55 +138,6 @@ pub(super) fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
         Point::uncertain(at, quantile.value, quantile.mcse)
     }
 }
-
-/// Whether a figure shows an output of a cell. It does not if most trials fail, because the median is then that of a
-/// few. It also does not if the cell has no noise and other cells have, because every axis would then reach down to
-/// rounding errors.
-pub(super) fn is_shown(study: &Study, cell: &CellSummary, label: &str) -> bool {
-    let output = study.output(cell, label);
-    !study.is_quiet(cell) && output.is_some_and(|output| output.failed.low <= 0.5)
-}
-
-/// The part of a caption that says what is left out.
-pub(super) fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
-    let cells = || study.summary.cells.iter();
-    let failing = |cell| {
-        let fails = move |label: &&String| {
-            let output = study.output(cell, label);
-            output.is_some_and(|output| output.failed.low > 0.5)
-        };
-        outputs.iter().map(|(_, label)| label).filter(fails)
-    };
-    let mut text = String::new();
-    if cells().any(|cell| study.is_quiet(cell)) {
-        text.push_str(
-            " Cells without noise are in the table only: their errors are rounding errors.",
-        );
-    }
-    let keys = study.varying();
-    let noisy = cells().filter(|cell| !study.is_quiet(cell));
-    let places = noisy.flat_map(|cell| failing(cell).map(move |label| (label, cell)));
-    let places: Vec<(&String, &CellSummary)> = places.collect();
-    let named = |(label, cell): &(&String, &CellSummary)| match place(cell, &keys).as_str() {
-        "" => (*label).clone(),
-        place => format!("{label} at {place}"),
-    };
-    let shown: Vec<String> = places.iter().take(PLACES).map(named).collect();
-    if !shown.is_empty() {
-        let more = match places.len() - shown.len() {
-            0 => String::new(),
-            more => format!("; and {more} more"),
-        };
-        text.push_str(&format!(
-            " Gaps are where more than half of the trials fail: {}{more}.",
-            shown.join("; ")
-        ));
-    }
-    text
-}
-
-/// Largest number of gaps that a caption names.
-const PLACES: usize = 4;
 
 /// Whether all points have the same x on an axis with room for more.
 pub(super) fn at_one_place(plots: &[Plot]) -> bool {

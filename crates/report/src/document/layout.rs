@@ -1,7 +1,6 @@
 //! Chooses which setting is the axis, which make panels, and which are held.
 
 use super::extremes::{crowded, extremes};
-use super::figures::BEYOND;
 use crate::plot::{
     Course, Picture, Plot, PlotAxis, Scale, Sharing, Style, multiples_of_width, small_multiples,
 };
@@ -147,6 +146,9 @@ impl Layout {
         cells
     }
 }
+
+/// Beyond every axis, but a number that it can place.
+pub(super) const BEYOND: f64 = 1e305;
 
 /// A logarithmic axis reaches at most this many decades above the median value. Values beyond it are noted.
 const DECADES: f64 = 12.0;

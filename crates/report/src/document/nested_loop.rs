@@ -1,8 +1,7 @@
 //! Nested-loop plots: every cell of a study with several settings side by side, and below which settings it has (Ruecker
 //! and Schwarzer, BMC Medical Research Methodology 14, 2014).
 
-use super::figure::{Drawn, Figure, quantile_note, series_of, subject, y_axis};
-use super::figures::{is_shown, left_out};
+use super::figure::{Drawn, Figure, is_shown, left_out, quantile_note, series_of, subject, y_axis};
 use super::layout::{Form, Layout, x_of};
 use super::lead::lead_outputs;
 use crate::plot::{Plot, PlotAxis, Point, Series, Style};

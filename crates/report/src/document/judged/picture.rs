@@ -2,8 +2,7 @@
 
 use super::words::{heading, levels, place, unit};
 use crate::document::figure::Drawn;
-use crate::document::figures::BEYOND;
-use crate::document::layout::{Choice, Form, Layout, panel_title, sheet};
+use crate::document::layout::{BEYOND, Choice, Form, Layout, panel_title, sheet};
 use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::results::Study;
 use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compared};
