@@ -176,7 +176,7 @@ fn each_once(measures: impl Iterator<Item = Measure>) -> Vec<Measure> {
 
 /// Returns the part of a resolved file that fixes the results bit for bit.
 pub fn design_of(file: &Value) -> Value {
-    const WORDS: [&str; 11] = [
+    const WORDS: [&str; 12] = [
         "title",
         "question",
         "hypothesis",
