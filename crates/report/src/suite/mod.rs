@@ -36,9 +36,9 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
     let mut files = Files::new();
     let scores = tables.scores();
     page.section("all", "All scenarios", |section| {
-        for (i, (name, svg, caption)) in pictures::distributions(of).into_iter().enumerate() {
-            section.figure(&svg, &caption);
-            files.push((format!("figures/suite-{name}.svg"), svg));
+        for (i, (name, picture, caption)) in pictures::distributions(of).into_iter().enumerate() {
+            section.figure(&picture, &caption);
+            files.push((format!("figures/suite-{name}.svg"), picture.wide));
             if i == 0 {
                 section.table(&scores);
             }

@@ -1,7 +1,7 @@
 //! The distribution functions of d.
 
 use super::subject::SuitePage;
-use crate::plot::{Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
+use crate::plot::{Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use asobench_study::suite::{
     Estimated, IDEAL, MethodResults, Scenario, ScenarioResults, ideal_share, share_within,
 };
@@ -19,7 +19,7 @@ fn grid() -> impl Iterator<Item = f64> {
 }
 
 /// Name, picture and caption for open and closed loops: a panel for each method.
-pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(&'static str, String, String)> {
+pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(&'static str, Picture, String)> {
     let loops = [
         ("open", "in open loop", false),
         ("loop", "in closed loop", true),
@@ -39,7 +39,7 @@ pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(&'static str, String, St
     drawn.collect()
 }
 
-fn sheet(of: &SuitePage<'_>, title: &str, closed: bool) -> String {
+fn sheet(of: &SuitePage<'_>, title: &str, closed: bool) -> Picture {
     let scenarios: Vec<&Scenario> = of.suite.scenarios().collect();
     let chosen = || {
         scenarios
