@@ -176,10 +176,12 @@ impl NullSpace {
                 before = sum;
             }
         }
-        match self.least.is_finite() {
-            true => Ok(()),
-            false if self.least_reflected.is_finite() => Err(FailureKind::IterationLimit),
-            false => Err(failed),
+        if self.least.is_finite() {
+            Ok(())
+        } else if self.least_reflected.is_finite() {
+            Err(FailureKind::IterationLimit)
+        } else {
+            Err(failed)
         }
     }
 

@@ -247,7 +247,6 @@ fn short_noisy_records_gain() {
         fits.sort_by(f64::total_cmp);
         fits[20]
     });
-    println!("median FIT: response {response:.1}, reduced {reduced:.1}, oe {oe:.1}");
     assert!(response > oe && reduced > oe, "{response} {reduced} {oe}");
 }
 
