@@ -27,6 +27,9 @@ fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
         | EstimatorName::Srivc
         | EstimatorName::Oe
         | EstimatorName::Wnsf
+        | EstimatorName::KernelFir
+        | EstimatorName::Bjsm
+        | EstimatorName::Morsm
         | EstimatorName::RecursiveSriv
         | EstimatorName::Rpem => Some(format!("nb={n},nf={n}")),
         EstimatorName::Armax | EstimatorName::Rels => Some(format!("na={n},nb={n},nc=1")),

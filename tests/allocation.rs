@@ -55,7 +55,7 @@ fn an_estimate_allocates_nothing() {
     };
     let records: Vec<_> = (0..60).map(record).collect();
     // The searches keep the minima that they meet, and draw polynomials; a reflection finds zeros in memory of its own;
-    // subspace methods, and those in continuous time, have matrices for each record.
+    // subspace methods, kernels, long ARX models, and methods in continuous time have matrices for each record.
     let own_memory = [
         EstimatorName::Riv,
         EstimatorName::Srivc,
@@ -66,6 +66,12 @@ fn an_estimate_allocates_nothing() {
         EstimatorName::Bj,
         EstimatorName::Moesp,
         EstimatorName::N4sid,
+        EstimatorName::Cva,
+        EstimatorName::Ssarx,
+        EstimatorName::ParsimK,
+        EstimatorName::KernelFir,
+        EstimatorName::Bjsm,
+        EstimatorName::Morsm,
         EstimatorName::Known,
     ];
     for estimator in EstimatorName::ALL {

@@ -577,6 +577,27 @@ fn a_page_about_orders() {
     }
 }
 
+/// A range of orders of any estimator that takes `orders`: each line is its model of that order, and BIC finds the order
+/// by which the record was simulated.
+#[test]
+fn a_range_of_orders_of_any_estimator() {
+    let path = "tests/recorded_data/data/sim_oe2.csv";
+    let json = |arguments: &[&str]| -> Value {
+        let output = asobench(&[&["estimate", path, "--format", "json"], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        serde_json::from_slice(&output.stdout).expect("JSON")
+    };
+    for (estimator, orders) in [("oe", "nb=2,nf=2,nk=1"), ("cva", "na=2,nb=2,nc=2,nk=1")] {
+        let table = json(&["--order", "1:3", "--estimator", estimator]);
+        assert_eq!(table["best"]["bic"]["orders"], orders);
+        let row = &table["table"][1];
+        let one = json(&["--order", "2", "--estimator", estimator]);
+        assert_eq!(row["V"], one["estimates"][0]["loss"], "{estimator}");
+        let aic = row["V"].as_f64().expect("V").ln() * 1000.0 + 2.0 * row["d"].as_f64().expect("d");
+        assert!((row["aic"].as_f64().expect("AIC") - aic).abs() < 1e-9);
+    }
+}
+
 /// What failed has its reason on the page; a model without noise has no residuals to be tested.
 #[test]
 fn a_page_about_what_failed() {

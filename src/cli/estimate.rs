@@ -41,7 +41,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let orders = orders(arguments)?;
     let mut report = load(arguments, orders)?;
     if let Some((order, delay)) = ranges(arguments) {
-        let scan = scan::scan(&report, order, delay)?;
+        let estimator = orders::of_table(&arguments.estimator)?;
+        let scan = scan::scan(&report, estimator, order, delay)?;
         report.tell_in_unit_of_file();
         warn_of_offset(&report);
         write_drawings(arguments, || scan.picture(), || scan.page(&report))?;

@@ -70,7 +70,10 @@ impl Arguments {
                 | EstimatorName::Riv
                 | EstimatorName::Srivc
                 | EstimatorName::Rivc
+                | EstimatorName::Bjsm
+                | EstimatorName::Morsm
                 | EstimatorName::Wnsf => true,
+                EstimatorName::KernelFir => given("rows").is_none_or(|rows| rows != "complete"),
                 _ => given("rows").is_some_and(|rows| rows != "complete"),
             }
         })
@@ -105,8 +108,8 @@ pub(super) struct RecordArguments {
         allow_negative_numbers = true
     )]
     pub(super) skip: usize,
-    /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares ARX
-    /// models of these orders
+    /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares
+    /// models of these orders, of arx unless --estimator names another
     #[arg(long, value_name = "n", allow_negative_numbers = true)]
     pub(super) order: Option<Span>,
     /// Delay nk of the input, samples, or a range, beside --order [default: 1]

@@ -181,6 +181,10 @@ fn pass(report: &PassReport) -> Map<String, Value> {
             "singular_values",
             json!((!pass.singular_values.is_empty()).then_some(&pass.singular_values)),
         ),
+        (
+            "correlations",
+            json!((!pass.correlations.is_empty()).then_some(&pass.correlations)),
+        ),
         ("a", known(&pass.a)),
         ("b", known(&pass.b)),
         ("h", known(&pass.h)),

@@ -38,8 +38,7 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
             );
         };
         if let Some((order, delay)) = ranges(arguments) {
-            let names: Vec<&str> = estimator.iter().map(|name| name.name()).collect();
-            check_estimators(&names, &["ls", "iv"])?;
+            of_table(estimator)?;
             refuse("--states", arguments.states.is_some())?;
             if let Some(flag) = options.first() {
                 refuse(&flag, true)?;
@@ -76,12 +75,30 @@ pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
     Ok(())
 }
 
-/// Checks that the estimator is the only one that the table supports.
-pub(super) fn check_estimators(names: &[&str], default: &[&str]) -> Result<(), Error> {
-    if names == ["arx"] || names == default {
-        return Ok(());
+/// Returns the estimator of a table of several models: `arx` by default, or one that takes orders.
+pub(super) fn of_table(names: &[EstimatorName]) -> Result<EstimatorName, Error> {
+    use EstimatorName::{Arx, InstrumentalVariables, LeastSquares};
+    match names {
+        [LeastSquares, InstrumentalVariables] => Ok(Arx),
+        [name] if name.takes("orders") && *name != InstrumentalVariables => Ok(*name),
+        _ => {
+            let takes =
+                |name: &&EstimatorName| name.takes("orders") && **name != InstrumentalVariables;
+            let valid: Vec<&str> = EstimatorName::ALL
+                .iter()
+                .filter(takes)
+                .map(|name| name.name())
+                .collect();
+            let wrong = |name: &&EstimatorName| !takes(name);
+            let name = names
+                .iter()
+                .find(wrong)
+                .or(names.get(1))
+                .map_or("", |name| name.name());
+            let error = UnknownName::new("estimator for a range of orders", name, &valid);
+            Err(Error::Input(format!(
+                "--estimator: {error}; expected one of them"
+            )))
+        }
     }
-    let name = names.iter().find(|name| **name != "arx").unwrap_or(&"arx");
-    let error = UnknownName::new("estimator for a range of orders", name, &["arx"]);
-    Err(Error::Input(format!("--estimator: {error}")))
 }

@@ -1,15 +1,16 @@
-//! Compares ARX models of several orders and delays over the same equations, by each criterion.
+//! Compares models of several orders and delays over the same equations, by each criterion.
 
 mod picture;
 
 use super::arguments::Span;
 use super::one_estimator::{fits, pass_report};
-use super::report::Report;
+use super::report::{PassReport, Report};
 use super::words;
 use crate::cli::error::Error;
 use crate::cli::output::{Format, print, print_json};
 use crate::estimator::{
-    ArxOptions, Criterion, Method, OrderComparison, Pass, Progress, Shape, Window,
+    ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Progress,
+    Shape, Window,
 };
 use crate::metric::Fit;
 use crate::model::Orders;
@@ -19,8 +20,9 @@ use std::fmt::{self, Write};
 
 /// One model of the table.
 struct Row {
+    n: usize,
     orders: Orders,
-    /// `RSS / M` over the common equations; `None` if there is no estimate.
+    /// The mean squared error over the common equations; `None` if there is no estimate.
     loss: Option<f64>,
     /// The parameters over the common equations.
     theta: Vec<f64>,
@@ -35,6 +37,7 @@ struct Row {
 
 /// The table, and the row that each criterion chooses.
 pub(super) struct Scan {
+    estimator: EstimatorName,
     rows: Vec<Row>,
     equations: usize,
     best: Vec<Option<usize>>,
@@ -43,44 +46,39 @@ pub(super) struct Scan {
 }
 
 /// Runs the models of all orders and delays on a record.
-pub(super) fn scan(report: &Report, order: Span, delay: Span) -> Result<Scan, Error> {
-    let (u, y) = (&report.record.u, &report.record.y);
-    let window = report.window;
-    let square = report.told_unit().powi(2);
-    let orders: Vec<Orders> = (delay.first..=delay.last)
-        .flat_map(|nk| (order.first..=order.last).map(move |n| Orders::arx(n, n, nk)))
-        .collect();
-    let comparison = OrderComparison::new(&orders, window);
-    let mut comparison = comparison.map_err(|error| Error::Input(error.to_string()))?;
-    comparison.run(&u[..window], &y[..window]);
-    let equations = comparison.equations();
-    let mut rows = Vec::new();
-    for candidate in comparison.candidates() {
-        let orders = candidate.orders;
-        let loss = candidate.loss.ok().map(|loss| loss * square);
-        let value = |criterion: &Criterion| {
-            let value = criterion.value(loss?, equations, orders.parameters());
-            value.is_finite().then_some(value)
-        };
-        let mut row = Row {
-            orders,
-            loss,
-            theta: candidate.theta().to_vec(),
-            own_loss: None,
-            window_fit: None,
-            validation_fit: None,
-            criteria: Criterion::ALL.iter().map(value).collect(),
-        };
-        row.fit(report)?;
-        rows.push(row);
-    }
-    let best = Criterion::ALL
-        .iter()
-        .map(|criterion| comparison.best(*criterion).ok());
+pub(super) fn scan(
+    report: &Report,
+    estimator: EstimatorName,
+    order: Span,
+    delay: Span,
+) -> Result<Scan, Error> {
+    let both =
+        (delay.first..=delay.last).flat_map(|nk| (order.first..=order.last).map(move |n| (n, nk)));
+    let (rows, equations) = if estimator == EstimatorName::Arx {
+        regressions(report, both)?
+    } else {
+        let rows: Result<Vec<Row>, Error> = both
+            .map(|(n, nk)| {
+                let mut row = Row::new(n, Orders::arx(n, n, nk));
+                row.fit(report, estimator, of_order(estimator, n, nk)?)?;
+                row.loss = row.own_loss;
+                row.judge(report.window);
+                Ok(row)
+            })
+            .collect();
+        (rows?, report.window)
+    };
+    let best = (0..Criterion::ALL.len()).map(|criterion| {
+        let values = rows.iter().enumerate();
+        let values = values.filter_map(|(i, row)| Some((i, row.criteria[criterion]?)));
+        let best = values.min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map(|(i, _)| i)
+    });
     let fits = rows.iter().enumerate();
     let fits = fits.filter_map(|(i, row)| Some((i, row.validation_fit?)));
     let best_fit = fits.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
     Ok(Scan {
+        estimator,
         best: best.collect(),
         best_fit,
         rows,
@@ -88,19 +86,88 @@ pub(super) fn scan(report: &Report, order: Span, delay: Span) -> Result<Scan, Er
     })
 }
 
-impl Row {
-    /// Estimates the model from its own equations, and computes its FIT.
-    fn fit(&mut self, report: &Report) -> Result<(), Error> {
-        let (u, y, window) = (&report.record.u, &report.record.y, report.window);
+/// The options of an estimator whose polynomials all have the order n.
+fn of_order(estimator: EstimatorName, n: usize, nk: usize) -> Result<MethodOptions, Error> {
+    let read = |orders: Orders| {
+        let orders = Value::from(orders.to_string());
+        estimator.parse(Map::from_iter([("orders".to_owned(), orders)]))
+    };
+    let default = estimator.parse(Map::new()).ok();
+    let default = default.and_then(|options| options.model_orders(n));
+    // Subspace methods take n and nk, others the orders of their polynomials.
+    let options = read(Orders::arx(n, n, nk)).or_else(|error| match default {
+        Some(orders) => read(Orders { nk, ..orders }),
+        None => Err(error),
+    });
+    options.map_err(|error| Error::Input(format!("--estimator {estimator}, order {n}: {error}")))
+}
+
+/// Least squares of all orders over the same equations; returns their number too.
+fn regressions(
+    report: &Report,
+    both: impl Iterator<Item = (usize, usize)>,
+) -> Result<(Vec<Row>, usize), Error> {
+    let (u, y) = (&report.record.u, &report.record.y);
+    let window = report.window;
+    let square = report.told_unit().powi(2);
+    let orders: Vec<Orders> = both.map(|(n, nk)| Orders::arx(n, n, nk)).collect();
+    let comparison = OrderComparison::new(&orders, window);
+    let mut comparison = comparison.map_err(|error| Error::Input(error.to_string()))?;
+    comparison.run(&u[..window], &y[..window]);
+    let mut rows = Vec::new();
+    for candidate in comparison.candidates() {
+        let orders = candidate.orders;
+        let mut row = Row::new(orders.na, orders);
+        row.loss = candidate.loss.ok().map(|loss| loss * square);
+        row.judge(comparison.equations());
         let options = ArxOptions {
-            orders: Some(self.orders),
+            orders: Some(orders),
             ..ArxOptions::default()
         };
+        row.fit(report, EstimatorName::Arx, options.into())?;
+        row.theta = candidate.theta().to_vec();
+        rows.push(row);
+    }
+    Ok((rows, comparison.equations()))
+}
+
+impl Row {
+    fn new(n: usize, orders: Orders) -> Self {
+        Self {
+            n,
+            orders,
+            loss: None,
+            theta: Vec::new(),
+            own_loss: None,
+            window_fit: None,
+            validation_fit: None,
+            criteria: vec![None; Criterion::ALL.len()],
+        }
+    }
+
+    /// Computes the criteria.
+    fn judge(&mut self, equations: usize) {
+        let value = |criterion: &Criterion| {
+            let value = criterion.value(self.loss?, equations, self.orders.parameters());
+            value.is_finite().then_some(value)
+        };
+        self.criteria = Criterion::ALL.iter().map(value).collect();
+    }
+
+    /// Estimates the model from its own equations, and computes its FIT.
+    fn fit(
+        &mut self,
+        report: &Report,
+        estimator: EstimatorName,
+        options: MethodOptions,
+    ) -> Result<(), Error> {
+        let (u, y, window) = (&report.record.u, &report.record.y, report.window);
+        self.orders = options.model_orders(self.n).unwrap_or(self.orders);
         let shape = Shape {
             order: self.orders.order(),
             window,
         };
-        let prepared = Method::named("arx", options).prepare(shape);
+        let prepared = Method::named(estimator.name(), options).prepare(shape);
         let mut estimator = prepared.map_err(|error| Error::Input(error.to_string()))?;
         let mut passes = [Pass::new(shape.order)];
         estimator.estimate(Window::new(u, y, window), &mut passes);
@@ -108,7 +175,8 @@ impl Row {
         if pass.progress < Progress::InitialState {
             return Ok(());
         }
-        let pass = pass_report(pass, report, 0).pass;
+        let PassReport { pass, model, .. } = pass_report(pass, report, 0);
+        self.theta = model.parameters().collect();
         let finite = |fit: Fit| Some(fit.simulated).filter(|fit| fit.is_finite());
         let fits = fits(&pass, 0, report);
         self.own_loss = Some(pass.loss * report.told_unit().powi(2));
@@ -118,7 +186,11 @@ impl Row {
     }
 
     fn named(&self) -> Value {
-        json!({ "na": self.orders.na, "nb": self.orders.nb, "nk": self.orders.nk })
+        let Orders { na, nb, nk, .. } = self.orders;
+        if self.orders == Orders::arx(na, nb, nk) {
+            return json!({ "na": na, "nb": nb, "nk": nk });
+        }
+        json!({ "n": self.n, "nk": nk, "orders": self.orders.to_string() })
     }
 }
 
@@ -175,7 +247,7 @@ impl Scan {
             "validation": report.validation.as_ref().map(|validation| validation.file.display().to_string()),
             "unit": report.unit,
             "detrend": report.detrend,
-            "estimator": "arx",
+            "estimator": self.estimator.name(),
             "common_first_row": report.window - self.equations,
             "rows": self.equations,
             "table": table.collect::<Vec<_>>(),
@@ -183,13 +255,22 @@ impl Scan {
         })
     }
 
+    /// The models of the table in words.
+    fn models(&self) -> String {
+        match self.estimator {
+            EstimatorName::Arx => "ARX models with na = nb = n".to_owned(),
+            estimator => format!("models by {estimator} of order n"),
+        }
+    }
+
     fn write(&self, text: &mut String, report: &Report) -> fmt::Result {
         let first = report.window - self.equations;
         writeln!(
             text,
-            "{}: ARX models with na = nb = n over the same {} equations,\nk = {first} ... {}; \
+            "{}: {} over the same {} equations,\nk = {first} ... {}; \
              window {} of {} samples, detrend {}",
             visible(report.file.display()),
+            self.models(),
             self.equations,
             report.window - 1,
             report.window,
@@ -205,7 +286,7 @@ impl Scan {
             "\n  n nk        V         AIC        AICc         BIC         FPE  FIT %  valid."
         )?;
         for (i, row) in self.rows.iter().enumerate() {
-            write!(text, "{:>3} {:>2}", row.orders.na, row.orders.nk)?;
+            write!(text, "{:>3} {:>2}", row.n, row.orders.nk)?;
             match row.loss {
                 Some(loss) => write!(text, " {loss:>11.4e}")?,
                 None => write!(text, " {:>11}", "-")?,
@@ -234,11 +315,16 @@ impl Scan {
         writeln!(
             text,
             "\n* the smallest value of each criterion, and the best FIT on {}.\n\
-             V: mean squared residual; FIT: of the simulated output, its own equations.",
+             V: mean squared residual; FIT: of the simulated output{}.",
             if report.validation.is_some() {
                 "the record for validation"
             } else {
                 "samples after the window"
+            },
+            if self.estimator == EstimatorName::Arx {
+                ", its own equations"
+            } else {
+                ""
             }
         )
     }

@@ -62,8 +62,13 @@ impl HighOrder {
         self.chosen
     }
 
+    /// The order that was given, as far as [`Self::fit`] reached it, or that by AIC; 0 if there is none.
+    pub(super) fn order(&self) -> usize {
+        self.given.map_or(self.chosen, |_| self.reached)
+    }
+
     /// The model of an order that [`Self::fit`] reached.
-    fn model(&self, order: usize) -> LinearModel {
+    pub(super) fn model(&self, order: usize) -> LinearModel {
         let step = self.step();
         let mut solution = vec![0.0; order * step];
         self.normal.back_substitute(&mut solution);
@@ -256,10 +261,7 @@ impl NullSpaceFit {
 
     /// Reflects the zeros of C and F outside the unit circle.
     pub(super) fn stabilise(&mut self) -> bool {
-        let LinearModel { c, f, .. } = &mut self.model;
-        [c, f]
-            .into_iter()
-            .all(|polynomial| stable(polynomial, &mut self.scratch) || reflect_zeros(polynomial))
+        reflect(&mut self.model, &mut self.scratch)
     }
 
     fn solve(&mut self, weighted: bool) -> bool {
@@ -366,6 +368,14 @@ impl NullSpaceFit {
             }
         }
     }
+}
+
+/// Reflects the zeros of C and F outside the unit circle into it; false if the result is not finite.
+pub(super) fn reflect(model: &mut LinearModel, scratch: &mut Vec<f64>) -> bool {
+    let LinearModel { c, f, .. } = model;
+    [c, f]
+        .into_iter()
+        .all(|polynomial| stable(polynomial, scratch) || reflect_zeros(polynomial))
 }
 
 /// Computes `to(i) = from(i - lag)`.

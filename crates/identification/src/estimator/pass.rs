@@ -104,6 +104,8 @@ pub struct Pass {
     pub minima: Option<usize>,
     /// Singular values of a subspace method, which indicate an order; empty for others.
     pub singular_values: Vec<f64>,
+    /// Canonical correlations of past and future of a subspace method, which indicate an order; empty for others.
+    pub correlations: Vec<f64>,
     /// Last row of A-hat, n numbers.
     pub a: Vec<f64>,
     /// b-hat, n numbers.
@@ -138,6 +140,7 @@ impl Pass {
             iterations: None,
             minima: None,
             singular_values: Vec::new(),
+            correlations: Vec::new(),
             direct: 0.0,
             a: vector(),
             b: vector(),
@@ -163,6 +166,7 @@ impl Pass {
         self.iterations = None;
         self.minima = None;
         self.singular_values.clear();
+        self.correlations.clear();
         self.direct = 0.0;
         self.condition = f64::NAN;
         self.unstable = false;

@@ -5,16 +5,20 @@ use super::arx::ArxOptions;
 use super::continuous_iv::{RivcOptions, SrivcOptions};
 use super::iv_delayed::IvDelayedOptions;
 use super::iv4::Iv4Options;
+use super::kernel_fir::KernelFirOptions;
 use super::known::KnownOptions;
 use super::method_kind::{MethodKind, Needs, Output, Problem};
+use super::morsm::{BjsmOptions, MorsmOptions};
 #[cfg(feature = "json")]
 use super::option_error::OptionError;
 use super::output_error_iteration::{SrivOptions, StmcbOptions};
+use super::parsim::ParsimKOptions;
 use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
 use super::recursive::{
     RecursiveIvOptions, RecursiveSrivOptions, RelsOptions, RlsOptions, RpemOptions,
 };
 use super::riv::RivOptions;
+use super::state_sequence::{CvaOptions, SsarxOptions};
 use super::subspace::{MoespOptions, N4sidOptions};
 use super::wnsf::WnsfOptions;
 use super::{Estimator, IvOptions, LsOptions, SetupError};
@@ -152,6 +156,10 @@ estimators! {
     Rivc = "rivc": RivcOptions,
     /// Weighted null-space fitting: an output-error, ARMAX or Box-Jenkins model from a high-order one, no search.
     Wnsf = "wnsf": WnsfOptions,
+    /// Box-Jenkins Steiglitz-McBride: B/F by stmcb on signals that a long ARX model has whitened, no noise model.
+    Bjsm = "bjsm": BjsmOptions,
+    /// Model order reduction Steiglitz-McBride: as bjsm, on the output of the long ARX model itself.
+    Morsm = "morsm": MorsmOptions,
     /// Prediction error method: the output-error model B/F.
     Oe = "oe": OeOptions,
     /// Prediction error method: the ARMAX model A, B, C.
@@ -162,6 +170,14 @@ estimators! {
     Moesp = "moesp": MoespOptions,
     /// Subspace method N4SID: as moesp, with a choice of the weighting.
     N4sid = "n4sid": N4sidOptions,
+    /// Subspace method of canonical variates (CVA, Larimore), future inputs projected out: the innovations form.
+    Cva = "cva": CvaOptions,
+    /// Subspace method SSARX of Jansson, the future predicted by a long ARX model: the innovations form, also in loops.
+    Ssarx = "ssarx": SsarxOptions,
+    /// Subspace method PARSIM-K in the predictor form, each Markov parameter once: the innovations form, also in loops.
+    ParsimK = "parsim-k": ParsimKOptions,
+    /// Impulse response with a prior that it is smooth and decays (TC, DC, SS kernels), reduced to a model B/F.
+    KernelFir = "kernel-fir": KernelFirOptions,
     /// Recursive least squares with forgetting, sample by sample in square-root form.
     Rls = "rls": RlsOptions,
     /// Recursive instrumental variables: delayed inputs, or the output of the present model run along.

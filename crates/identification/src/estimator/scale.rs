@@ -150,6 +150,7 @@ mod tests {
                 near("sigma", &variance(&pass), &variance(&other), scale);
                 let values = (&pass.singular_values, &other.singular_values);
                 near("singular values", values.0, values.1, scale);
+                near("rho", &pass.correlations, &other.correlations, 1.0);
                 compared += 1;
             }
         }

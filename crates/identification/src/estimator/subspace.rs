@@ -4,6 +4,7 @@
 //! the block of L in the rows of `Y_f` and the columns of the past. Its left singular vectors span the range of the
 //! extended observability matrix. C is the first row of that matrix, and A follows from its shift.
 
+use super::chosen::{Chosen, OrderRule};
 use super::method_kind::{MethodKind, Problem};
 use super::null_space::HighOrder;
 use super::option_error::OptionError;
@@ -69,6 +70,9 @@ macro_rules! subspace {
             /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides them
             /// by their standard deviations.
             pub reading: Option<SubspaceReading>,
+            /// Chooses the order, from 1 to that of `orders`: aicc, aic, bic, fpe, cross-validation (errors over the
+            /// last third of a model of the first two).
+            pub choose: Option<OrderRule>,
             $(
                 /// The weighting whose left singular vectors are taken: n4sid (the oblique projection itself), moesp
                 /// (future inputs projected out, as SLICOT's N4SID), cva (canonical variates).
@@ -83,6 +87,7 @@ macro_rules! subspace {
                     block_rows: None,
                     stabilise: Stabilise::None,
                     reading: None,
+                    choose: None,
                     $($weights: Weights::default(),)?
                 }
             }
@@ -106,6 +111,12 @@ macro_rules! subspace {
 
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
+                if let Some(rule) = self.choose {
+                    return Chosen::new(rule, orders.nf, problem, |n, problem| {
+                        let orders = Some(model_orders(n, orders.nk));
+                        Self { orders, choose: None, ..self.clone() }.prepare(problem)
+                    });
+                }
                 let window = problem.shape.window;
                 let weighting: fn(&Self) -> Weights = $weighting;
                 let (rows, weights) = (self.block_rows, weighting(self));
@@ -137,7 +148,8 @@ fn model_orders(n: usize, nk: usize) -> Orders {
     }
 }
 
-fn check(orders: Option<Orders>, block_rows: Option<usize>) -> Result<(), OptionError> {
+/// Checks the options of a subspace method.
+pub(super) fn check(orders: Option<Orders>, block_rows: Option<usize>) -> Result<(), OptionError> {
     let n = orders.map_or(0, |orders| orders.na.max(orders.nf));
     if let Some(given) = orders {
         let nk = given.nk;
@@ -248,7 +260,7 @@ impl Subspace {
         high.fit(u, y);
         let order = high.chosen();
         let least = self.orders.nf + 1;
-        let most = ((self.window + 1) / 6).min(MOST_ROWS).max(least);
+        let most = longest_rows(self.window).max(least);
         [2 * order, 3 * order, 4 * order].map(|twice| (twice / 2).max(least + 1).min(most))
     }
 
@@ -434,8 +446,13 @@ impl Subspace {
 }
 
 /// Returns the number of columns of the Hankel matrices.
-fn columns(rows: usize, window: usize) -> usize {
+pub(super) fn columns(rows: usize, window: usize) -> usize {
     (window + 1).saturating_sub(2 * rows)
+}
+
+/// Returns the largest number of block rows that a record allows, whose Hankel matrices have four columns for each.
+pub(super) fn longest_rows(window: usize) -> usize {
+    ((window + 1) / 6).min(MOST_ROWS)
 }
 
 /// The symmetric square root of `M M'`, and its inverse.

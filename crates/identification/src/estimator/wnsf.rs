@@ -4,7 +4,8 @@
 //! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
 
 use super::method_kind::{MethodKind, Problem};
-use super::null_space::NullSpaceFit;
+use super::null_space::{NullSpaceFit, reflect};
+use super::numerator::fit_numerator;
 use super::option_error::OptionError;
 use super::regression::covariance_of_triangle;
 use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
@@ -92,7 +93,13 @@ pub struct NullSpace {
     /// The lowest sum of squares so far.
     least: f64,
     best: LinearModel,
+    /// The lowest sum of squares of a reflected solution, which is taken if none was stable.
+    least_reflected: f64,
+    reflected: LinearModel,
+    scratch_of_zeros: Vec<f64>,
     condition: f64,
+    /// The number of weighted solutions.
+    taken: usize,
     equilibration: Equilibration,
     scratch: Vec<f64>,
     e: Vec<f64>,
@@ -121,7 +128,11 @@ impl NullSpace {
             fit,
             least: f64::INFINITY,
             best: LinearModel::zero(orders),
+            least_reflected: f64::INFINITY,
+            reflected: LinearModel::zero(orders),
+            scratch_of_zeros: Vec::new(),
             condition: f64::NAN,
+            taken: 0,
             equilibration: Equilibration::new(n, n),
             scratch: vec![0.0; n],
             e: vec![0.0; window],
@@ -129,12 +140,15 @@ impl NullSpace {
         })
     }
 
-    /// Runs the iteration from each high-order model; returns the number of weighted solutions.
-    fn find(&mut self, u: &[f64], y: &[f64]) -> Result<usize, FailureKind> {
+    /// Runs the iteration from each high-order model.
+    ///
+    /// # Errors
+    /// [`FailureKind::IterationLimit`] if no solution was stable: the model is a reflected one, without covariance.
+    fn find(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
         let orders = self.fit.begin(u, y);
-        let mut taken = 0;
+        self.taken = 0;
         let mut failed = FailureKind::RankDeficient;
-        self.least = f64::INFINITY;
+        (self.least, self.least_reflected) = (f64::INFINITY, f64::INFINITY);
         for (i, order) in orders.into_iter().enumerate() {
             if orders[..i].contains(&order) || !self.fit.start(order) {
                 continue;
@@ -144,13 +158,13 @@ impl NullSpace {
                 if !self.fit.refine() {
                     break;
                 }
-                taken += 1;
+                self.taken += 1;
                 if !self.fit.is_stable() {
                     failed = FailureKind::UnstablePredictor;
+                    self.keep_reflected(u, y);
                     continue;
                 }
-                let model = &self.fit.model;
-                model.residuals(u, y, &mut self.e, &mut self.x);
+                self.fit.model.residuals(u, y, &mut self.e, &mut self.x);
                 let sum: f64 = self.e.iter().map(|e| e * e).sum();
                 if sum < self.least {
                     self.least = sum;
@@ -163,9 +177,32 @@ impl NullSpace {
             }
         }
         if self.least.is_finite() {
-            Ok(taken)
+            Ok(())
+        } else if self.least_reflected.is_finite() {
+            Err(FailureKind::IterationLimit)
         } else {
             Err(failed)
+        }
+    }
+
+    /// While no solution was stable: keeps the present one with C and F reflected and B fitted to them, if its sum of
+    /// squares is the lowest of such.
+    fn keep_reflected(&mut self, u: &[f64], y: &[f64]) {
+        if self.least.is_finite() {
+            return;
+        }
+        let model = &mut self.reflected;
+        model.assign(&self.fit.model);
+        if !reflect(model, &mut self.scratch_of_zeros) || fit_numerator(model, u, y).is_err() {
+            return;
+        }
+        model.residuals(u, y, &mut self.e, &mut self.x);
+        let sum: f64 = self.e.iter().map(|e| e * e).sum();
+        if sum < self.least_reflected {
+            self.least_reflected = sum;
+            self.best.assign(&self.reflected);
+            self.best.noise_variance = sum / (y.len() - self.scratch.len()) as f64;
+            self.best.covariance.clear();
         }
     }
 
@@ -189,14 +226,53 @@ impl Estimator for NullSpace {
             return;
         };
         let Window { u, y, .. } = window;
-        let found = self.find(u, y).and_then(|taken| {
-            pass.iterations = Some(taken);
-            pass.loss = self.least / y.len() as f64;
-            pass.set_model(&self.best, self.condition)
-        });
-        match found {
-            Ok(()) => pass.start_at_zero(),
-            Err(kind) => pass.fail_for(kind),
-        }
+        let found = self.find(u, y);
+        pass.iterations = Some(self.taken);
+        let set = match found {
+            Err(kind) if !kind.leaves_a_model() => Err(kind),
+            _ => {
+                let found = found.is_ok();
+                let sum = if found {
+                    self.least
+                } else {
+                    self.least_reflected
+                };
+                pass.loss = sum / y.len() as f64;
+                pass.set_model(&self.best, if found { self.condition } else { f64::NAN })
+            }
+        };
+        pass.end(found, set);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::csv;
+    use crate::estimator::Shape;
+
+    /// Every solution of this record has a zero of F outside the unit circle. The reflected model is left, without
+    /// standard errors; its output errors are above those of the best known minimum (scipy, tests/recorded_data/optima).
+    #[test]
+    fn a_record_without_a_stable_solution_leaves_a_reflected_model() {
+        let path = "../../tests/recorded_data/optima/hwhite-res20.csv";
+        let record = csv::read(std::fs::File::open(path).unwrap()).unwrap();
+        let shape = Shape {
+            order: 6,
+            window: 98,
+        };
+        let mut method = WnsfOptions::default().prepare(&shape.into()).unwrap();
+        let mut passes = [Pass::new(6)];
+        method.estimate(Window::new(&record.u, &record.y, 98), &mut passes);
+        let [pass] = passes;
+        let kind = pass.failure.map(|failure| failure.kind);
+        assert_eq!(kind, Some(FailureKind::IterationLimit));
+        assert!(!pass.unstable && pass.model.covariance.is_empty());
+        let variance = record.y[..98].iter().map(|y| y * y).sum::<f64>() / 98.0;
+        assert!(
+            pass.loss > 287.86 && pass.loss < variance,
+            "{} {variance}",
+            pass.loss
+        );
     }
 }

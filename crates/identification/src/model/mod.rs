@@ -12,6 +12,7 @@ mod realisation;
 pub use continuous::{ContinuousModel, Hold};
 pub(crate) use continuous::{Sampled, controller_form, output_of};
 pub use equation::Equation;
+pub(crate) use orders::LARGEST;
 pub use orders::{Orders, OrdersError};
 pub use realisation::Realisation;
 

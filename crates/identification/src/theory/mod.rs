@@ -43,7 +43,7 @@ pub use signal::{Signal, Source};
 
 use crate::data::{NoiseColour, Process};
 use crate::estimator::recursive::RecursiveInstruments;
-use crate::estimator::{Method, MethodOptions};
+use crate::estimator::{ArmaxOptions, ArxOptions, BjOptions, Method, MethodOptions, OeOptions};
 use crate::model::Orders;
 use canonical::Shape;
 use faer::Mat;
@@ -187,9 +187,18 @@ fn estimates(
             let missing = Missing::Method("iv of other orders or with a fixed model");
             return vec![Err(missing); method.outputs().len()];
         }
-        M::Arx(options) if options.choose.is_some() => {
-            Err(Missing::Method("least squares of a chosen order"))
-        }
+        M::Arx(ArxOptions {
+            choose: Some(_), ..
+        })
+        | M::Oe(OeOptions {
+            choose: Some(_), ..
+        })
+        | M::Armax(ArmaxOptions {
+            choose: Some(_), ..
+        })
+        | M::Bj(BjOptions {
+            choose: Some(_), ..
+        }) => Err(Missing::Method("methods of a chosen order")),
         M::InstrumentalVariables(options) => {
             return Passes::new(population, options, order).run(method.reported());
         }

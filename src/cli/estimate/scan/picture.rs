@@ -57,10 +57,10 @@ impl Scan {
             }
         }
         let description = "Information criteria, of which the smallest is the best, and FIT of the simulated output \
-                           over the order na = nb = n.";
+                           over the order n.";
         let sharing = Sharing { x: true, y: false };
         small_multiples(
-            "ARX models over their order",
+            &format!("Order: {}", self.models()),
             description,
             &plots,
             2,
@@ -79,7 +79,7 @@ impl Scan {
         for (slot, (label, rows)) in self.lines(quantity).into_iter().enumerate() {
             let point = |row: &&Row| {
                 let value = (quantity.value)(row).unwrap_or(f64::NAN);
-                Point::new(row.orders.na as f64, value)
+                Point::new(row.n as f64, value)
             };
             let points = rows.iter().map(point).collect();
             plot = plot.series(Series::new(label, Style::Line, points).slot(slot));
@@ -87,7 +87,7 @@ impl Scan {
         if let Some(row) = quantity.best.map(|best| &self.rows[best])
             && let Some(value) = (quantity.value)(row)
         {
-            let point = Point::new(row.orders.na as f64, value);
+            let point = Point::new(row.n as f64, value);
             plot = plot.series(Series::new("best", Style::Marks, vec![point]).slot(BEST));
         }
         plot
@@ -118,8 +118,9 @@ impl Scan {
         let mut page = page::begin(report);
         page.section("orders", "Which order?", |section| {
             section.paragraph(&format!(
-                "ARX models with na = nb = n by least squares over the same {} equations. A star marks the smallest \
+                "Each line has {} over the same {} equations. A star marks the smallest \
                  value of each criterion, and at the largest FIT on the samples after the window.",
+                self.models(),
                 self.equations
             ));
             section.figure(
@@ -155,11 +156,7 @@ impl Scan {
                 cell(row.window_fit, false),
                 cell(row.validation_fit, self.best_fit == Some(i)),
             ];
-            let orders = [
-                whole(row.orders.na),
-                whole(row.orders.nk),
-                cell(row.loss, false),
-            ];
+            let orders = [whole(row.n), whole(row.orders.nk), cell(row.loss, false)];
             table.row(orders.into_iter().chain(criteria).chain(fits));
         }
         table

@@ -13,6 +13,7 @@ mod search;
 mod search_starts;
 mod starts;
 
+use super::chosen::{Chosen, OrderRule};
 use super::covariance::Covariance;
 use super::known_model::KnownModel;
 use super::method_kind::{MethodKind, Needs, Problem};
@@ -58,6 +59,9 @@ macro_rules! structure {
             pub initial: InitialCondition,
             /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
             pub covariance: Option<Covariance>,
+            /// Chooses n, the order of each polynomial, from 1 to that of `orders`: aicc, aic, bic, fpe,
+            /// cross-validation (errors over the last third of a model of the first two).
+            pub choose: Option<OrderRule>,
         }
 
         impl Default for $options {
@@ -67,23 +71,34 @@ macro_rules! structure {
                     starts: SearchStarts::default(),
                     initial: InitialCondition::default(),
                     covariance: None,
+                    choose: None,
                 }
             }
         }
 
         impl $options {
             pub(super) fn orders(&self, order: usize) -> Orders {
+                self.orders.unwrap_or_else(|| Self::of_order(order, 1))
+            }
+
+            fn of_order(n: usize, nk: usize) -> Orders {
                 let default: fn(usize) -> Orders = $default;
-                self.orders.unwrap_or_else(|| default(order))
+                Orders { nk, ..default(n) }
             }
         }
 
         impl MethodKind for $options {
             fn check(&self) -> Result<(), OptionError> {
                 let check: fn(Orders) -> Option<&'static str> = $check;
-                match self.orders.and_then(check) {
-                    Some(message) => Err(OptionError::new("orders", message)),
-                    None => Ok(()),
+                let wrong = |message: &str| Err(OptionError::new("orders", message));
+                match self.orders {
+                    Some(orders)
+                        if self.choose.is_some()
+                            && orders != Self::of_order(orders.nb, orders.nk) =>
+                    {
+                        wrong("expected equal orders, the largest to choose from")
+                    }
+                    orders => orders.and_then(check).map_or(Ok(()), wrong),
                 }
             }
 
@@ -100,6 +115,17 @@ macro_rules! structure {
 
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
+                if let Some(rule) = self.choose {
+                    return Chosen::new(rule, orders.nb, problem, |n, problem| {
+                        let orders = Some(Self::of_order(n, orders.nk));
+                        Self {
+                            orders,
+                            choose: None,
+                            ..self.clone()
+                        }
+                        .prepare(problem)
+                    });
+                }
                 let window = problem.shape.window;
                 let initial = self.initial;
                 let mut method = match self.starts {

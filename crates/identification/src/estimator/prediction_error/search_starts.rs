@@ -28,7 +28,7 @@ pub enum SearchStarts {
 
 impl SearchStarts {
     /// Returns the largest number of random starts for a record of N samples.
-    pub(super) fn random(self, window: usize) -> usize {
+    pub(in crate::estimator) fn random(self, window: usize) -> usize {
         let share = SHORT as f64 / window.max(SHORT) as f64;
         match self {
             Self::Rule => ((RANDOM_STARTS as f64 * share * share) as usize).max(LEAST_STARTS),

@@ -1,0 +1,318 @@
+//! PARSIM-K: a subspace method in the predictor form that estimates each Markov parameter once, also in feedback.
+//!
+//! Source: G. Pannocchia, M. Calosi, "A predictor form PARSIMonious algorithm for closed-loop subspace identification",
+//! J. Process Control 20 (2010), 517-524.
+
+use super::chosen::{Chosen, OrderRule};
+use super::method_kind::{MethodKind, Problem};
+use super::null_space::HighOrder;
+use super::option_error::OptionError;
+use super::prediction_error::kernels::Triangle;
+use super::reflection::{Stabilise, reflect_zeros, stable};
+use super::solver::Reduction;
+use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use super::state_sequence::{Innovations, model_orders};
+use super::subspace::{check, columns, longest_rows};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::model::polynomial::divide;
+use crate::model::{LinearModel, Orders};
+use crate::plant::polynomial_from_poles;
+use faer::linalg::solvers::SolveLstsq;
+use faer::{Mat, MatMut};
+
+/// The options of `parsim-k`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct ParsimKOptions {
+    /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting `order`, nk
+    /// = 1.
+    pub orders: Option<Orders>,
+    /// Block rows s of the future and of the past, more than n; by default twice the order of `A y = B u + e` by AIC,
+    /// as far as the record allows.
+    pub block_rows: Option<usize>,
+    /// Chooses the order, from 1 to that of `orders`: aicc, aic, bic, fpe, cross-validation (errors over the last third
+    /// of a model of the first two).
+    pub choose: Option<OrderRule>,
+    /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
+    pub stabilise: Stabilise,
+}
+
+impl MethodKind for ParsimKOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        check(self.orders, self.block_rows)
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        let given = self.orders.unwrap_or(Orders::arx(setting, setting, 1));
+        Some(model_orders(given.na.max(given.nf), given.nk))
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let orders = self.model_orders(problem.shape.order).unwrap_or_default();
+        if let Some(rule) = self.choose {
+            return Chosen::new(rule, orders.na, problem, |n, problem| {
+                let orders = Some(Orders::arx(n, n, orders.nk));
+                Self {
+                    orders,
+                    choose: None,
+                    ..self.clone()
+                }
+                .prepare(problem)
+            });
+        }
+        let window = problem.shape.window;
+        let (n, rows) = (orders.na, self.block_rows);
+        let least = rows.unwrap_or(n + 1);
+        if columns(least, window) < 4 * least || n >= least {
+            return Err(SetupError::ShortHankel {
+                rows: least,
+                window,
+                order: n,
+            });
+        }
+        Ok(Box::new(ParsimK {
+            orders,
+            rows,
+            stabilise: self.stabilise,
+            high: HighOrder::new(true, 1, None, window),
+            innovations: Innovations::new(window),
+            scratch: Vec::new(),
+        }))
+    }
+}
+
+/// With z the last s outputs and inputs, `y(t+i) = G_i z(t) + sum_(j <= i) (h_j u + g_j y)(t+i-j) + e(t+i)`, g_0 = 0.
+/// Least squares of row i gives G_i, h_i and g_i, with those of the rows before. The left singular vectors of `G W`, W W'
+/// the covariance of z without future inputs, span the observability matrix of `A - K C`, and so
+/// `C(q) = det(I - (A - K C) q^-1)`. Given C, `y = (C - A)/C y + B/C u + P/C delta + e` is linear in A, B and in P, the
+/// effect of the initial state.
+pub struct ParsimK {
+    orders: Orders,
+    rows: Option<usize>,
+    stabilise: Stabilise,
+    high: HighOrder,
+    innovations: Innovations,
+    scratch: Vec<f64>,
+}
+
+impl ParsimK {
+    fn find(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        singular_values: &mut Vec<f64>,
+    ) -> Result<(LinearModel, f64), FailureKind> {
+        let n = self.orders.na;
+        let rows = self.rows.unwrap_or_else(|| {
+            self.high.fit(u, y);
+            let longest = longest_rows(y.len()).max(n + 1);
+            (2 * self.high.order()).clamp(n + 1, longest)
+        });
+        let observability = observability(u, y, rows, self.orders.nk == 0, singular_values)?;
+        if !(singular_values[n - 1] > 0.0) {
+            return Err(FailureKind::RankDeficient);
+        }
+        let mut shift = observability.get(1.., ..n).to_owned();
+        observability
+            .get(..rows - 1, ..n)
+            .qr()
+            .solve_lstsq_in_place(&mut shift);
+        let poles = shift.get(..n, ..).eigenvalues();
+        let poles = poles.map_err(|_| FailureKind::NonFinite)?;
+        let mut model = LinearModel::zero(self.orders);
+        for (c, coefficient) in model.c[1..].iter_mut().zip(polynomial_from_poles(&poles)) {
+            *c = coefficient.re;
+        }
+        let finite = model.c.iter().all(|c| c.is_finite())
+            && (stable(&model.c, &mut self.scratch) || reflect_zeros(&mut model.c));
+        finite.then_some(()).ok_or(FailureKind::NonFinite)?;
+        let condition = fit_given_c(&mut model, u, y)?;
+        self.innovations
+            .stabilise(u, y, self.stabilise, &mut model)?;
+        Ok((model, condition))
+    }
+}
+
+/// Returns the left singular vectors of `G W`, and its singular values.
+fn observability(
+    u: &[f64],
+    y: &[f64],
+    s: usize,
+    direct: bool,
+    singular_values: &mut Vec<f64>,
+) -> Result<Mat<f64>, FailureKind> {
+    let count = columns(s, y.len());
+    // Columns z, then u and y of each future row.
+    let (of_u, of_y) = (|i: usize| 2 * s + 2 * i, |i: usize| 2 * s + 2 * i + 1);
+    let mut reduction = Reduction::new(4 * s, count, 0);
+    reduction.run(
+        count,
+        |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                let t = s + first + row;
+                for i in 0..s {
+                    z[(row, i)] = y[t - 1 - i];
+                    z[(row, s + i)] = u[t - 1 - i];
+                    z[(row, of_u(i))] = u[t + i];
+                    z[(row, of_y(i))] = y[t + i];
+                }
+            }
+        },
+    )?;
+    // In the coordinates of R every signal is a column of it.
+    let r = reduction.r();
+    let signal = |j: usize| Mat::from_fn(4 * s, 1, |i, _| if i <= j { r[(i, j)] } else { 0.0 });
+    let upper =
+        |width: usize| Mat::from_fn(4 * s, width, |i, j| if i <= j { r[(i, j)] } else { 0.0 });
+    let first = Inverse::of(&upper(2 * s + usize::from(direct)))?;
+    let later = Inverse::of(&upper(2 * s + 2))?;
+    let mut g = Mat::zeros(s, 2 * s);
+    let (mut of_inputs, mut of_outputs) = (vec![0.0; s], vec![0.0; s]);
+    for i in 0..s {
+        let mut known = signal(of_y(i));
+        for j in 0..i {
+            known -= of_inputs[j] * signal(of_u(i - j)) + of_outputs[j] * signal(of_y(i - j));
+        }
+        let row = if i == 0 {
+            first.times(&known)
+        } else {
+            later.times(&known)
+        };
+        for j in 0..2 * s {
+            g[(i, j)] = row[(j, 0)];
+        }
+        if i > 0 || direct {
+            of_inputs[i] = row[(2 * s, 0)];
+        }
+        if i > 0 {
+            of_outputs[i] = row[(2 * s + 1, 0)];
+        }
+    }
+    // z without future inputs: the rows of z below those of u in the triangle of [u z].
+    let both = Mat::from_fn(4 * s, 3 * s, |i, j| {
+        let j = if j < s { of_u(j) } else { j - s };
+        if i <= j { r[(i, j)] } else { 0.0 }
+    });
+    let qr = both.qr();
+    let triangle = qr.thin_R();
+    let weight = Mat::from_fn(2 * s, 2 * s, |i, j| {
+        if i <= j {
+            triangle[(s + i, s + j)]
+        } else {
+            0.0
+        }
+    });
+    let svd = (&g * weight.transpose()).thin_svd();
+    let svd = svd.map_err(|_| FailureKind::NonFinite)?;
+    singular_values.clear();
+    singular_values.extend((0..s).map(|i| svd.S()[i]));
+    // Rounding of a record without noise is no direction.
+    let smallest = singular_values[0] * s as f64 * f64::EPSILON * 16.0;
+    for value in singular_values
+        .iter_mut()
+        .filter(|value| **value <= smallest)
+    {
+        *value = 0.0;
+    }
+    Ok(Mat::from_fn(s, s, |i, j| {
+        svd.U()[(i, j)] * singular_values[j].sqrt()
+    }))
+}
+
+/// The pseudo-inverse of a matrix; singular values that are rounding of the largest are taken as 0.
+struct Inverse {
+    inverse: Mat<f64>,
+}
+
+impl Inverse {
+    fn of(x: &Mat<f64>) -> Result<Self, FailureKind> {
+        let svd = x.thin_svd().map_err(|_| FailureKind::NonFinite)?;
+        let (values, n) = (svd.S(), x.ncols());
+        if !(values[0] > 0.0) {
+            return Err(FailureKind::Singular);
+        }
+        let smallest = values[0] * n as f64 * f64::EPSILON * 16.0;
+        let scaled = Mat::from_fn(n, n, |i, j| {
+            let value = values[j];
+            if value > smallest {
+                svd.V()[(i, j)] / value
+            } else {
+                0.0
+            }
+        });
+        Ok(Self {
+            inverse: scaled * svd.U().get(.., ..n).transpose(),
+        })
+    }
+
+    fn times(&self, x: &Mat<f64>) -> Mat<f64> {
+        &self.inverse * x
+    }
+}
+
+/// Fits A, B and the effect of the initial state, given a stable C; returns the condition.
+fn fit_given_c(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
+    let Orders { na: n, nb, nk, .. } = model.orders();
+    let filtered = |signal: &[f64]| {
+        let mut signal = signal.to_vec();
+        divide(&model.c, &mut signal);
+        signal
+    };
+    let mut impulse = vec![0.0; y.len()];
+    impulse[0] = 1.0;
+    let (of_y, of_u, impulse) = (filtered(y), filtered(u), filtered(&impulse));
+    let width = 2 * n + nb;
+    let mut triangle = Triangle::new(width);
+    triangle.run(y.len(), |j, first, to| {
+        let (signal, lag) = match j {
+            j if j < n => (&of_y, j + 1),
+            j if j < n + nb => (&of_u, nk + j - n),
+            j if j < width => (&impulse, j - n - nb),
+            _ => return to.copy_from_slice(&y[first..][..to.len()]),
+        };
+        for (to, k) in to.iter_mut().zip(first..) {
+            *to = k.checked_sub(lag).map_or(0.0, |k| signal[k]);
+        }
+    })?;
+    let mut theta = triangle.top().to_vec();
+    let mut equilibration = Equilibration::new(width, width);
+    equilibration.of_columns(triangle.r())?;
+    let mut scratch = vec![0.0; width];
+    let condition = triangular_condition(triangle.r(), &equilibration.columns, &mut scratch)?;
+    check_rank_of_columns(condition, width)?;
+    if !triangle.solve(&mut theta) {
+        return Err(FailureKind::Singular);
+    }
+    for i in 0..n {
+        model.a[i + 1] = model.c[i + 1] - theta[i];
+    }
+    model.b[nk..].copy_from_slice(&theta[n..n + nb]);
+    Ok(condition)
+}
+
+impl Estimator for ParsimK {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let Window { u, y, .. } = window;
+        let mut values = std::mem::take(&mut pass.singular_values);
+        let found = self.find(u, y, &mut values);
+        pass.singular_values = values;
+        let found = found.and_then(|(mut model, condition)| {
+            let sum = self.innovations.sum(u, y, &model);
+            let parameters = model.orders().parameters();
+            model.noise_variance = sum / y.len().saturating_sub(parameters) as f64;
+            pass.loss = sum / y.len() as f64;
+            pass.set_model(&model, condition)
+        });
+        match found {
+            Ok(()) => pass.start_at_zero(),
+            Err(kind) => pass.fail_for(kind),
+        }
+    }
+}

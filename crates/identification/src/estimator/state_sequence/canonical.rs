@@ -1,0 +1,147 @@
+//! Canonical correlations of the past with the future, and the states that they define.
+
+use crate::estimator::solver::Reduction;
+use crate::estimator::subspace::columns;
+use crate::estimator::{Criterion, FailureKind};
+use crate::model::LinearModel;
+use faer::{Mat, MatMut, MatRef};
+
+/// The past and the future as triangles: `[W Z Y] = Q R`, W the inputs that are projected out.
+pub(super) struct Canonical {
+    /// Canonical correlations in descending order, as many as block rows.
+    pub(super) correlations: Vec<f64>,
+    /// The directions of the past, a row for each correlation.
+    directions: Mat<f64>,
+    /// Columns of the Hankel matrices.
+    count: usize,
+}
+
+impl Canonical {
+    /// Correlates past and future outputs, future inputs projected out of both.
+    pub(super) fn projected(u: &[f64], y: &[f64], s: usize) -> Result<Self, FailureKind> {
+        Self::new(u, y, s, s, |t, i| y[t + i])
+    }
+
+    /// Correlates the past with `y(t+i) - sum_j h_j (y or u)(t+i-j)`, j up to i, h being the predictor of an ARX model:
+    /// what is left is the state's.
+    pub(super) fn predicted(
+        u: &[f64],
+        y: &[f64],
+        s: usize,
+        high: &LinearModel,
+    ) -> Result<Self, FailureKind> {
+        Self::new(u, y, s, 0, |t, i| {
+            let lags = |c: &[f64]| c.len().min(i + 1);
+            let of_y = (0..lags(&high.a)).map(|j| high.a[j] * y[t + i - j]);
+            let of_u = (0..lags(&high.b)).map(|j| high.b[j] * u[t + i - j]);
+            of_y.sum::<f64>() - of_u.sum::<f64>()
+        })
+    }
+
+    /// `future(t, i)` is row i of the future at time t; `inputs` future inputs are projected out.
+    fn new(
+        u: &[f64],
+        y: &[f64],
+        s: usize,
+        inputs: usize,
+        future: impl Fn(usize, usize) -> f64,
+    ) -> Result<Self, FailureKind> {
+        let count = columns(s, y.len());
+        let mut reduction = Reduction::new(inputs + 3 * s, count, 0);
+        reduction.run(
+            count,
+            |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
+                for row in 0..z.nrows() {
+                    let t = s + first + row;
+                    for i in 0..inputs {
+                        z[(row, i)] = u[t + i];
+                    }
+                    for i in 0..s {
+                        z[(row, inputs + i)] = y[t - 1 - i];
+                        z[(row, inputs + s + i)] = u[t - 1 - i];
+                        z[(row, inputs + 2 * s + i)] = future(t, i);
+                    }
+                }
+            },
+        )?;
+        let r = reduction.r();
+        // Without W: the past Z is R_22, the future Y is (R_23; R_33).
+        let rest = 3 * s;
+        let part = |first: usize, count: usize| {
+            Mat::from_fn(rest, count, |i, j| r[(inputs + i, inputs + first + j)])
+        };
+        let past = Whitened::of(part(0, 2 * s).as_ref())?;
+        let future = Whitened::of(part(2 * s, s).as_ref())?;
+        let product = future.basis.transpose() * &past.basis;
+        let svd = product.thin_svd().map_err(|_| FailureKind::NonFinite)?;
+        let found = product.nrows().min(product.ncols());
+        let mut correlations = vec![0.0; s];
+        for (to, i) in correlations.iter_mut().zip(0..found) {
+            *to = svd.S()[i].min(1.0);
+        }
+        let directions = svd.V().transpose() * &past.root;
+        Ok(Self {
+            correlations,
+            directions,
+            count,
+        })
+    }
+
+    /// Returns the order n from 1 to `most` with the least criterion of `V = prod 1/(1 - rho_i^2)`, i > n, of M columns
+    /// and `n (3 s - n)` parameters, those of a matrix of rank n with s rows and 2 s columns.
+    pub(super) fn order(&self, criterion: Criterion, most: usize) -> usize {
+        let s = self.correlations.len();
+        let value = |n: usize| {
+            let beyond = self.correlations[n..].iter();
+            // A correlation of 1 is rounding of a record without noise.
+            let logarithm: f64 = beyond.map(|rho| -(1.0 - rho * rho).max(1e-30).ln()).sum();
+            criterion.value(logarithm.exp(), self.count, n * (3 * s - n))
+        };
+        let orders = 1..=most;
+        orders
+            .min_by(|a, b| value(*a).total_cmp(&value(*b)))
+            .unwrap_or(1)
+    }
+
+    /// Returns the n rows of J.
+    pub(super) fn states(&mut self, n: usize) -> Result<MatRef<'_, f64>, FailureKind> {
+        if self.directions.nrows() < n || !(self.correlations[n - 1] > 0.0) {
+            return Err(FailureKind::RankDeficient);
+        }
+        Ok(self.directions.get(..n, ..))
+    }
+}
+
+/// A matrix X of columns as an orthonormal basis of their span, `X = basis S V'`, and `root = S^-1 V'`. Singular values
+/// that are rounding of the largest are taken as 0, as in a record without noise.
+struct Whitened {
+    basis: Mat<f64>,
+    root: Mat<f64>,
+}
+
+impl Whitened {
+    fn of(x: MatRef<'_, f64>) -> Result<Self, FailureKind> {
+        // Columns have units of their own.
+        let n = x.ncols();
+        let scales: Vec<f64> = (0..n).map(|j| x.col(j).norm_l2()).collect();
+        let inverse = |j: usize| {
+            if scales[j] > 0.0 {
+                scales[j].recip()
+            } else {
+                0.0
+            }
+        };
+        let scaled = Mat::from_fn(x.nrows(), n, |i, j| x[(i, j)] * inverse(j));
+        let svd = scaled.thin_svd().map_err(|_| FailureKind::NonFinite)?;
+        let values = svd.S();
+        let smallest = values[0] * n as f64 * f64::EPSILON * 16.0;
+        let rank = (0..n).filter(|i| values[*i] > smallest).count();
+        if rank == 0 {
+            return Err(FailureKind::Singular);
+        }
+        Ok(Self {
+            basis: svd.U().get(.., ..rank).to_owned(),
+            root: Mat::from_fn(rank, n, |i, j| svd.V()[(j, i)] / values[i] * inverse(j)),
+        })
+    }
+}

@@ -1,0 +1,146 @@
+//! The innovations form of a sequence of states, as polynomials.
+
+use crate::estimator::FailureKind;
+use crate::estimator::numerator::fit_numerator;
+use crate::estimator::prediction_error::kernels::Triangle;
+use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
+use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::model::LinearModel;
+use crate::plant::polynomial_from_poles;
+use faer::{Mat, MatRef};
+
+/// Buffers for records of one length.
+pub(in crate::estimator) struct Innovations {
+    e: Vec<f64>,
+    x: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl Innovations {
+    pub(in crate::estimator) fn new(window: usize) -> Self {
+        Self {
+            e: vec![0.0; window],
+            x: vec![0.0; window],
+            scratch: Vec::new(),
+        }
+    }
+
+    /// Fits `x(t+1) = (A - K C) x + (B - K D) u + K y` and `y = C x + D u` by least squares, with `x(t) = J z(t)`, and
+    /// sets the polynomials. Returns the condition of the states.
+    pub(super) fn fit(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        j: &MatRef<'_, f64>,
+        s: usize,
+        model: &mut LinearModel,
+    ) -> Result<f64, FailureKind> {
+        let (n, direct) = (j.nrows(), model.delay == 0);
+        let count = y.len() - s;
+        let mut x = Mat::zeros(n, count);
+        for t in 0..count {
+            for i in 0..n {
+                let of_y = (0..s).map(|lag| j[(i, lag)] * y[s + t - 1 - lag]);
+                let of_u = (0..s).map(|lag| j[(i, s + lag)] * u[s + t - 1 - lag]);
+                x[(i, t)] = of_y.sum::<f64>() + of_u.sum::<f64>();
+            }
+        }
+        // Columns x, then u and y, then the next x; with a delay y does not see u.
+        let (of_u, of_y) = if direct { (n, n + 1) } else { (n + 1, n) };
+        let mut triangle = Triangle::new(2 * n + 2);
+        triangle.run(count - 1, |column, first, to| {
+            for (to, t) in to.iter_mut().zip(first..) {
+                *to = match column {
+                    column if column < n => x[(column, t)],
+                    column if column == of_u => u[s + t],
+                    column if column == of_y => y[s + t],
+                    column if column < 2 * n + 2 => x[(column - n - 2, t + 1)],
+                    _ => 0.0,
+                };
+            }
+        })?;
+        let r = triangle.r();
+        let of_states = r.get(..n, ..n);
+        let mut equilibration = Equilibration::new(n, n);
+        equilibration.of_columns(of_states)?;
+        self.scratch.resize(n, 0.0);
+        let condition = triangular_condition(of_states, &equilibration.columns, &mut self.scratch)?;
+        check_rank_of_columns(condition, n)?;
+        // The output is a combination of states (and u) only where there is no noise: then K is 0.
+        let length = (0..=of_y).map(|i| r[(i, of_y)].powi(2)).sum::<f64>().sqrt();
+        let noise = r[(of_y, of_y)].abs() > length * (n + 2) as f64 * f64::EPSILON * 64.0;
+        let solve = |column: usize, unknowns: usize| {
+            let mut solution = vec![0.0; unknowns];
+            for i in (0..unknowns).rev() {
+                if i == of_y && !noise {
+                    continue;
+                }
+                let sum: f64 = (i + 1..unknowns).map(|l| r[(i, l)] * solution[l]).sum();
+                solution[i] = (r[(i, column)] - sum) / r[(i, i)];
+            }
+            solution
+        };
+        let output = solve(of_y, of_y);
+        let next: Vec<Vec<f64>> = (0..n).map(|i| solve(n + 2 + i, n + 2)).collect();
+        let closed = Mat::from_fn(n, n, |i, l| next[i][l]);
+        let a = Mat::from_fn(n, n, |i, l| next[i][l] + next[i][of_y] * output[l]);
+        let d = if direct { output[of_u] } else { 0.0 };
+        let b: Vec<f64> = next
+            .iter()
+            .map(|next| next[of_u] + next[of_y] * d)
+            .collect();
+        characteristic(&a, &mut model.a)?;
+        characteristic(&closed, &mut model.c)?;
+        numerator(&a, &b, &output[..n], d, model);
+        Ok(condition)
+    }
+
+    /// Reflects zeros of C, and those of A if that is wanted; then B is fitted again, by the prediction errors.
+    pub(in crate::estimator) fn stabilise(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        stabilise: Stabilise,
+        model: &mut LinearModel,
+    ) -> Result<(), FailureKind> {
+        let reflected = |finite: bool| finite.then_some(()).ok_or(FailureKind::NonFinite);
+        if !stable(&model.c, &mut self.scratch) {
+            reflected(reflect_zeros(&mut model.c))?;
+        }
+        if stabilise == Stabilise::None || stable(&model.a, &mut self.scratch) {
+            return Ok(());
+        }
+        reflected(reflect_zeros(&mut model.a))?;
+        fit_numerator(model, u, y)
+    }
+
+    /// Returns the sum of squared prediction errors.
+    pub(in crate::estimator) fn sum(&mut self, u: &[f64], y: &[f64], model: &LinearModel) -> f64 {
+        model.residuals(u, y, &mut self.e, &mut self.x);
+        self.e.iter().map(|e| e * e).sum()
+    }
+}
+
+/// Computes `det(I - A q^-1)`.
+fn characteristic(a: &Mat<f64>, to: &mut [f64]) -> Result<(), FailureKind> {
+    let poles = a.eigenvalues().map_err(|_| FailureKind::NonFinite)?;
+    for (to, coefficient) in to[1..].iter_mut().zip(polynomial_from_poles(&poles)) {
+        *to = coefficient.re;
+    }
+    let finite = to.iter().all(|c| c.is_finite());
+    finite.then_some(()).ok_or(FailureKind::NonFinite)
+}
+
+/// Sets B, the product of A and of the impulse response `d, c b, c A b ...`, whose powers beyond n vanish.
+fn numerator(a: &Mat<f64>, b: &[f64], c: &[f64], d: f64, model: &mut LinearModel) {
+    let n = c.len();
+    let mut response = vec![d];
+    let mut state = Mat::from_fn(n, 1, |i, _| b[i]);
+    for _ in 0..n {
+        response.push(c.iter().enumerate().map(|(i, c)| c * state[(i, 0)]).sum());
+        state = a * &state;
+    }
+    for i in model.delay..=n {
+        model.b[i] = (0..=i).map(|j| model.a[j] * response[i - j]).sum();
+    }
+}

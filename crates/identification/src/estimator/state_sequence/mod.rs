@@ -1,0 +1,224 @@
+//! Subspace methods whose states are combinations of the past, `x(t) = J z(t)`, and whose model is the innovations form.
+//!
+//! `z(t) = (y(t-1) ... y(t-s), u(t-1) ... u(t-s))`, and J has the canonical correlations of z with the future. By least
+//! squares, `y = C x + D u + e` and `x(t+1) = A x + B u + K e` follow. One output makes that `A y = B u + C e` with three
+//! polynomials of degree n, `A(q) = det(I - A q^-1)` and `C(q) = det(I - (A - K C) q^-1)`.
+//!
+//! Sources: W. E. Larimore, "Canonical variate analysis in identification, filtering, and adaptive control", CDC 1990,
+//! 596-604; M. Jansson, "Subspace identification and ARX modeling", SYSID 2003, 1625-1630; Y. Fujikoshi, L. G. Veitch,
+//! "Estimation of dimensionality in canonical correlation analysis", Biometrika 66 (1979), 345-351 (the order).
+
+mod canonical;
+mod innovations;
+
+use super::chosen::{Chosen, OrderRule};
+use super::method_kind::{MethodKind, Problem};
+use super::null_space::long_autoregression;
+use super::option_error::OptionError;
+use super::order_choice::Criterion;
+use super::reflection::Stabilise;
+use super::subspace::{columns, longest_rows};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::model::{LinearModel, Orders};
+use canonical::Canonical;
+pub(super) use innovations::Innovations;
+
+/// What the future is, of which the past tells the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Future {
+    /// The outputs, with the future inputs projected out of them and of the past.
+    Projected,
+    /// The outputs less what a high-order ARX model makes of inputs and outputs since the state.
+    Predicted,
+}
+
+/// Defines the options of a method; both have the same.
+macro_rules! state_sequence {
+    ($options:ident, $doc:literal, $future:expr) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, Default, PartialEq)]
+        #[cfg_attr(
+            feature = "json",
+            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+            serde(deny_unknown_fields, default)
+        )]
+        pub struct $options {
+            /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
+            /// `order`, nk = 1.
+            pub orders: Option<Orders>,
+            /// Block rows s of the future and of the past, more than n; by default twice the order of `A y = B u + e`
+            /// by AIC, as far as the record allows.
+            pub block_rows: Option<usize>,
+            /// Chooses the order, from 1 to that of `orders`: aicc, aic, bic, fpe, cross-validation (errors over the
+            /// last third of a model of the first two).
+            pub choose: Option<OrderRule>,
+            /// Chooses the order, from 1 to that of `orders`, by a criterion of the canonical correlations: aic, bic.
+            pub correlations: Option<Criterion>,
+            /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
+            pub stabilise: Stabilise,
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                if let Some(criterion @ (Criterion::Aicc | Criterion::Fpe)) = self.correlations {
+                    let message = format!("{criterion}; expected aic or bic");
+                    return Err(OptionError::new("correlations", message));
+                }
+                if self.choose.is_some() && self.correlations.is_some() {
+                    let message = "expected one of choose and correlations";
+                    return Err(OptionError::new("correlations", message));
+                }
+                super::subspace::check(self.orders, self.block_rows)
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                let given = self.orders.unwrap_or(Orders::arx(setting, setting, 1));
+                Some(model_orders(given.na.max(given.nf), given.nk))
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let orders = self.model_orders(problem.shape.order).unwrap_or_default();
+                if let Some(rule) = self.choose {
+                    return Chosen::new(rule, orders.na, problem, |n, problem| {
+                        let orders = Some(Orders::arx(n, n, orders.nk));
+                        Self {
+                            orders,
+                            choose: None,
+                            ..self.clone()
+                        }
+                        .prepare(problem)
+                    });
+                }
+                let window = problem.shape.window;
+                let method = StateSequence::new(orders, self.block_rows, $future, window)?;
+                Ok(Box::new(StateSequence {
+                    correlations: self.correlations,
+                    stabilise: self.stabilise,
+                    ..method
+                }))
+            }
+        }
+    };
+}
+
+state_sequence!(CvaOptions, "The options of `cva`.", Future::Projected);
+state_sequence!(SsarxOptions, "The options of `ssarx`.", Future::Predicted);
+
+/// Returns the orders of the innovations form of order n as `A y = B u + C e`.
+pub(super) fn model_orders(n: usize, nk: usize) -> Orders {
+    Orders {
+        na: n,
+        nb: n + 1 - nk.min(1),
+        nc: n,
+        nk,
+        ..Orders::default()
+    }
+}
+
+/// Finds the states of a record, and the innovations form from them. Zeros of C outside the unit circle are reflected
+/// into it, which keeps the spectrum of `C e` but for its size.
+pub struct StateSequence {
+    orders: Orders,
+    future: Future,
+    correlations: Option<Criterion>,
+    stabilise: Stabilise,
+    /// The number of block rows, if it is given.
+    rows: Option<usize>,
+    window: usize,
+    innovations: Innovations,
+}
+
+impl StateSequence {
+    /// Makes buffers for windows of `window` samples.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortHankel`] if the Hankel matrices have fewer columns than rows.
+    fn new(
+        orders: Orders,
+        rows: Option<usize>,
+        future: Future,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let least = rows.unwrap_or(orders.na + 1);
+        if columns(least, window) < 4 * least || orders.na >= least {
+            return Err(SetupError::ShortHankel {
+                rows: least,
+                window,
+                order: orders.na,
+            });
+        }
+        Ok(Self {
+            orders,
+            future,
+            correlations: None,
+            stabilise: Stabilise::None,
+            rows,
+            window,
+            innovations: Innovations::new(window),
+        })
+    }
+
+    fn find(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        pass: &mut Pass,
+    ) -> Result<(LinearModel, f64), FailureKind> {
+        let Orders { na: most, nk, .. } = self.orders;
+        let high = match (self.future, self.rows) {
+            (Future::Projected, Some(_)) => None,
+            _ => long_autoregression(u, y, nk),
+        };
+        let order = high.as_ref().map_or(0, |model| model.a.len() - 1);
+        let longest = longest_rows(self.window).max(most + 1);
+        let rows = self.rows.unwrap_or((2 * order).clamp(most + 1, longest));
+        let mut canonical = match (self.future, high) {
+            (Future::Projected, _) => Canonical::projected(u, y, rows)?,
+            (Future::Predicted, Some(high)) => Canonical::predicted(u, y, rows, &high)?,
+            (Future::Predicted, None) => return Err(no_solution(u, y)),
+        };
+        let n = self
+            .correlations
+            .map_or(most, |criterion| canonical.order(criterion, most));
+        pass.correlations.clone_from(&canonical.correlations);
+        let states = canonical.states(n)?;
+        let mut model = LinearModel::zero(model_orders(n, nk));
+        let condition = self.innovations.fit(u, y, &states, rows, &mut model)?;
+        self.innovations
+            .stabilise(u, y, self.stabilise, &mut model)?;
+        Ok((model, condition))
+    }
+}
+
+/// Why there is no long ARX model of a record.
+fn no_solution(u: &[f64], y: &[f64]) -> FailureKind {
+    let square = |signal: &[f64]| signal.iter().map(|x| x * x).sum::<f64>();
+    if (square(u) + square(y)).is_finite() {
+        FailureKind::RankDeficient
+    } else {
+        FailureKind::NonFinite
+    }
+}
+
+impl Estimator for StateSequence {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let Window { u, y, .. } = window;
+        let found = self.find(u, y, pass).and_then(|(mut model, condition)| {
+            let sum = self.innovations.sum(u, y, &model);
+            let parameters = model.orders().parameters();
+            model.noise_variance = sum / y.len().saturating_sub(parameters) as f64;
+            pass.loss = sum / y.len() as f64;
+            pass.set_model(&model, condition)
+        });
+        match found {
+            Ok(()) => pass.start_at_zero(),
+            Err(kind) => pass.fail_for(kind),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
