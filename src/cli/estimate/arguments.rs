@@ -70,6 +70,10 @@ impl Arguments {
                 | EstimatorName::Riv
                 | EstimatorName::Srivc
                 | EstimatorName::Rivc
+                | EstimatorName::Clriv
+                | EstimatorName::TwoStage
+                | EstimatorName::Joint
+                | EstimatorName::Indirect
                 | EstimatorName::Wnsf => true,
                 _ => given("rows").is_some_and(|rows| rows != "complete"),
             }
@@ -90,6 +94,9 @@ pub(super) struct RecordArguments {
     /// Column of y, by its name or its number [default: y, output or out]
     #[arg(long, value_name = "COLUMN")]
     pub(super) output: Option<String>,
+    /// Column of a closed loop's reference r, by its name or its number [default: r or reference, if there is one]
+    #[arg(long, value_name = "COLUMN")]
+    pub(super) reference: Option<String>,
     /// Column of the times, by its name or its number, or none [default: t or time, if there is one]
     #[arg(long, value_name = "COLUMN")]
     pub(super) time: Option<String>,

@@ -1,7 +1,10 @@
 //! The estimators of this crate, one line each. An estimator's file has its options, and these define everything else.
 
 use super::arx::ArxOptions;
+use super::closed_loop_iv::ClrivOptions;
 use super::continuous_iv::{RivcOptions, SrivcOptions};
+use super::errors_in_variables::{BelsOptions, IvCompensatedOptions, TlsOptions};
+use super::indirect::IndirectOptions;
 use super::iv_delayed::IvDelayedOptions;
 use super::iv4::Iv4Options;
 use super::known::KnownOptions;
@@ -15,6 +18,7 @@ use super::recursive::{
 };
 use super::riv::RivOptions;
 use super::subspace::{MoespOptions, N4sidOptions};
+use super::two_stage::{JointOptions, TwoStageOptions};
 use super::wnsf::WnsfOptions;
 use super::{Estimator, IvOptions, LsOptions, SetupError};
 use crate::model::Orders;
@@ -149,6 +153,20 @@ estimators! {
     Srivc = "srivc": SrivcOptions,
     /// Refined instrumental variables in continuous time with a noise model: B(s)/A(s), C/D from samples.
     Rivc = "rivc": RivcOptions,
+    /// Refined instrumental variables for a closed loop, with instruments from the reference: the Box-Jenkins model.
+    Clriv = "clriv": ClrivOptions,
+    /// Two-stage method for a closed loop: what of u follows from the reference, then the output-error model from it.
+    TwoStage = "two-stage": TwoStageOptions,
+    /// Joint input-output method for a closed loop: the ratio of what of y and of u follows from the reference.
+    Joint = "joint": JointOptions,
+    /// Indirect method for a closed loop with a known controller: the plant from a model of the loop.
+    Indirect = "indirect": IndirectOptions,
+    /// Total least squares for errors in variables: white noise in u and y, the ratio of its variances told.
+    Tls = "tls": TlsOptions,
+    /// Bias-eliminating least squares for errors in variables: white noise in u and y, its variances estimated.
+    Bels = "bels": BelsOptions,
+    /// Instrumental variables for errors in variables: white noise in u and y, its variances told.
+    IvCompensated = "iv-compensated": IvCompensatedOptions,
     /// Weighted null-space fitting: an output-error, ARMAX or Box-Jenkins model from a high-order one, no search.
     Wnsf = "wnsf": WnsfOptions,
     /// Prediction error method: the output-error model B/F.
