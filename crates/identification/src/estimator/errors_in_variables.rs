@@ -387,7 +387,7 @@ impl ErrorsInVariables {
         self.x.fill(0.0);
         self.set_variances();
         let clean = self.lines - width.min(self.lines);
-        if self.x.len() > width && self.lines >= 2 * width + 1 {
+        if self.x.len() > width && self.lines > 2 * width {
             self.start_without_noise(clean, condition)?;
         }
         let mut sum = self.sum_of_squares();
@@ -515,7 +515,9 @@ impl ErrorsInVariables {
                         .for_each(|(row, slope)| *row += slope * score);
                 }
                 self.stages.solve_normal(row);
-                row.iter_mut().for_each(|row| *row /= self.count as f64);
+                for row in row.iter_mut() {
+                    *row /= self.count as f64;
+                }
             });
         }
         let mut all = Vec::new();

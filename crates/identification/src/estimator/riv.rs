@@ -138,7 +138,7 @@ impl RefinedIv {
 
     /// Forms the instruments from a closed loop's input without noise.
     pub(super) fn with_source(mut self, source: LoopInput) -> Self {
-        self.v = source.hat.clone();
+        self.v.clone_from(&source.hat);
         self.source = Some(source);
         self
     }
