@@ -25,6 +25,9 @@ fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
         EstimatorName::Stmcb
         | EstimatorName::Sriv
         | EstimatorName::Srivc
+        | EstimatorName::TwoStage
+        | EstimatorName::Joint
+        | EstimatorName::Indirect
         | EstimatorName::Oe
         | EstimatorName::Wnsf
         | EstimatorName::KernelFir
@@ -33,7 +36,7 @@ fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
         | EstimatorName::RecursiveSriv
         | EstimatorName::Rpem => Some(format!("nb={n},nf={n}")),
         EstimatorName::Armax | EstimatorName::Rels => Some(format!("na={n},nb={n},nc=1")),
-        EstimatorName::Riv | EstimatorName::Rivc | EstimatorName::Bj => {
+        EstimatorName::Riv | EstimatorName::Rivc | EstimatorName::Clriv | EstimatorName::Bj => {
             Some(format!("nb={n},nc=1,nd=1,nf={n}"))
         }
         _ => Some(format!("n={n}")),

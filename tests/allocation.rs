@@ -59,6 +59,13 @@ fn an_estimate_allocates_nothing() {
     let own_memory = [
         EstimatorName::Riv,
         EstimatorName::Srivc,
+        EstimatorName::Clriv,
+        EstimatorName::TwoStage,
+        EstimatorName::Joint,
+        EstimatorName::Indirect,
+        EstimatorName::Tls,
+        EstimatorName::Bels,
+        EstimatorName::IvCompensated,
         EstimatorName::Rivc,
         EstimatorName::Wnsf,
         EstimatorName::Oe,

@@ -1,4 +1,5 @@
-//! Methods in continuous time against least squares by scipy (`newcomers/continuous.py`).
+//! Methods in continuous time, in closed loop and for errors in variables against numpy and scipy (the scripts in
+//! `newcomers/`, which wrote its records and JSON).
 
 use super::{numbers, size};
 use crate::common::PROGRAM;
@@ -142,4 +143,90 @@ fn the_time_between_samples_is_asked_for() {
         Some(2)
     );
     assert_eq!(found["model"]["B"].as_array().map(Vec::len), Some(3));
+}
+
+/// Each case of a file: polynomials and standard errors. Root finders and searches end at 1e-9, differences at 1e-8.
+fn compare(file: &str, count: usize) {
+    let cases = cases(file);
+    assert_eq!(cases.len(), count);
+    for (i, case) in cases.iter().enumerate() {
+        let method = text(case, "method");
+        let what = format!("{file} {i} {method}");
+        let given = case["arguments"].as_array().expect("arguments").iter();
+        let given: Vec<&str> = given.filter_map(Value::as_str).collect();
+        let found = estimate(
+            text(case, "data"),
+            &[&["--estimator", method][..], &given].concat(),
+        );
+        assert_eq!(found["status"], "ok", "{what}");
+        for (key, expected) in case["expected"].as_object().expect("numbers") {
+            if key == "se" {
+                near(
+                    &what,
+                    &numbers(&found["se"]).expect("errors"),
+                    expected,
+                    1e-6,
+                );
+                continue;
+            }
+            let skip = usize::from(key != "B" || found["model"]["B"][0] == 0.0);
+            let polynomial = numbers(&found["model"][key]).expect("a polynomial");
+            near(&what, &polynomial[skip..], expected, 1e-7);
+        }
+    }
+}
+
+/// Known and unknown controller, two stages, joint, indirect, four steps with the reference.
+#[test]
+fn methods_of_a_closed_loop() {
+    compare("loop.json", 6);
+}
+
+/// The ratio of the noises, or one, both or none of their variances.
+#[test]
+fn errors_in_variables() {
+    compare("errors.json", 6);
+}
+
+/// A record without a reference is refused in one line; a column of another name can be chosen.
+#[test]
+fn the_reference_is_asked_for() {
+    for arguments in [
+        &["--estimator", "clriv"][..],
+        &["--estimator", "two-stage"],
+        &["--estimator", "iv4", "--instruments", "r"],
+    ] {
+        let output = run("rao_garnier.csv", &[arguments, &["--order", "2"]].concat());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(
+            error.contains("needs the reference of the loop; expected --reference COLUMN"),
+            "{error}"
+        );
+    }
+    let output = run(
+        "rao_garnier.csv",
+        &[
+            "--estimator",
+            "two-stage",
+            "--order",
+            "2",
+            "--reference",
+            "u",
+            "--input",
+            "y",
+            "--output",
+            "y",
+        ],
+    );
+    assert_eq!(output.status.code(), Some(2));
+    let output = run(
+        "loop.csv",
+        &["--estimator", "clriv", "--order", "2", "--controller", "x"],
+    );
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        error.contains("--controller: feedback 'x': expected a gain"),
+        "{error}"
+    );
 }

@@ -72,6 +72,10 @@ impl Arguments {
                 | EstimatorName::Rivc
                 | EstimatorName::Bjsm
                 | EstimatorName::Morsm
+                | EstimatorName::Clriv
+                | EstimatorName::TwoStage
+                | EstimatorName::Joint
+                | EstimatorName::Indirect
                 | EstimatorName::Wnsf => true,
                 EstimatorName::KernelFir => given("rows").is_none_or(|rows| rows != "complete"),
                 _ => given("rows").is_some_and(|rows| rows != "complete"),
@@ -93,6 +97,9 @@ pub(super) struct RecordArguments {
     /// Column of y, by its name or its number [default: y, output or out]
     #[arg(long, value_name = "COLUMN")]
     pub(super) output: Option<String>,
+    /// Column of a closed loop's reference r, by its name or its number [default: r or reference, if there is one]
+    #[arg(long, value_name = "COLUMN")]
+    pub(super) reference: Option<String>,
     /// Column of the times, by its name or its number, or none [default: t or time, if there is one]
     #[arg(long, value_name = "COLUMN")]
     pub(super) time: Option<String>,

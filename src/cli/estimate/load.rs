@@ -86,6 +86,10 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
             )));
         }
     }
+    if let Some(of_window) = record.r.get(..window) {
+        // The models have no offset: neither has what drives the loop.
+        Trend::fit(arguments.record.detrend, of_window).subtract(&mut record.r);
+    }
     let validation = validation(arguments, unit, &trends, needed)?;
     Ok(Report {
         file: arguments.record.file.clone(),

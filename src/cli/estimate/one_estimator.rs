@@ -61,6 +61,12 @@ pub(super) fn estimate(
         parsed = parse(&options)?;
     }
     let options = parsed;
+    if options.needs().reference.is_some() && report.record.r.is_empty() {
+        return Err(bad(
+            "needs the reference of the loop; expected --reference COLUMN or a column named r"
+                .to_owned(),
+        ));
+    }
     // A model without a delay of its own sees the record without the delay.
     let shift = options.model_orders(order).map_or(nk - 1, |_| 0);
     let gain = arguments.gain.check(options.order(order));
@@ -78,7 +84,8 @@ pub(super) fn estimate(
     });
     let mut estimator = prepared.map_err(|error| bad(error.to_string()))?;
     let mut passes = vec![Pass::new(order); method.passes()];
-    let window = Window::new(samples.u, samples.y, samples.window);
+    let reference = samples.r.unwrap_or(samples.u);
+    let window = Window::with_reference(samples.u, samples.y, reference, samples.window);
     estimator.estimate(window, &mut passes);
     // Iteration 0 may belong to another estimator, under that estimator's name.
     let numbers = method.outputs().iter().zip(passes);
@@ -185,7 +192,7 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
 
 /// Returns the FIT of a pass on the window, and on the record for validation or the samples after the window.
 pub(super) fn fits(pass: &Pass, shift: usize, report: &Report) -> Fits {
-    let Samples { u, y, window } = report.shifted(shift);
+    let Samples { u, y, window, .. } = report.shifted(shift);
     let model = FitModel {
         model: &pass.model,
         a: &pass.a,

@@ -25,6 +25,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         input: arguments.input.clone(),
         output: arguments.output.clone(),
         time: arguments.time.clone(),
+        reference: arguments.reference.clone(),
         missing: arguments.missing,
     };
     let from = files::open_named(path, Kind::Record).map_err(|error| bad(error.to_string()))?;
@@ -48,6 +49,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     }
     record.u.drain(..skip);
     record.y.drain(..skip);
+    record.r.drain(..skip.min(record.r.len()));
     let clock = times.map(|[first, step]| Clock {
         start: first + skip as f64 * step,
         step,

@@ -49,6 +49,7 @@ impl Report {
         Samples {
             u: &self.record.u[..self.record.u.len() - shift],
             y: &self.record.y[shift..],
+            r: self.record.r.get(..self.record.u.len() - shift),
             window: self.window - shift,
         }
     }
@@ -187,5 +188,7 @@ pub(super) struct Observed {
 pub(super) struct Samples<'a> {
     pub(super) u: &'a [f64],
     pub(super) y: &'a [f64],
+    /// The reference of a closed loop, if the record has it.
+    pub(super) r: Option<&'a [f64]>,
     pub(super) window: usize,
 }

@@ -38,7 +38,7 @@ pub(super) fn in_own_unit(record: &mut Record, window: usize) -> Result<f64, Str
         }
     }
     let unit = unit_of(&[&record.u[..window], &record.y[..window]]);
-    for column in [&mut record.u, &mut record.y] {
+    for column in [&mut record.u, &mut record.y, &mut record.r] {
         for sample in column {
             *sample /= unit;
         }
@@ -64,8 +64,11 @@ impl Report {
             return;
         }
         self.unit /= unit;
-        let Record { u, y, .. } = &mut self.record;
-        u.iter_mut().chain(y).for_each(|sample| *sample *= unit);
+        let Record { u, y, r } = &mut self.record;
+        u.iter_mut()
+            .chain(y)
+            .chain(r)
+            .for_each(|sample| *sample *= unit);
         if let Some(Validation { record, .. }) = &mut self.validation {
             let Record { u, y, .. } = record;
             u.iter_mut().chain(y).for_each(|sample| *sample *= unit);

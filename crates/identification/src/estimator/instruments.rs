@@ -151,6 +151,11 @@ impl TwoStages {
         (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum::<f64>().sqrt()
     }
 
+    /// Computes `x = (Phi' Q Q' Phi)^-1 x` of the last solution.
+    pub(super) fn solve_normal(&self, x: &mut [f64]) {
+        solve_normal(self.inner.r(), x);
+    }
+
     /// Computes `variance (Z'Z)^-1` of the last solution, row by row.
     pub(super) fn covariance_of_instruments(&mut self, variance: f64, to: &mut Vec<f64>) {
         covariance_of_triangle(self.outer.r(), variance, &mut self.scratch, to);

@@ -5,14 +5,14 @@ use super::arx::ArxOptions;
 use super::autoregression::durbin_step;
 use super::covariance::Covariance;
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
-use super::method_kind::{MethodKind, Problem};
+use super::method_kind::{MethodKind, Needs, Problem};
 use super::option_error::OptionError;
 use super::reading::{R_SYSID_RIDGE, Reading};
 use super::reflection::stable;
 use super::reflection::{Stabilise, reflect_zeros};
 use super::regression::{Regression, Rows};
 use super::start_state::{StartState, StateEstimate};
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use super::{Estimator, FailureKind, InstrumentSource, Pass, SetupError, Window};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders};
 use crate::signal::arithmetic::mean;
@@ -34,6 +34,8 @@ pub struct Iv4Options {
     pub initial_state: StartState,
     /// The conventions of another tool: r-sysid.
     pub reading: Option<Reading>,
+    /// The signal from which the instruments are formed: u (the default) or r, the reference of a closed loop.
+    pub instruments: Option<InstrumentSource>,
     /// What is done if the model whose output makes the instruments is unstable: reflect (its poles into the unit
     /// circle, the default), none (also with a reading).
     pub stabilise: Option<Stabilise>,
@@ -56,6 +58,14 @@ impl MethodKind for Iv4Options {
 
     fn model_orders(&self, setting: usize) -> Option<Orders> {
         Some(self.orders(setting))
+    }
+
+    fn needs(&self) -> Needs {
+        Needs {
+            reference: (self.instruments == Some(InstrumentSource::Reference))
+                .then_some(("instruments", "r")),
+            ..Needs::default()
+        }
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
@@ -108,7 +118,9 @@ impl MethodKind for Iv4Options {
             y: signal(),
             x: signal(),
             w: signal(),
-            filtered: [signal(), signal(), signal()],
+            filtered: [signal(), signal(), signal(), signal()],
+            v: signal(),
+            from_reference: self.instruments == Some(InstrumentSource::Reference),
         }))
     }
 }
@@ -177,8 +189,11 @@ pub struct Iv4 {
     y: Vec<f64>,
     x: Vec<f64>,
     w: Vec<f64>,
-    /// u, y and x filtered by L.
-    filtered: [Vec<f64>; 3],
+    /// The input of the instruments: u, or r of a closed loop.
+    v: Vec<f64>,
+    from_reference: bool,
+    /// u, y, x and v filtered by L.
+    filtered: [Vec<f64>; 4],
 }
 
 impl Iv4 {
@@ -192,7 +207,7 @@ impl Iv4 {
             }
         }
         self.model
-            .simulate(&self.u[..record], &mut self.x[..record]);
+            .simulate(&self.v[..record], &mut self.x[..record]);
         self.x[record..].fill(0.0);
         Ok(())
     }
@@ -200,8 +215,14 @@ impl Iv4 {
     /// Solves with instruments; their model's instability is the cause of a failure.
     fn solve(&mut self, filtered: bool, condition: &mut f64) -> Result<(), FailureKind> {
         let signals = match &self.filtered {
-            [u, y, x] if filtered => Signals::new(u, y, x),
-            _ => Signals::new(&self.u, &self.y, &self.x),
+            [u, y, x, v] if filtered => Signals {
+                v: Some(v),
+                ..Signals::new(u, y, x)
+            },
+            _ => Signals {
+                v: Some(&self.v),
+                ..Signals::new(&self.u, &self.y, &self.x)
+            },
         };
         let solved = self.instruments.solve(signals, condition);
         solved.map_err(|kind| {
@@ -216,12 +237,13 @@ impl Iv4 {
     /// Computes the model.
     fn find(
         &mut self,
-        Window { u, y, .. }: Window<'_>,
+        Window { u, y, r }: Window<'_>,
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
         let record = y.len();
         self.u[..record].copy_from_slice(u);
         self.y[..record].copy_from_slice(y);
+        self.v[..record].copy_from_slice(if self.from_reference { r } else { u });
         let (u, y) = (&self.u, &self.y);
         self.regression.solve(u, y, condition)?;
         self.model.set_parameters(self.regression.theta());
@@ -235,8 +257,8 @@ impl Iv4 {
         x[..w.len()].fill(0.0);
         self.whitening.find(w, &x[..w.len()], &mut self.prefilter)?;
         self.make_instruments(record)?;
-        let (u, y, x) = (&self.u, &self.y, &self.x);
-        for (to, from) in self.filtered.iter_mut().zip([u, y, x]) {
+        let (u, y, x, v) = (&self.u, &self.y, &self.x, &self.v);
+        for (to, from) in self.filtered.iter_mut().zip([u, y, x, v]) {
             filter(&self.prefilter, from, to);
         }
         self.solve(true, condition)?;

@@ -2,7 +2,10 @@
 
 use super::adaptive::{JointEkfOptions, KreisselmeierOptions, ZhangOptions};
 use super::arx::ArxOptions;
+use super::closed_loop_iv::ClrivOptions;
 use super::continuous_iv::{RivcOptions, SrivcOptions};
+use super::errors_in_variables::{BelsOptions, IvCompensatedOptions, TlsOptions};
+use super::indirect::IndirectOptions;
 use super::iv_delayed::IvDelayedOptions;
 use super::iv4::Iv4Options;
 use super::kernel_fir::KernelFirOptions;
@@ -20,6 +23,7 @@ use super::recursive::{
 use super::riv::RivOptions;
 use super::state_sequence::{CvaOptions, SsarxOptions};
 use super::subspace::{MoespOptions, N4sidOptions};
+use super::two_stage::{JointOptions, TwoStageOptions};
 use super::wnsf::WnsfOptions;
 use super::{Estimator, IvOptions, LsOptions, SetupError};
 use crate::model::Orders;
@@ -154,6 +158,20 @@ estimators! {
     Srivc = "srivc": SrivcOptions,
     /// Refined instrumental variables in continuous time with a noise model: B(s)/A(s), C/D from samples.
     Rivc = "rivc": RivcOptions,
+    /// Refined instrumental variables for a closed loop, with instruments from the reference: the Box-Jenkins model.
+    Clriv = "clriv": ClrivOptions,
+    /// Two-stage method for a closed loop: what of u follows from the reference, then the output-error model from it.
+    TwoStage = "two-stage": TwoStageOptions,
+    /// Joint input-output method for a closed loop: the ratio of what of y and of u follows from the reference.
+    Joint = "joint": JointOptions,
+    /// Indirect method for a closed loop with a known controller: the plant from a model of the loop.
+    Indirect = "indirect": IndirectOptions,
+    /// Total least squares for errors in variables: white noise in u and y, the ratio of its variances told.
+    Tls = "tls": TlsOptions,
+    /// Bias-eliminating least squares for errors in variables: white noise in u and y, its variances estimated.
+    Bels = "bels": BelsOptions,
+    /// Instrumental variables for errors in variables: white noise in u and y, its variances told.
+    IvCompensated = "iv-compensated": IvCompensatedOptions,
     /// Weighted null-space fitting: an output-error, ARMAX or Box-Jenkins model from a high-order one, no search.
     Wnsf = "wnsf": WnsfOptions,
     /// Box-Jenkins Steiglitz-McBride: B/F by stmcb on signals that a long ARX model has whitened, no noise model.

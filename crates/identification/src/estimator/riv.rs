@@ -3,6 +3,7 @@
 //! Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7.
 
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
+use super::loop_input::LoopInput;
 use super::method_kind::{MethodKind, Problem};
 use super::noise_fit::{NoiseFit, put_block, replace};
 use super::option_error::OptionError;
@@ -30,7 +31,7 @@ pub struct RivOptions {
 }
 
 impl RivOptions {
-    fn as_bj(&self) -> BjOptions {
+    pub(super) fn as_bj(&self) -> BjOptions {
         BjOptions {
             orders: self.orders,
             ..BjOptions::default()
@@ -75,6 +76,9 @@ pub struct RefinedIv {
     least: f64,
     /// (f, b).
     theta: Vec<f64>,
+    /// In a closed loop the instruments have its input without noise instead of u; v is that, filtered.
+    source: Option<LoopInput>,
+    v: Vec<f64>,
     u: Vec<f64>,
     y: Vec<f64>,
     x: Vec<f64>,
@@ -121,6 +125,8 @@ impl RefinedIv {
             best: LinearModel::zero(orders),
             least: f64::INFINITY,
             theta: vec![0.0; nf + nb],
+            source: None,
+            v: Vec::new(),
             u: signal(),
             y: signal(),
             x: signal(),
@@ -128,6 +134,18 @@ impl RefinedIv {
             block: Vec::new(),
             scratch: Vec::new(),
         })
+    }
+
+    /// Forms the instruments from a closed loop's input without noise.
+    pub(super) fn with_source(mut self, source: LoopInput) -> Self {
+        self.v.clone_from(&source.hat);
+        self.source = Some(source);
+        self
+    }
+
+    /// Returns the model of the last record.
+    pub(super) fn model(&self) -> &LinearModel {
+        &self.model
     }
 
     /// Computes `w = y - B/F u`.
@@ -158,25 +176,37 @@ impl RefinedIv {
             divide(&self.model.c, to);
             divide(&self.model.f, to);
         }
-        self.model.simulate(&self.u, &mut self.x);
+        let v = self.source.as_ref().map(|source| {
+            filter(&self.model.d, &source.hat, &mut self.v);
+            divide(&self.model.c, &mut self.v);
+            divide(&self.model.f, &mut self.v);
+            self.v.as_slice()
+        });
+        self.model.simulate(v.unwrap_or(&self.u), &mut self.x);
         let (u, y, x) = (&self.u, &self.y, &self.x);
-        self.instruments.solve(Signals::new(u, y, x), condition)?;
+        self.instruments.solve(Signals { u, y, x, v }, condition)?;
         let change = replace(&mut self.theta, self.instruments.theta(), share);
         self.set_plant();
         Ok(change)
     }
 
     /// Iterates until convergence and counts the passes. If it does not converge, the model is the best of all passes.
-    fn find(
+    pub(super) fn find(
         &mut self,
-        u: &[f64],
-        y: &[f64],
+        window: Window<'_>,
         passes: &mut usize,
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
         *passes = 0;
         self.least = f64::INFINITY;
-        let found = self.start.find(u, y, condition);
+        let Window { u, y, r } = window;
+        let found = match &mut self.source {
+            Some(source) => {
+                source.follow(u, r)?;
+                self.start.find(&source.hat, y, condition)
+            }
+            None => self.start.find(u, y, condition),
+        };
         if let Err(kind) = found
             && !kind.leaves_a_model()
         {
@@ -189,8 +219,12 @@ impl RefinedIv {
         f.copy_from_slice(&start.f[1..]);
         b.copy_from_slice(&start.b[self.orders.nk..]);
         self.noise.reset();
-        self.iterate(u, y, passes, condition).map_err(|kind| {
-            if kind == FailureKind::UnstablePredictor || self.least.is_infinite() {
+        self.iterate(window, passes, condition).map_err(|kind| {
+            let ends = [
+                FailureKind::UnstablePredictor,
+                FailureKind::UnstableInstruments,
+            ];
+            if ends.contains(&kind) || self.least.is_infinite() {
                 return kind;
             }
             self.model.assign(&self.best);
@@ -204,11 +238,11 @@ impl RefinedIv {
 
     fn iterate(
         &mut self,
-        u: &[f64],
-        y: &[f64],
+        window: Window<'_>,
         passes: &mut usize,
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
+        let Window { u, y, .. } = window;
         let (mut share, mut asked) = (1.0, f64::INFINITY);
         let mut unfinished = None;
         while *passes < MOST_PASSES {
@@ -222,10 +256,18 @@ impl RefinedIv {
                 self.least = sum;
                 self.best.assign(&self.model);
             }
+            if let Some(source) = &mut self.source {
+                source.close(&self.model, window);
+            }
             let of_plant = self.refine(u, y, share, condition)?;
             // Both have converged if the plant has, because the noise model follows from it.
             if of_plant <= REST && of_noise <= REST.sqrt() {
-                return unfinished.map_or(Ok(()), Err);
+                let unstable = self
+                    .source
+                    .as_ref()
+                    .is_some_and(|source| source.is_unstable);
+                let unstable = unstable.then_some(FailureKind::UnstableInstruments);
+                return unfinished.or(unstable).map_or(Ok(()), Err);
             }
             if passes.is_multiple_of(ROUND) {
                 if of_plant > PROGRESS * asked {
@@ -242,7 +284,12 @@ impl RefinedIv {
     }
 
     /// Computes the noise variance, and the covariance of a solution; returns the sum of squared prediction errors.
-    fn errors(&mut self, u: &[f64], y: &[f64], converged: bool) -> Result<f64, FailureKind> {
+    pub(super) fn errors(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        converged: bool,
+    ) -> Result<f64, FailureKind> {
         self.noise_of(u, y);
         let Orders { nb, nc, nd, nf, .. } = self.orders;
         let total = self.orders.parameters();
@@ -278,7 +325,7 @@ impl Estimator for RefinedIv {
         };
         let Window { u, y, .. } = window;
         let (mut condition, mut taken) = (f64::NAN, 0);
-        let found = self.find(u, y, &mut taken, &mut condition);
+        let found = self.find(window, &mut taken, &mut condition);
         pass.iterations = Some(taken);
         let set = match found {
             Err(kind) if !kind.leaves_a_model() => Err(kind),

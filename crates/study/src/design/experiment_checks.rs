@@ -319,8 +319,13 @@ impl Experiment {
         if self.cells.iter().all(open) {
             for (i, method) in self.methods.iter().enumerate() {
                 if let Some((key, value)) = method.needs().reference {
+                    let other = if key == "estimator" {
+                        "a"
+                    } else {
+                        "\"u\", or a"
+                    };
                     let message = format!(
-                        "\"{value}\" where no cell has feedback, so there is no reference; expected \"u\", or a \
+                        "\"{value}\" where no cell has feedback, so there is no reference; expected {other} \
                          feedback in [settings]"
                     );
                     return Err(FileError::key(&format!("methods[{i}].{key}"), message));

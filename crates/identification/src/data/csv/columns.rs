@@ -3,20 +3,21 @@
 use super::error::{RecordError, listed};
 use super::options::ReadOptions;
 
-/// The roles of columns: the number of a sample, the input, the output, the time.
+/// The roles of columns: the number of a sample, the input, the output, the time, the reference of a closed loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     K,
     U,
     Y,
     T,
+    R,
 }
 
 impl Role {
-    const ALL: [Self; 4] = [Self::K, Self::U, Self::Y, Self::T];
+    const ALL: [Self; 5] = [Self::K, Self::U, Self::Y, Self::T, Self::R];
 
     const fn name(self) -> &'static str {
-        ["k", "u", "y", "t"][self as usize]
+        ["k", "u", "y", "t", "r"][self as usize]
     }
 
     /// The names by which a column of this role is known, in lower case.
@@ -26,15 +27,16 @@ impl Role {
             Self::U => &["u", "input", "in"],
             Self::Y => &["y", "output", "out"],
             Self::T => &["t", "time"],
+            Self::R => &["r", "reference"],
         }
     }
 }
 
 /// The places of the columns in a row.
 pub(super) struct Columns {
-    places: [Option<usize>; 4],
-    /// What the file calls them: k, u, y and t where it has no header.
-    names: [String; 4],
+    places: [Option<usize>; 5],
+    /// What the file calls them: k, u, y, t and r where it has no header.
+    names: [String; 5],
     /// Seconds in a unit of the times.
     pub(super) unit: f64,
 }
@@ -52,9 +54,10 @@ impl Columns {
             options.input.as_deref(),
             options.output.as_deref(),
             options.time.as_deref(),
+            options.reference.as_deref(),
         ];
-        let is_chosen = chosen[1].is_some() || chosen[2].is_some();
-        let mut places = [None; 4];
+        let is_chosen = [1, 2, 4].iter().any(|role| chosen[*role].is_some());
+        let mut places = [None; 5];
         for role in Role::ALL {
             if let Some(column) = chosen[role as usize]
                 && (role != Role::T || column != NO_TIME)
@@ -138,14 +141,16 @@ impl Columns {
 
     /// Describes the columns of u, y and t where names other than these were taken.
     pub(super) fn in_words(&self, has_header: bool) -> Vec<String> {
-        let words = [Role::U, Role::Y, Role::T].into_iter().filter_map(|role| {
-            let (place, name) = (self.places[role as usize]? + 1, self.name(role));
-            if !has_header {
-                return Some(format!("{} is column {place}", role.name()));
-            }
-            let plain = name == role.name() || name == "time";
-            (!plain).then(|| format!("{} is column '{name}'", role.name()))
-        });
+        let words = [Role::U, Role::Y, Role::T, Role::R]
+            .into_iter()
+            .filter_map(|role| {
+                let (place, name) = (self.places[role as usize]? + 1, self.name(role));
+                if !has_header {
+                    return Some(format!("{} is column {place}", role.name()));
+                }
+                let plain = name == role.name() || name == "time";
+                (!plain).then(|| format!("{} is column '{name}'", role.name()))
+            });
         words.collect()
     }
 }

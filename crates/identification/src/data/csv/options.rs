@@ -21,6 +21,8 @@ pub struct ReadOptions {
     pub output: Option<String>,
     /// The column of the times, or `none`; otherwise the one named `t` or `time`, if there is one.
     pub time: Option<String>,
+    /// The column of the reference of a closed loop; otherwise the one named `r` or `reference`, if there is one.
+    pub reference: Option<String>,
     /// What is done about missing samples.
     pub missing: Missing,
 }

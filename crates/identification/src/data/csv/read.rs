@@ -16,6 +16,8 @@ pub struct Record {
     pub u: Vec<f64>,
     /// y(k).
     pub y: Vec<f64>,
+    /// r(k), the reference of a closed loop; empty in a table without one.
+    pub r: Vec<f64>,
 }
 
 /// A record as it stood in a table.
@@ -132,9 +134,10 @@ impl Rows {
             longest.rows += 1;
         }
         let has = |role| self.columns.cell(row, role).is_some();
-        let (has_number, has_time) = (has(Role::K), has(Role::T));
+        let (has_number, has_time, has_reference) = (has(Role::K), has(Role::T), has(Role::R));
         let k = self.number(row, line, Role::K)?;
         let time = self.number(row, line, Role::T)?;
+        let r = self.number(row, line, Role::R)?;
         let (u, y) = (
             self.number(row, line, Role::U)?,
             self.number(row, line, Role::Y)?,
@@ -142,7 +145,7 @@ impl Rows {
         let (Some(u), Some(y), true) = (
             u,
             y,
-            k.is_some() == has_number && time.is_some() == has_time,
+            k.is_some() == has_number && time.is_some() == has_time && r.is_some() == has_reference,
         ) else {
             self.longest.as_mut().into_iter().for_each(Longest::end);
             return Ok(());
@@ -155,6 +158,7 @@ impl Rows {
             time,
             u,
             y,
+            r,
         };
         match &mut self.longest {
             Some(longest) => longest.add(row),
@@ -239,7 +243,11 @@ pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, Recor
     Ok(Table {
         times,
         form: form.chain(columns.in_words(first.is_header)).collect(),
-        record: Record { u: run.u, y: run.y },
+        record: Record {
+            u: run.u,
+            y: run.y,
+            r: run.r,
+        },
         kept,
     })
 }
@@ -292,6 +300,7 @@ mod tests {
         let record = Record {
             u: vec![1.0, -0.1, 1e-300],
             y: vec![std::f64::consts::PI, -1.0 / 3.0, 12345.678],
+            r: Vec::new(),
         };
         let mut text = Vec::new();
         crate::data::csv::write(&mut text, &["truth".to_owned()], &record.u, &record.y).unwrap();

@@ -11,6 +11,7 @@ pub(super) struct Row {
     pub(super) time: Option<Time>,
     pub(super) u: f64,
     pub(super) y: f64,
+    pub(super) r: Option<f64>,
 }
 
 /// Why a row does not continue the run before it.
@@ -25,6 +26,8 @@ pub(super) enum Break {
 pub(super) struct Run {
     pub(super) u: Vec<f64>,
     pub(super) y: Vec<f64>,
+    /// Empty in a table without a reference.
+    pub(super) r: Vec<f64>,
     pub(super) times: Times,
     next: Option<f64>,
     lines: [u64; 2],
@@ -38,6 +41,7 @@ impl Run {
         Self {
             u: Vec::new(),
             y: Vec::new(),
+            r: Vec::new(),
             times: Times::new(),
             next: None,
             lines: [0; 2],
@@ -64,6 +68,7 @@ impl Run {
         self.lines[1] = row.line;
         self.u.push(row.u);
         self.y.push(row.y);
+        self.r.extend(row.r);
         if let Some(rows) = &mut self.rows
             && row.time.is_some()
         {
@@ -82,6 +87,7 @@ impl Run {
         let left = self.u.len() - tail.len();
         self.u.truncate(left);
         self.y.truncate(left);
+        self.r.truncate(left);
         self.times = Times::new();
         for row in self.rows.iter().flatten() {
             self.lines[1] = row.line;

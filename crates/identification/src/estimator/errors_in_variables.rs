@@ -1,0 +1,582 @@
+//! Methods for records whose input is measured with noise too: errors in variables, `A y0 = B u0` with `y = y0 + white
+//! noise` and `u = u0 + white noise`.
+//!
+//! With z(k) = (y(k) ... y(k-na), u(k-nk) ... u(k-nk-nb+1), earlier inputs), S the mean of z z' and c = (1, a, -b, 0), the
+//! noise alone makes `S c` differ from zero: `S c = D c`, D = diag(v_y ... v_y, v_u ... v_u, 0 ... 0), v_y and v_u the
+//! variances of the two noises. The methods differ in what they are told of D.
+//!
+//! Sources: T. Soderstrom, *Errors-in-variables methods in system identification*, Automatica 43 (2007), and *A generalized
+//! instrumental variable estimation method for errors-in-variables identification problems*, Automatica 47 (2011);
+//! W. X. Zheng, *A bias correction method for identification of linear dynamic errors-in-variables models*, IEEE Trans.
+//! Automatic Control 47 (2002); M. J. Levin, *Estimation of a system pulse transfer function in the presence of noise*,
+//! IEEE Trans. Automatic Control 9 (1964) (total least squares).
+
+use super::arx::ArxOptions;
+use super::covariance::{Covariance, Influence};
+use super::instruments::TwoStages;
+use super::method_kind::{MethodKind, Problem};
+use super::option_error::OptionError;
+use super::start_state::{StartState, StateEstimate};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::model::{LinearModel, Orders};
+use faer::linalg::solvers::SelfAdjointEigen;
+use faer::{Mat, MatMut, Side};
+
+/// The most steps of a search, and the relative step at which it rests.
+const MOST_STEPS: usize = 200;
+const REST: f64 = 1e-9;
+
+/// How often a step that raises the sum of squares is halved.
+const HALVINGS: usize = 20;
+
+/// What is known of the two variances.
+#[derive(Clone, Copy, Debug)]
+enum Noise {
+    /// v_y / v_u.
+    Ratio(f64),
+    /// Those given; the others are estimated.
+    Variances([Option<f64>; 2]),
+}
+
+/// The options of `tls`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct TlsOptions {
+    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// The variance of the output's noise over that of the input's; by default 1.
+    pub ratio: Option<f64>,
+    /// The initial state: estimate (stage 6 for the model found), or zero.
+    pub initial_state: StartState,
+}
+
+/// The options of `bels`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct BelsOptions {
+    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// Earlier inputs among the equations; by default na + nb.
+    pub earlier: Option<usize>,
+    /// The variance of the output's noise, in units of y^2, if it is known; otherwise it is estimated.
+    pub output_noise: Option<f64>,
+    /// The variance of the input's noise, in units of u^2, if it is known, such as 0; otherwise it is estimated.
+    pub input_noise: Option<f64>,
+    /// The initial state: estimate (stage 6 for the model found), or zero.
+    pub initial_state: StartState,
+}
+
+/// The options of `iv-compensated`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct IvCompensatedOptions {
+    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+    pub orders: Option<Orders>,
+    /// Earlier inputs among the instruments; by default 0.
+    pub earlier: Option<usize>,
+    /// The variance of the output's noise, in units of y^2; by default 0.
+    pub output_noise: Option<f64>,
+    /// The variance of the input's noise, in units of u^2; by default 0.
+    pub input_noise: Option<f64>,
+    /// The initial state: estimate (stage 6 for the model found), or zero.
+    pub initial_state: StartState,
+}
+
+/// The largest number of earlier inputs.
+const MOST_EARLIER: usize = 1000;
+
+fn check_numbers(earlier: Option<usize>, variances: [Option<f64>; 2]) -> Result<(), OptionError> {
+    if earlier.is_some_and(|earlier| earlier > MOST_EARLIER) {
+        let message = format!("expected at most {MOST_EARLIER}");
+        return Err(OptionError::new("earlier", message));
+    }
+    for (key, variance) in ["output_noise", "input_noise"].into_iter().zip(variances) {
+        if variance.is_some_and(|v| !(v >= 0.0 && v.is_finite())) {
+            return Err(OptionError::new(key, "expected a variance of at least 0"));
+        }
+    }
+    Ok(())
+}
+
+/// Defines how a method is prepared: its orders, its earlier inputs, what it knows of the noise, whether y(k) is among
+/// the instruments.
+macro_rules! eiv {
+    ($options:ident, check: $check:expr, settings: $settings:expr) => {
+        impl $options {
+            fn orders(&self, order: usize) -> Orders {
+                self.orders.unwrap_or(Orders::arx(order, order, 1))
+            }
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                let check: fn(&Self) -> Result<(), OptionError> = $check;
+                check(self)?;
+                ArxOptions::check_orders(self.orders)
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                Some(self.orders(setting))
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let orders = self.orders(problem.shape.order);
+                let settings: fn(&Self, Orders) -> (Noise, usize, bool) = $settings;
+                let (noise, earlier, present) = settings(self, orders);
+                let (window, start) = (problem.shape.window, self.initial_state);
+                let method = ErrorsInVariables::new(
+                    orders,
+                    noise,
+                    [earlier, usize::from(present)],
+                    start,
+                    window,
+                )?;
+                Ok(Box::new(method))
+            }
+        }
+    };
+}
+
+eiv!(
+    TlsOptions,
+    check: |of| match of.ratio {
+        Some(ratio) if !(ratio > 0.0 && ratio.is_finite()) => {
+            Err(OptionError::new("ratio", "expected a number above 0"))
+        }
+        _ => Ok(()),
+    },
+    settings: |of, _| (Noise::Ratio(of.ratio.unwrap_or(1.0)), 0, true)
+);
+eiv!(
+    BelsOptions,
+    check: |of| {
+        if of.output_noise.is_some() && of.input_noise.is_some() {
+            let message = "both variances are known; expected one or none, or the estimator iv-compensated";
+            return Err(OptionError::new("input_noise", message));
+        }
+        check_numbers(of.earlier, [of.output_noise, of.input_noise])?;
+        match of.earlier {
+            Some(0) => Err(OptionError::new("earlier", "expected at least 1")),
+            _ => Ok(()),
+        }
+    },
+    settings: |of, orders| {
+        let noise = Noise::Variances([of.output_noise, of.input_noise]);
+        (noise, of.earlier.unwrap_or(orders.na + orders.nb), true)
+    }
+);
+eiv!(
+    IvCompensatedOptions,
+    check: |of| check_numbers(of.earlier, [of.output_noise, of.input_noise]),
+    settings: |of, _| {
+        let known = [of.output_noise, of.input_noise].map(|v| Some(v.unwrap_or(0.0)));
+        (Noise::Variances(known), of.earlier.unwrap_or(0), false)
+    }
+);
+
+/// The estimators of this file.
+///
+/// - `tls`: c is the eigenvector of the smallest eigenvalue v_u of `S c = v_u diag(rho ... rho, 1 ... 1) c`;
+/// - `bels`: c and the unknown variances make the sum of squares of `(S - D) c`, each line over the size of its signal,
+///   least, by steps of Gauss and Newton from the solution of the lines of the earlier inputs, which have no noise;
+/// - `iv-compensated`: the same without the line of y(k), with all variances known: a linear problem, and least squares
+///   without them.
+///
+/// The covariance is that of `P sum (z z' - D) c` over the samples, P being the derivative of the solution by the
+/// equations, with sums over lags by Bartlett's weights, since z z' c is correlated.
+pub struct ErrorsInVariables {
+    orders: Orders,
+    noise: Noise,
+    /// The lines: those of y(k) (or not), of the regressors, of earlier inputs.
+    lines: usize,
+    first: usize,
+    count: usize,
+    /// S, row by row, of all signals.
+    s: Vec<f64>,
+    signals: usize,
+    sizes: Vec<f64>,
+    stages: TwoStages,
+    /// (a, b), then the variances that are estimated.
+    x: Vec<f64>,
+    variances: [f64; 2],
+    influence: Influence,
+    row: Vec<f64>,
+    model: LinearModel,
+    state: StateEstimate,
+}
+
+impl ErrorsInVariables {
+    fn new(
+        orders: Orders,
+        noise: Noise,
+        [earlier, present]: [usize; 2],
+        start: StartState,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let width = orders.na + orders.nb;
+        let unknown = match noise {
+            Noise::Ratio(_) => 0,
+            Noise::Variances(of) => of.iter().filter(|v| v.is_none()).count(),
+        };
+        let reach = orders.reach().max(orders.nk + orders.nb + earlier - 1);
+        let count = window.saturating_sub(reach);
+        let (signals, lines) = (1 + width + earlier, present + width + earlier);
+        if width == 0 || count <= signals {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: count,
+                needed: signals + 1,
+            });
+        }
+        Ok(Self {
+            noise,
+            lines,
+            first: reach,
+            count,
+            s: vec![0.0; signals * signals],
+            signals,
+            sizes: vec![0.0; signals],
+            stages: TwoStages::new(width + unknown, width + unknown, lines),
+            x: vec![0.0; width + unknown],
+            variances: [0.0; 2],
+            influence: Influence::default(),
+            row: vec![0.0; signals],
+            model: LinearModel::zero(orders),
+            state: StateEstimate::new(orders.order(), start),
+            orders,
+        })
+    }
+
+    /// Computes z(k).
+    fn signals_at(&self, Window { u, y, .. }: Window<'_>, k: usize, z: &mut [f64]) {
+        let Orders { na, nk, .. } = self.orders;
+        let (of_y, of_u) = z.split_at_mut(na + 1);
+        for (i, z) in of_y.iter_mut().enumerate() {
+            *z = y[k - i];
+        }
+        for (i, z) in of_u.iter_mut().enumerate() {
+            *z = u[k - nk - i];
+        }
+    }
+
+    /// Computes S and the sizes of the signals.
+    fn gather(&mut self, window: Window<'_>) -> Result<(), FailureKind> {
+        let mut row = std::mem::take(&mut self.row);
+        self.s.fill(0.0);
+        for k in self.first..self.first + self.count {
+            self.signals_at(window, k, &mut row);
+            for (to, z) in self.s.chunks_exact_mut(self.signals).zip(&row) {
+                to.iter_mut()
+                    .zip(&row)
+                    .for_each(|(to, other)| *to += z * other);
+            }
+        }
+        self.row = row;
+        let count = self.count as f64;
+        self.s.iter_mut().for_each(|s| *s /= count);
+        for (i, size) in self.sizes.iter_mut().enumerate() {
+            *size = self.s[i * self.signals + i].sqrt();
+        }
+        match self.sizes.iter().copied().fold(f64::INFINITY, f64::min) {
+            0.0 => Err(FailureKind::Singular),
+            _ if self.sizes.iter().all(|size| size.is_finite()) => Ok(()),
+            _ => Err(FailureKind::NonFinite),
+        }
+    }
+
+    /// Returns c, and the variance of each signal's noise.
+    fn c_and_d(&self, i: usize) -> [f64; 2] {
+        let Orders { na, nb, .. } = self.orders;
+        let [v_y, v_u] = self.variances;
+        match i {
+            0 => [1.0, v_y],
+            _ if i <= na => [self.x[i - 1], v_y],
+            _ if i <= na + nb => [-self.x[i - 1], v_u],
+            _ => [0.0, 0.0],
+        }
+    }
+
+    /// Returns the signal of a line.
+    fn signal_of(&self, line: usize) -> usize {
+        line + self.signals - self.lines
+    }
+
+    /// Returns a line of `(S - D) c` over the size of its signal, with its derivatives by x.
+    fn line(&self, line: usize, slopes: &mut [f64]) -> f64 {
+        let Orders { na, nb, .. } = self.orders;
+        let at = self.signal_of(line);
+        let row = &self.s[at * self.signals..][..self.signals];
+        let [c, d] = self.c_and_d(at);
+        let sum: f64 = row
+            .iter()
+            .enumerate()
+            .map(|(i, s)| s * self.c_and_d(i)[0])
+            .sum();
+        for (j, slope) in slopes.iter_mut().take(na + nb).enumerate() {
+            let own = if at == j + 1 { d } else { 0.0 };
+            let sign = if j < na { 1.0 } else { -1.0 };
+            *slope = sign * (row[j + 1] - own) / self.sizes[at];
+        }
+        if let Noise::Variances(known) = self.noise {
+            let of = [at <= na, at > na && at <= na + nb];
+            let unknown = of
+                .into_iter()
+                .zip(known)
+                .filter(|(_, known)| known.is_none());
+            for (slope, (own, _)) in slopes[na + nb..].iter_mut().zip(unknown) {
+                *slope = if own { -c / self.sizes[at] } else { 0.0 };
+            }
+        }
+        (sum - d * c) / self.sizes[at]
+    }
+
+    /// Takes the variances from x and from what is known.
+    fn set_variances(&mut self) {
+        let Noise::Variances(known) = self.noise else {
+            return;
+        };
+        let mut estimated = self.x[self.orders.na + self.orders.nb..].iter();
+        for (variance, known) in self.variances.iter_mut().zip(known) {
+            *variance = known.or_else(|| estimated.next().copied()).unwrap_or(0.0);
+        }
+    }
+
+    /// Computes the step of Gauss and Newton; only the lines from `first` on count.
+    fn step(&mut self, first: usize, condition: &mut f64) -> Result<(), FailureKind> {
+        let width = self.x.len();
+        let mut stages = std::mem::replace(&mut self.stages, TwoStages::new(1, 1, 1));
+        let mut slopes = vec![0.0; width];
+        let fill = |from: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                let value = self.line(first + from + row, &mut slopes);
+                for (j, slope) in slopes.iter().enumerate() {
+                    z[(row, j)] = *slope;
+                    right[(row, j)] = *slope;
+                }
+                right[(row, width)] = -value;
+            }
+        };
+        let solved = stages.solve(self.lines - first, fill, condition);
+        self.stages = stages;
+        solved
+    }
+
+    fn sum_of_squares(&self) -> f64 {
+        let mut unused = vec![0.0; self.x.len()];
+        (0..self.lines)
+            .map(|line| self.line(line, &mut unused).powi(2))
+            .sum()
+    }
+
+    /// Solves the equations of known and estimated variances.
+    fn search(&mut self, steps: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
+        let width = self.orders.na + self.orders.nb;
+        self.x.fill(0.0);
+        self.set_variances();
+        let clean = self.lines - width.min(self.lines);
+        if self.x.len() > width && self.lines > 2 * width {
+            self.start_without_noise(clean, condition)?;
+        }
+        let mut sum = self.sum_of_squares();
+        while *steps < MOST_STEPS {
+            *steps += 1;
+            self.step(0, condition)?;
+            let before = self.x.clone();
+            let mut share = 1.0;
+            for halving in 0..=HALVINGS {
+                let steps = before.iter().zip(&self.stages.theta);
+                for (x, (old, step)) in self.x.iter_mut().zip(steps) {
+                    *x = old + share * step;
+                }
+                self.set_variances();
+                let new = self.sum_of_squares();
+                // In the end rounding hides whether the sum falls.
+                if new <= sum || halving == HALVINGS {
+                    sum = new;
+                    break;
+                }
+                share /= 2.0;
+            }
+            // A linear problem ends after its first step.
+            let (largest, longest) = self.scaled();
+            if !largest.is_finite() {
+                return Err(FailureKind::NonFinite);
+            }
+            if self.x.len() == width || longest <= REST * largest {
+                return Ok(());
+            }
+        }
+        Err(FailureKind::IterationLimit)
+    }
+
+    /// Returns the largest of the unknowns and of the last step, each times the length of its column.
+    fn scaled(&self) -> (f64, f64) {
+        let pairs = self.x.iter().zip(&self.stages.theta).enumerate();
+        pairs.fold((0.0, 0.0), |(x, step), (j, (new, change))| {
+            let length = self.stages.length(j);
+            (
+                x.max((new * length).abs()),
+                step.max((change * length).abs()),
+            )
+        })
+    }
+
+    /// Starts from least squares of the lines without noise, from the line `first` on.
+    fn start_without_noise(
+        &mut self,
+        first: usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        let width = self.orders.na + self.orders.nb;
+        let mut stages = TwoStages::new(width, width, self.lines - first);
+        let mut slopes = vec![0.0; self.x.len()];
+        let fill = |from: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                let value = self.line(first + from + row, &mut slopes);
+                for j in 0..width {
+                    z[(row, j)] = slopes[j];
+                    right[(row, j)] = slopes[j];
+                }
+                right[(row, width)] = -value;
+            }
+        };
+        stages.solve(self.lines - first, fill, condition)?;
+        self.x[..width].copy_from_slice(&stages.theta);
+        Ok(())
+    }
+
+    /// Solves the equations of a known ratio.
+    fn smallest(&mut self, ratio: f64, condition: &mut f64) -> Result<(), FailureKind> {
+        let (n, na) = (self.signals, self.orders.na);
+        let root = |i: usize| if i <= na { ratio.sqrt() } else { 1.0 };
+        let scaled = Mat::from_fn(n, n, |i, j| self.s[i * n + j] / (root(i) * root(j)));
+        let eigen = SelfAdjointEigen::new(scaled.as_ref(), Side::Lower);
+        let eigen = eigen.map_err(|_| FailureKind::NonFinite)?;
+        let (values, vectors) = (eigen.S(), eigen.U());
+        let lead = vectors[(0, 0)] / root(0);
+        // Two smallest eigenvalues, or none of y(k) in the vector: no c.
+        let gap = values[1] - values[0];
+        *condition = values[n - 1] / gap;
+        if !(condition.recip() >= 8.0 * n as f64 * f64::EPSILON) || lead == 0.0 {
+            return Err(FailureKind::RankDeficient);
+        }
+        for i in 1..n {
+            let c = vectors[(i, 0)] / (root(i) * lead);
+            self.x[i - 1] = if i <= na { c } else { -c };
+        }
+        self.variances = [ratio * values[0], values[0]];
+        Ok(())
+    }
+
+    /// Computes the covariance of (a, b).
+    fn covariance(&mut self, window: Window<'_>) -> Result<(), FailureKind> {
+        let width = self.orders.na + self.orders.nb;
+        let mut unused = f64::NAN;
+        let ratio = matches!(self.noise, Noise::Ratio(_));
+        // By the ratio, the equation of y(k) follows from the others.
+        let first = usize::from(ratio);
+        self.step(first, &mut unused)?;
+        let total = self.x.len();
+        let d_of = |i: usize| self.c_and_d(i);
+        let c: Vec<f64> = (0..self.signals).map(|i| d_of(i)[0]).collect();
+        let d: Vec<f64> = (0..self.signals).map(|i| d_of(i)[1]).collect();
+        let energy: f64 = c.iter().zip(&d).map(|(c, d)| c * c * d).sum();
+        let lines = self.lines - first;
+        let mut slopes = vec![0.0; lines * total];
+        for (line, slopes) in slopes.chunks_exact_mut(total).enumerate() {
+            self.line(first + line, slopes);
+        }
+        let mut z = vec![0.0; self.signals];
+        let mut influence = std::mem::take(&mut self.influence);
+        influence.clear();
+        for k in self.first..self.first + self.count {
+            self.signals_at(window, k, &mut z);
+            let e: f64 = z.iter().zip(&c).map(|(z, c)| z * c).sum();
+            influence.push(total, 1.0, |row| {
+                for (line, slopes) in slopes.chunks_exact(total).enumerate() {
+                    let at = self.signal_of(first + line);
+                    let noise = if ratio { e * e / energy } else { 1.0 };
+                    let score = (z[at] * e - noise * d[at] * c[at]) / self.sizes[at];
+                    row.iter_mut()
+                        .zip(slopes)
+                        .for_each(|(row, slope)| *row += slope * score);
+                }
+                self.stages.solve_normal(row);
+                for row in row.iter_mut() {
+                    *row /= self.count as f64;
+                }
+            });
+        }
+        let mut all = Vec::new();
+        influence.covariance(Covariance::Robust, &mut all);
+        self.influence = influence;
+        let rows = all.chunks_exact(total).take(width);
+        self.model.covariance.clear();
+        for row in rows {
+            self.model.covariance.extend_from_slice(&row[..width]);
+        }
+        Ok(())
+    }
+
+    fn find(
+        &mut self,
+        window: Window<'_>,
+        steps: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        self.gather(window)?;
+        match self.noise {
+            Noise::Ratio(ratio) => self.smallest(ratio, condition),
+            Noise::Variances(_) => self.search(steps, condition),
+        }
+    }
+}
+
+impl Estimator for ErrorsInVariables {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let (mut condition, mut steps) = (f64::NAN, 0);
+        let found = self.find(window, &mut steps, &mut condition);
+        pass.iterations = (steps > 0).then_some(steps);
+        let set = match found {
+            Err(kind) if !kind.leaves_a_model() => Err(kind),
+            _ => {
+                let width = self.orders.na + self.orders.nb;
+                self.model.set_parameters(&self.x[..width]);
+                self.model.covariance.clear();
+                let of_errors = match found {
+                    Ok(()) => self.covariance(window),
+                    Err(_) => Ok(()),
+                };
+                if found.is_err() {
+                    condition = f64::NAN;
+                }
+                of_errors.and_then(|()| pass.set_model(&self.model, condition))
+            }
+        };
+        if set.is_ok() {
+            self.state.estimate(window, 0, pass);
+        }
+        if let (Err(kind), None) = (set.and(found), pass.failure) {
+            pass.fail_for(kind);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

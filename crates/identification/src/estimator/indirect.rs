@@ -1,0 +1,268 @@
+//! The plant in a closed loop with a known controller, from a model of the whole loop.
+//!
+//! Source: T. Soderstrom, P. Stoica and B. Friedlander, *An indirect prediction error method for system identification*,
+//! Automatica 27 (1991).
+
+use super::instruments::TwoStages;
+use super::method_kind::{MethodKind, Needs, Problem};
+use super::option_error::OptionError;
+use super::reflection::Stabilise;
+use super::riv::{RefinedIv, RivOptions};
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::data::OutputFeedback;
+use crate::model::{LinearModel, Orders};
+use faer::MatMut;
+
+/// The options of `indirect`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct IndirectOptions {
+    /// Orders nb, nf and the delay nk of the plant, nc and nd of the noise in the loop, such as nb=2,nf=2,nk=1; by
+    /// default nb = nf = the setting `order`, nk = 1, nc = nd = 0.
+    pub orders: Option<Orders>,
+    /// The controller K of the loop u = r - K(q) y: a gain, or c_0,c_1,.../1,d_1,...; by default 0, open loop.
+    pub controller: Option<OutputFeedback>,
+    /// What is done if the model of the loop is unstable: reflect (its poles into the unit circle, the default), none
+    /// (the method fails).
+    pub stabilise: Option<Stabilise>,
+}
+
+impl IndirectOptions {
+    fn orders(&self, setting: usize) -> Orders {
+        self.orders.unwrap_or(Orders {
+            nb: setting,
+            nf: setting,
+            nk: 1,
+            ..Orders::default()
+        })
+    }
+
+    /// Returns the controller's numerator and denominator.
+    fn controller(&self) -> [Vec<f64>; 2] {
+        self.controller
+            .as_ref()
+            .map_or([vec![0.0], vec![1.0]], |of| {
+                [of.numerator().to_vec(), of.denominator()]
+            })
+    }
+}
+
+impl MethodKind for IndirectOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        RivOptions {
+            orders: self.orders,
+            stabilise: None,
+        }
+        .check()?;
+        let [n, _] = self.controller();
+        match self.orders {
+            Some(Orders { nk: 0, .. }) if n[0] != 0.0 => {
+                let message = "acts at once, as the plant does with nk = 0; expected c_0 = 0, or nk of at least 1";
+                Err(OptionError::new("controller", message))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        let Orders { nb, nf, nk, .. } = self.orders(setting);
+        Some(Orders {
+            nb,
+            nf,
+            nk,
+            ..Orders::default()
+        })
+    }
+
+    fn default_orders(&self, setting: usize) -> Option<Orders> {
+        Some(self.orders(setting))
+    }
+
+    fn needs(&self) -> Needs {
+        Needs {
+            reference: Some(("estimator", "indirect")),
+            ..Needs::default()
+        }
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let window = problem.shape.window;
+        let Orders {
+            nb, nc, nd, nf, nk, ..
+        } = self.orders(problem.shape.order);
+        let [n, m] = self.controller();
+        let whole = Orders {
+            na: 0,
+            nb: nb + m.len() - 1,
+            nf: (nf + m.len() - 1).max(nk + nb + n.len() - 2),
+            nc,
+            nd,
+            nk,
+        };
+        let plant = Orders {
+            nb,
+            nf,
+            nk,
+            ..Orders::default()
+        };
+        let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
+        let rows = whole.nb + whole.nf;
+        Ok(Box::new(Indirect {
+            whole: RefinedIv::new(whole, window, stabilise)?,
+            map: map(plant, whole, &n, &m),
+            stages: TwoStages::new(nb + nf, nb + nf, rows),
+            right: vec![0.0; rows * (nb + nf + 1)],
+            factor: vec![0.0; rows * rows],
+            model: LinearModel::zero(plant),
+            denominator: m,
+            e: vec![0.0; window],
+            scratch: vec![0.0; window],
+        }))
+    }
+}
+
+/// Returns the matrix from (b, f) to the coefficients (b', f') of the loop, row by row: `B' = B M`,
+/// `F' = F M + B N`.
+fn map(plant: Orders, whole: Orders, n: &[f64], m: &[f64]) -> Vec<f64> {
+    let Orders { nb, nf, nk, .. } = plant;
+    let at = |c: &[f64], i: usize, lag: usize| i.checked_sub(lag).and_then(|i| c.get(i).copied());
+    let mut rows = Vec::new();
+    for i in nk..nk + whole.nb {
+        rows.extend((0..nb).map(|j| at(m, i, nk + j).unwrap_or(0.0)));
+        rows.extend((0..nf).map(|_| 0.0));
+    }
+    for i in 1..=whole.nf {
+        rows.extend((0..nb).map(|j| at(n, i, nk + j).unwrap_or(0.0)));
+        rows.extend((1..=nf).map(|j| at(m, i, j).unwrap_or(0.0)));
+    }
+    rows
+}
+
+/// (1) The model `y = B'/F' r + C/D e` of the loop, at rest of `riv`; (2) B and F from its linear equations
+/// `B' = B M`, `F' = F M + B N`, `K = N/M`, weighted with the inverse covariance of B' and F'. The covariance is
+/// `(X' W X)^-1`, X being the matrix of these equations; it is right where C/D holds the colour of the loop's noise.
+pub struct Indirect {
+    whole: RefinedIv,
+    map: Vec<f64>,
+    stages: TwoStages,
+    /// The equations, whitened: X beside what is to be met, row by row.
+    right: Vec<f64>,
+    /// The Cholesky factor of the covariance of (b', f').
+    factor: Vec<f64>,
+    model: LinearModel,
+    /// M.
+    denominator: Vec<f64>,
+    e: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl Indirect {
+    /// Computes the Cholesky factor of the covariance of the loop's (b', f').
+    fn factorise(&mut self) -> Result<(), FailureKind> {
+        let whole = self.whole.model();
+        let (orders, total) = (whole.orders(), whole.orders().parameters());
+        let noise = orders.nc + orders.nd;
+        let place = |i: usize| if i < orders.nb { i } else { i + noise };
+        let n = orders.nb + orders.nf;
+        let l = &mut self.factor;
+        for i in 0..n {
+            for j in 0..=i {
+                let sum: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
+                let rest = whole.covariance[place(i) * total + place(j)] - sum;
+                l[i * n + j] = if i == j {
+                    rest.sqrt()
+                } else {
+                    rest / l[j * n + j]
+                };
+            }
+            // A NaN is no pivot either.
+            if !(l[i * n + i] > 0.0) {
+                return Err(FailureKind::RankDeficient);
+            }
+        }
+        Ok(())
+    }
+
+    fn find(
+        &mut self,
+        Window { y, r, .. }: Window<'_>,
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        let found = self
+            .whole
+            .find(Window::new(r, y, y.len()), passes, condition);
+        found.map_err(|kind| match kind {
+            // Its best model has no covariance to weigh with.
+            kind if kind.leaves_a_model() => FailureKind::NoConvergence,
+            kind => kind,
+        })?;
+        self.whole.errors(r, y, true)?;
+        self.factorise()?;
+        let (whole, width) = (self.whole.model(), self.stages.theta.len());
+        let (orders, m) = (whole.orders(), &self.denominator);
+        let given = whole.b[orders.nk..].iter().copied();
+        let of_m = |i: usize| m.get(i).copied().unwrap_or(0.0);
+        let given = given.chain((1..=orders.nf).map(|i| whole.f[i] - of_m(i)));
+        let rows = self.map.chunks_exact(width).zip(given);
+        for (to, (row, value)) in self.right.chunks_exact_mut(width + 1).zip(rows) {
+            to[..width].copy_from_slice(row);
+            to[width] = value;
+        }
+        // Solve L x = right, column by column.
+        let n = orders.nb + orders.nf;
+        for column in 0..=width {
+            for i in 0..n {
+                let product =
+                    |k: usize| self.factor[i * n + k] * self.right[k * (width + 1) + column];
+                let sum: f64 = (0..i).map(product).sum();
+                let at = i * (width + 1) + column;
+                self.right[at] = (self.right[at] - sum) / self.factor[i * n + i];
+            }
+        }
+        let right = &self.right;
+        let fill = |first: usize, mut z: MatMut<'_, f64>, mut to: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                let from = &right[(first + row) * (width + 1)..][..=width];
+                for (column, value) in from.iter().enumerate() {
+                    to[(row, column)] = *value;
+                    if column < width {
+                        z[(row, column)] = *value;
+                    }
+                }
+            }
+        };
+        self.stages.solve(n, fill, condition)
+    }
+
+    /// Makes the model; returns the sum of its squared output errors.
+    fn conclude(&mut self, u: &[f64], y: &[f64]) -> f64 {
+        self.model.set_parameters(&self.stages.theta);
+        self.model.residuals(u, y, &mut self.e, &mut self.scratch);
+        let sum: f64 = self.e.iter().map(|e| e * e).sum();
+        self.model.noise_variance = sum / (y.len() - self.stages.theta.len()) as f64;
+        self.stages
+            .covariance_of_instruments(1.0, &mut self.model.covariance);
+        sum
+    }
+}
+
+impl Estimator for Indirect {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let (mut condition, mut taken) = (f64::NAN, 0);
+        let found = self.find(window, &mut taken, &mut condition);
+        pass.iterations = Some(taken);
+        let set = found.and_then(|()| {
+            pass.loss = self.conclude(window.u, window.y) / window.len() as f64;
+            pass.set_model(&self.model, condition)
+        });
+        pass.end(found, set);
+    }
+}

@@ -1,0 +1,133 @@
+//! The input of a closed loop without its noise, from the reference r: by a long model from r to u, or by a known
+//! controller around the model.
+
+use super::reflection::{reflect_zeros, stable};
+use super::regression::{Regression, Rows};
+use super::{FailureKind, SetupError, Window};
+use crate::data::OutputFeedback;
+use crate::model::polynomial::{divide, filter, multiply_into};
+use crate::model::{LinearModel, Orders};
+
+/// The largest order of the long model by default, and how many samples each of its orders has.
+const MOST: usize = 30;
+const SAMPLES: usize = 20;
+
+/// Returns the order of the long model for a record of `window` samples.
+pub(super) fn long_order(given: Option<usize>, window: usize) -> usize {
+    given.unwrap_or((window / SAMPLES).clamp(1, MOST))
+}
+
+/// Buffers for records of one length.
+pub(super) struct LoopInput {
+    /// `A s = B r + e` of the signal s, na = m and nb = m + 1.
+    long: Regression,
+    orders: Orders,
+    model: LinearModel,
+    controller: Option<OutputFeedback>,
+    /// The signal without noise.
+    pub(super) hat: Vec<f64>,
+    /// Whether the present model's loop is unstable, so that `hat` is that of an earlier one.
+    pub(super) is_unstable: bool,
+    closed: Vec<f64>,
+    product: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl LoopInput {
+    /// Makes buffers for windows of `window` samples and a long model of order m.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`].
+    pub(super) fn new(
+        controller: Option<OutputFeedback>,
+        order: usize,
+        window: usize,
+    ) -> Result<Self, SetupError> {
+        let orders = Orders::arx(order, order + 1, 0);
+        if window <= orders.parameters() {
+            return Err(SetupError::ShortRecord {
+                orders,
+                window,
+                rows: window,
+                needed: orders.parameters() + 1,
+            });
+        }
+        Ok(Self {
+            long: Regression::new(orders, Rows::Prewindow, window)?,
+            orders,
+            model: LinearModel::zero(orders),
+            controller,
+            hat: vec![0.0; window],
+            is_unstable: false,
+            closed: Vec::new(),
+            product: Vec::new(),
+            scratch: Vec::new(),
+        })
+    }
+
+    /// Computes what of a signal follows from r, by the long model; all of it where it is r (open loop). Without noise the
+    /// equations of a model that is too long are rank-deficient: then its order is lowered until they are not.
+    ///
+    /// # Errors
+    /// As for [`Regression::solve`], as of an r that is zero.
+    pub(super) fn follow(&mut self, signal: &[f64], r: &[f64]) -> Result<(), FailureKind> {
+        self.is_unstable = false;
+        if signal == r {
+            self.hat.copy_from_slice(r);
+            return Ok(());
+        }
+        let mut unused = f64::NAN;
+        let mut solved = self.long.solve(r, signal, &mut unused);
+        self.model = LinearModel::zero(self.orders);
+        match solved {
+            Ok(()) => self.model.set_parameters(self.long.theta()),
+            Err(_) => {
+                for order in (1..self.orders.na).rev() {
+                    if solved != Err(FailureKind::RankDeficient) {
+                        break;
+                    }
+                    let orders = Orders::arx(order, order + 1, 0);
+                    let shorter = Regression::new(orders, Rows::Prewindow, r.len());
+                    let mut shorter = shorter.map_err(|_| FailureKind::RankDeficient)?;
+                    solved = shorter.solve(r, signal, &mut unused);
+                    if solved.is_ok() {
+                        self.model = LinearModel::zero(orders);
+                        self.model.set_parameters(shorter.theta());
+                    }
+                }
+            }
+        }
+        solved?;
+        if !stable(&self.model.a, &mut self.scratch) && !reflect_zeros(&mut self.model.a) {
+            return Err(FailureKind::NonFinite);
+        }
+        self.model.simulate(r, &mut self.hat);
+        Ok(())
+    }
+
+    /// Computes the input of the loop of a model and the known controller `K = N/M`, `u = r - K y`:
+    /// `F M/(F M + B N) r`. Nothing changes without a controller, or in open loop.
+    pub(super) fn close(&mut self, model: &LinearModel, Window { u, r, .. }: Window<'_>) {
+        let Some(controller) = self.controller.as_ref().filter(|_| u != r) else {
+            return;
+        };
+        let m = controller.denominator();
+        multiply_into(&model.f, &m, &mut self.product);
+        multiply_into(&model.b, controller.numerator(), &mut self.closed);
+        let length = self.closed.len().max(self.product.len());
+        self.closed.resize(length, 0.0);
+        self.closed
+            .iter_mut()
+            .zip(&self.product)
+            .for_each(|(sum, p)| *sum += p);
+        let lead = self.closed[0];
+        for coefficient in self.closed.iter_mut().chain(&mut self.product) {
+            *coefficient /= lead;
+        }
+        self.is_unstable = lead == 0.0 || !stable(&self.closed, &mut self.scratch);
+        if !self.is_unstable {
+            filter(&self.product, r, &mut self.hat);
+            divide(&self.closed, &mut self.hat);
+        }
+    }
+}

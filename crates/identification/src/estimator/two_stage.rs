@@ -1,0 +1,135 @@
+//! The plant in a closed loop from signals that follow from the reference: two-stage and joint input-output methods.
+//!
+//! Sources: P. Van den Hof and R. Schrama, *An indirect method for transfer function estimation from closed loop data*,
+//! Automatica 29 (1993); T. Soderstrom and P. Stoica, *System Identification*, 1989, section 10.5.
+
+use super::closed_loop_iv::check_long;
+use super::loop_input::{LoopInput, long_order};
+use super::method_kind::{MethodKind, Needs, Problem};
+use super::option_error::OptionError;
+use super::output_error_iteration::{check_output_error, output_error};
+use super::reflection::Stabilise;
+use super::riv::RefinedIv;
+use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::model::{LinearModel, Orders};
+
+/// Defines the options of a method; both have the same.
+macro_rules! staged {
+    ($options:ident, $doc:literal, $name:literal, joint: $joint:literal) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, Default, PartialEq)]
+        #[cfg_attr(
+            feature = "json",
+            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+            serde(deny_unknown_fields, default)
+        )]
+        pub struct $options {
+            /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk =
+            /// 1.
+            pub orders: Option<Orders>,
+            /// The order of the long model from the reference; by default a twentieth of the samples, at most 30.
+            pub long: Option<usize>,
+            /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method
+            /// fails).
+            pub stabilise: Option<Stabilise>,
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                check_long(self.long)?;
+                check_output_error(self.orders)
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                Some(output_error(self.orders, setting))
+            }
+
+            fn needs(&self) -> Needs {
+                Needs {
+                    reference: Some(("estimator", $name)),
+                    ..Needs::default()
+                }
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let orders = output_error(self.orders, problem.shape.order);
+                let window = problem.shape.window;
+                let long = || LoopInput::new(None, long_order(self.long, window), window);
+                let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
+                Ok(Box::new(TwoStage {
+                    input: long()?,
+                    output: if $joint { Some(long()?) } else { None },
+                    plant: RefinedIv::new(orders, window, stabilise)?,
+                    model: LinearModel::zero(orders),
+                    e: vec![0.0; window],
+                    scratch: vec![0.0; window],
+                }))
+            }
+        }
+    };
+}
+
+staged!(TwoStageOptions, "The options of `two-stage`.", "two-stage", joint: false);
+staged!(JointOptions, "The options of `joint`.", "joint", joint: true);
+
+/// (1) What of u follows from r, by least squares of the long model `A u = B r + e`; (2) the output-error model from it
+/// to y, at rest of `sriv`. Joint input-output takes what of y follows from r instead of y in (2): `G = T/S`, S and T
+/// being the long models from r to u and to y. Both are consistent whatever the noise as N and the long order grow.
+pub struct TwoStage {
+    input: LoopInput,
+    output: Option<LoopInput>,
+    plant: RefinedIv,
+    model: LinearModel,
+    e: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl TwoStage {
+    fn find(
+        &mut self,
+        Window { u, y, r }: Window<'_>,
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        self.input.follow(u, r)?;
+        let y = match &mut self.output {
+            Some(output) => {
+                output.follow(y, r)?;
+                &output.hat
+            }
+            None => y,
+        };
+        let u = &self.input.hat;
+        self.plant
+            .find(Window::new(u, y, y.len()), passes, condition)
+    }
+}
+
+impl Estimator for TwoStage {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let (mut condition, mut taken) = (f64::NAN, 0);
+        let found = self.find(window, &mut taken, &mut condition);
+        pass.iterations = Some(taken);
+        let set = match found {
+            Err(kind) if !kind.leaves_a_model() => Err(kind),
+            _ => {
+                let Window { u, y, .. } = window;
+                self.model.assign(self.plant.model());
+                self.model.covariance.clear();
+                self.model.residuals(u, y, &mut self.e, &mut self.scratch);
+                let sum: f64 = self.e.iter().map(|e| e * e).sum();
+                let freedom = y.len() - self.model.orders().parameters();
+                self.model.noise_variance = sum / freedom as f64;
+                pass.loss = sum / y.len() as f64;
+                if found.is_err() {
+                    condition = f64::NAN;
+                }
+                pass.set_model(&self.model, condition)
+            }
+        };
+        pass.end(found, set);
+    }
+}
