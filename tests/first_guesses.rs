@@ -304,3 +304,62 @@ fn a_figure_is_drawn_as_it_is_asked_for() {
         );
     }
 }
+
+/// Commands, flags and keys of other programs: one line that says what they are here.
+#[test]
+fn names_of_other_programs_lead_to_those_here() {
+    let folder = folder();
+    let at = folder.path();
+    for (arguments, part) in [
+        (
+            &["fit", "my.csv"][..],
+            "here: asobench estimate RECORD.csv --order 2",
+        ),
+        (
+            &["arx", "my.csv"],
+            "asobench estimate RECORD.csv --estimator NAME",
+        ),
+        (&["simulate", "s.toml"], "here: asobench run STUDY.toml"),
+        (&["estimate", "my.csv", "-n", "2"], "here: --order N"),
+        (
+            &["estimate", "my.csv", "--na", "2"],
+            "here: --orders na=2,nb=2,nk=1",
+        ),
+        (
+            &["estimate", "my.csv", "--model", "oe"],
+            "here: --estimator NAME",
+        ),
+        (
+            &["estimate", "my.csv", "--delimiter", ";"],
+            "separators, decimal commas and headers are recognised",
+        ),
+        (&["run", "s.toml", "--jobs", "2"], "here: --threads N"),
+        (&["run", "s.toml", "-M", "50"], "here: --trials N"),
+        (&["plot", "out", "--metric", "e_a"], "here: --measure NAME"),
+    ] {
+        let line = refused(at, arguments);
+        assert!(line.contains(part), "{line}");
+    }
+    for (text, part) in [
+        (
+            "[plants.p]\nnum = [1]\nden = [1, 1]\ndt = 0.1\n",
+            "'dt', which is called 'Ts' here",
+        ),
+        (
+            "[plants.p]\nnum = [1]\nden = [1, 1]\nmethod = \"zoh\"\n",
+            "'method', which is called 'hold' here",
+        ),
+        (
+            "[inputs.x]\nlaw = \"prbs\"\norder = 7\n",
+            "'order', which is called 'register' here",
+        ),
+        (
+            "[[methods]]\nestimator = \"arx\"\nna = 2\n",
+            "'na', which is called 'orders' here",
+        ),
+    ] {
+        std::fs::write(at.join("own.toml"), text).expect("a file");
+        let line = refused(at, &["check", "own.toml"]);
+        assert!(line.contains(part), "{line}");
+    }
+}

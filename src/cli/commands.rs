@@ -1,6 +1,7 @@
 //! The subcommands and what runs each of them; the exit code.
 
 use super::error::Error;
+use super::first_guess;
 use super::output::{note, print};
 use super::{
     check, compare, completions, estimate, explain, failures, merge, methods, new_experiment, plan,
@@ -161,7 +162,9 @@ fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
             }
             Ok(ExitCode::from(2))
         }
-        _ => Err(Error::Input(one_line(&text))),
+        _ => Err(Error::Input(
+            first_guess::line(error).unwrap_or_else(|| one_line(&text)),
+        )),
     }
 }
 

@@ -21,6 +21,7 @@ mod execute;
 mod explain;
 mod failures;
 mod files;
+mod first_guess;
 mod memory;
 mod merge;
 mod methods;

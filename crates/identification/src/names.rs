@@ -32,7 +32,7 @@ impl UnknownName {
 }
 
 /// What people who come from elsewhere call a thing, in lower case but for single letters, and its name here.
-const ELSEWHERE: [(&str, &str); 35] = [
+const ELSEWHERE: [(&str, &str); 46] = [
     ("N", "window"),
     ("n", "order"),
     ("samples", "window"),
@@ -68,6 +68,17 @@ const ELSEWHERE: [(&str, &str); 35] = [
     ("pem", "bj"),
     ("tfest", "oe"),
     ("ivx", "iv4"),
+    ("na", "orders"),
+    ("nb", "orders"),
+    ("nk", "orders"),
+    ("dt", "Ts"),
+    ("method", "hold"),
+    ("k", "gain"),
+    ("order", "register"),
+    ("bits", "register"),
+    ("rmse", "e_a"),
+    ("mse", "e_a"),
+    ("fit", "fit_fresh"),
 ];
 
 /// ", did you mean 'name'?" for the nearest valid name, or nothing if none is near.
