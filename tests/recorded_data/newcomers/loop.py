@@ -9,7 +9,7 @@ clriv solves its equations as a root, not by an iteration over linear problems: 
 z = D/(C F) (-x(k-1), -x(k-2), v(k-1), v(k-2)), x = B/F v, and the derivatives of sum e(k)^2 by c and d are 0. v is the loop's
 input without noise: F M/(F M + B N) r with the controller, or what follows from r by the least squares of a long model.
 two-stage, joint: least squares of y, or of what of y follows from r, minus B/F v. indirect: the model of the loop from r to y
-by least squares with differences for its Jacobian, and the weighted least squares of its linear equations. iv4: its four
+by Gauss-Newton steps with its Jacobian, and the weighted least squares of its linear equations. iv4: its four
 steps by solve and lstsq, with r instead of u in the instruments.
 """
 import json
@@ -47,16 +47,6 @@ def follows(s, m):
     return lfilter(b, a, r)
 
 
-def jacobian(f, x):
-    columns = []
-    for i in range(len(x)):
-        h = np.zeros(len(x))
-        h[i] = 1e-3
-        d = {k: f(x + k * h) for k in (-3, -2, -1, 1, 2, 3)}
-        columns.append((45 * (d[1] - d[-1]) - 9 * (d[2] - d[-2]) + d[3] - d[-3]) / 60 / 1e-3)
-    return np.array(columns).T
-
-
 def clriv(source):
     def parts(t):
         b, f, c, d = np.concatenate([[0], t[:2]]), np.concatenate([[1], t[2:4]]), np.array([1, t[4]]), np.array([1, t[5]])
@@ -90,14 +80,19 @@ def closed(b, f):
 
 
 def output_error(v, y, nb, nf, start):
-    residual = lambda t: y - lfilter(np.concatenate([[0], t[:nb]]), np.concatenate([[1], t[nb:]]), v)
+    def parts(t):
+        b, f = np.concatenate([[0], t[:nb]]), np.concatenate([[1], t[nb:]])
+        x, vf = lfilter(b, f, v), lfilter([1], f, v)
+        xf = lfilter([1], f, x)
+        return y - x, np.array([lag(vf, i + 1) for i in range(nb)] + [-lag(xf, i + 1) for i in range(nf)]).T
+
     t = np.array(start)
     for _ in range(60):
-        J = jacobian(residual, t)
-        t = t - np.linalg.lstsq(J, residual(t), rcond=None)[0]
-    check = least_squares(residual, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        e, J = parts(t)
+        t = t + np.linalg.lstsq(J, e, rcond=None)[0]
+    check = least_squares(lambda t: parts(t)[0], start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     assert np.max(np.abs(check.x - t)) < 1e-5
-    J, e = jacobian(residual, t), residual(t)
+    e, J = parts(t)
     return t, e @ e / (N - len(t)) * np.linalg.inv(J.T @ J)
 
 
