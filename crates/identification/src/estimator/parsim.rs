@@ -51,6 +51,10 @@ impl MethodKind for ParsimKOptions {
         Some(model_orders(given.na.max(given.nf), given.nk))
     }
 
+    fn default_orders(&self, setting: usize) -> Option<Orders> {
+        Some(self.orders.unwrap_or(Orders::arx(setting, setting, 1)))
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.model_orders(problem.shape.order).unwrap_or_default();
         if let Some(rule) = self.choose {
