@@ -218,9 +218,11 @@ fn newer_versions_and_other_designs_are_left_alone() {
         &["--set", "seed=6", "--set", "curves=false"],
         &["seed", "curves"],
     );
+    // Other methods alone are computed beside what is there; not so with another seed.
+    let methods = ["--set", "methods.0.iterations=3", "--set", "compare=[]"];
     refuses(
-        &["--set", "methods.0.iterations=3", "--set", "compare=[]"],
-        &["methods", "compare"],
+        &[&methods[..], &["--set", "seed=6"]].concat(),
+        &["methods", "compare", "seed"],
     );
     refuses(
         &["--set", "noises.coloured.numerator=[1.0, 0.6]"],

@@ -71,17 +71,17 @@ impl Chosen {
     /// Prepares the estimators of the orders 1 to `most` for a problem.
     ///
     /// # Errors
-    /// As `prepare` of the largest.
-    pub(super) fn new(
+    /// As `of_order` of the largest.
+    pub(super) fn prepare(
         rule: OrderRule,
         most: usize,
         problem: &Problem<'_>,
-        prepare: impl Fn(usize, &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError>,
+        of_order: impl Fn(usize, &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError>,
     ) -> Result<Box<dyn Estimator>, SetupError> {
         let window = problem.shape.window;
         let with = |order: usize, window: usize| {
             let shape = Shape { order, window };
-            prepare(order, &Problem { shape, ..*problem })
+            of_order(order, &Problem { shape, ..*problem })
         };
         let candidate = |order: usize| -> Result<Candidate, SetupError> {
             let validated = rule == OrderRule::CrossValidation;
@@ -253,16 +253,16 @@ mod tests {
                 ],
                 [
                     Box::new(MoespOptions {
-                        choose,
                         orders,
+                        choose,
                         ..MoespOptions::default()
                     }),
                     Box::new(MoespOptions::default()),
                 ],
                 [
                     Box::new(CvaOptions {
-                        choose,
                         orders,
+                        choose,
                         ..CvaOptions::default()
                     }),
                     Box::new(CvaOptions::default()),

@@ -58,7 +58,7 @@ impl MethodKind for ParsimKOptions {
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.model_orders(problem.shape.order).unwrap_or_default();
         if let Some(rule) = self.choose {
-            return Chosen::new(rule, orders.na, problem, |n, problem| {
+            return Chosen::prepare(rule, orders.na, problem, |n, problem| {
                 let orders = Some(Orders::arx(n, n, orders.nk));
                 Self {
                     orders,

@@ -112,7 +112,7 @@ macro_rules! subspace {
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 if let Some(rule) = self.choose {
-                    return Chosen::new(rule, orders.nf, problem, |n, problem| {
+                    return Chosen::prepare(rule, orders.nf, problem, |n, problem| {
                         let orders = Some(model_orders(n, orders.nk));
                         Self { orders, choose: None, ..self.clone() }.prepare(problem)
                     });

@@ -106,7 +106,7 @@ mod tests {
             let most = i.max(j);
             match kernel {
                 Kernel::Tc => alpha.powf(most),
-                Kernel::Dc => alpha.powf((i + j) / 2.0) * rho.powf((i - j).abs()),
+                Kernel::Dc => alpha.powf(f64::midpoint(i, j)) * rho.powf((i - j).abs()),
                 Kernel::Ss => alpha.powf(i + j + most) / 2.0 - alpha.powf(3.0 * most) / 6.0,
             }
         };

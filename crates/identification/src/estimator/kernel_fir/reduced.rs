@@ -74,7 +74,7 @@ impl Reduced {
         } = &self.gradient;
         let h = &mut self.h;
         lagged_products(of_b, u, (nk, nb), (nk, n), |i, j, value| {
-            h[j * d + i] = value
+            h[j * d + i] = value;
         });
         lagged_products(of_f, u, (1, nf), (nk, n), |i, j, value| {
             h[j * d + nb + i] = -value;

@@ -116,7 +116,7 @@ macro_rules! structure {
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 if let Some(rule) = self.choose {
-                    return Chosen::new(rule, orders.nb, problem, |n, problem| {
+                    return Chosen::prepare(rule, orders.nb, problem, |n, problem| {
                         let orders = Some(Self::of_order(n, orders.nk));
                         Self {
                             orders,
