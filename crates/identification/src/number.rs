@@ -42,12 +42,18 @@ pub fn uncertain_within(value: f64, error: f64, most: i32) -> String {
 /// The value rounded to the decimal of the error's first digit, with at most `most` digits.
 fn with_error(value: f64, error: f64, most: i32) -> String {
     let mut decimals = -exponent_of(error);
-    if digits(error, decimals) >= 10 {
+    if digits(error, decimals) >= 10.0 {
         decimals -= 1;
     }
     let size = if value == 0.0 { error } else { value.abs() };
     let decimals = decimals.min(most - 1 - exponent_of(size)).max(0);
-    format!("{value:.*}({})", decimals as usize, digits(error, decimals))
+    let digits = digits(error, decimals);
+    let decimals = decimals as usize;
+    if digits < MOST_DIGITS {
+        format!("{value:.decimals$}({digits})")
+    } else {
+        format!("{value:.decimals$}({digits:.0e})")
+    }
 }
 
 /// The decimal exponent of a positive number.
@@ -55,9 +61,12 @@ fn exponent_of(x: f64) -> i32 {
     x.log10().floor() as i32
 }
 
+/// Errors of this many units of the last digit or more have a power of ten: the value says nothing.
+const MOST_DIGITS: f64 = 1e6;
+
 /// The error in units of the last of `decimals` decimals, at least 1.
-fn digits(error: f64, decimals: i32) -> u64 {
-    ((error * 10.0_f64.powi(decimals)).round() as u64).max(1)
+fn digits(error: f64, decimals: i32) -> f64 {
+    (error * 10.0_f64.powi(decimals)).round().max(1.0)
 }
 
 /// The value with four significant digits.
@@ -97,6 +106,8 @@ mod tests {
             (3.214e-13, 4e-15, "3.21(4)e-13"),
             (3.21e-12, 0.96e-13, "3.2(1)e-12"),
             (4.2e-11, 2e-10, "4(20)e-11"),
+            (1.5, 123_456.0, "2(123456)"),
+            (1.5, 2e30, "2(2e30)"),
             (0.0, 0.0, "0"),
             (0.5, 0.0, "0.5000"),
             (1e-20, f64::NAN, "1.000e-20"),
