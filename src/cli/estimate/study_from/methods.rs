@@ -69,6 +69,9 @@ fn suited(
     if form.needs().plant {
         return Ok(None);
     }
+    if form.needs().reference.is_some() {
+        return Err("needs the reference of a closed loop".to_owned());
+    }
     let with_orders = form.model_orders(case.plant.order()).map(|form| {
         let orders = if name == own {
             case.model.orders()
