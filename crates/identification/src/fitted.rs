@@ -20,6 +20,9 @@ pub enum FitError {
         /// The samples of y.
         y: usize,
     },
+    /// The method needs the reference of a closed loop: [`fit_in_loop`].
+    #[error("needs the reference r of the closed loop beside u and y")]
+    NoReference,
     /// The method cannot serve the record's length, or the orders.
     #[error(transparent)]
     Setup(#[from] SetupError),
@@ -64,6 +67,27 @@ pub fn fit(
     u: &[f64],
     y: &[f64],
 ) -> Result<Fitted, FitError> {
+    let options = options.into();
+    if options.needs().reference.is_some() {
+        return Err(FitError::NoReference);
+    }
+    fit_in_loop(options, order, u, y, u)
+}
+
+/// Like [`fit`] for a record of a closed loop `u = r - K(q) y`, whose reference r is known.
+///
+/// # Errors
+/// [`FitError`].
+///
+/// # Panics
+/// If r has fewer samples than u.
+pub fn fit_in_loop(
+    options: impl Into<MethodOptions>,
+    order: usize,
+    u: &[f64],
+    y: &[f64],
+    r: &[f64],
+) -> Result<Fitted, FitError> {
     if u.len() != y.len() {
         let (u, y) = (u.len(), y.len());
         return Err(FitError::Lengths { u, y });
@@ -80,7 +104,8 @@ pub fn fit(
         ..shape.into()
     })?;
     let mut passes = vec![Pass::new(order); method.passes()];
-    estimator.estimate(Window::new(u, y, y.len()), &mut passes);
+    let window = Window::with_reference(u, y, r, y.len());
+    estimator.estimate(window, &mut passes);
     let pass = passes.pop().ok_or(SetupError::ZeroOrder)?;
     match pass.failure {
         Some(failure) if pass.progress < Progress::Parameters => Err(FitError::Failed(failure)),
@@ -138,7 +163,7 @@ impl Fitted {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::{ArxOptions, IvOptions, LsOptions};
+    use crate::estimator::{ArxOptions, ClrivOptions, IvOptions, LsOptions};
 
     #[test]
     fn lengths_windows_and_singular_records_are_told() {
@@ -154,6 +179,25 @@ mod tests {
         ));
         let error = fit(arx(), 2, &[0.0; 50], &[0.0; 50]).unwrap_err();
         assert!(matches!(error, FitError::Failed(_)), "{error}");
+    }
+
+    /// A method for closed loops does not take u for r.
+    #[test]
+    fn a_loop_needs_its_reference() {
+        let u: Vec<f64> = (0..80).map(|k| f64::from((k * k) % 7) - 3.0).collect();
+        let mut y = vec![0.0; 80];
+        for k in 1..80 {
+            y[k] = 0.6 * y[k - 1] + 2.0 * u[k - 1];
+        }
+        let options = || ClrivOptions {
+            orders: Some("nb=1,nf=1,nk=1".parse().unwrap()),
+            ..ClrivOptions::default()
+        };
+        let error = fit(options(), 1, &u, &y).unwrap_err();
+        assert_eq!(error, FitError::NoReference);
+        // In open loop r is u.
+        let model = fit_in_loop(options(), 1, &u, &y, &u).unwrap();
+        assert!((model.linear().b[1] - 2.0).abs() < 1e-9);
     }
 
     /// Given orders count, whatever the order is.

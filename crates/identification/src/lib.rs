@@ -67,4 +67,4 @@ pub mod text;
 pub mod theory;
 
 pub use estimator::adaptive;
-pub use fitted::{FitError, Fitted, fit};
+pub use fitted::{FitError, Fitted, fit, fit_in_loop};

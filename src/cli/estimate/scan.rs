@@ -99,7 +99,14 @@ fn of_order(estimator: EstimatorName, n: usize, nk: usize) -> Result<MethodOptio
         Some(orders) => read(Orders { nk, ..orders }),
         None => Err(error),
     });
-    options.map_err(|error| Error::Input(format!("--estimator {estimator}, order {n}: {error}")))
+    let wrong =
+        |message: String| Error::Input(format!("--estimator {estimator}, order {n}: {message}"));
+    match options {
+        Ok(options) if options.needs().reference.is_some() => Err(wrong(
+            "needs the reference of a closed loop; expected one order".to_owned(),
+        )),
+        options => options.map_err(|error| wrong(error.to_string())),
+    }
 }
 
 /// Least squares of all orders over the same equations; returns their number too.
