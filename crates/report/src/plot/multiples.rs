@@ -34,7 +34,7 @@ pub fn small_multiples(
 }
 
 /// The same as an SVG document of a given width in its own units. Fewer columns are drawn where panels would be
-/// narrower than [`LEAST`].
+/// narrower than `LEAST`.
 pub fn multiples_of_width(
     [title, description]: [&str; 2],
     panels: &[Plot],
