@@ -3,7 +3,7 @@
 //! No record and no estimate depends on the other methods of a study. So a block of the new design is put together from
 //! the block of the old one and the same trials of the new methods, which a study of their own computes into the folder
 //! `added` within the results. When all are there, each block is replaced by the new one; `design.json` names the design
-//! before, too, until the last one is. A kill at any moment leaves a folder that the same command goes on with.
+//! before, too, until the last one is. A kill at any moment leaves a folder that the same command continues.
 
 use crate::design::experiment::Experiment;
 use crate::design::file::engine::Engine;
