@@ -39,7 +39,7 @@ impl Information {
     /// # Errors
     /// [`Missing`].
     pub fn new(process: &Process, eta: f64, window: usize) -> Result<Self, Missing> {
-        let population = Population::of_any_input(process, eta)?;
+        let population = Population::of_record(process, eta)?;
         let model = TrueModel::new(&population)?;
         if !(model.variance > 0.0) {
             return Err(Missing::Singular);

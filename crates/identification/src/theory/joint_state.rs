@@ -6,8 +6,9 @@
 
 use super::missing::NoTheory;
 use super::signal::{Part, Signal, Source};
+use super::spectrum::{Line, value};
 use crate::step_down::StepDown;
-use faer::Mat;
+use faer::{Mat, c64};
 
 /// Powers `F^(2^j)` with no entry larger than this add nothing.
 const LOST: f64 = 1e-14;
@@ -87,7 +88,8 @@ impl JointState {
         }
         let mut q = Mat::zeros(n, n);
         for a in &blocks {
-            for b in blocks.iter().filter(|b| b.source == a.source) {
+            let white = sources[a.source].spectrum.is_none();
+            for b in blocks.iter().filter(|b| white && b.source == a.source) {
                 q[(a.first, b.first)] = sources[a.source].variance;
             }
         }
@@ -96,7 +98,38 @@ impl JointState {
             p: Mat::zeros(n, n),
         };
         state.p = state.lyapunov(q);
+        state.add_lines(sources);
         Ok(state)
+    }
+
+    /// Adds what a source with a spectrum of its own gives: `v(k) = w(k) / D` has the covariances
+    /// `sum_m P_m Re(e^(i omega_m (l - i)) / (D_a conj(D_b)))` of `v_a(k-i)` and `v_b(k-l)`.
+    fn add_lines(&mut self, sources: &[Source]) {
+        for a in &self.blocks {
+            let Some(spectrum) = &sources[a.source].spectrum else {
+                continue;
+            };
+            for b in self.blocks.iter().filter(|b| b.source == a.source) {
+                let terms = spectrum.lines.iter().map(|line| {
+                    let [a, b] = [a, b].map(|block| value(&block.denominator, line.delay));
+                    (line.delay, line.power / (a * b.conj()))
+                });
+                let terms: Vec<(c64, c64)> = terms.collect();
+                let at = |lag: i32| -> f64 {
+                    terms
+                        .iter()
+                        .map(|(delay, of)| (delay.powi(lag) * of).re)
+                        .sum()
+                };
+                let lags = 1 - b.length as i32..a.length as i32;
+                let covariances: Vec<f64> = lags.map(at).collect();
+                for i in 0..a.length {
+                    for l in 0..b.length {
+                        self.p[(a.first + i, b.first + l)] = covariances[i + b.length - 1 - l];
+                    }
+                }
+            }
+        }
     }
 
     /// Solves `X = F X F' + Q`, Q symmetric, by doubling (Smith 1968): after j steps `X = sum_i F^i Q F'^i` has 2^j
@@ -160,9 +193,69 @@ pub fn covariance(
 /// from it (Brillinger, Time Series, 1975, section 2.3: cumulants of products of linear processes). The sum over t >= 0
 /// is `c_ai X_j c_bi'` with `X_j = F X_j F' + P (c_aj' c_bj + c_bj' c_aj) P`.
 ///
+/// A part that is the same in every trial, with a spectrum of lines, does not fluctuate itself. With d for that part and n
+/// for the others, the products that it takes part in give
+///
+/// ```text
+/// sum_m P_m sum_s sigma_s^2 Re(w_i conj(w_j)),   w_i = A_i^d conj(B_i^s) + B_i^d conj(A_i^s),
+/// ```
+///
+/// where `A_i^s` is the frequency response of `a_i` from source s at line m.
+///
 /// # Errors
-/// As for [`covariance`].
+/// As for [`covariance`], and [`NoTheory::BinaryInput`].
 pub fn long_run_covariance(
+    sources: &[Source],
+    products: &[(Signal, Signal)],
+) -> Result<Mat<f64>, NoTheory> {
+    let has_lines = |signal: &Signal| {
+        let mut parts = signal.parts.iter();
+        parts.any(|part| sources[part.source].spectrum.is_some())
+    };
+    let spectra = || sources.iter().filter_map(|source| source.spectrum.as_ref());
+    let is_drawn = spectra().any(|spectrum| spectrum.is_drawn);
+    if is_drawn && products.iter().any(|(a, b)| has_lines(a) && has_lines(b)) {
+        return Err(NoTheory::BinaryInput);
+    }
+    let of_white = |(a, b): &(Signal, Signal)| (a.from_white(sources), b.from_white(sources));
+    let others: Vec<(Signal, Signal)> = products.iter().map(of_white).collect();
+    let mut s = of_white_sources(sources, &others)?;
+    for (given, source) in sources.iter().enumerate() {
+        for line in source.spectrum.iter().flat_map(|spectrum| &spectrum.lines) {
+            add_line(&mut s, (sources, products), given, line);
+        }
+    }
+    Ok(s)
+}
+
+/// Adds what the products of one line with all white sources give to a long-run covariance.
+fn add_line(
+    s: &mut Mat<f64>,
+    (sources, products): (&[Source], &[(Signal, Signal)]),
+    given: usize,
+    line: &Line,
+) {
+    let responses = |source: usize| -> Vec<[c64; 2]> {
+        let of = |(a, b): &(Signal, Signal)| [a, b].map(|x| x.response(source, line.delay));
+        products.iter().map(of).collect()
+    };
+    let of_line = responses(given);
+    for (number, source) in sources.iter().enumerate() {
+        if source.spectrum.is_some() || source.variance == 0.0 {
+            continue;
+        }
+        let w: Vec<c64> = of_line
+            .iter()
+            .zip(&responses(number))
+            .map(|([a, b], [of_a, of_b])| a * of_b.conj() + b * of_a.conj())
+            .collect();
+        let size = line.power * source.variance;
+        *s += Mat::from_fn(w.len(), w.len(), |i, j| size * (w[i] * w[j].conj()).re);
+    }
+}
+
+/// The long-run covariance of products of filtered white sources.
+fn of_white_sources(
     sources: &[Source],
     products: &[(Signal, Signal)],
 ) -> Result<Mat<f64>, NoTheory> {

@@ -18,15 +18,21 @@ pub enum NoTheory {
     /// The plant changes during the record.
     #[error("the plant changes during the record, so nothing is stationary")]
     ChangingPlant,
-    /// A periodic input.
+    /// A periodic input that each trial draws anew.
     #[error("the input is periodic, so every trial has its own limit")]
     PeriodicInput,
     /// An input given sample by sample.
     #[error("the input is given sample by sample, so it is not a stationary process")]
     GivenInput,
-    /// An input that is not white.
-    #[error("inputs that are not white are not covered")]
-    FilteredInput,
+    /// Errors that depend on fourth moments of a random binary input.
+    #[error("it depends on fourth moments of the binary input, which are not computed")]
+    BinaryInput,
+    /// A binary input whose spectrum is too narrow for lines.
+    #[error("the correlations of the binary input do not decay within 4,096 samples")]
+    SlowInput,
+    /// A long period.
+    #[error("the input has a period of {0} samples; theory is for 16,384 at most")]
+    LongPeriod(usize),
     /// Noise drawn from given numbers.
     #[error("noise drawn from given numbers is not covered")]
     DrawnNoise,

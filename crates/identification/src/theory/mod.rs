@@ -30,6 +30,7 @@ mod population;
 mod prediction_error;
 mod quadratic_form;
 mod signal;
+mod spectrum;
 #[cfg(test)]
 mod tests;
 

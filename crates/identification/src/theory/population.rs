@@ -3,6 +3,7 @@
 use super::joint_state::{covariance, is_stable};
 use super::missing::NoTheory;
 use super::signal::{Signal, Source};
+use super::spectrum::Spectrum;
 use crate::data::{Feedback, NoiseColour, PlantSource, Process};
 use crate::model::polynomial::multiply;
 use crate::plant::StateSpace;
@@ -12,8 +13,10 @@ use crate::signal::{Input, LevelOf, LevelOver, Sequence};
 pub const REFERENCE: usize = 0;
 /// Source of the measurement noise, with standard deviation s.
 pub const NOISE: usize = 1;
+/// Source of the reference's mean, where it has one: the level of the noise is taken about the mean of the output.
+const MEAN: usize = 2;
 /// Source of the input-measurement noise; the sources of the process noise follow it.
-const INPUT_NOISE: usize = 2;
+const INPUT_NOISE: usize = 3;
 
 /// A process in its stationary state; n is the plant's order.
 #[derive(Clone, Debug)]
@@ -53,15 +56,21 @@ impl Population {
     /// # Errors
     /// The reason why the process has no theory.
     pub fn new(process: &Process, eta: f64) -> Result<Self, NoTheory> {
-        match process.input() {
-            Input::Samples(_) => Err(NoTheory::GivenInput),
-            _ => Self::of_any_input(process, eta),
-        }
+        Self::of_reference(process, eta, Reference::new(process.input())?)
     }
 
-    /// As [`Self::new`], also for a reference that is given sample by sample. That one is no stationary source: only
-    /// what comes from the other sources may be averaged.
-    pub(super) fn of_any_input(process: &Process, eta: f64) -> Result<Self, NoTheory> {
+    /// As [`Self::new`], but what comes from a reference that is given sample by sample is not to be averaged: it is no
+    /// stationary source here.
+    pub(super) fn of_record(process: &Process, eta: f64) -> Result<Self, NoTheory> {
+        if !matches!(process.input(), Input::Samples(_)) {
+            return Self::new(process, eta);
+        }
+        process.common_scale(eta).ok_or(NoTheory::GivenInput)?;
+        let white = Source::white(process.input().amplitude().powi(2), 0.0);
+        Self::of_reference(process, eta, Reference::of(white))
+    }
+
+    fn of_reference(process: &Process, eta: f64, reference: Reference) -> Result<Self, NoTheory> {
         let settings = process.settings();
         let PlantSource::Fixed(plant) = &settings.plant else {
             return Err(NoTheory::RandomPlant);
@@ -69,15 +78,6 @@ impl Population {
         if settings.change.is_some() {
             return Err(NoTheory::ChangingPlant);
         }
-        // The fourth cumulant over the squared variance.
-        let excess = match &settings.input {
-            Input::Signs(signs) => match signs.sequence {
-                Sequence::Independent => -2.0,
-                Sequence::Periodic127 => return Err(NoTheory::PeriodicInput),
-            },
-            Input::Gaussian { .. } | Input::Samples(_) => 0.0,
-            Input::Filtered { .. } | Input::Binary { .. } => return Err(NoTheory::FilteredInput),
-        };
         let feedback = match &settings.feedback {
             Feedback::None => None,
             Feedback::Output(law) => Some((law.numerator().to_vec(), law.denominator())),
@@ -96,20 +96,14 @@ impl Population {
             }
             NoiseColour::Filter(filter) => (filter.numerator().to_vec(), filter.denominator()),
         };
-        let gaussian = |deviation: f64| Source {
-            variance: deviation * deviation,
-            excess: 0.0,
-        };
-        let mut sources = vec![
-            Source {
-                variance: amplitude * amplitude,
-                excess,
-            },
-            gaussian(0.0),
-            gaussian(settings.input_noise / 100.0 * amplitude),
-        ];
-        sources.resize(3 + plant.order(), gaussian(settings.process_noise));
-        let mut population = Self::closed(plant, alpha, beta, noise, feedback);
+        let gaussian = |deviation: f64| Source::white(deviation * deviation, 0.0);
+        let input_noise = gaussian(settings.input_noise / 100.0 * amplitude);
+        let mut sources = vec![reference.source, gaussian(0.0), reference.mean, input_noise];
+        sources.resize(
+            INPUT_NOISE + 1 + plant.order(),
+            gaussian(settings.process_noise),
+        );
+        let mut population = Self::closed(plant, reference.signal, (alpha, beta), noise, feedback);
         population.is_plain = settings.input_noise == 0.0 && settings.process_noise == 0.0;
         population.sources = sources;
         if settings.input_noise > 0.0 {
@@ -124,12 +118,19 @@ impl Population {
         Ok(population)
     }
 
+    /// The part of a signal that comes from the reference.
+    pub fn part_of_reference(signal: &Signal) -> Signal {
+        signal
+            .from_source(REFERENCE)
+            .plus(1.0, &signal.from_source(MEAN))
+    }
+
     /// The signals of `y = B/A u + f`, `u = r - K y`. With `Pi = A D_K + B C_K` they are
     /// `y = (B D_K r + A D_K f) / Pi`, `u = (A D_K r - A C_K f) / Pi`.
     fn closed(
         plant: &StateSpace,
-        alpha: Vec<f64>,
-        beta: Vec<f64>,
+        r: Signal,
+        (alpha, beta): (Vec<f64>, Vec<f64>),
         noise: (Vec<f64>, Vec<f64>),
         feedback: Option<(Vec<f64>, Vec<f64>)>,
     ) -> Self {
@@ -138,10 +139,9 @@ impl Population {
             Signal::new(NOISE, &top, &multiply(denominator, &noise.1))
         };
         let f = of_noise(&[1.0], &[1.0]);
-        let r = Signal::new(REFERENCE, &[1.0], &[1.0]);
         let (y, u) = match &feedback {
             None => {
-                let y0 = Signal::new(REFERENCE, &beta, &alpha);
+                let y0 = r.through(&beta, &alpha);
                 (y0.plus(1.0, &f), r.clone())
             }
             Some((c, d)) => {
@@ -149,9 +149,9 @@ impl Population {
                 let pi = sum(&a_d, &multiply(&beta, c));
                 let minus_c: Vec<f64> = c.iter().map(|c| -c).collect();
                 (
-                    Signal::new(REFERENCE, &multiply(&beta, d), &pi)
+                    r.through(&multiply(&beta, d), &pi)
                         .plus(1.0, &of_noise(&a_d, &pi)),
-                    Signal::new(REFERENCE, &a_d, &pi)
+                    r.through(&a_d, &pi)
                         .plus(1.0, &of_noise(&multiply(&alpha, &minus_c), &pi)),
                 )
             }
@@ -222,9 +222,9 @@ impl Population {
     /// divided by `1 - e^2`. In the window `ds/s = (dY/Y - dF/F) / 2`, and for the measured output `+ s dC / Y`, with C
     /// the covariance of y0 and f.
     fn set_level(&mut self, process: &Process, eta: f64) -> Result<(), NoTheory> {
-        let noiseless = [NOISE, INPUT_NOISE];
+        let others = [NOISE, MEAN, INPUT_NOISE];
         let mut y0 = Signal::default();
-        for source in (0..self.sources.len()).filter(|source| !noiseless.contains(source)) {
+        for source in (0..self.sources.len()).filter(|source| !others.contains(source)) {
             y0 = y0.plus(1.0, &self.y.from_source(source));
         }
         let f = Signal::new(NOISE, &self.noise.0, &self.noise.1);
@@ -233,11 +233,6 @@ impl Population {
         let [output, noise] = variances;
         let (output, noise) = (output?, noise?);
         let level = process.settings().level;
-        if let Input::Samples(_) = process.input() {
-            let scale = process.common_scale(eta).ok_or(NoTheory::GivenInput)?;
-            self.sources[NOISE].variance = scale * scale;
-            return Ok(());
-        }
         let e2 = (eta / 100.0).powi(2);
         let share = match level.of {
             LevelOf::NoiseFree => e2,
@@ -250,7 +245,7 @@ impl Population {
         } else {
             share * output / noise
         };
-        if !(square >= 0.0 && square.is_finite()) {
+        if !square.is_finite() || (square > 0.0) != (eta > 0.0) {
             return Err(NoTheory::NoLevel);
         }
         self.sources[NOISE].variance = square;
@@ -270,6 +265,55 @@ impl Population {
     fn variance(&self, signal: &Signal) -> Result<f64, NoTheory> {
         let one = std::slice::from_ref(signal);
         Ok(covariance(&self.sources, one, one)?[(0, 0)])
+    }
+}
+
+/// The external input as a signal of sources.
+struct Reference {
+    source: Source,
+    /// The source of the line at frequency 0; of variance 0 where there is none.
+    mean: Source,
+    signal: Signal,
+}
+
+impl Reference {
+    /// A reference that is one source.
+    fn of(source: Source) -> Self {
+        Self {
+            source,
+            mean: Source::white(0.0, 0.0),
+            signal: Signal::new(REFERENCE, &[1.0], &[1.0]),
+        }
+    }
+
+    fn of_spectrum(spectrum: Spectrum) -> Self {
+        let (mean, others) = spectrum.split_mean();
+        let mut reference = Self::of(Source::lines(others));
+        if let Some(mean) = mean {
+            let constant = Signal::new(MEAN, &[1.0], &[1.0]);
+            reference.mean = Source::lines(mean);
+            reference.signal = reference.signal.plus(1.0, &constant);
+        }
+        reference
+    }
+
+    fn new(input: &Input) -> Result<Self, NoTheory> {
+        let square = input.amplitude().powi(2);
+        Ok(match input {
+            Input::Signs(signs) => match signs.sequence {
+                Sequence::Independent => Self::of(Source::white(square, -2.0)),
+                Sequence::Periodic127 => return Err(NoTheory::PeriodicInput),
+            },
+            Input::Gaussian { .. } => Self::of(Source::white(square, 0.0)),
+            Input::Filtered { filter, .. } => Self {
+                signal: Signal::new(REFERENCE, filter.numerator(), &filter.denominator()),
+                ..Self::of(Source::white(square / filter.variance(), 0.0))
+            },
+            Input::Binary { filter, amplitude } => {
+                Self::of_spectrum(Spectrum::of_signs(filter, *amplitude)?)
+            }
+            Input::Samples(period) => Self::of_spectrum(Spectrum::of_period(period)?),
+        })
     }
 }
 

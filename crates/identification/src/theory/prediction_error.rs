@@ -208,10 +208,7 @@ pub fn optimal_instruments(population: &Population) -> Result<Mat<f64>, Missing>
     let noise = NoiseModel::new(population)?;
     let (c, d) = noise.equation_error(&population.alpha);
     stable(&c)?;
-    let of_reference = |signal: &Signal| {
-        let part = signal.from_source(super::population::REFERENCE);
-        part.through(&d, &c)
-    };
+    let of_reference = |signal: &Signal| Population::part_of_reference(signal).through(&d, &c);
     let n = population.plant.order();
     let shape = Shape::new(Orders::arx(n, n, 1));
     let (y, u) = (of_reference(&population.y), of_reference(&population.u));

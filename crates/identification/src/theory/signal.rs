@@ -1,14 +1,39 @@
 //! Stationary signals: rational filters of independent white sources.
 
+use super::spectrum::{Spectrum, value};
 use crate::model::polynomial::multiply;
+use faer::c64;
+use std::sync::Arc;
 
-/// A white source.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A source: white, or with a spectrum of its own.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     /// Its variance.
     pub variance: f64,
     /// The fourth cumulant over the squared variance: 0 for Gaussian numbers, -2 for random signs.
     pub excess: f64,
+    /// Its spectrum; white if absent. No two sources have a line of the same frequency.
+    pub spectrum: Option<Arc<Spectrum>>,
+}
+
+impl Source {
+    /// A white source.
+    pub const fn white(variance: f64, excess: f64) -> Self {
+        Self {
+            variance,
+            excess,
+            spectrum: None,
+        }
+    }
+
+    /// A source with a spectrum of lines.
+    pub fn lines(spectrum: Spectrum) -> Self {
+        Self {
+            variance: spectrum.power(),
+            excess: 0.0,
+            spectrum: Some(Arc::new(spectrum)),
+        }
+    }
 }
 
 /// `sum_s N_s(q) / D_s(q) w_s(k)` over the sources w_s, one part per term; polynomials in q^-1, D monic.
@@ -101,6 +126,24 @@ impl Signal {
             }
         }
         course
+    }
+
+    /// The part that comes from white sources.
+    #[must_use]
+    pub fn from_white(&self, sources: &[Source]) -> Self {
+        let is_white = |part: &&Part| sources[part.source].spectrum.is_none();
+        let parts = self.parts.iter().filter(is_white);
+        Self {
+            parts: parts.cloned().collect(),
+        }
+    }
+
+    /// The frequency response from one source, at `delay = e^(-i omega)`.
+    pub(super) fn response(&self, source: usize, delay: c64) -> c64 {
+        let parts = self.parts.iter().filter(|part| part.source == source);
+        parts
+            .map(|part| value(&part.numerator, delay) / value(&part.denominator, delay))
+            .sum()
     }
 
     /// The lags `sign x(k-first) ... sign x(k-first-count+1)` of the signal x.

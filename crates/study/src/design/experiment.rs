@@ -1,7 +1,7 @@
 //! The experiment: its cells, each with a process, and its methods.
 
 use crate::design::cell::Cell;
-use crate::design::file::axis::Axis;
+use crate::design::file::axis::{Axis, Scalar};
 use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::key::Key;
@@ -208,6 +208,12 @@ impl Experiment {
         found.get_or_init(|| {
             let cell = &self.cells[*first];
             let process = cell.process().ok_or(NoTheory::ContinuousTime)?;
+            // A column of a file is one record, not a period.
+            if let Some(Scalar::Text(input)) = cell.settings.get(&Key::Input)
+                && self.file.columns.contains_key(input)
+            {
+                return Err(NoTheory::GivenInput);
+            }
             let begin = Instant::now();
             let theory = CellTheory::new(process, cell.eta, cell.order, &self.methods);
             let spent = begin.elapsed().as_nanos() as u64;

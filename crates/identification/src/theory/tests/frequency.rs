@@ -1,6 +1,7 @@
 //! Lyapunov equations compared with integrals over frequency, for signals of every kind.
 
 use super::*;
+use crate::theory::spectrum::Spectrum;
 
 /// Points of the trapezoidal rule, which converges geometrically: for a pole of modulus 0.95 the error is 1e-22.
 const POINTS: usize = 1024;
@@ -58,7 +59,7 @@ pub fn long_run_over_frequency(
 }
 
 fn signals() -> (Vec<Source>, Vec<Signal>) {
-    let source = |variance, excess| Source { variance, excess };
+    let source = Source::white;
     let sources = vec![source(4.0, -2.0), source(0.3, 0.0), source(1.0, 1.5)];
     let x = Signal::new(0, &[0.0, 1.0, 0.5], &[1.0, -1.5, 0.7]);
     let y = x
@@ -106,10 +107,7 @@ fn long_run_covariances_are_integrals_of_spectra() {
 /// `x = w` with random signs: x^2 is constant, and products of neighbours are white with variance sigma^4.
 #[test]
 fn signs_by_hand() {
-    let source = Source {
-        variance: 9.0,
-        excess: -2.0,
-    };
+    let source = Source::white(9.0, -2.0);
     let x = Signal::new(0, &[1.0], &[1.0]);
     let products = [(x.clone(), x.clone()), (x.clone(), x.delayed(1))];
     let s = long_run_covariance(&[source], &products).unwrap();
@@ -120,13 +118,68 @@ fn signs_by_hand() {
 #[test]
 fn what_is_not_stationary_is_refused() {
     let x = Signal::new(0, &[1.0], &[1.0, -1.0]);
-    let sources = [Source {
-        variance: 1.0,
-        excess: 0.0,
-    }];
+    let sources = [Source::white(1.0, 0.0)];
     let one = [x];
     assert_eq!(
         covariance(&sources, &one, &one).unwrap_err(),
         NoTheory::NotStationary
+    );
+}
+
+/// A cosine by hand: `u = 2 cos(pi k / 2)` through `1 + q^-1` has mean square `2 |1 - i|^2 = 4`. With a lag of one
+/// sample its product with white noise of variance v has the long-run variance `2 v`.
+#[test]
+fn lines_by_hand() {
+    let cosine = Spectrum::of_period(&[2.0, 0.0, -2.0, 0.0]).unwrap();
+    assert_eq!(cosine.lines.len(), 1);
+    let lines = Source::lines(cosine);
+    let sources = [lines, Source::white(0.3, 0.0)];
+    let u = Signal::new(0, &[1.0], &[1.0]);
+    let e = Signal::new(1, &[1.0], &[1.0]);
+    let sum = u.through(&[1.0, 1.0], &[1.0]);
+    let found = covariance(&sources, &[u.clone(), sum.clone()], &[u.clone(), sum]).unwrap();
+    for (i, j, expected) in [(0, 0, 2.0), (0, 1, 2.0), (1, 1, 4.0)] {
+        assert!((found[(i, j)] - expected).abs() < 1e-12, "{found:?}");
+    }
+    let both = u.clone().plus(1.0, &e);
+    let products = [(u.delayed(1), e.clone()), (both, e), (u.clone(), u)];
+    let found = long_run_covariance(&sources, &products).unwrap();
+    // u e and u(k-1) e are uncorrelated, since E[u(k) u(k-1)] = 0; e^2 has the variance 2 v^2; u^2 is fixed.
+    let expected = [[0.6, 0.0, 0.0], [0.0, 0.6 + 0.18, 0.0], [0.0; 3]];
+    for (i, row) in expected.iter().enumerate() {
+        for (j, expected) in row.iter().enumerate() {
+            assert!((found[(i, j)] - expected).abs() < 1e-12, "{found:?}");
+        }
+    }
+}
+
+/// The signs of `x(k) = a x(k-1) + w(k)` have the autocovariance `(2/pi) asin(a^t)`.
+#[test]
+fn signs_of_an_autoregression() {
+    let a = 0.6_f64;
+    let filter = NoiseFilter::new(&[1.0], &[1.0, -a]).unwrap();
+    let spectrum = Spectrum::of_signs(&filter, 2.0).unwrap();
+    let lines = Source::lines(spectrum);
+    let u = Signal::new(0, &[1.0], &[1.0]);
+    let lags = u.lags(1.0, 0, 5);
+    let found = covariance(std::slice::from_ref(&lines), &lags, &lags).unwrap();
+    for lag in 0..5 {
+        let expected = 4.0 * 2.0 / std::f64::consts::PI * a.powi(lag as i32).asin();
+        assert!((found[(lag, 0)] - expected).abs() < 1e-10, "{found:?}");
+    }
+    let pair = [(u.clone(), u)];
+    assert_eq!(
+        long_run_covariance(&[lines], &pair).unwrap_err(),
+        NoTheory::BinaryInput
+    );
+    let slow = NoiseFilter::new(&[1.0], &[1.0, -0.9999]).unwrap();
+    assert_eq!(
+        Spectrum::of_signs(&slow, 1.0).unwrap_err(),
+        NoTheory::SlowInput
+    );
+    let long = vec![1.0; 20_000];
+    assert_eq!(
+        Spectrum::of_period(&long).unwrap_err(),
+        NoTheory::LongPeriod(20_000)
     );
 }
