@@ -1,6 +1,7 @@
 //! Autoregressions: `D(q) v(k) = e(k)`, with the order that AIC chooses.
 
 use super::FailureKind;
+use crate::real::with_fma;
 use crate::signal::NoiseFilter;
 
 /// An autoregression of a signal of mean zero, with its memory.
@@ -21,12 +22,11 @@ impl Autoregression {
     pub(super) fn fit(&mut self, v: &[f64]) -> f64 {
         let samples = v.len() as f64;
         let most = ((10.0 * samples.log10()) as usize).min(v.len() / 4);
-        let products = |lag: usize| -> f64 {
-            let pairs = v[lag..].iter().zip(v);
-            pairs.map(|(late, early)| late * early).sum::<f64>() / samples
-        };
         self.covariances.clear();
-        self.covariances.extend((0..=most).map(products));
+        for lag in (0..=most).step_by(LAGS) {
+            self.covariances
+                .extend(lag_sums(v, lag).map(|sum| sum / samples));
+        }
         let covariance = |lag: usize| self.covariances[lag];
         self.d.clear();
         self.d.push(1.0);
@@ -51,6 +51,32 @@ impl Autoregression {
     pub(super) fn denominator(&self) -> &[f64] {
         &self.best
     }
+}
+
+/// Lags whose sums are computed side by side.
+const LAGS: usize = 8;
+
+/// Returns `sum v(k) v(k - l)` for each l from `lag` on.
+fn lag_sums(v: &[f64], lag: usize) -> [f64; LAGS] {
+    // The sum of lag + i is in lane LAGS - 1 - i, as early samples lie in memory.
+    let mut sums = [-0.0; LAGS];
+    let first = (lag + LAGS - 1).min(v.len());
+    for (lane, sum) in sums.iter_mut().enumerate() {
+        let lag = lag + LAGS - 1 - lane;
+        (lag..first).for_each(|k| *sum += v[k] * v[k - lag]);
+    }
+    with_fma(
+        #[inline(always)]
+        || {
+            for (late, early) in v[first..].iter().zip(v.array_windows::<LAGS>()) {
+                sums.iter_mut()
+                    .zip(early)
+                    .for_each(|(sum, early)| *sum += late * early);
+            }
+        },
+    );
+    sums.reverse();
+    sums
 }
 
 /// The filter `1/D` that gives white noise the spectrum of a signal of mean zero; 1 for a signal without spread.

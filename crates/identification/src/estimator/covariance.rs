@@ -2,7 +2,10 @@
 //! `theta_hat - theta = sum over k of psi(k) v(k)`, whatever the correlation of the equation errors v.
 
 use super::autoregression::Autoregression;
+use super::regression::solve_normal_of;
 use crate::names::named_enum;
+use crate::real::with_fma;
+use faer::MatRef;
 
 named_enum! {
     /// The assumption about the equation errors v from which the covariance of the parameters is computed.
@@ -17,13 +20,24 @@ named_enum! {
     }
 }
 
+/// Numbers that are computed side by side.
+const LANES: usize = 4;
+type Lanes = [f64; LANES];
+
+/// Rows that are solved side by side.
+const ROWS: usize = 8;
+
 /// The rows psi(k) with the residuals v(k) of an estimate.
 #[derive(Default)]
 pub(super) struct Influence {
-    /// Row by row, one number for each parameter.
-    rows: Vec<f64>,
+    /// Row by row, one number for each parameter, and zeros to whole lanes.
+    rows: Vec<Lanes>,
+    /// Numbers of a row.
+    width: usize,
     residuals: Vec<f64>,
     autoregression: Autoregression,
+    /// Some rows, one in each lane.
+    block: Vec<[f64; ROWS]>,
 }
 
 impl Influence {
@@ -33,12 +47,43 @@ impl Influence {
         self.residuals.clear();
     }
 
-    /// Appends v(k) and psi(k). `row` fills psi(k), which starts as zeros.
+    /// Appends v(k) and psi(k). `row` fills psi(k), which starts as zeros; all rows have the same width.
     pub(super) fn push(&mut self, width: usize, residual: f64, row: impl FnOnce(&mut [f64])) {
+        self.width = width;
         let begin = self.rows.len();
-        self.rows.resize(begin + width, 0.0);
-        row(&mut self.rows[begin..]);
+        self.rows.resize(begin + self.stride(), [0.0; LANES]);
+        row(&mut self.rows[begin..].as_flattened_mut()[..width]);
         self.residuals.push(residual);
+    }
+
+    /// Replaces all rows by `(R'R)^-1 psi(k)`.
+    pub(super) fn solve_normal(&mut self, r: MatRef<'_, f64>) {
+        let (width, stride) = (self.width, self.stride());
+        let Self { rows, block, .. } = self;
+        block.resize(width, [0.0; ROWS]);
+        with_fma(
+            #[inline(always)]
+            || {
+                for rows in rows.chunks_mut(ROWS * stride.max(1)) {
+                    for (lane, row) in rows.chunks_exact(stride).enumerate() {
+                        for (to, x) in block.iter_mut().zip(row.as_flattened()) {
+                            to[lane] = *x;
+                        }
+                    }
+                    solve_normal_of(r, block);
+                    for (lane, row) in rows.chunks_exact_mut(stride).enumerate() {
+                        for (x, from) in row.as_flattened_mut().iter_mut().zip(&*block) {
+                            *x = from[lane];
+                        }
+                    }
+                }
+            },
+        );
+    }
+
+    /// Returns how many groups of lanes a row has.
+    fn stride(&self) -> usize {
+        self.width.div_ceil(LANES)
     }
 
     /// Computes the covariance, row by row. All kinds carry the factor M / (M - d) for M rows and d parameters.
@@ -49,38 +94,30 @@ impl Influence {
     /// - robust: `S_0 + sum_(t=1)^L (1 - t/(L+1)) (S_t + S_t')`, `S_t = sum psi(k) v(k) v(k-t) psi(k-t)'`,
     ///   `L = floor(4 (M/100)^(2/9))`.
     pub(super) fn covariance(&mut self, kind: Covariance, to: &mut Vec<f64>) {
-        let rows = self.residuals.len();
-        let width = self.rows.len() / rows.max(1);
+        let (rows, width) = (self.residuals.len(), self.width);
         to.clear();
         to.resize(width * width, 0.0);
         let scale = match kind {
             Covariance::White => {
-                for row in self.rows.chunks_exact(width) {
-                    add_product(to, 1.0, row, row);
-                }
+                self.add_products(1.0, (0..rows).map(|k| (k, k)), to);
                 square_sum(&self.residuals) / rows as f64
             }
             Covariance::Coloured => {
                 let variance = self.autoregression.fit(&self.residuals);
-                self.add_filtered(width, to);
+                self.filter();
+                self.add_products(1.0, (0..rows).rev().map(|k| (k, k)), to);
+                self.add_before(to);
                 variance
             }
             Covariance::Robust => {
-                for (row, v) in self.rows.chunks_exact_mut(width).zip(&self.residuals) {
-                    for psi in row {
-                        *psi *= v;
-                    }
+                let stride = self.stride();
+                for (row, v) in self.rows.chunks_exact_mut(stride).zip(&self.residuals) {
+                    row.as_flattened_mut().iter_mut().for_each(|psi| *psi *= v);
                 }
                 let lags = (4.0 * (rows as f64 / 100.0).powf(2.0 / 9.0)) as usize;
-                let row = |k: usize| &self.rows[k * width..(k + 1) * width];
                 for lag in 0..=lags.min(rows - 1) {
                     let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
-                    for k in lag..rows {
-                        add_product(to, weight, row(k), row(k - lag));
-                        if lag > 0 {
-                            add_product(to, weight, row(k - lag), row(k));
-                        }
-                    }
+                    self.add_products(weight, (lag..rows).map(|k| (k, k - lag)), to);
                 }
                 1.0
             }
@@ -91,32 +128,74 @@ impl Influence {
         }
     }
 
-    /// Adds the sum of `psi_D psi_D'`. Overwrites psi by psi_D, from the end:
-    /// `psi_D(k) = psi(k) - d_1 psi_D(k+1) - ...`.
-    fn add_filtered(&mut self, width: usize, to: &mut [f64]) {
-        const NEGLIGIBLE: f64 = 1e-24;
-        let (d, rows) = (&self.autoregression.denominator()[1..], &mut self.rows);
-        let count = rows.len() / width;
-        for k in (0..count).rev() {
-            let (before, after) = rows.split_at_mut((k + 1) * width);
-            let row = &mut before[k * width..];
-            for (d, later) in d.iter().zip(after.chunks_exact(width)) {
-                row.iter_mut().zip(later).for_each(|(x, y)| *x -= d * y);
-            }
-            add_product(to, 1.0, row, row);
+    /// Adds `weight psi(k) psi(l)'` for each pair (k, l), and its transpose where k and l differ.
+    fn add_products(
+        &self,
+        weight: f64,
+        pairs: impl Iterator<Item = (usize, usize)> + Clone,
+        to: &mut [f64],
+    ) {
+        let (width, stride, rows) = (self.width, self.stride(), &self.rows);
+        for (i, j) in (0..stride).flat_map(|i| (0..stride).map(move |j| (i, j))) {
+            let mut sum = [[0.0; LANES]; LANES];
+            for_each_entry([i, j], width, |at, [row, column]| sum[row][column] = to[at]);
+            with_fma(
+                #[inline(always)]
+                || {
+                    for (k, l) in pairs.clone() {
+                        let (k, l) = (k * stride, l * stride);
+                        add_product(&mut sum, weight, &rows[k + i], &rows[l + j]);
+                        if k != l {
+                            add_product(&mut sum, weight, &rows[l + i], &rows[k + j]);
+                        }
+                    }
+                },
+            );
+            for_each_entry([i, j], width, |at, [row, column]| to[at] = sum[row][column]);
         }
-        // The contribution of e before the first row: the recursion continues without new rows until it has died away.
+    }
+
+    /// Overwrites psi by psi_D, from the end: `psi_D(k) = psi(k) - d_1 psi_D(k+1) - ...`.
+    fn filter(&mut self) {
+        let stride = self.stride();
+        let (d, rows) = (&self.autoregression.denominator()[1..], &mut self.rows);
+        with_fma(
+            #[inline(always)]
+            || {
+                for at in (0..rows.len()).rev() {
+                    let (row, later) = rows[at..]
+                        .split_first_mut()
+                        .expect("at is below its length");
+                    for (d, later) in d.iter().zip(later.iter().skip(stride - 1).step_by(stride)) {
+                        row.iter_mut().zip(later).for_each(|(x, y)| *x -= d * y);
+                    }
+                }
+            },
+        );
+    }
+
+    /// Adds the contribution of e before the first row: the recursion of psi_D continues without new rows until it has
+    /// died away.
+    fn add_before(&self, to: &mut [f64]) {
+        const NEGLIGIBLE: f64 = 1e-24;
+        let (d, width) = (&self.autoregression.denominator()[1..], self.width);
         if d.is_empty() {
             return;
         }
-        let mut recent: Vec<f64> = rows[..d.len() * width].to_vec();
+        let first = self.rows.chunks_exact(self.stride()).take(d.len());
+        let mut recent: Vec<f64> = first
+            .flat_map(|row| &row.as_flattened()[..width])
+            .copied()
+            .collect();
         let limit = NEGLIGIBLE * square_sum(&recent);
-        for _ in 0..count {
+        for _ in 0..self.residuals.len() {
             let mut row = vec![0.0; width];
             for (d, later) in d.iter().zip(recent.chunks_exact(width)) {
                 row.iter_mut().zip(later).for_each(|(x, y)| *x -= d * y);
             }
-            add_product(to, 1.0, &row, &row);
+            for (to, x) in to.chunks_exact_mut(width).zip(&row) {
+                to.iter_mut().zip(&row).for_each(|(to, y)| *to += x * y);
+            }
             recent.rotate_right(width);
             recent[..width].copy_from_slice(&row);
             if square_sum(&recent) <= limit {
@@ -126,9 +205,24 @@ impl Influence {
     }
 }
 
-/// Adds `weight x y'` to a matrix stored row by row.
-fn add_product(to: &mut [f64], weight: f64, x: &[f64], y: &[f64]) {
-    for (row, x) in to.chunks_exact_mut(y.len()).zip(x) {
+/// Calls `entry` for each entry of block (i, j) of a square matrix: its place in the matrix, stored row by row, and in
+/// the block.
+fn for_each_entry([i, j]: [usize; 2], width: usize, mut entry: impl FnMut(usize, [usize; 2])) {
+    let within = |block: usize| 0..LANES.min(width - block * LANES);
+    for row in within(i) {
+        for column in within(j) {
+            entry(
+                (i * LANES + row) * width + j * LANES + column,
+                [row, column],
+            );
+        }
+    }
+}
+
+/// Adds `weight x y'` to a matrix.
+#[inline(always)]
+fn add_product(to: &mut [Lanes; LANES], weight: f64, x: &Lanes, y: &Lanes) {
+    for (row, x) in to.iter_mut().zip(x) {
         let x = weight * x;
         row.iter_mut().zip(y).for_each(|(to, y)| *to += x * y);
     }

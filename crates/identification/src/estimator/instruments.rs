@@ -275,9 +275,9 @@ impl InstrumentalRegression {
                     for (j, psi) in row.iter_mut().enumerate() {
                         *psi = q.iter().enumerate().map(|(i, q)| top[(i, j)] * q).sum();
                     }
-                    solve_normal(inner, row);
                 });
         }
+        self.influence.solve_normal(inner);
         self.influence.covariance(kind, to);
     }
 

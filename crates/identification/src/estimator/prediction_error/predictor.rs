@@ -9,7 +9,7 @@ use crate::estimator::covariance::{Covariance, Influence};
 use crate::estimator::lag_sums::dot;
 use crate::estimator::lag_sums::{System, lagged_products};
 use crate::estimator::reflection::stable;
-use crate::estimator::regression::{covariance_of_triangle, solve_normal};
+use crate::estimator::regression::covariance_of_triangle;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
 use crate::model::{LinearModel, Orders};
 use faer::Mat;
@@ -431,9 +431,9 @@ impl Predictor {
                         (*delay..delay + count).map(value)
                     });
                     row.iter_mut().zip(delayed).for_each(|(psi, x)| *psi = x);
-                    solve_normal(r, row);
                 });
             }
+            influence.solve_normal(r);
             influence.covariance(kind, to);
             self.influence = influence;
         }
