@@ -1,5 +1,6 @@
 //! Recursive instrumental variables.
 
+use super::elimination::Elimination;
 use super::lags::{StabilityTest, push};
 use super::options::{RecursiveOptions, recursive_options};
 use super::settings::Forgetting;
@@ -60,8 +61,9 @@ impl RecursiveOptions for RecursiveIvOptions {
 /// model from rest. A model of too few samples may have an output far larger than y, which then rules Z'Phi for long:
 /// a longer start, or early forgetting, prevents that. While A-hat has a zero on or outside the unit circle, x is that of the last stable one.
 ///
-/// P is not symmetric, so it has no square root: with lambda = 1, `P^-1 = P(0)^-1 + Z'Phi`, and the covariance is `s^2 P
-/// Z'Z P'`; after early forgetting `s^2 P Z'W^2 Z P'`, W being the weights that are left. A sample takes about 7 d^2 multiplications and additions, d = na + nb, and na^2 for stability.
+/// P is not symmetric, so it has no square root. Its inverse is carried: with lambda = 1, `P^-1 = P(0)^-1 + Z'Phi`. The
+/// covariance is `s^2 P Z'Z P'`; after early forgetting `s^2 P Z'W^2 Z P'`, W being the weights that are left. A sample takes
+/// about `d^3/3 + 4 d^2` multiplications and additions, d = na + nb, and na^2 for stability.
 ///
 /// Source: L. Ljung and T. Soderstrom, *Theory and Practice of Recursive Identification*, 1983, section 2.2.2.
 #[derive(Clone, Debug)]
@@ -85,19 +87,34 @@ pub struct RecursiveIv {
     clock: Clock,
 }
 
-/// P of recursive instrumental variables, and what its covariance and the variance of the residuals are made of.
+/// The equations of recursive instrumental variables, and what the covariance and the variance of the residuals are made of.
+///
+/// Not P is carried but its inverse, `R = lambda R + z phi'` with `R(0) = inverse(P(0))`, and `r = lambda r + z y` with
+/// `r(0) = R(0) theta(0)`; theta solves `R theta = r`. That is the same theta, and nothing is ever subtracted from P(0):
+/// what a P far larger than the records' units loses in its first updates would be lost for good.
+///
+/// Fewer equations than parameters leave R singular but for R(0), which rounding may lose. After r <= d equations from `P = p0 I`
+/// theta is therefore `theta(0) + Z' inverse(C + Phi Z') (y - Phi theta(0))`, Z and Phi having a row for each equation, and C on
+/// its diagonal the products of lambda up to it over p0: the same by `inverse(c I + Z'Phi) Z' = Z' inverse(c I + Phi Z')`.
 #[derive(Clone, Debug)]
 pub(super) struct InstrumentalUpdate {
-    p: Vec<f64>,
+    information: Vec<f64>,
+    sums: Vec<f64>,
+    elimination: Elimination,
+    /// The last number of C.
+    prior: f64,
+    /// How many of the first d equations there were, or d + 1; and z, phi, y - phi'theta(0) and C of each.
+    count: usize,
+    first: Vec<f64>,
+    /// theta(0), and the solution of the first equations.
+    start: Vec<f64>,
+    solution: Vec<f64>,
     /// Z'W^2 Z, and Phi'W Phi, Phi'W y, y'W y, with the weights that forgetting leaves.
     squares: Vec<f64>,
     moments: Vec<f64>,
     products: Vec<f64>,
     power: f64,
-    /// P z, and phi'P.
-    gain: Vec<f64>,
-    left: Vec<f64>,
-    /// P Z'W^2 Z.
+    /// P Z'W^2 Z, transposed; or the matrix of the first equations.
     product: Vec<f64>,
     weights: Weights,
 }
@@ -106,62 +123,91 @@ impl InstrumentalUpdate {
     pub(super) fn new(d: usize) -> Self {
         let (vector, matrix) = (|| vec![0.0; d], || vec![0.0; d * d]);
         Self {
-            p: matrix(),
+            information: matrix(),
+            sums: vector(),
+            elimination: Elimination::new(d),
+            prior: 0.0,
+            count: 0,
+            first: vec![0.0; d * (2 * d + 2)],
+            start: vector(),
+            solution: vector(),
             squares: matrix(),
             moments: matrix(),
             products: vector(),
             power: 0.0,
-            gain: vector(),
-            left: vector(),
             product: matrix(),
             weights: Weights::default(),
         }
     }
 
-    /// Takes P over from least squares, whose instruments were phi.
+    /// Takes the equations over from least squares, whose instruments were phi.
     pub(super) fn begin(&mut self, from: &SquareRoot) {
-        from.covariance(1.0, &mut self.p);
         self.power = from.moments(&mut self.squares, &mut self.products);
         self.moments.copy_from_slice(&self.squares);
+        self.information.copy_from_slice(&self.squares);
+        self.sums.copy_from_slice(&self.products);
         self.weights = from.weights();
+        self.prior = self.information[0];
+        let from_nothing = from.rows() == 0;
+        self.count = if from_nothing { 0 } else { self.sums.len() + 1 };
     }
 
     /// One equation; theta changes.
     pub(super) fn take(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64, theta: &mut [f64]) {
         let d = z.len();
-        self.left.fill(0.0);
         for i in 0..d {
-            let row = &self.p[i * d..][..d];
-            self.gain[i] = dot(row, z);
-            for (left, p) in self.left.iter_mut().zip(row) {
-                *left += phi[i] * p;
-            }
-        }
-        let scale = lambda + dot(phi, &self.gain);
-        let error = y - dot(phi, theta);
-        self.gain.iter_mut().for_each(|gain| *gain /= scale);
-        for i in 0..d {
-            theta[i] += self.gain[i] * error;
             let rows = i * d..(i + 1) * d;
-            for (p, left) in self.p[rows.clone()].iter_mut().zip(&self.left) {
-                *p = (*p - self.gain[i] * left) / lambda;
-            }
-            for (square, z_j) in self.squares[rows.clone()].iter_mut().zip(z) {
-                *square = lambda * lambda * *square + z[i] * z_j;
-            }
-            for (moment, phi_j) in self.moments[rows].iter_mut().zip(phi) {
-                *moment = lambda * *moment + phi[i] * phi_j;
-            }
-            self.products[i] = lambda * self.products[i] + phi[i] * y;
+            add(&mut self.information[rows.clone()], lambda, z[i], phi);
+            add(&mut self.squares[rows.clone()], lambda * lambda, z[i], z);
+            add(&mut self.moments[rows], lambda, phi[i], phi);
         }
+        add(&mut self.sums, lambda, y, z);
+        add(&mut self.products, lambda, y, phi);
         self.power = lambda * self.power + y * y;
         self.weights.add(lambda);
+        if self.count < d {
+            self.take_first(z, phi, y, lambda, theta);
+        } else {
+            self.count = d + 1;
+            theta.copy_from_slice(&self.sums);
+            self.elimination.solve(d, &self.information, theta);
+        }
+    }
+
+    /// One of the first d equations.
+    fn take_first(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64, theta: &mut [f64]) {
+        let (d, width) = (z.len(), 2 * z.len() + 2);
+        if self.count == 0 {
+            self.start.copy_from_slice(theta);
+        }
+        self.prior *= lambda;
+        let row = &mut self.first[self.count * width..][..width];
+        row[..d].copy_from_slice(z);
+        row[d..2 * d].copy_from_slice(phi);
+        row[2 * d] = y - dot(phi, &self.start);
+        row[2 * d + 1] = self.prior;
+        self.count += 1;
+        let count = self.count;
+        let rows = self.first.chunks_exact(width).take(count);
+        for (i, row) in rows.clone().enumerate() {
+            for (j, other) in rows.clone().enumerate() {
+                self.product[i * count + j] = dot(&row[d..2 * d], &other[..d]);
+            }
+            self.product[i * count + i] += row[2 * d + 1];
+            self.solution[i] = row[2 * d];
+        }
+        let (matrix, solution) = (&self.product[..count * count], &mut self.solution[..count]);
+        self.elimination.solve(count, matrix, solution);
+        theta.copy_from_slice(&self.start);
+        for (row, factor) in rows.zip(&self.solution) {
+            add(theta, 1.0, *factor, &row[..d]);
+        }
     }
 
     /// The variance of the residuals of theta in all equations. Theta was far off when the first were taken, so their
     /// residuals at that time say nothing.
     pub(super) fn variance(&self, theta: &[f64]) -> f64 {
-        let d = self.gain.len();
+        let d = self.sums.len();
         let rows = self.moments.chunks_exact(d).zip(theta);
         let quadratic: f64 = rows.map(|(row, theta_i)| theta_i * dot(row, theta)).sum();
         let sum = self.power - 2.0 * dot(&self.products, theta) + quadratic;
@@ -171,18 +217,23 @@ impl InstrumentalUpdate {
 
     /// Fills `to` with `variance P Z'W^2 Z P'`.
     pub(super) fn covariance(&mut self, variance: f64, to: &mut [f64]) {
-        let d = self.gain.len();
+        let d = self.sums.len();
+        to.copy_from_slice(&self.squares);
+        self.elimination.solve(d, &self.information, to);
         for i in 0..d {
             for j in 0..d {
-                // Z'W^2 Z is symmetric.
-                self.product[i * d + j] = dot(&self.p[i * d..][..d], &self.squares[j * d..][..d]);
+                self.product[i * d + j] = variance * to[j * d + i];
             }
         }
-        for i in 0..d {
-            for j in 0..d {
-                to[i * d + j] = variance * dot(&self.product[i * d..][..d], &self.p[j * d..][..d]);
-            }
-        }
+        to.copy_from_slice(&self.product);
+        self.elimination.solve(d, &self.information, to);
+    }
+}
+
+/// `to = lambda to + factor of`.
+fn add(to: &mut [f64], lambda: f64, factor: f64, of: &[f64]) {
+    for (to, of) in to.iter_mut().zip(of) {
+        *to = lambda * *to + factor * of;
     }
 }
 

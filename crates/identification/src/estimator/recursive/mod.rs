@@ -11,6 +11,7 @@
 
 pub(in crate::estimator) mod batch;
 mod coefficients;
+mod elimination;
 mod extended;
 mod instrumental;
 mod lags;

@@ -47,7 +47,7 @@ impl RecursiveOptions for RecursiveSrivOptions {
 /// During the start, least squares of `F y = B u + e`, filters and x run along. In white output noise it is
 /// asymptotically efficient; its covariance is `s^2 P Z'Z P'`.
 ///
-/// A sample takes about 7 d^2 multiplications and additions, d = nb + nf, and nf^2 for stability.
+/// A sample takes about `d^3/3 + 4 d^2` multiplications and additions, d = nb + nf, and nf^2 for stability.
 ///
 /// Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7; P. C. Young and A. J.
 /// Jakeman, Refined instrumental variable methods of recursive time-series analysis, part I, Int. J. Control 29, 1979.
