@@ -80,6 +80,10 @@ macro_rules! state_sequence {
                 Some(self.orders.unwrap_or(Orders::arx(setting, setting, 1)))
             }
 
+            fn takes_memory(&self) -> bool {
+                true
+            }
+
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.model_orders(problem.shape.order).unwrap_or_default();
                 if let Some(rule) = self.choose {
