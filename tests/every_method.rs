@@ -155,7 +155,9 @@ fn hard_records_end_in_a_model_or_a_typed_failure() {
 const LARGE: f64 = 1_048_576.0;
 
 /// In other units for u, y and r the polynomials are the same; in another unit for y alone B is so many times larger. The
-/// units are powers of two, of which no rounding sees anything: a difference is a constant with a unit in a method.
+/// units are powers of two, of which no rounding sees anything but where B is summed with other coefficients: a difference is
+/// a constant with a unit in a method. Which of several minima a search meets may depend on the unit of y, since its steps
+/// are measured over all coefficients; then neither is much more likely (as in the search itself).
 #[test]
 fn other_units_change_nothing_but_the_units() {
     let signals = record(&SECOND);
@@ -195,6 +197,11 @@ fn other_units_change_nothing_but_the_units() {
                 wrong.push(format!("{name} {of_input} {of_output}: {failures:?}"));
                 continue;
             }
+            let loss = |pass: &Pass| f64::ln(pass.loss);
+            let likelier = 200.0 * (loss(&pass) - loss(&of_record) - 2.0 * of_output.ln()).abs();
+            if of_record.minima > Some(1) && (1e-9..10.828).contains(&likelier) {
+                continue;
+            }
             for (which, expected, found, by) in [
                 ("A", &of_record.model.a, &pass.model.a, 1.0),
                 ("B", &of_record.model.b, &pass.model.b, gain),
@@ -205,7 +212,7 @@ fn other_units_change_nothing_but_the_units() {
                 let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
                 let error = expected.iter().zip(found);
                 let error = error.fold(0.0_f64, |m, (x, y)| m.max((x - y / by).abs())) / largest;
-                if !(error < 1e-12 || largest == 0.0) {
+                if !(error < 1e-9 || largest == 0.0) {
                     wrong.push(format!("{name} {of_input} {of_output} {which}: {error:e}"));
                 }
             }
