@@ -7,7 +7,7 @@
 
 use asobench::data::Realisation;
 use asobench::estimator::{EstimatorName, MethodOptions, Pass, Shape, Window};
-use asobench::model::LinearModel;
+use asobench::model::{LinearModel, Orders};
 use asobench::signal::{Input, InputLaw, Purpose, Sequence, stream};
 use asobench::study::Experiment;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -19,31 +19,15 @@ use std::time::Duration;
 
 /// An estimator with orders n; `None` if it needs more than a record.
 fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
-    let orders = match estimator {
-        EstimatorName::Known => return None,
-        EstimatorName::LeastSquares | EstimatorName::InstrumentalVariables => None,
-        EstimatorName::Stmcb
-        | EstimatorName::Sriv
-        | EstimatorName::Srivc
-        | EstimatorName::TwoStage
-        | EstimatorName::Joint
-        | EstimatorName::Indirect
-        | EstimatorName::Oe
-        | EstimatorName::Wnsf
-        | EstimatorName::KernelFir
-        | EstimatorName::Bjsm
-        | EstimatorName::Morsm
-        | EstimatorName::RecursiveSriv
-        | EstimatorName::Rpem => Some(format!("nb={n},nf={n}")),
-        EstimatorName::Armax | EstimatorName::Rels => Some(format!("na={n},nb={n},nc=1")),
-        EstimatorName::Riv | EstimatorName::Rivc | EstimatorName::Clriv | EstimatorName::Bj => {
-            Some(format!("nb={n},nc=1,nd=1,nf={n}"))
-        }
-        _ => Some(format!("n={n}")),
-    };
+    let defaults = estimator.parse(Map::new()).ok()?;
+    if defaults.needs().plant {
+        return None;
+    }
     let mut options = Map::new();
-    if let Some(orders) = orders {
-        options.insert("orders".to_owned(), Value::from(orders));
+    if let Some(orders) = defaults.default_orders(n) {
+        let (nc, nd) = (orders.nc.min(1), orders.nd.min(1));
+        let orders = Orders { nc, nd, ..orders };
+        options.insert("orders".to_owned(), Value::from(orders.to_string()));
     }
     if estimator.takes("block_rows") {
         options.insert("block_rows".to_owned(), Value::from(10));

@@ -247,8 +247,8 @@ fn names_from_elsewhere_lead_to_ours() {
         let line = refused(folder.path(), &["check", "s.toml", "--set", given]);
         assert!(line.contains(here), "{line}");
     }
-    let line = refused(folder.path(), &["methods", "pem"]);
-    assert!(line.contains("'pem', which is called 'bj' here"), "{line}");
+    let line = refused(folder.path(), &["methods", "ssest"]);
+    assert!(line.contains("'ssest', which is called 'pem' here"), "{line}");
 }
 
 #[test]

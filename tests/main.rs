@@ -10,6 +10,7 @@ mod commands;
 mod common;
 mod coverage;
 mod determinism;
+mod every_method;
 #[cfg(target_os = "linux")]
 mod external;
 mod first_guesses;

@@ -74,8 +74,24 @@ def peers(u, y):
 
     phi, right = regressors(y), y[ORDER:]
     found.append(("arx", "numpy lstsq", lambda: np.linalg.lstsq(regressors(y), right, rcond=None)))
+
+    def recursion():
+        theta, p = np.zeros(2 * ORDER), 1e4 * np.eye(2 * ORDER)
+        for row, target in zip(regressors(y), right, strict=True):
+            gain = p @ row / (1 + row @ p @ row)
+            theta = theta + gain * (target - row @ theta)
+            p = p - np.outer(gain, row @ p)
+        return theta
+
+    def smallest():
+        z = np.column_stack([right, regressors(y)])
+        return np.linalg.svd(z)[2][-1]
+
+    found.append(("rls", "numpy, a loop over samples", recursion))
+    found.append(("tls", "numpy svd", smallest))
     try:
-        from scipy.optimize import least_squares
+        from scipy.linalg import toeplitz
+        from scipy.optimize import least_squares, minimize
         from scipy.signal import lfilter
 
         def output_error(theta):
@@ -85,6 +101,26 @@ def peers(u, y):
 
         theta = np.linalg.lstsq(phi, right, rcond=None)[0]
         start = np.r_[theta[ORDER:], theta[:ORDER]]
+        innovations = np.r_[theta, np.zeros(ORDER)]
+
+        def prediction_error(theta):
+            a, b, c = np.r_[1.0, theta[:ORDER]], np.r_[0.0, theta[ORDER : 2 * ORDER]], np.r_[1.0, theta[2 * ORDER :]]
+            e = lfilter(a, c, y) - lfilter(b, c, u)
+            return np.nan_to_num(e, nan=1e6, posinf=1e6, neginf=-1e6)
+
+        found.append(("pem", "scipy least_squares, one start", lambda: least_squares(prediction_error, innovations)))
+        taps = N // 2
+        lagged = toeplitz(np.r_[0.0, u[:-1]], np.zeros(taps))
+        index = np.arange(taps)
+
+        def evidence(hyper):
+            kernel = np.exp(hyper[0]) * (1 / (1 + np.exp(-hyper[1]))) ** np.maximum.outer(index, index)
+            factor = np.linalg.cholesky(lagged @ kernel @ lagged.T + np.exp(hyper[2]) * np.eye(N))
+            return np.sum(np.linalg.solve(factor, y) ** 2) + 2 * np.sum(np.log(np.diag(factor)))
+
+        smooth = [np.log(np.var(y)), 2.0, np.log(np.var(y) / 100)]
+        search = {"method": "Nelder-Mead"}
+        found.append(("kernel-fir", "scipy minimize, TC kernel", lambda: minimize(evidence, smooth, **search)))
         found.append(("oe", "scipy least_squares, one start", lambda: least_squares(output_error, start)))
     except ImportError:
         print("scipy is not installed: skipped", file=sys.stderr)
@@ -113,6 +149,8 @@ def peers(u, y):
         ("oe", "OE", {"OE_orders": [ORDER, ORDER, 1]}),
         ("bj", "BJ", {"BJ_orders": [ORDER, 1, 1, ORDER, 1]}),
         ("n4sid", "N4SID", {"SS_fixed_order": ORDER, "SS_f": 10, "SS_p": 10}),
+        ("cva", "CVA", {"SS_fixed_order": ORDER, "SS_f": 10, "SS_p": 10}),
+        ("parsim-k", "PARSIM-K", {"SS_fixed_order": ORDER, "SS_f": 10, "SS_p": 10}),
         ("moesp", "MOESP", {"SS_fixed_order": ORDER, "SS_f": 10, "SS_p": 10}),
     ]:
         found.append((name, f"SIPPY {method}", identify(method, **options)))

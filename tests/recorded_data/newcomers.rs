@@ -51,16 +51,17 @@ fn near(what: &str, found: &[f64], expected: &Value, tolerance: f64) {
 /// Coefficients in s, noise model, standard errors and loss. scipy's search ends at 1e-9, its differences at 1e-8.
 #[test]
 fn models_in_continuous_time() {
-    let cases = cases("continuous.json");
-    assert_eq!(cases.len(), 4);
-    for case in &cases {
+    let mut all = cases("continuous.json");
+    all.extend(cases("loop_continuous.json"));
+    assert_eq!(all.len(), 6);
+    for case in &all {
         let (data, method) = (text(case, "data"), text(case, "method"));
         let what = format!("{data} {method}");
+        let hold = ["--hold", text(case, "hold")];
         let options = ["--estimator", method, "--orders", text(case, "orders")];
-        let found = estimate(
-            data,
-            &[&options[..], &["--hold", text(case, "hold")]].concat(),
-        );
+        let more = case["arguments"].as_array().into_iter().flatten();
+        let more: Vec<&str> = more.filter_map(Value::as_str).collect();
+        let found = estimate(data, &[&options[..], &hold, &more].concat());
         let (expected, continuous) = (&case["expected"], &found["continuous"]);
         assert_eq!(found["status"], "ok", "{what}");
         assert_eq!(continuous["sampling_time"], case["ts"], "{what}");
@@ -193,6 +194,7 @@ fn errors_in_variables() {
 fn the_reference_is_asked_for() {
     for arguments in [
         &["--estimator", "clriv"][..],
+        &["--estimator", "clrivc"],
         &["--estimator", "two-stage"],
         &["--estimator", "iv4", "--instruments", "r"],
     ] {

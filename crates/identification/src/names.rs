@@ -65,7 +65,7 @@ const ELSEWHERE: [(&str, &str); 46] = [
     ("rgs", "gaussian"),
     ("normal", "gaussian"),
     ("white", "gaussian"),
-    ("pem", "bj"),
+    ("ssest", "pem"),
     ("tfest", "oe"),
     ("ivx", "iv4"),
     ("na", "orders"),

@@ -6,7 +6,6 @@ use crate::data::Detrend;
 use crate::data::csv::Missing;
 use crate::estimator::EstimatorName;
 use crate::observer::Gain;
-use serde_json::Value;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -59,27 +58,8 @@ impl Arguments {
     /// Whether all estimators take the signals before the record as zero.
     pub(super) fn begins_at_rest(&self) -> bool {
         self.estimator.iter().all(|name| {
-            let options = self.options.taken_by(*name);
-            let given = |key: &str| options.get(key).and_then(Value::as_str);
-            match name {
-                EstimatorName::Oe | EstimatorName::Armax | EstimatorName::Bj => {
-                    given("initial").is_none_or(|initial| initial == "zero")
-                }
-                EstimatorName::Sriv
-                | EstimatorName::Stmcb
-                | EstimatorName::Riv
-                | EstimatorName::Srivc
-                | EstimatorName::Rivc
-                | EstimatorName::Bjsm
-                | EstimatorName::Morsm
-                | EstimatorName::Clriv
-                | EstimatorName::TwoStage
-                | EstimatorName::Joint
-                | EstimatorName::Indirect
-                | EstimatorName::Wnsf => true,
-                EstimatorName::KernelFir => given("rows").is_none_or(|rows| rows != "complete"),
-                _ => given("rows").is_some_and(|rows| rows != "complete"),
-            }
+            let options = name.parse(self.options.taken_by(*name));
+            options.is_ok_and(|options| options.begins_at_rest())
         })
     }
 }

@@ -76,6 +76,10 @@ impl MethodKind for ArxOptions {
         Some(self.orders(setting))
     }
 
+    fn begins_at_rest(&self) -> bool {
+        self.rows != Rows::Complete
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let (orders, window) = (self.orders(problem.shape.order), problem.shape.window);
         let (rows, ridge) = match self.reading {

@@ -73,6 +73,14 @@ impl MethodKind for ClrivOptions {
         }
     }
 
+    fn begins_at_rest(&self) -> bool {
+        true
+    }
+
+    fn takes_memory(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let window = problem.shape.window;
         let orders = self.as_riv().as_bj().orders(problem.shape.order);

@@ -5,10 +5,11 @@
 //! Data*, 2008, chapters 4 and 5; S. Pan, R. A. Gonzalez, J. S. Welsh and C. R. Rojas, *Consistency analysis of the
 //! simplified refined instrumental variable method for continuous-time systems*, Automatica 113 (2020).
 
+mod options;
+
 use super::instruments::TwoStages;
-use super::method_kind::{MethodKind, Problem};
+use super::loop_input::LoopInput;
 use super::noise_fit::{NoiseFit, put_block};
-use super::option_error::OptionError;
 use super::output_error_iteration::{MOST_PASSES, PROGRESS, ROUND, move_first_to_last};
 use super::reflection::Stabilise;
 use super::{Estimator, FailureKind, Pass, SetupError, Window};
@@ -18,6 +19,7 @@ use crate::model::{
 };
 use crate::plant::{PoleFinder, polynomial_from_poles};
 use faer::{Mat, MatMut, c64};
+pub use options::{RivcOptions, SrivcOptions};
 
 /// The relative step at which an iteration rests. Columns of derivatives are nearly dependent, so rounding is larger
 /// than in discrete time.
@@ -34,111 +36,6 @@ const TRIES: usize = 2;
 
 /// The least decay of a reflected pole, per sample.
 const LEAST_DECAY: f64 = 1e-6;
-
-/// Defines the options of a method; both have the same but for the orders.
-macro_rules! continuous {
-    ($options:ident, $doc:literal, $orders:literal, noise: $noise:literal) => {
-        #[doc = $doc]
-        #[derive(Clone, Debug, Default, PartialEq)]
-        #[cfg_attr(
-            feature = "json",
-            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-            serde(deny_unknown_fields, default)
-        )]
-        pub struct $options {
-            #[doc = $orders]
-            pub orders: Option<Orders>,
-            /// The input between samples: zero-order (constant, the default), first-order (straight lines).
-            pub hold: Hold,
-            /// The time between samples, seconds; in studies by default 1, so that rates are per sample.
-            pub ts: Option<f64>,
-            /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none (the
-            /// method fails).
-            pub stabilise: Option<Stabilise>,
-        }
-
-        impl $options {
-            fn orders(&self, order: usize) -> Orders {
-                let noise = if $noise { order } else { 0 };
-                self.orders.unwrap_or(Orders {
-                    nb: order,
-                    nc: noise,
-                    nd: noise,
-                    nf: order,
-                    nk: 1,
-                    ..Orders::default()
-                })
-            }
-        }
-
-        impl MethodKind for $options {
-            fn check(&self) -> Result<(), OptionError> {
-                check(self.orders, $noise)?;
-                match self.ts {
-                    Some(ts) if !(ts > 0.0 && ts.is_finite()) => Err(OptionError::new(
-                        "ts",
-                        "expected a number of seconds above 0",
-                    )),
-                    _ => Ok(()),
-                }
-            }
-
-            fn model_orders(&self, setting: usize) -> Option<Orders> {
-                Some(sampled(self.orders(setting), self.hold))
-            }
-
-            fn default_orders(&self, setting: usize) -> Option<Orders> {
-                Some(self.orders(setting))
-            }
-
-            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-                let continuous = ContinuousModel {
-                    step: self.ts.unwrap_or(1.0),
-                    hold: self.hold,
-                    ..ContinuousModel::default()
-                };
-                let orders = self.orders(problem.shape.order);
-                let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
-                let window = problem.shape.window;
-                Ok(Box::new(ContinuousIv::new(
-                    orders, continuous, stabilise, window,
-                )?))
-            }
-        }
-    };
-}
-
-continuous!(
-    SrivcOptions,
-    "The options of `srivc`.",
-    "Numbers of coefficients nb of B(s) and nf of A(s), and nk, 1 more than the dead time in samples, such as \
-     nb=2,nf=4,nk=1; by default nb = nf = the setting `order`, nk = 1.",
-    noise: false
-);
-continuous!(
-    RivcOptions,
-    "The options of `rivc`.",
-    "Numbers of coefficients nb of B(s), nf of A(s), nc of C(q), nd of D(q), and nk, 1 more than the dead time in \
-     samples, such as nb=1,nc=1,nd=2,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.",
-    noise: true
-);
-
-/// Checks the orders of a model in continuous time.
-fn check(orders: Option<Orders>, noise: bool) -> Result<(), OptionError> {
-    let refuse = |message| Err(OptionError::new("orders", message));
-    match orders {
-        Some(Orders { na, nc, nd, .. }) if na + nc + nd > 0 && !noise => {
-            refuse("expected nb, nf, nk; the model has no A(q), C, D")
-        }
-        Some(Orders { na: 1.., .. }) => refuse("expected nb, nc, nd, nf, nk; nf counts A(s)"),
-        Some(Orders { nf: 0, .. }) => refuse("expected an nf of at least 1"),
-        Some(Orders { nb, nf, .. }) if nb == 0 || nb > nf + 1 => {
-            refuse("expected an nb of 1 to nf + 1: the degree of B(s) is nb - 1")
-        }
-        Some(Orders { nk: 0, .. }) => refuse("expected an nk of at least 1: 1 is no dead time"),
-        None | Some(_) => Ok(()),
-    }
-}
 
 /// Returns the orders of the sampled model.
 fn sampled(orders: Orders, hold: Hold) -> Orders {
@@ -171,10 +68,13 @@ pub struct ContinuousIv {
     theta: Vec<f64>,
     best: Vec<f64>,
     least: f64,
-    /// `s^(n-1)/A y ... 1/A y`, `s^m/A u ... 1/A u`, `s^n/A y`, `s^(n-1) B/A^2 u ... B/A^2 u`.
+    /// `s^(n-1)/A y ... 1/A y`, `s^m/A u ... 1/A u`, `s^n/A y`, and the instruments: `s^(n-1) B/A^2 v ... B/A^2 v`,
+    /// v being u or the input of a closed loop without noise; of that also `s^m/A v ... 1/A v`.
     columns: Vec<Vec<f64>>,
-    /// The input after the dead time.
+    source: Option<LoopInput>,
+    /// The input after the dead time, and v.
     u: Vec<f64>,
+    v: Vec<f64>,
     /// `B/A u`, and the output less it.
     x: Vec<f64>,
     w: Vec<f64>,
@@ -183,7 +83,7 @@ pub struct ContinuousIv {
 
 impl ContinuousIv {
     /// Makes buffers for windows of `window` samples.
-    fn new(
+    pub(super) fn new(
         orders: Orders,
         mut continuous: ContinuousModel,
         stabilise: Stabilise,
@@ -204,6 +104,7 @@ impl ContinuousIv {
             hold: continuous.hold,
             stages: TwoStages::new(nf + nb, nf + nb, window),
             noise: NoiseFit::new(orders, window),
+            source: None,
             stabilise,
             model: LinearModel::zero(sampled(orders, continuous.hold)),
             continuous,
@@ -212,11 +113,22 @@ impl ContinuousIv {
             least: f64::INFINITY,
             columns: (0..=2 * nf + nb).map(|_| signal()).collect(),
             u: signal(),
+            v: Vec::new(),
             x: signal(),
             w: signal(),
             scratch: signal(),
             orders,
         })
+    }
+
+    /// Forms the instruments from a closed loop's input without noise.
+    pub(super) fn with_source(mut self, source: LoopInput) -> Self {
+        let window = self.x.len();
+        let more = (0..self.orders.nb).map(|_| vec![0.0; window]);
+        self.columns.extend(more);
+        self.v = vec![0.0; window];
+        self.source = Some(source);
+        self
     }
 
     /// Computes all columns, x and w for A and B of theta.
@@ -237,36 +149,45 @@ impl ContinuousIv {
             _ => 0.0,
         });
         let of_u = Sampled::new(cascade.as_ref(), &input, self.hold);
-        let mut states = vec![0.0; 3 * n];
-        let (x_y, x_u) = states.split_at_mut(n);
-        for k in 0..y.len() {
-            if k == 0 {
-                of_y.start(y[0], x_y);
-                of_u.start(self.u[0], x_u);
-            } else {
-                of_y.step([y[k - 1], y[k]], x_y, &mut self.scratch[..n]);
-                of_u.step([self.u[k - 1], self.u[k]], x_u, &mut self.scratch[..2 * n]);
-            }
-            let highest = |v: f64, x: &[f64]| v - a.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-            for (column, x) in self.columns.iter_mut().zip(&*x_y) {
+        let highest = |v: f64, x: &[f64]| v - a.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+        // `s^(nb-1-i)/A` of a signal, from the states and the signal.
+        let power = |i: usize, v: f64, x: &[f64]| match (n + i).checked_sub(nb) {
+            Some(state) => x[state],
+            None => highest(v, &x[..n]),
+        };
+        let columns = &mut self.columns;
+        run(&of_y, y, &mut self.scratch, |k, x| {
+            for (column, x) in columns.iter_mut().zip(x) {
                 column[k] = *x;
             }
+            columns[n + nb][k] = highest(y[k], x);
+        });
+        let (u, w, simulated) = (&self.u, &mut self.w, &mut self.x);
+        run(&of_u, u, &mut self.scratch, |k, states| {
             let mut x = 0.0;
             for (i, b) in b.iter().enumerate() {
-                let value = match (n + i).checked_sub(nb) {
-                    Some(state) => x_u[state],
-                    None => highest(self.u[k], &x_u[..n]),
-                };
-                self.columns[n + i][k] = value;
+                let value = power(i, u[k], states);
+                columns[n + i][k] = value;
                 x += b * value;
             }
-            self.columns[n + nb][k] = highest(y[k], x_y);
-            for (column, x) in self.columns[n + nb + 1..].iter_mut().zip(&x_u[n..]) {
+            for (column, x) in columns[n + nb + 1..].iter_mut().zip(&states[n..]) {
                 column[k] = *x;
             }
-            self.x[k] = x;
-            self.w[k] = y[k] - x;
+            simulated[k] = x;
+            w[k] = y[k] - x;
+        });
+        if self.source.is_none() {
+            return;
         }
+        let v = &self.v;
+        run(&of_u, v, &mut self.scratch, |k, states| {
+            for (column, x) in columns[n + nb + 1..].iter_mut().zip(&states[n..]) {
+                column[k] = *x;
+            }
+            for (i, column) in columns[2 * n + nb + 1..].iter_mut().enumerate() {
+                column[k] = power(i, v[k], states);
+            }
+        });
     }
 
     /// Filters all columns by D/C.
@@ -284,7 +205,7 @@ impl ContinuousIv {
     /// Solves the linear equation of the columns, with instruments or by least squares.
     fn solve(&mut self, instrumental: bool, condition: &mut f64) -> Result<(), FailureKind> {
         let Orders { nb, nf: n, .. } = self.orders;
-        let columns = &self.columns;
+        let (columns, looped) = (&self.columns, self.source.is_some());
         let put = |mut to: MatMut<'_, f64>, column: usize, from: usize, first: usize, sign: f64| {
             let rows = to.nrows();
             for (row, value) in columns[from][first..first + rows].iter().enumerate() {
@@ -297,8 +218,13 @@ impl ContinuousIv {
                 put(z.as_mut(), i, of_z + i, first, -1.0);
                 put(right.as_mut(), i, i, first, -1.0);
             }
+            let of_v = if instrumental && looped {
+                n + nb + 1
+            } else {
+                0
+            };
             for i in n..n + nb {
-                put(z.as_mut(), i, i, first, 1.0);
+                put(z.as_mut(), i, of_v + i, first, 1.0);
                 put(right.as_mut(), i, i, first, 1.0);
             }
             put(right.as_mut(), n + nb, n + nb, first, 1.0);
@@ -346,14 +272,27 @@ impl ContinuousIv {
         Ok(())
     }
 
+    /// Computes v of the loop of the present model and the known controller.
+    fn close(&mut self, window: Window<'_>) {
+        let Some(source) = &mut self.source else {
+            return;
+        };
+        let (a, b) = self.theta.split_at(self.orders.nf);
+        self.continuous.set_per_sample(b, a, &[]);
+        self.continuous.sample(&mut self.model);
+        source.close(&self.model, window);
+        delay(&source.hat, self.continuous.dead_time, &mut self.v);
+    }
+
     /// Filters by the present model and keeps it if its errors are the smallest so far; returns the change of C and D.
     fn look(
         &mut self,
-        y: &[f64],
+        window: Window<'_>,
         unfinished: &mut Option<FailureKind>,
     ) -> Result<f64, FailureKind> {
         self.stay_stable()?;
-        self.filter_all(y);
+        self.close(window);
+        self.filter_all(window.y);
         let [change, sum] = self.noise.fit(&self.w, &mut self.model, unfinished)?;
         if sum < self.least {
             self.least = sum;
@@ -363,12 +302,12 @@ impl ContinuousIv {
     }
 
     /// Tries state-variable filters `1/(s + lambda)^n`: least squares, and a few passes from it.
-    fn start(&mut self, y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
+    fn start(&mut self, window: Window<'_>, condition: &mut f64) -> Result<(), FailureKind> {
         let mut outcome = Ok(());
         let n = self.orders.nf;
         for i in 0..MOST_FILTERS {
             let lambda = FASTEST * 0.5_f64.powi(i as i32);
-            if i > 0 && lambda * (y.len() as f64) < TIME_CONSTANTS {
+            if i > 0 && lambda * (window.len() as f64) < TIME_CONSTANTS {
                 break;
             }
             self.theta.fill(0.0);
@@ -376,7 +315,7 @@ impl ContinuousIv {
             for (a, phi) in self.theta.iter_mut().zip(polynomial_from_poles(&poles)) {
                 *a = phi.re;
             }
-            let tried = self.try_filter(y, condition);
+            let tried = self.try_filter(window, condition);
             if tried.is_err() {
                 outcome = tried;
             }
@@ -388,24 +327,24 @@ impl ContinuousIv {
         }
     }
 
-    fn try_filter(&mut self, y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
-        self.filter_all(y);
+    fn try_filter(&mut self, window: Window<'_>, condition: &mut f64) -> Result<(), FailureKind> {
+        self.filter_all(window.y);
         self.solve(false, condition)?;
         self.take(1.0);
         let mut unused = None;
         for _ in 0..TRIES {
             self.noise.reset();
-            self.look(y, &mut unused)?;
+            self.look(window, &mut unused)?;
             self.whiten();
             self.solve(true, condition)?;
             self.take(1.0);
         }
-        self.look(y, &mut unused).map(|_| ())
+        self.look(window, &mut unused).map(|_| ())
     }
 
     fn iterate(
         &mut self,
-        y: &[f64],
+        window: Window<'_>,
         passes: &mut usize,
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
@@ -413,12 +352,15 @@ impl ContinuousIv {
         let mut unfinished = None;
         while *passes < MOST_PASSES {
             *passes += 1;
-            let of_noise = self.look(y, &mut unfinished)?;
+            let of_noise = self.look(window, &mut unfinished)?;
             self.whiten();
             self.solve(true, condition)?;
             let of_plant = self.take(share);
             if of_plant <= REST && of_noise <= REST.sqrt() {
-                return unfinished.map_or(Ok(()), Err);
+                let of_loop = self.source.as_ref();
+                let unstable = of_loop.is_some_and(|source| source.is_unstable);
+                let unstable = unstable.then_some(FailureKind::UnstableInstruments);
+                return unfinished.or(unstable).map_or(Ok(()), Err);
             }
             if passes.is_multiple_of(ROUND) {
                 if of_plant > PROGRESS * asked {
@@ -434,19 +376,26 @@ impl ContinuousIv {
     /// Iterates until convergence and counts the passes. If it does not converge, theta is the best of all passes.
     fn find(
         &mut self,
-        Window { u, y, .. }: Window<'_>,
+        window: Window<'_>,
         passes: &mut usize,
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
         self.least = f64::INFINITY;
-        let dead = self.continuous.dead_time.min(u.len());
-        self.u[..dead].fill(0.0);
-        self.u[dead..].copy_from_slice(&u[..u.len() - dead]);
-        self.start(y, condition)?;
+        let dead = self.continuous.dead_time;
+        delay(window.u, dead, &mut self.u);
+        if let Some(source) = &mut self.source {
+            source.follow(window.u, window.r)?;
+            delay(&source.hat, dead, &mut self.v);
+        }
+        self.start(window, condition)?;
         self.theta.copy_from_slice(&self.best);
         self.noise.reset();
-        self.iterate(y, passes, condition).map_err(|kind| {
-            if kind == FailureKind::UnstablePredictor {
+        self.iterate(window, passes, condition).map_err(|kind| {
+            let ends = [
+                FailureKind::UnstablePredictor,
+                FailureKind::UnstableInstruments,
+            ];
+            if ends.contains(&kind) {
                 return kind;
             }
             self.theta.copy_from_slice(&self.best);
@@ -509,6 +458,27 @@ impl ContinuousIv {
             .put_covariance(&self.w, variance, orders, &mut covariance)?;
         self.model.covariance = covariance;
         Ok(())
+    }
+}
+
+/// Delays a signal by some samples.
+fn delay(signal: &[f64], samples: usize, to: &mut [f64]) {
+    let samples = samples.min(signal.len());
+    to[..samples].fill(0.0);
+    to[samples..].copy_from_slice(&signal[..signal.len() - samples]);
+}
+
+/// Runs a system from rest, and tells the states of each sample.
+fn run(system: &Sampled, v: &[f64], scratch: &mut [f64], mut tell: impl FnMut(usize, &[f64])) {
+    let n = system.now.len();
+    let mut x = vec![0.0; n];
+    for k in 0..v.len() {
+        if k == 0 {
+            system.start(v[0], &mut x);
+        } else {
+            system.step([v[k - 1], v[k]], &mut x, &mut scratch[..n]);
+        }
+        tell(k, &x);
     }
 }
 

@@ -131,6 +131,10 @@ macro_rules! eiv {
                 Some(self.orders(setting))
             }
 
+            fn takes_memory(&self) -> bool {
+                true
+            }
+
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 let settings: fn(&Self, Orders) -> (Noise, usize, bool) = $settings;

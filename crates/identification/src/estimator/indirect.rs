@@ -89,6 +89,14 @@ impl MethodKind for IndirectOptions {
         }
     }
 
+    fn begins_at_rest(&self) -> bool {
+        true
+    }
+
+    fn takes_memory(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let window = problem.shape.window;
         let Orders {

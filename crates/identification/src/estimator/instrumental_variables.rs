@@ -115,6 +115,10 @@ impl MethodKind for IvOptions {
         }
     }
 
+    fn begins_at_rest(&self) -> bool {
+        self.rows.is_some_and(|rows| rows != Rows::Complete)
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         if let Some(general) = self.general(problem.shape.order) {
             return Ok(Box::new(GeneralIv::new(general, problem.shape.window)?));

@@ -68,6 +68,10 @@ impl MethodKind for Iv4Options {
         }
     }
 
+    fn begins_at_rest(&self) -> bool {
+        self.rows != Rows::Complete
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let (orders, window) = (self.orders(problem.shape.order), problem.shape.window);
         // R's sysid also has zeros after the record, and its filters continue into them.

@@ -65,6 +65,10 @@ impl MethodKind for IvDelayedOptions {
         Some(self.orders(setting))
     }
 
+    fn begins_at_rest(&self) -> bool {
+        self.rows != Rows::Complete
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.orders(problem.shape.order);
         let instruments = Instruments::DelayedInputs { extra: self.extra };

@@ -95,6 +95,16 @@ pub trait MethodKind {
         Needs::default()
     }
 
+    /// Whether the signals before the record are taken as zero.
+    fn begins_at_rest(&self) -> bool {
+        false
+    }
+
+    /// Whether an estimate may take memory for its record besides the buffers that were prepared.
+    fn takes_memory(&self) -> bool {
+        false
+    }
+
     /// Returns an estimator with buffers for a problem.
     ///
     /// # Errors

@@ -49,6 +49,10 @@ macro_rules! iteration {
                 Some(output_error(self.orders, setting))
             }
 
+            fn begins_at_rest(&self) -> bool {
+                true
+            }
+
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = output_error(self.orders, problem.shape.order);
                 let window = problem.shape.window;

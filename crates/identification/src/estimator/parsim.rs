@@ -11,8 +11,8 @@ use super::prediction_error::kernels::Triangle;
 use super::reflection::{Stabilise, reflect_zeros, stable};
 use super::solver::Reduction;
 use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use super::state_sequence::{Innovations, model_orders};
-use super::subspace::{check, columns, longest_rows};
+use super::state_sequence::{Innovations, innovations_options, model_orders};
+use super::subspace::{columns, longest_rows};
 use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
@@ -20,56 +20,13 @@ use crate::plant::polynomial_from_poles;
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, MatMut};
 
-/// The options of `parsim-k`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct ParsimKOptions {
-    /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting `order`, nk
-    /// = 1.
-    pub orders: Option<Orders>,
-    /// Block rows s of the future and of the past, more than n; by default twice the order of `A y = B u + e` by AIC,
-    /// as far as the record allows.
-    pub block_rows: Option<usize>,
-    /// Chooses the order, from 1 to that of `orders`: aicc, aic, bic, fpe, cross-validation (errors over the last third
-    /// of a model of the first two).
-    pub choose: Option<OrderRule>,
-    /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
-    pub stabilise: Stabilise,
-}
-
-impl MethodKind for ParsimKOptions {
-    fn check(&self) -> Result<(), OptionError> {
-        check(self.orders, self.block_rows)
-    }
-
-    fn model_orders(&self, setting: usize) -> Option<Orders> {
-        let given = self.orders.unwrap_or(Orders::arx(setting, setting, 1));
-        Some(model_orders(given.na.max(given.nf), given.nk))
-    }
-
-    fn default_orders(&self, setting: usize) -> Option<Orders> {
-        Some(self.orders.unwrap_or(Orders::arx(setting, setting, 1)))
-    }
-
-    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        let orders = self.model_orders(problem.shape.order).unwrap_or_default();
-        if let Some(rule) = self.choose {
-            return Chosen::prepare(rule, orders.na, problem, |n, problem| {
-                let orders = Some(Orders::arx(n, n, orders.nk));
-                Self {
-                    orders,
-                    choose: None,
-                    ..self.clone()
-                }
-                .prepare(problem)
-            });
-        }
-        let window = problem.shape.window;
-        let (n, rows) = (orders.na, self.block_rows);
+innovations_options!(
+    ParsimKOptions,
+    "The options of `parsim-k`.",
+    {},
+    check: |_| Ok(()),
+    prepare: |of, orders, window| {
+        let (n, rows) = (orders.na, of.block_rows);
         let least = rows.unwrap_or(n + 1);
         if columns(least, window) < 4 * least || n >= least {
             return Err(SetupError::ShortHankel {
@@ -81,13 +38,13 @@ impl MethodKind for ParsimKOptions {
         Ok(Box::new(ParsimK {
             orders,
             rows,
-            stabilise: self.stabilise,
+            stabilise: of.stabilise,
             high: HighOrder::new(true, 1, None, window),
             innovations: Innovations::new(window),
             scratch: Vec::new(),
         }))
     }
-}
+);
 
 /// With z the last s outputs and inputs, `y(t+i) = G_i z(t) + sum_(j <= i) (h_j u + g_j y)(t+i-j) + e(t+i)`, g_0 = 0.
 /// Least squares of row i gives G_i, h_i and g_i, with those of the rows before. The left singular vectors of `G W`, W W'

@@ -2,6 +2,7 @@
 
 use super::adaptive::{JointEkfOptions, KreisselmeierOptions, ZhangOptions};
 use super::arx::ArxOptions;
+use super::closed_loop_continuous::ClrivcOptions;
 use super::closed_loop_iv::ClrivOptions;
 use super::continuous_iv::{RivcOptions, SrivcOptions};
 use super::errors_in_variables::{BelsOptions, IvCompensatedOptions, TlsOptions};
@@ -16,6 +17,7 @@ use super::morsm::{BjsmOptions, MorsmOptions};
 use super::option_error::OptionError;
 use super::output_error_iteration::{SrivOptions, StmcbOptions};
 use super::parsim::ParsimKOptions;
+use super::pem::PemOptions;
 use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
 use super::recursive::{
     RecursiveIvOptions, RecursiveSrivOptions, RelsOptions, RlsOptions, RpemOptions,
@@ -160,6 +162,8 @@ estimators! {
     Rivc = "rivc": RivcOptions,
     /// Refined instrumental variables for a closed loop, with instruments from the reference: the Box-Jenkins model.
     Clriv = "clriv": ClrivOptions,
+    /// Refined instrumental variables in continuous time for a closed loop: B(s)/A(s), C/D, instruments from the reference.
+    Clrivc = "clrivc": ClrivcOptions,
     /// Two-stage method for a closed loop: what of u follows from the reference, then the output-error model from it.
     TwoStage = "two-stage": TwoStageOptions,
     /// Joint input-output method for a closed loop: the ratio of what of y and of u follows from the reference.
@@ -194,6 +198,8 @@ estimators! {
     Ssarx = "ssarx": SsarxOptions,
     /// Subspace method PARSIM-K in the predictor form, each Markov parameter once: the innovations form, also in loops.
     ParsimK = "parsim-k": ParsimKOptions,
+    /// Prediction error method for the innovations state-space form, one search from a subspace model.
+    Pem = "pem": PemOptions,
     /// Impulse response with a prior that it is smooth and decays (TC, DC, SS kernels), reduced to a model B/F.
     KernelFir = "kernel-fir": KernelFirOptions,
     /// Recursive least squares with forgetting, sample by sample in square-root form.
@@ -240,6 +246,16 @@ impl MethodOptions {
     /// Returns what the estimator needs of a cell.
     pub fn needs(&self) -> Needs {
         self.kind().needs()
+    }
+
+    /// Whether the signals before the record are taken as zero.
+    pub fn begins_at_rest(&self) -> bool {
+        self.kind().begins_at_rest()
+    }
+
+    /// Whether an estimate may take memory for its record besides the buffers that were prepared.
+    pub fn takes_memory(&self) -> bool {
+        self.kind().takes_memory()
     }
 
     /// Whether the estimator takes a record sample by sample.

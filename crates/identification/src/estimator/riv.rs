@@ -48,6 +48,14 @@ impl MethodKind for RivOptions {
         self.as_bj().model_orders(setting)
     }
 
+    fn begins_at_rest(&self) -> bool {
+        true
+    }
+
+    fn takes_memory(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.as_bj().orders(problem.shape.order);
         let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);

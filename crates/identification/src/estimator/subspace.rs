@@ -109,6 +109,10 @@ macro_rules! subspace {
                 Some(self.orders(setting))
             }
 
+            fn takes_memory(&self) -> bool {
+                true
+            }
+
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 if let Some(rule) = self.choose {

@@ -51,6 +51,14 @@ macro_rules! staged {
                 }
             }
 
+            fn begins_at_rest(&self) -> bool {
+                true
+            }
+
+            fn takes_memory(&self) -> bool {
+                true
+            }
+
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = output_error(self.orders, problem.shape.order);
                 let window = problem.shape.window;

@@ -78,6 +78,14 @@ impl MethodKind for WnsfOptions {
         }))
     }
 
+    fn begins_at_rest(&self) -> bool {
+        true
+    }
+
+    fn takes_memory(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.model_orders(problem.shape.order).unwrap_or_default();
         let method = NullSpace::new(orders, self.clone(), problem.shape.window)?;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::estimator::method_kind::MethodKind;
 use crate::estimator::{ArxOptions, MethodOptions, Progress, Shape, StmcbOptions};
 use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 

@@ -93,6 +93,14 @@ impl MethodKind for KernelFirOptions {
         Some(output_error(self.orders, setting))
     }
 
+    fn begins_at_rest(&self) -> bool {
+        self.rows != Some(Rows::Complete)
+    }
+
+    fn takes_memory(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = output_error(self.orders, problem.shape.order);
         Ok(Box::new(KernelFir::new(

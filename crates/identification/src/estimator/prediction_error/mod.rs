@@ -113,6 +113,14 @@ macro_rules! structure {
                 }
             }
 
+            fn begins_at_rest(&self) -> bool {
+                self.initial == InitialCondition::Zero
+            }
+
+            fn takes_memory(&self) -> bool {
+                true
+            }
+
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 if let Some(rule) = self.choose {
@@ -138,7 +146,7 @@ macro_rules! structure {
                         PredictionError::new(orders, random, initial, window)?
                     }
                 };
-                method.covariance = self.covariance.unwrap_or_default();
+                method.set_covariance(self.covariance.unwrap_or_default());
                 Ok(Box::new(method))
             }
         }
@@ -231,6 +239,25 @@ impl PredictionError {
     ) -> Result<Self, SetupError> {
         let starts = Starts::new(orders, 0, window).with_truth(truth)?;
         Self::with_starts(orders, starts, initial, window)
+    }
+
+    /// Chooses what standard errors assume of the prediction errors.
+    pub(super) fn set_covariance(&mut self, covariance: Covariance) {
+        self.covariance = covariance;
+    }
+
+    /// Estimates by one search from a model of these orders.
+    pub(super) fn estimate_from(
+        &mut self,
+        start: &LinearModel,
+        window: Window<'_>,
+        pass: &mut Pass,
+    ) {
+        let start: Vec<f64> = start.parameters().collect();
+        let found = self.search.run_from(window.u, window.y, &start);
+        if let Err(kind) = self.report(window, found, pass) {
+            pass.fail_for(kind);
+        }
     }
 
     fn with_starts(

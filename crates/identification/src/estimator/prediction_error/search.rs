@@ -154,6 +154,18 @@ impl Search {
         result
     }
 
+    /// Searches from one start to the end of the descent.
+    pub(super) fn run_from(&mut self, u: &[f64], y: &[f64], start: &[f64]) -> Found {
+        self.found.clear();
+        let found = self.descent.run(u, y, start, REST);
+        self.theta.copy_from_slice(self.descent.theta());
+        if found.failure.is_none() {
+            let theta = self.theta.clone();
+            self.found.push(Point { theta, found });
+        }
+        found
+    }
+
     /// Keeps the end of a search if it is new.
     fn keep(&mut self, found: Found) {
         let point = Point {

@@ -32,9 +32,10 @@ enum Future {
     Predicted,
 }
 
-/// Defines the options of a method; both have the same.
-macro_rules! state_sequence {
-    ($options:ident, $doc:literal, $future:expr) => {
+/// Defines the options of a method whose model is the innovations form: fields of its own, their check, and how an
+/// estimator is prepared for orders and a window.
+macro_rules! innovations_options {
+    ($options:ident, $doc:literal, {$($own:tt)*}, check: $check:expr, prepare: $prepare:expr) => {
         #[doc = $doc]
         #[derive(Clone, Debug, Default, PartialEq)]
         #[cfg_attr(
@@ -52,23 +53,16 @@ macro_rules! state_sequence {
             /// Chooses the order, from 1 to that of `orders`: aicc, aic, bic, fpe, cross-validation (errors over the
             /// last third of a model of the first two).
             pub choose: Option<OrderRule>,
-            /// Chooses the order, from 1 to that of `orders`, by a criterion of the canonical correlations: aic, bic.
-            pub correlations: Option<Criterion>,
+            $($own)*
             /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
             pub stabilise: Stabilise,
         }
 
         impl MethodKind for $options {
             fn check(&self) -> Result<(), OptionError> {
-                if let Some(criterion @ (Criterion::Aicc | Criterion::Fpe)) = self.correlations {
-                    let message = format!("{criterion}; expected aic or bic");
-                    return Err(OptionError::new("correlations", message));
-                }
-                if self.choose.is_some() && self.correlations.is_some() {
-                    let message = "expected one of choose and correlations";
-                    return Err(OptionError::new("correlations", message));
-                }
-                super::subspace::check(self.orders, self.block_rows)
+                let check: fn(&Self) -> Result<(), OptionError> = $check;
+                check(self)?;
+                crate::estimator::subspace::check(self.orders, self.block_rows)
             }
 
             fn model_orders(&self, setting: usize) -> Option<Orders> {
@@ -78,6 +72,10 @@ macro_rules! state_sequence {
 
             fn default_orders(&self, setting: usize) -> Option<Orders> {
                 Some(self.orders.unwrap_or(Orders::arx(setting, setting, 1)))
+            }
+
+            fn takes_memory(&self) -> bool {
+                true
             }
 
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
@@ -93,15 +91,45 @@ macro_rules! state_sequence {
                         .prepare(problem)
                     });
                 }
-                let window = problem.shape.window;
-                let method = StateSequence::new(orders, self.block_rows, $future, window)?;
+                type Prepare<T> = fn(&T, Orders, usize) -> Result<Box<dyn Estimator>, SetupError>;
+                let prepare: Prepare<Self> = $prepare;
+                prepare(self, orders, problem.shape.window)
+            }
+        }
+    };
+}
+pub(super) use innovations_options;
+
+/// Defines the options of a method of this folder; both have the same.
+macro_rules! state_sequence {
+    ($options:ident, $doc:literal, $future:expr) => {
+        innovations_options!(
+            $options,
+            $doc,
+            {
+                /// Chooses the order, from 1 to that of `orders`, by a criterion of the canonical correlations: aic, bic.
+                pub correlations: Option<Criterion>,
+            },
+            check: |of| {
+                if let Some(criterion @ (Criterion::Aicc | Criterion::Fpe)) = of.correlations {
+                    let message = format!("{criterion}; expected aic or bic");
+                    return Err(OptionError::new("correlations", message));
+                }
+                if of.choose.is_some() && of.correlations.is_some() {
+                    let message = "expected one of choose and correlations";
+                    return Err(OptionError::new("correlations", message));
+                }
+                Ok(())
+            },
+            prepare: |of, orders, window| {
+                let method = StateSequence::new(orders, of.block_rows, $future, window)?;
                 Ok(Box::new(StateSequence {
-                    correlations: self.correlations,
-                    stabilise: self.stabilise,
+                    correlations: of.correlations,
+                    stabilise: of.stabilise,
                     ..method
                 }))
             }
-        }
+        );
     };
 }
 

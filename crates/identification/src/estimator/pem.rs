@@ -1,0 +1,158 @@
+//! The innovations state-space form by prediction errors, from a subspace model.
+//!
+//! With one input and one output, `x(k+1) = A x(k) + B u(k) + K e(k)`, `y(k) = C x(k) + D u(k) + e(k)` of order n is
+//! `A(q) y = B(q) u + C(q) e` with three polynomials of degree n, `A(q) = det(I - A q^-1)` and
+//! `C(q) = det(I - (A - K C) q^-1)`: each innovations form is such a model, and each such model has one. So the least sum
+//! of squares over both is the same, and the search is that of `armax`, in coordinates without redundant parameters.
+//!
+//! Source: L. Ljung, *System Identification*, 2nd ed., sections 4.3 (the forms), 7.3 and 10.6 (subspace models as starts).
+
+use super::chosen::{Chosen, OrderRule};
+use super::covariance::Covariance;
+use super::method_kind::{MethodKind, Problem};
+use super::option_error::OptionError;
+use super::prediction_error::{InitialCondition, PredictionError};
+use super::state_sequence::model_orders;
+use super::{CvaOptions, Estimator, ParsimKOptions, Pass, SetupError, SsarxOptions, Window};
+use crate::model::Orders;
+use crate::names::named_enum;
+
+named_enum! {
+    /// The subspace method whose model the search begins at.
+    SubspaceStart, "start of the search" {
+        /// Canonical variates (the default).
+        Cva = "cva",
+        /// With the future predicted by a long ARX model.
+        Ssarx = "ssarx",
+        /// In the predictor form.
+        ParsimK = "parsim-k",
+    }
+}
+
+/// The options of `pem`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "json",
+    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+    serde(deny_unknown_fields, default)
+)]
+pub struct PemOptions {
+    /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting `order`,
+    /// nk = 1.
+    pub orders: Option<Orders>,
+    /// The subspace method whose model the search begins at: cva (the default), ssarx, parsim-k.
+    pub start: SubspaceStart,
+    /// Block rows of the subspace method, more than n; by default its own.
+    pub block_rows: Option<usize>,
+    /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
+    pub initial: InitialCondition,
+    /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
+    pub covariance: Option<Covariance>,
+    /// Chooses the order, from 1 to that of `orders`: aicc, aic, bic, fpe, cross-validation (errors over the last third
+    /// of a model of the first two).
+    pub choose: Option<OrderRule>,
+}
+
+impl PemOptions {
+    fn start(
+        &self,
+        orders: Orders,
+        problem: &Problem<'_>,
+    ) -> Result<Box<dyn Estimator>, SetupError> {
+        let (orders, block_rows) = (Some(orders), self.block_rows);
+        match self.start {
+            SubspaceStart::Cva => CvaOptions {
+                orders,
+                block_rows,
+                ..CvaOptions::default()
+            }
+            .prepare(problem),
+            SubspaceStart::Ssarx => SsarxOptions {
+                orders,
+                block_rows,
+                ..SsarxOptions::default()
+            }
+            .prepare(problem),
+            SubspaceStart::ParsimK => ParsimKOptions {
+                orders,
+                block_rows,
+                ..ParsimKOptions::default()
+            }
+            .prepare(problem),
+        }
+    }
+}
+
+impl MethodKind for PemOptions {
+    fn check(&self) -> Result<(), OptionError> {
+        super::subspace::check(self.orders, self.block_rows)
+    }
+
+    fn model_orders(&self, setting: usize) -> Option<Orders> {
+        let given = self.orders.unwrap_or(Orders::arx(setting, setting, 1));
+        Some(model_orders(given.na.max(given.nf), given.nk))
+    }
+
+    fn default_orders(&self, setting: usize) -> Option<Orders> {
+        Some(self.orders.unwrap_or(Orders::arx(setting, setting, 1)))
+    }
+
+    fn begins_at_rest(&self) -> bool {
+        self.initial == InitialCondition::Zero
+    }
+
+    fn takes_memory(&self) -> bool {
+        true
+    }
+
+    fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+        let orders = self.model_orders(problem.shape.order).unwrap_or_default();
+        let of_order = |n: usize| Orders::arx(n, n, orders.nk);
+        if let Some(rule) = self.choose {
+            return Chosen::prepare(rule, orders.na, problem, |n, problem| {
+                let orders = Some(of_order(n));
+                Self {
+                    orders,
+                    choose: None,
+                    ..self.clone()
+                }
+                .prepare(problem)
+            });
+        }
+        let window = problem.shape.window;
+        let mut search = PredictionError::new(orders, 0, self.initial, window)?;
+        search.set_covariance(self.covariance.unwrap_or_default());
+        Ok(Box::new(Pem {
+            start: self.start(of_order(orders.na), problem)?,
+            found: Pass::new(orders.na),
+            search,
+        }))
+    }
+}
+
+/// Searches from the model of a subspace method; its failure is that of both.
+struct Pem {
+    start: Box<dyn Estimator>,
+    found: Pass,
+    search: PredictionError,
+}
+
+impl Estimator for Pem {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        let Some(pass) = passes.first_mut() else {
+            return;
+        };
+        let found = &mut self.found;
+        found.clear();
+        self.start.estimate(window, std::slice::from_mut(found));
+        pass.singular_values.clone_from(&found.singular_values);
+        pass.correlations.clone_from(&found.correlations);
+        match found.failure {
+            Some(failure) => pass.fail_for(failure.kind),
+            None => self.search.estimate_from(&self.found.model, window, pass),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,222 @@
+//! Hard records, and changes of units, for every estimator of the registry with its defaults.
+
+use asobench::estimator::{EstimatorName, Method, MethodOptions, Pass, Progress, Shape, Window};
+use asobench::signal::{Purpose, stream};
+use rand::Rng as _;
+use serde_json::{Map, Value};
+
+/// u, y and r.
+type Signals = [Vec<f64>; 3];
+
+/// A record of `u = r - 0.1 y(k-1)` and `y = B/F u + e`, e uniform of this size.
+struct Recipe {
+    name: &'static str,
+    b: &'static [f64],
+    f: &'static [f64],
+    order: usize,
+    samples: usize,
+    noise: f64,
+    constant: bool,
+}
+
+const SECOND: Recipe = Recipe {
+    name: "second order",
+    b: &[0.0, 1.0, 0.5],
+    f: &[1.0, -1.5, 0.7],
+    order: 2,
+    samples: 200,
+    noise: 0.3,
+    constant: false,
+};
+
+const HARD: [Recipe; 8] = [
+    SECOND,
+    Recipe {
+        name: "order 6, 40 samples",
+        b: &[0.0, 1.0, 0.3, 0.2, 0.1, 0.2, 0.1],
+        f: &[1.0, -0.6, -0.53, 0.32, 0.05, -0.02, -0.004],
+        order: 6,
+        samples: 40,
+        noise: 2.0,
+        ..SECOND
+    },
+    Recipe {
+        name: "a constant input",
+        constant: true,
+        ..SECOND
+    },
+    Recipe {
+        name: "a constant input without noise",
+        constant: true,
+        noise: 0.0,
+        ..SECOND
+    },
+    Recipe {
+        name: "delay 5",
+        b: &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.5],
+        ..SECOND
+    },
+    Recipe {
+        name: "near cancellation",
+        b: &[0.0, 1.0, -0.799_999],
+        f: &[1.0, -1.3, 0.4],
+        ..SECOND
+    },
+    Recipe {
+        name: "no noise",
+        noise: 0.0,
+        ..SECOND
+    },
+    Recipe {
+        name: "an order too many, no noise",
+        order: 3,
+        noise: 0.0,
+        samples: 60,
+        ..SECOND
+    },
+];
+
+fn record(recipe: &Recipe) -> Signals {
+    let mut random = stream(113, 0, Purpose::Input);
+    let mut uniform = || (random.next_u64() >> 11) as f64 / 2_f64.powi(52) - 1.0;
+    let n = recipe.samples;
+    let [mut u, mut y, mut x, mut r] = [(); 4].map(|()| vec![0.0; n]);
+    for k in 0..n {
+        let past = |c: &[f64], s: &[f64]| -> f64 {
+            let terms = c.iter().enumerate().skip(1).filter(|(lag, _)| *lag <= k);
+            terms.map(|(lag, c)| c * s[k - lag]).sum()
+        };
+        x[k] = past(recipe.b, &u) - past(recipe.f, &x);
+        let (drawn, e) = (uniform(), uniform());
+        y[k] = x[k] + recipe.noise * e;
+        r[k] = if recipe.constant { 1.0 } else { drawn };
+        u[k] = r[k]
+            - if recipe.constant {
+                0.0
+            } else {
+                past(&[0.0, 0.1], &y)
+            };
+    }
+    [u, y, r]
+}
+
+/// The defaults of an estimator that needs no more than a record.
+fn options(name: EstimatorName) -> Option<MethodOptions> {
+    let mut options = Map::new();
+    if name.takes("controller") {
+        options.insert("controller".to_owned(), Value::from("0,0.1/1"));
+    }
+    let options = name.parse(options).expect("defaults");
+    (!options.needs().plant).then_some(options)
+}
+
+fn estimate(options: &MethodOptions, order: usize, [u, y, r]: &Signals) -> Option<Pass> {
+    let method = Method::named("method", options.clone());
+    let window = y.len();
+    let mut estimator = method.prepare(Shape { order, window }).ok()?;
+    let mut passes = vec![Pass::new(order); method.passes()];
+    estimator.estimate(Window::with_reference(u, y, r, window), &mut passes);
+    passes.pop()
+}
+
+/// A model with finite numbers, or the kind of a failure, and nothing that is neither.
+#[test]
+fn hard_records_end_in_a_model_or_a_typed_failure() {
+    let mut wrong = Vec::new();
+    for (recipe, scale) in HARD.iter().zip([1.0, 1e6, 1e-6].into_iter().cycle()) {
+        let record = record(recipe);
+        let record = record.map(|s| s.iter().map(|x| x * scale).collect());
+        for name in EstimatorName::ALL {
+            let Some(options) = options(*name) else {
+                continue;
+            };
+            let Some(pass) = estimate(&options, recipe.order, &record) else {
+                continue;
+            };
+            let has_a_model = pass.progress >= Progress::Parameters;
+            let finite = pass.model.parameters().all(f64::is_finite);
+            let errors = pass.model.standard_errors().unwrap_or_default();
+            let is_whole =
+                has_a_model && finite && errors.iter().all(|se| *se >= 0.0 && se.is_finite());
+            let promised = pass
+                .failure
+                .is_none_or(|failure| failure.kind.leaves_a_model());
+            if promised && !is_whole {
+                wrong.push(format!(
+                    "{}: {name}: {:?} {errors:?}",
+                    recipe.name, pass.failure
+                ));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+const LARGE: f64 = 1_048_576.0;
+
+/// In other units for u, y and r the polynomials are the same; in another unit for y alone B is so many times larger. The
+/// units are powers of two, of which no rounding sees anything but where B is summed with other coefficients: a difference is
+/// a constant with a unit in a method. Which of several minima a search meets may depend on the unit of y, since its steps
+/// are measured over all coefficients; then neither is much more likely (as in the search itself).
+#[test]
+fn other_units_change_nothing_but_the_units() {
+    let signals = record(&SECOND);
+    let mut wrong = Vec::new();
+    for name in EstimatorName::ALL {
+        let Some(options) = options(*name) else {
+            continue;
+        };
+        let Some(of_record) = estimate(&options, 2, &signals) else {
+            continue;
+        };
+        // A controller and the first covariance of b have units of their own.
+        let alone = options.needs().reference.is_none() && !options.runs_along();
+        for (of_input, of_output) in [
+            (LARGE, LARGE),
+            (1.0 / LARGE, 1.0 / LARGE),
+            (1.0, 1024.0),
+            (1.0, 1.0 / 1024.0),
+        ] {
+            if of_input != of_output && !alone {
+                continue;
+            }
+            let times = |s: &Vec<f64>, by: f64| s.iter().map(|x| x * by).collect();
+            let [u, y, r] = &signals;
+            let scaled = [times(u, of_input), times(y, of_output), times(r, of_input)];
+            let gain = of_output / of_input;
+            // The ratio of two variances has a unit too.
+            let ratio = Value::from(gain * gain);
+            let in_units = match name.takes("ratio") {
+                true => name.parse(Map::from_iter([("ratio".to_owned(), ratio)])),
+                false => Ok(options.clone()),
+            };
+            let options = in_units.expect("a ratio");
+            let pass = estimate(&options, 2, &scaled).expect("the same shape");
+            if pass.failure != of_record.failure {
+                let failures = (of_record.failure, pass.failure);
+                wrong.push(format!("{name} {of_input} {of_output}: {failures:?}"));
+                continue;
+            }
+            let loss = |pass: &Pass| f64::ln(pass.loss);
+            let likelier = 200.0 * (loss(&pass) - loss(&of_record) - 2.0 * of_output.ln()).abs();
+            if of_record.minima > Some(1) && (1e-9..10.828).contains(&likelier) {
+                continue;
+            }
+            for (which, expected, found, by) in [
+                ("A", &of_record.model.a, &pass.model.a, 1.0),
+                ("B", &of_record.model.b, &pass.model.b, gain),
+                ("C", &of_record.model.c, &pass.model.c, 1.0),
+                ("D", &of_record.model.d, &pass.model.d, 1.0),
+                ("F", &of_record.model.f, &pass.model.f, 1.0),
+            ] {
+                let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                let error = expected.iter().zip(found);
+                let error = error.fold(0.0_f64, |m, (x, y)| m.max((x - y / by).abs())) / largest;
+                if !(error < 1e-9 || largest == 0.0) {
+                    wrong.push(format!("{name} {of_input} {of_output} {which}: {error:e}"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
