@@ -186,9 +186,10 @@ fn other_units_change_nothing_but_the_units() {
             let gain = of_output / of_input;
             // The ratio of two variances has a unit too.
             let ratio = Value::from(gain * gain);
-            let in_units = match name.takes("ratio") {
-                true => name.parse(Map::from_iter([("ratio".to_owned(), ratio)])),
-                false => Ok(options.clone()),
+            let in_units = if name.takes("ratio") {
+                name.parse(Map::from_iter([("ratio".to_owned(), ratio)]))
+            } else {
+                Ok(options.clone())
             };
             let options = in_units.expect("a ratio");
             let pass = estimate(&options, 2, &scaled).expect("the same shape");

@@ -248,7 +248,10 @@ fn names_from_elsewhere_lead_to_ours() {
         assert!(line.contains(here), "{line}");
     }
     let line = refused(folder.path(), &["methods", "ssest"]);
-    assert!(line.contains("'ssest', which is called 'pem' here"), "{line}");
+    assert!(
+        line.contains("'ssest', which is called 'pem' here"),
+        "{line}"
+    );
 }
 
 #[test]

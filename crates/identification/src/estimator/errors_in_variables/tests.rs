@@ -134,24 +134,36 @@ fn standard_errors_are_those_of_many_records() {
 
 /// The same at 1000 samples for `tls`, `iv-compensated` and `bels` with one variance known. With both estimated `bels` has
 /// heavy tails there, and the formula is that of its centre: the median of the squares is that of chi-squared, 0.455,
-/// within four of its own errors (`coverage.py` says how far the tails are off).
+/// within four of its own errors (`coverage.py` says how far the tails are off). There alone some searches do not rest and
+/// leave no standard errors; they count as infinitely far off.
 #[test]
 fn standard_errors_on_short_records() {
     let (noise, trials) = ([1.0, 0.25], 300);
-    let mut squares = vec![[[0.0; 4]; 4]; trials];
+    let mut squares = vec![[[f64::INFINITY; 4]; 4]; trials];
     for (trial, squares) in squares.iter_mut().enumerate() {
         let record = record(noise, 500 + trial as u64, 1000);
-        for (squares, options) in squares.iter_mut().zip(methods(noise)) {
-            let pass = estimate(&options, &record);
+        for (method, options) in methods(noise).iter().enumerate() {
+            let pass = estimate(options, &record);
+            let kind = pass.failure.map(|failure| failure.kind);
+            if method == 1 && kind == Some(FailureKind::IterationLimit) {
+                continue;
+            }
+            assert_eq!(kind, None, "{}", options.estimator());
             let errors = pass.model.standard_errors().expect("errors");
             let all = pass.model.parameters().zip(TRUTH).zip(errors);
-            for (square, ((found, truth), error)) in squares.iter_mut().zip(all) {
+            for (square, ((found, truth), error)) in squares[method].iter_mut().zip(all) {
                 *square = ((found - truth) / error).powi(2);
             }
         }
     }
     let root = (trials as f64).sqrt();
     for (method, options) in methods(noise).iter().enumerate() {
+        let unfinished = squares.iter().filter(|of| of[method][0].is_infinite());
+        println!(
+            "{} {method}: {} of {trials} unfinished",
+            options.estimator(),
+            unfinished.count()
+        );
         for i in 0..4 {
             let mut all: Vec<f64> = squares.iter().map(|of| of[method][i]).collect();
             all.sort_by(f64::total_cmp);
