@@ -107,8 +107,10 @@ fn records_in_other_units() {
         };
         let (mut u, mut y) = read(case["data"].as_str().expect("a file"));
         let [of_u, of_y] = ["scale_u", "scale_y"].map(|key| number(&case[key]));
-        u.iter_mut().for_each(|u| *u *= of_u);
-        y.iter_mut().for_each(|y| *y *= of_y);
+        for (u, y) in u.iter_mut().zip(&mut y) {
+            *u *= of_u;
+            *y *= of_y;
+        }
         let apart = f64::EPSILON * (of_y / of_u).powi(2);
         let tolerance = match method {
             "auxiliary" => apart.max(1e-9),

@@ -44,7 +44,9 @@ impl Elimination {
             for (factor, of_row) in row[i + 1..].iter().zip(known.chunks_exact(width)) {
                 subtract(unknown, *factor, of_row);
             }
-            unknown.iter_mut().for_each(|x| *x /= row[i]);
+            for x in unknown {
+                *x /= row[i];
+            }
         }
     }
 
