@@ -2,7 +2,7 @@
 //! `theta_hat - theta = sum over k of psi(k) v(k)`, whatever the correlation of the equation errors v.
 
 use super::autoregression::Autoregression;
-use super::regression::solve_normal_of;
+use super::triangular::solve_normal_of;
 use crate::names::named_enum;
 use crate::real::with_fma;
 use faer::MatRef;
@@ -99,13 +99,13 @@ impl Influence {
         to.resize(width * width, 0.0);
         let scale = match kind {
             Covariance::White => {
-                self.add_products(1.0, (0..rows).map(|k| (k, k)), to);
+                self.add_products(1.0, &(0..rows).map(|k| (k, k)), to);
                 square_sum(&self.residuals) / rows as f64
             }
             Covariance::Coloured => {
                 let variance = self.autoregression.fit(&self.residuals);
                 self.filter();
-                self.add_products(1.0, (0..rows).rev().map(|k| (k, k)), to);
+                self.add_products(1.0, &(0..rows).rev().map(|k| (k, k)), to);
                 self.add_before(to);
                 variance
             }
@@ -117,7 +117,7 @@ impl Influence {
                 let lags = (4.0 * (rows as f64 / 100.0).powf(2.0 / 9.0)) as usize;
                 for lag in 0..=lags.min(rows - 1) {
                     let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
-                    self.add_products(weight, (lag..rows).map(|k| (k, k - lag)), to);
+                    self.add_products(weight, &(lag..rows).map(|k| (k, k - lag)), to);
                 }
                 1.0
             }
@@ -132,7 +132,7 @@ impl Influence {
     fn add_products(
         &self,
         weight: f64,
-        pairs: impl Iterator<Item = (usize, usize)> + Clone,
+        pairs: &(impl Iterator<Item = (usize, usize)> + Clone),
         to: &mut [f64],
     ) {
         let (width, stride, rows) = (self.width, self.stride(), &self.rows);

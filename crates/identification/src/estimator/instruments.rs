@@ -4,9 +4,10 @@
 //! `Z'Z` nor `Z'Phi` is formed.
 
 use super::covariance::{Covariance, Influence};
-use super::regression::{Lagged, Rows, covariance_of_triangle, solve_normal, solve_transposed};
+use super::regression::{Lagged, Rows, covariance_of_triangle};
 use super::solver::Reduction;
 use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use super::triangular::{solve_normal, solve_transposed};
 use super::{FailureKind, SetupError};
 use crate::model::Orders;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;

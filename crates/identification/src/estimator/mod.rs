@@ -65,6 +65,7 @@ mod sorted_qr;
 mod start_state;
 mod state_sequence;
 mod subspace;
+mod triangular;
 mod two_stage;
 mod wnsf;
 

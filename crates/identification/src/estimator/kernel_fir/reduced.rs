@@ -3,7 +3,7 @@
 use crate::estimator::lag_sums::lagged_products;
 use crate::estimator::output_gradient::OutputGradient;
 use crate::estimator::prediction_error::{InitialCondition, PredictionError, SearchStarts};
-use crate::estimator::regression::solve_normal;
+use crate::estimator::triangular::solve_normal;
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 
