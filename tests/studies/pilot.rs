@@ -158,6 +158,10 @@ fn a_pilot_can_be_interrupted() {
     let output = child.wait_with_output().expect("ended");
     rest.join().expect("no panic").expect("read to its end");
     assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
-    assert!(stderr(&output).contains("interrupted; a pilot leaves nothing behind"));
+    let said = stderr(&output);
+    assert!(
+        said.contains("interrupted; a pilot leaves nothing behind"),
+        "{said}"
+    );
     assert_eq!(names(&place), before);
 }
