@@ -99,13 +99,13 @@ impl Influence {
         to.resize(width * width, 0.0);
         let scale = match kind {
             Covariance::White => {
-                self.add_products(1.0, &(0..rows).map(|k| (k, k)), to);
+                self.add_products(1.0, 0, false, to);
                 square_sum(&self.residuals) / rows as f64
             }
             Covariance::Coloured => {
                 let variance = self.autoregression.fit(&self.residuals);
                 self.filter();
-                self.add_products(1.0, &(0..rows).rev().map(|k| (k, k)), to);
+                self.add_products(1.0, 0, true, to);
                 self.add_before(to);
                 variance
             }
@@ -117,7 +117,7 @@ impl Influence {
                 let lags = (4.0 * (rows as f64 / 100.0).powf(2.0 / 9.0)) as usize;
                 for lag in 0..=lags.min(rows - 1) {
                     let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
-                    self.add_products(weight, &(lag..rows).map(|k| (k, k - lag)), to);
+                    self.add_products(weight, lag, false, to);
                 }
                 1.0
             }
@@ -128,31 +128,41 @@ impl Influence {
         }
     }
 
-    /// Adds `weight psi(k) psi(l)'` for each pair (k, l), and its transpose where k and l differ.
-    fn add_products(
-        &self,
-        weight: f64,
-        pairs: &(impl Iterator<Item = (usize, usize)> + Clone),
-        to: &mut [f64],
-    ) {
-        let (width, stride, rows) = (self.width, self.stride(), &self.rows);
+    /// Adds `weight psi(k) psi(k-lag)'` for each k, from the first or from the last on, and its transpose if the lag is
+    /// not 0.
+    fn add_products(&self, weight: f64, lag: usize, backwards: bool, to: &mut [f64]) {
+        let (width, stride) = (self.width, self.stride());
         for (i, j) in (0..stride).flat_map(|i| (0..stride).map(move |j| (i, j))) {
             let mut sum = [[0.0; LANES]; LANES];
             for_each_entry([i, j], width, |at, [row, column]| sum[row][column] = to[at]);
-            with_fma(
+            let sum = with_fma(
                 #[inline(always)]
-                || {
-                    for (k, l) in pairs.clone() {
-                        let (k, l) = (k * stride, l * stride);
-                        add_product(&mut sum, weight, &rows[k + i], &rows[l + j]);
-                        if k != l {
-                            add_product(&mut sum, weight, &rows[l + i], &rows[k + j]);
-                        }
-                    }
-                },
+                || self.sum_of_products([i, j], weight, lag, backwards, sum),
             );
             for_each_entry([i, j], width, |at, [row, column]| to[at] = sum[row][column]);
         }
+    }
+
+    /// One block of such a sum, by value: it stays in registers.
+    #[inline(always)]
+    fn sum_of_products(
+        &self,
+        [i, j]: [usize; 2],
+        weight: f64,
+        lag: usize,
+        backwards: bool,
+        mut sum: [Lanes; LANES],
+    ) -> [Lanes; LANES] {
+        let (count, stride) = (self.residuals.len(), self.stride());
+        for k in lag..count {
+            let k = if backwards { count - 1 - k + lag } else { k };
+            let [early, late] = [k - lag, k].map(|k| &self.rows[k * stride..][..stride]);
+            add_product(&mut sum, weight, late[i], early[j]);
+            if lag > 0 {
+                add_product(&mut sum, weight, early[i], late[j]);
+            }
+        }
+        sum
     }
 
     /// Overwrites psi by psi_D, from the end: `psi_D(k) = psi(k) - d_1 psi_D(k+1) - ...`.
@@ -221,7 +231,7 @@ fn for_each_entry([i, j]: [usize; 2], width: usize, mut entry: impl FnMut(usize,
 
 /// Adds `weight x y'` to a matrix.
 #[inline(always)]
-fn add_product(to: &mut [Lanes; LANES], weight: f64, x: &Lanes, y: &Lanes) {
+fn add_product(to: &mut [Lanes; LANES], weight: f64, x: Lanes, y: Lanes) {
     for (row, x) in to.iter_mut().zip(x) {
         let x = weight * x;
         row.iter_mut().zip(y).for_each(|(to, y)| *to += x * y);

@@ -159,10 +159,7 @@ impl Search {
         self.found.clear();
         let found = self.descent.run(u, y, start, REST);
         self.theta.copy_from_slice(self.descent.theta());
-        if found.failure.is_none() {
-            let theta = self.theta.clone();
-            self.found.push(Point { theta, found });
-        }
+        self.keep(found);
         found
     }
 
