@@ -313,6 +313,7 @@ fn a_figure_is_drawn_as_it_is_asked_for() {
 fn names_of_other_programs_lead_to_those_here() {
     let folder = folder();
     let at = folder.path();
+    std::fs::write(at.join("a.csv"), "u,y\n1,2\n").expect("a file");
     for (arguments, part) in [
         (
             &["fit", "my.csv"][..],
@@ -339,6 +340,44 @@ fn names_of_other_programs_lead_to_those_here() {
         (&["run", "s.toml", "--jobs", "2"], "here: --threads N"),
         (&["run", "s.toml", "-M", "50"], "here: --trials N"),
         (&["plot", "out", "--metric", "e_a"], "here: --measure NAME"),
+        (
+            &["bode", "my.csv"],
+            "--report my.html has equations, poles, responses",
+        ),
+        (
+            &["residuals", "my.csv"],
+            "asobench estimate RECORD.csv --order 2 --report",
+        ),
+        (
+            &["predict", "my.csv", "--order", "2"],
+            "--validate OTHER.csv",
+        ),
+        (&["validate", "s.toml"], "here: asobench check STUDY.toml"),
+        (&["list"], "here: asobench methods"),
+        (&["init"], "here: asobench new NAME.toml"),
+        (
+            &["compare", "a.csv", "b.csv"],
+            "asobench estimate A.csv --validate B.csv",
+        ),
+        (&["estimate", "my.csv", "--json"], "here: --format json"),
+        (&["estimate", "my.csv", "--csv", "x"], "--states FILE.csv"),
+        (
+            &["estimate", "my.csv", "--train", "0.7"],
+            "here: --window N",
+        ),
+        (&["estimate", "my.csv", "--offset"], "here: --detrend mean"),
+        (
+            &["estimate", "--file", "my.csv"],
+            "the file is the first argument",
+        ),
+        (
+            &["run", "s.toml", "--dry-run"],
+            "here: asobench check STUDY.toml",
+        ),
+        (
+            &["estimate", "my.csv", "--order", "2", "--estimator", "ARX"],
+            "unknown estimator 'ARX', did you mean 'arx'?",
+        ),
     ] {
         let line = refused(at, arguments);
         assert!(line.contains(part), "{line}");

@@ -348,3 +348,247 @@ fn a_study_from_a_european_table() {
         "my.csv: separated by semicolons, decimal commas, u is column 'Ventil', y is column 'Druck'"
     ));
 }
+
+/// A unit in brackets may be left off, and capitals are one with small letters, where one column is meant.
+#[test]
+fn a_column_without_its_unit() {
+    let european = |header: &str| {
+        table(header, |k, u, y| {
+            let t = comma(&format!("{:.2}", k as f64 * STEP));
+            format!("{t};{};{}", comma(u), comma(y))
+        })
+    };
+    let flags = [
+        "--input",
+        "Heizung",
+        "--output",
+        "temperatur",
+        "--time",
+        "Zeit",
+    ];
+    let shown = printed(
+        european("\u{feff}Zeit [s];Heizung [V];Temperatur (\u{b0}C)\n").as_bytes(),
+        &flags,
+    );
+    assert!(
+        shown.contains(
+            "decimal commas, u is column 'Heizung [V]', y is column 'Temperatur (\u{b0}C)', t is column 'Zeit [s]'"
+        ),
+        "{shown}"
+    );
+    assert!(shown.contains("exit code 0"), "{shown}");
+    let two = printed(
+        european("Zeit [s];Heizung [V];Heizung [A]\n").as_bytes(),
+        &flags,
+    );
+    let line = "line 1: several columns are named 'Heizung'; expected a column's number, from 1";
+    assert!(two.contains(line), "{two}");
+    // A name that is there whole goes before others without their units.
+    let whole = printed(
+        european("Zeit [s];Heizung;Heizung [A]\n").as_bytes(),
+        &["--input", "Heizung", "--output", "3", "--time", "1"],
+    );
+    assert!(whole.contains("u is column 'Heizung'"), "{whole}");
+}
+
+/// What MATLAB's `writetable`, `writematrix` and `save -ascii`, and Octave's `save -text`, write of one record.
+#[test]
+fn exports_of_matlab() {
+    let double = |text: &str| text.parse::<f64>().expect("a number");
+    let short = |text: &str| {
+        let number = format!("{:.7e}", double(text));
+        let (digits, power) = number.split_once('e').expect("a power");
+        let power: i32 = power.parse().expect("a power");
+        let sign = if power < 0 { '-' } else { '+' };
+        format!("{digits:>13}e{sign}{:02}", power.abs())
+    };
+    let by_number = ["--input", "1", "--output", "2"];
+    let octave = "# Created by Octave 8.4.0, Tue Nov 24 15:00:00 2026 UTC <user@host>\n# name: z\n# type: matrix\n\
+                  # rows: 60\n# columns: 2\n";
+    let of = |header: &str, row: &dyn Fn(&str, &str) -> String| table(header, |_, u, y| row(u, y));
+    let comma = |u: &str, y: &str| format!("{},{}", double(u), double(y));
+    let plain = json(&of("u,y\n", &comma), &[]);
+    for (name, text, flags) in [
+        (
+            "writetable",
+            of("u,y\r\n", &|u, y| comma(u, y) + "\r"),
+            &[][..],
+        ),
+        ("writematrix", of("", &comma), &by_number),
+        (
+            "save -ascii",
+            of("", &|u, y| short(u) + " " + &short(y)),
+            &by_number,
+        ),
+        (
+            "save -text",
+            of(octave, &|u, y| format!(" {} {}", double(u), double(y))),
+            &by_number,
+        ),
+    ] {
+        let found = json(&text, flags);
+        let models = [&plain, &found].map(|report| {
+            let parameters = &report["estimates"][0]["passes"][0]["parameters"];
+            assert!(parameters.is_array(), "{name}: {}", report["estimates"][0]);
+            parameters.clone()
+        });
+        let values = |of: &serde_json::Value| -> Vec<f64> {
+            let all = of.as_array().expect("parameters").iter();
+            all.filter_map(|one| one["value"].as_f64()).collect()
+        };
+        let [expected, found] = models.each_ref().map(values);
+        assert_eq!(expected.len(), 4);
+        for (expected, found) in expected.iter().zip(&found) {
+            assert!(
+                (expected - found).abs() < 2e-6,
+                "{name}: {found} {expected}"
+            );
+        }
+    }
+}
+
+/// A Parquet table gives the digits of the same table in CSV; damaged ones and columns without numbers end in one line.
+#[test]
+fn parquet_tables() {
+    use polars::prelude::*;
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let numbers = |place: usize| -> Vec<f64> {
+        let samples = samples();
+        samples
+            .iter()
+            .map(|row| row[place].parse().expect("a number"))
+            .collect()
+    };
+    let columns = vec![
+        Column::new("step".into(), (0..SAMPLES as i64).collect::<Vec<_>>()),
+        Column::new("Heizung [V]".into(), numbers(0)),
+        Column::new("Druck".into(), numbers(1)),
+        Column::new("note".into(), vec!["a, b"; SAMPLES]),
+    ];
+    let mut frame = DataFrame::new(SAMPLES, columns).expect("a table");
+    let file = std::fs::File::create(at("my.parquet")).expect("a file");
+    ParquetWriter::new(file)
+        .finish(&mut frame)
+        .expect("written");
+    let text = table("step,Heizung [V],Druck\n", |k, u, y| format!("{k},{u},{y}"));
+    std::fs::write(at("my.csv"), text).expect("a file");
+    let estimate = |file: &str, more: &[&str]| {
+        let mut program = Command::new(PROGRAM);
+        program
+            .current_dir(folder.path())
+            .args(["estimate", file, "--order", "2"]);
+        program
+            .args(["--estimator", "arx", "--format", "json"])
+            .args(more);
+        program.output().expect("the program")
+    };
+    let chosen = ["--input", "Heizung", "--output", "Druck"];
+    let [csv, parquet] = ["my.csv", "my.parquet"].map(|file| {
+        let output = estimate(file, &chosen);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let mut json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        json["file"] = "".into();
+        json
+    });
+    assert_eq!(csv, parquet);
+    let note = stderr(&estimate(
+        "my.parquet",
+        &["--input", "note", "--output", "Druck"],
+    ));
+    assert!(
+        note.contains("line 2, column note: 'Utf8") && note.contains("is not a finite number"),
+        "{note}"
+    );
+    let whole = std::fs::read(at("my.parquet")).expect("a file");
+    for length in [0, 3, whole.len() / 2, whole.len() - 1] {
+        std::fs::write(at("cut.parquet"), &whole[..length]).expect("a file");
+        let line = stderr(&estimate("cut.parquet", &chosen));
+        assert_eq!(
+            line,
+            "asobench: cut.parquet: not a whole Parquet file; it begins and ends with PAR1\n"
+        );
+    }
+    for place in (4..whole.len() - 4).step_by(29) {
+        let mut damaged = whole.clone();
+        damaged[place] ^= 0x55;
+        std::fs::write(at("damaged.parquet"), damaged).expect("a file");
+        let output = estimate("damaged.parquet", &chosen);
+        let code = output.status.code();
+        assert!(
+            matches!(code, Some(0 | 1 | 2)),
+            "{place}: {}",
+            stderr(&output)
+        );
+        assert!(
+            !stderr(&output).contains("panicked"),
+            "{place}: {}",
+            stderr(&output)
+        );
+    }
+}
+
+/// Files of other programs' own forms, and pictures in other forms, name the way.
+#[test]
+fn other_forms_name_the_way() {
+    for (flags, part) in [
+        (
+            &["my.xlsx", "--order", "2"][..],
+            "my.xlsx: a spreadsheet; expected CSV or Parquet",
+        ),
+        (&["my.mat", "--order", "2"], "save -ascii"),
+        (
+            &["my.csv", "--order", "2", "--plot", "fit.pdf"],
+            "--plot fit.pdf: expected a name that ends in .svg; rsvg-convert -f pdf -o fit.pdf fit.svg converts it",
+        ),
+    ] {
+        let output = Command::new(PROGRAM).arg("estimate").args(flags).output();
+        let output = output.expect("the program");
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+    }
+}
+
+/// Options beside a range of orders are those of every model of the table, or are refused.
+#[test]
+fn options_beside_a_range_of_orders() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // The start is not at rest, so that `--initial` matters.
+    let text = table("u,y\n", |_, u, y| format!("{u},{y}"));
+    let late: String = text
+        .lines()
+        .filter(|line| line.contains('u'))
+        .chain(text.lines().skip(9))
+        .fold(String::new(), |all, line| all + line + "\n");
+    std::fs::write(folder.path().join("my.csv"), late).expect("a file");
+    let estimate = |flags: &[&str]| {
+        let mut program = Command::new(PROGRAM);
+        program
+            .current_dir(folder.path())
+            .args(["estimate", "my.csv"]);
+        program.args(flags).output().expect("the program")
+    };
+    let loss = |flags: &[&str]| {
+        let output = estimate(&[flags, &["--estimator", "oe", "--format", "json"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        json["table"][1]["V"].as_f64().expect("V")
+    };
+    let [zero, free] =
+        ["zero", "estimate"].map(|start| loss(&["--order", "1:2", "--initial", start]));
+    assert!(free < 1e-3 * zero, "{zero} {free}");
+    assert_eq!(zero, loss(&["--order", "1:2"]));
+    for flags in [
+        &["--order", "1:2", "--rows", "complete", "--estimator", "arx"][..],
+        &["--order", "1:2", "--gain", "scaled:0.5"],
+        &["--order", "1:2", "--initial", "zero"],
+    ] {
+        let output = estimate(flags);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}");
+        let line = stderr(&output);
+        assert!(
+            line.contains("needs a single model") || line.contains("an option of estimator"),
+            "{line}"
+        );
+    }
+}

@@ -20,6 +20,12 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if let Some(file) = arguments.folders.iter().find(|folder| folder.is_file()) {
+        return Err(Error::Input(format!(
+            "{}: a file; expected folders of results. Of records: asobench estimate A.csv --validate B.csv",
+            file.display()
+        )));
+    }
     let studies: Result<Vec<Study>, _> = arguments
         .folders
         .iter()

@@ -42,7 +42,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut report = load(arguments, orders)?;
     if let Some((order, delay)) = ranges(arguments) {
         let estimator = orders::of_table(&arguments.estimator)?;
-        let scan = scan::scan(&report, estimator, order, delay)?;
+        let options = arguments.options.taken_by(estimator);
+        let scan = scan::scan(&report, (estimator, options), order, delay)?;
         report.tell_in_unit_of_file();
         warn_of_offset(&report);
         write_drawings(arguments, || scan.picture(), || scan.page(&report))?;

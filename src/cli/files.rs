@@ -38,3 +38,28 @@ pub(super) fn write_whole(
     };
     attempt().map_err(refused(flag))
 }
+
+/// Checks that the name of a picture or a page ends as it must. Of an SVG, one command makes a PDF or a PNG.
+pub(super) fn check_extension(flag: &str, path: &Path, expected: &str) -> Result<(), Error> {
+    let own = path.extension().unwrap_or_default();
+    if own == expected {
+        return Ok(());
+    }
+    let way = ["pdf", "png", "eps", "ps"]
+        .into_iter()
+        .find(|form| own.eq_ignore_ascii_case(form));
+    let way = way
+        .filter(|_| expected == "svg")
+        .map_or_else(String::new, |form| {
+            let svg = path.with_extension("svg");
+            format!(
+                "; rsvg-convert -f {form} -o {} {} converts it",
+                path.display(),
+                svg.display()
+            )
+        });
+    Err(Error::Input(format!(
+        "{flag} {}: expected a name that ends in .{expected}{way}",
+        path.display()
+    )))
+}

@@ -3,7 +3,7 @@
 use clap::error::{ContextKind, ContextValue};
 
 /// Subcommands.
-const COMMANDS: [(&[&str], &str); 4] = [
+const COMMANDS: [(&[&str], &str); 10] = [
     (
         &["fit", "identify", "train", "est"],
         "asobench estimate RECORD.csv --order 2",
@@ -11,22 +11,82 @@ const COMMANDS: [(&[&str], &str); 4] = [
     (
         &[
             "arx", "oe", "armax", "bj", "iv4", "n4sid", "tfest", "ssest", "pem", "iv", "ls", "riv",
-            "sriv",
+            "sriv", "moesp", "subspace", "ident", "sysid",
         ],
         "asobench estimate RECORD.csv --estimator NAME; asobench methods prints the names",
     ),
     (
-        &["simulate", "sim", "mc", "montecarlo", "bench", "start"],
+        &[
+            "simulate",
+            "sim",
+            "mc",
+            "montecarlo",
+            "monte-carlo",
+            "bench",
+            "benchmark",
+            "start",
+            "execute",
+        ],
         "asobench run STUDY.toml; asobench replay DIR 0:0 writes one record",
     ),
     (
-        &["diff", "show", "view", "open", "results"],
+        &[
+            "diff", "show", "view", "open", "results", "summary", "table", "tables",
+        ],
         "asobench report DIR --open, or asobench compare DIR DIR",
+    ),
+    (
+        &[
+            "bode",
+            "step",
+            "impulse",
+            "pzmap",
+            "resid",
+            "residuals",
+            "nyquist",
+            "freqresp",
+            "poles",
+            "pole",
+            "zpk",
+            "damp",
+            "tf",
+            "ss",
+            "autocorr",
+            "acf",
+        ],
+        "asobench estimate RECORD.csv --order 2 --report my.html has equations, poles, responses and residuals",
+    ),
+    (
+        &["predict", "forecast", "validate-model", "goodness", "gof"],
+        "asobench estimate RECORD.csv --order 2 --validate OTHER.csv, or --window N, simulates and predicts",
+    ),
+    (
+        &["order", "select", "selstruc", "arxstruc", "aic", "bic"],
+        "asobench estimate RECORD.csv --estimator arx --order 1:8",
+    ),
+    (
+        &[
+            "list",
+            "estimators",
+            "algorithms",
+            "ls-methods",
+            "measures",
+            "models",
+        ],
+        "asobench methods prints the estimators, asobench explain WORD anything else",
+    ),
+    (
+        &["validate", "lint", "verify", "dry-run", "plan-only", "info"],
+        "asobench check STUDY.toml",
+    ),
+    (
+        &["init", "create", "template", "generate", "example"],
+        "asobench new NAME.toml",
     ),
 ];
 
 /// Flags.
-const FLAGS: [(&[&str], &str); 12] = [
+const FLAGS: [(&[&str], &str); 22] = [
     (&["-n", "--n", "--nx", "-o", "--model-order"], "--order N"),
     (
         &[
@@ -76,7 +136,17 @@ const FLAGS: [(&[&str], &str); 12] = [
         "--measure NAME",
     ),
     (
-        &["--dt", "--Ts", "--sampling-time", "--fs", "--sample-time"],
+        &[
+            "--dt",
+            "--Ts",
+            "--tsample",
+            "--sampling-time",
+            "--fs",
+            "--sample-time",
+            "--sampling-rate",
+            "--rate",
+            "--freq",
+        ],
         "--ts SECONDS",
     ),
     (
@@ -103,6 +173,85 @@ const FLAGS: [(&[&str], &str); 12] = [
     (
         &["--dir", "--outdir", "--output-dir", "-d", "--folder"],
         "--out DIR",
+    ),
+    (&["--json", "--output-format", "--as-json"], "--format json"),
+    (
+        &["--csv", "--save", "--export", "--tsv", "--xlsx"],
+        "--format json prints all numbers of a model, --states FILE.csv its states; asobench report DIR \
+         writes a table of each study as CSV",
+    ),
+    (
+        &[
+            "--train",
+            "--split",
+            "--test",
+            "--train-size",
+            "--test-size",
+            "--estimation",
+        ],
+        "--window N leaves the samples after N for validation; --validate FILE is a second record",
+    ),
+    (
+        &["--dry-run", "--check", "--estimate-only"],
+        "asobench check STUDY.toml",
+    ),
+    (
+        &["--confidence", "--alpha", "--level", "--ci", "--sd"],
+        "intervals are of 95 %; --format json has the standard errors",
+    ),
+    (
+        &[
+            "--file",
+            "--data",
+            "--record",
+            "-i",
+            "--csv-file",
+            "--filename",
+        ],
+        "the file is the first argument: asobench estimate RECORD.csv",
+    ),
+    (
+        &["-v", "--verbose", "-q", "--quiet", "--silent", "--debug"],
+        "warnings and progress go to standard error: 2>/dev/null hides them",
+    ),
+    (
+        &[
+            "--bode",
+            "--step",
+            "--impulse",
+            "--residuals",
+            "--resid",
+            "--pzmap",
+            "--poles-zeros",
+            "--figures",
+            "--html",
+            "--show",
+        ],
+        "--plot FILE.svg, or --report FILE.html with responses, residuals, poles and zeros",
+    ),
+    (
+        &[
+            "--offset",
+            "--intercept",
+            "--constant",
+            "--const",
+            "--trend",
+            "--demean",
+            "--center",
+        ],
+        "--detrend mean subtracts the means over the window, --detrend linear straight lines",
+    ),
+    (
+        &[
+            "--max-order",
+            "--orders-range",
+            "--scan",
+            "--select",
+            "--criterion",
+            "--aic",
+            "--bic",
+        ],
+        "--order 1:8 compares orders by AIC, AICc, BIC, FPE and FIT",
     ),
     (
         &["--force", "--overwrite", "-f", "--restart"],

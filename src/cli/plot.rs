@@ -1,6 +1,7 @@
 //! `asobench plot`: one figure of a study, as it is asked for.
 
 use super::error::Error;
+use super::files::check_extension;
 use super::output::print;
 use crate::files::{self, Kind};
 use crate::metric::Statistic;
@@ -75,6 +76,9 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
+    if let Some(path) = &arguments.out {
+        check_extension("--out", path, "svg")?;
+    }
     let study = Study::read(&arguments.folder).map_err(|error| Error::Input(error.to_string()))?;
     let chosen = Chosen {
         kind: match (arguments.zip, arguments.nested_loop) {

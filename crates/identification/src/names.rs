@@ -96,7 +96,10 @@ fn nearest(given: &str, valid: &[String]) -> String {
     }
     valid
         .iter()
-        .map(|name| (strsim::jaro_winkler(given, name), name))
+        .map(|name| {
+            let similarity = |given: &str| strsim::jaro_winkler(given, name);
+            (similarity(given).max(similarity(&folded)), name)
+        })
         .filter(|(similarity, _)| *similarity > 0.7)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
         .map_or_else(String::new, |(_, name)| format!(", did you mean '{name}'?"))

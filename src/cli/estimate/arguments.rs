@@ -67,8 +67,8 @@ impl Arguments {
 /// A record, and the orders of its models.
 #[derive(Clone, clap::Args)]
 pub(super) struct RecordArguments {
-    /// CSV file, or - for standard input: columns u, y and perhaps k or t (time), or those that --input and --output
-    /// choose; lines beginning with # are comments
+    /// CSV file or .parquet, or - for standard input: columns u, y and perhaps k or t (time), or those that --input and
+    /// --output choose; lines beginning with # are comments
     #[arg(value_name = "FILE.csv")]
     pub(super) file: PathBuf,
     /// Column of u, by its name or its number from 1 [default: u, input or in]

@@ -5,6 +5,7 @@ use crate::cli::error::Error;
 use crate::estimator::EstimatorName;
 use crate::model::Orders;
 use crate::names::UnknownName;
+use crate::observer::Gain;
 
 /// Returns the orders and delays of a table of models; `None` if one model is requested.
 pub(super) fn ranges(arguments: &Arguments) -> Option<(Span, Span)> {
@@ -38,10 +39,15 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
             );
         };
         if let Some((order, delay)) = ranges(arguments) {
-            of_table(estimator)?;
+            let of_all = of_table(estimator)?;
             refuse("--states", arguments.states.is_some())?;
-            if let Some(flag) = options.first() {
+            refuse("--gain", arguments.gain != Gain::default())?;
+            // The table of arx is of least squares over common equations.
+            if let (EstimatorName::Arx, Some(flag)) = (of_all, options.first()) {
                 refuse(&flag, true)?;
+            }
+            if let Some(message) = options.useless(&[of_all]) {
+                return bad(message);
             }
             return Ok(Orders::arx(order.last, order.last, delay.last));
         }

@@ -3,7 +3,7 @@
 use super::arguments::Arguments;
 use super::report::Report;
 use crate::cli::error::Error;
-use crate::cli::files::{check_output, write_whole};
+use crate::cli::files::{check_extension, check_output, write_whole};
 use crate::cli::output::note;
 use crate::data::csv;
 use crate::files::Kind;
@@ -20,11 +20,8 @@ pub(super) fn check_drawing(
     extension: &str,
     kind: Kind,
 ) -> Result<(), Error> {
-    if let Some(path) = path.filter(|path| path.extension().is_none_or(|own| own != extension)) {
-        let path = path.display();
-        return Err(Error::Input(format!(
-            "{flag} {path}: expected a name that ends in .{extension}"
-        )));
+    if let Some(path) = path {
+        check_extension(flag, path, extension)?;
     }
     check_output(flag, path, kind)
 }

@@ -28,8 +28,21 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         reference: arguments.reference.clone(),
         missing: arguments.missing,
     };
+    if let Some(way) = way_from(path) {
+        return Err(bad(way.to_owned()));
+    }
     let from = files::open_named(path, Kind::Record).map_err(|error| bad(error.to_string()))?;
-    let table = read_table(from, &options);
+    let table = if path
+        .extension()
+        .is_some_and(|own| own.eq_ignore_ascii_case("parquet"))
+    {
+        read_table(
+            files::parquet_as_csv(from).map_err(&bad)?.as_bytes(),
+            &options,
+        )
+    } else {
+        read_table(from, &options)
+    };
     let table = table.map_err(|error| bad(format!("{error}{}", ways_on(&error))))?;
     let Table {
         mut record,
@@ -58,6 +71,22 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         record,
         clock,
         form,
+    })
+}
+
+/// Returns how a record is written as text by the program whose own form the file has.
+fn way_from(path: &Path) -> Option<&'static str> {
+    let form = path.extension()?.to_str()?.to_lowercase();
+    Some(match form.as_str() {
+        "xlsx" | "xls" | "ods" => {
+            "a spreadsheet; expected CSV or Parquet: save the sheet as \"CSV UTF-8\""
+        }
+        "mat" => "MATLAB's own form; expected text: save -ascii record.txt z, or writetable",
+        "npy" | "npz" | "pkl" | "pickle" => {
+            "Python's own form; expected CSV or Parquet: numpy.savetxt, or to_csv and to_parquet of pandas"
+        }
+        "h5" | "hdf5" | "feather" | "arrow" | "rds" => "expected CSV or Parquet",
+        _ => return None,
     })
 }
 

@@ -48,7 +48,7 @@ pub(super) struct Scan {
 /// Runs the models of all orders and delays on a record.
 pub(super) fn scan(
     report: &Report,
-    estimator: EstimatorName,
+    (estimator, given): (EstimatorName, Map<String, Value>),
     order: Span,
     delay: Span,
 ) -> Result<Scan, Error> {
@@ -60,7 +60,7 @@ pub(super) fn scan(
         let rows: Result<Vec<Row>, Error> = both
             .map(|(n, nk)| {
                 let mut row = Row::new(n, Orders::arx(n, n, nk));
-                row.fit(report, estimator, of_order(estimator, n, nk)?)?;
+                row.fit(report, estimator, of_order(estimator, &given, n, nk)?)?;
                 row.loss = row.own_loss;
                 row.judge(report.window);
                 Ok(row)
@@ -86,13 +86,19 @@ pub(super) fn scan(
     })
 }
 
-/// The options of an estimator whose polynomials all have the order n.
-fn of_order(estimator: EstimatorName, n: usize, nk: usize) -> Result<MethodOptions, Error> {
+/// The options of an estimator whose polynomials all have the order n, with those that were given.
+fn of_order(
+    estimator: EstimatorName,
+    given: &Map<String, Value>,
+    n: usize,
+    nk: usize,
+) -> Result<MethodOptions, Error> {
     let read = |orders: Orders| {
-        let orders = Value::from(orders.to_string());
-        estimator.parse(Map::from_iter([("orders".to_owned(), orders)]))
+        let mut options = given.clone();
+        options.insert("orders".to_owned(), Value::from(orders.to_string()));
+        estimator.parse(options)
     };
-    let default = estimator.parse(Map::new()).ok();
+    let default = estimator.parse(given.clone()).ok();
     let default = default.and_then(|options| options.model_orders(n));
     // Subspace methods take n and nk, others the orders of their polynomials.
     let options = read(Orders::arx(n, n, nk)).or_else(|error| match default {

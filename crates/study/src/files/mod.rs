@@ -13,12 +13,14 @@
 )]
 
 mod kind;
+mod parquet_record;
 #[cfg(target_os = "linux")]
 mod pipes;
 mod seal;
 mod staged;
 
 pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
+pub use parquet_record::parquet_as_csv;
 #[cfg(target_os = "linux")]
 pub(crate) use pipes::{Mark, Pipes};
 pub use seal::{checksum, checksum_of, parsed, sealed, unseal};

@@ -158,7 +158,8 @@ impl Columns {
 /// The choice that no column holds times.
 const NO_TIME: &str = "none";
 
-/// Returns the place of a column that is chosen by its name or its number.
+/// Returns the place of a column that is chosen by its name or its number. The name may be without its unit, and in
+/// capitals or not, where it is the only one.
 fn place(
     column: &str,
     header: Option<&[&str]>,
@@ -179,8 +180,16 @@ fn place(
         }
         return Ok(place);
     }
-    match column.parse() {
-        Ok(number @ 1..) if number <= count => Ok(number - 1),
+    let known = known_as(column);
+    let alike = |(_, cell): &(usize, &&str)| known_as(cell) == known;
+    let mut alike = header.iter().enumerate().filter(alike);
+    match (column.parse(), alike.next(), alike.next()) {
+        (Ok(number @ 1..), ..) if number <= count => Ok(number - 1),
+        (_, Some((place, _)), None) => Ok(place),
+        (_, Some(_), Some(_)) => Err(RecordError::AmbiguousColumn {
+            line,
+            column: column.to_owned(),
+        }),
         _ if header.is_empty() => Err(RecordError::NoNumber {
             line,
             column: column.to_owned(),
