@@ -372,7 +372,7 @@ fn a_column_without_its_unit() {
     );
     assert!(
         shown.contains(
-            "decimal commas, u is column 'Heizung [V]', y is column 'Temperatur (\u{b0}C)', t is column 'Zeit [s]'"
+            "decimal commas, a byte order mark, u is column 'Heizung [V]', y is column 'Temperatur (\u{b0}C)', t is column 'Zeit [s]'"
         ),
         "{shown}"
     );
@@ -427,17 +427,13 @@ fn exports_of_matlab() {
         ),
     ] {
         let found = json(&text, flags);
-        let models = [&plain, &found].map(|report| {
-            let parameters = &report["estimates"][0]["passes"][0]["parameters"];
-            assert!(parameters.is_array(), "{name}: {}", report["estimates"][0]);
-            parameters.clone()
+        let [expected, found] = [&plain, &found].map(|report| {
+            let model = &report["estimates"][0]["model"];
+            let both = ["A", "B"].map(|name| model[name].as_array().expect("numbers").clone());
+            let numbers = both.iter().flatten().filter_map(serde_json::Value::as_f64);
+            numbers.collect::<Vec<f64>>()
         });
-        let values = |of: &serde_json::Value| -> Vec<f64> {
-            let all = of.as_array().expect("parameters").iter();
-            all.filter_map(|one| one["value"].as_f64()).collect()
-        };
-        let [expected, found] = models.each_ref().map(values);
-        assert_eq!(expected.len(), 4);
+        assert_eq!((expected.len(), found.len()), (6, 6), "{name}");
         for (expected, found) in expected.iter().zip(&found) {
             assert!(
                 (expected - found).abs() < 2e-6,

@@ -269,13 +269,19 @@ fn modes(modes: &[Mode], unit: Frequency) -> Table {
 
 /// Returns the FIT of every model.
 fn fits(report: &Report) -> Table {
-    let columns = vec![
+    let validated = report.estimates.iter().any(|estimate| {
+        let fits = estimate.fit.as_ref();
+        fits.is_some_and(|fits| fits.validation.is_some())
+    });
+    let mut columns = vec![
         Column::text("estimator"),
         Column::number("window, simulated", "%"),
         Column::number("window, one step", "%"),
-        Column::number("validation, simulated", "%"),
-        Column::number("validation, one step", "%"),
     ];
+    if validated {
+        columns.push(Column::number("validation, simulated", "%"));
+        columns.push(Column::number("validation, one step", "%"));
+    }
     let mut table = Table::new("FIT: 100 is a perfect model, 0 the mean of y", columns);
     for estimate in &report.estimates {
         let fit = |value: Option<f64>| number(value.unwrap_or(f64::NAN), 4);
@@ -283,13 +289,16 @@ fn fits(report: &Report) -> Table {
         let window = fits.map(|fits| fits.window);
         let validation = fits.and_then(|fits| fits.validation);
         let name = estimate.name.name();
-        table.row([
+        let mut row = vec![
             CellText::text(name).link(format!("#{name}")),
             fit(window.map(|fit| fit.simulated)),
             fit(window.map(|fit| fit.one_step)),
-            fit(validation.map(|fit| fit.simulated)),
-            fit(validation.map(|fit| fit.one_step)),
-        ]);
+        ];
+        if validated {
+            row.push(fit(validation.map(|fit| fit.simulated)));
+            row.push(fit(validation.map(|fit| fit.one_step)));
+        }
+        table.row(row);
     }
     table
 }

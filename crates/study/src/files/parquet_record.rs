@@ -1,8 +1,11 @@
 //! Records in Parquet, as the tables that records are read from.
 
-use polars::prelude::{ArrowDataType, DataType, ParquetReader, PolarsError, PolarsResult, SerReader};
+use polars::prelude::{
+    ArrowDataType, DataType, ParquetReader, PolarsError, PolarsResult, SerReader,
+};
 use std::fmt::Write as _;
 use std::io::{Cursor, Read};
+use std::panic;
 
 /// Returns a Parquet table as CSV with a header. Numbers have all their digits, missing ones are empty; a cell of a
 /// column that holds something else is that column's type, which is no number.
@@ -16,10 +19,18 @@ pub fn parquet_as_csv(mut from: impl Read) -> Result<String, String> {
     if !(bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1")) {
         return Err("not a whole Parquet file; it begins and ends with PAR1".to_owned());
     }
-    table(bytes).map_err(|error| {
-        let text = error.to_string();
-        text.lines().next().unwrap_or_default().to_owned()
-    })
+    // polars panics on some damaged files. Nothing else runs yet, so nobody else's panic is silenced.
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let table = panic::catch_unwind(|| table(bytes));
+    panic::set_hook(hook);
+    match table {
+        Err(_) => Err("a damaged Parquet file".to_owned()),
+        Ok(table) => table.map_err(|error| {
+            let text = error.to_string();
+            text.lines().next().unwrap_or_default().to_owned()
+        }),
+    }
 }
 
 fn table(bytes: Vec<u8>) -> PolarsResult<String> {
