@@ -511,11 +511,7 @@ fn parquet_tables() {
         std::fs::write(at("damaged.parquet"), damaged).expect("a file");
         let output = estimate("damaged.parquet", &chosen);
         let code = output.status.code();
-        assert!(
-            matches!(code, Some(0..=2)),
-            "{place}: {}",
-            stderr(&output)
-        );
+        assert!(matches!(code, Some(0..=2)), "{place}: {}", stderr(&output));
         assert!(
             !stderr(&output).contains("panicked"),
             "{place}: {}",
