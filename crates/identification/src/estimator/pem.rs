@@ -41,7 +41,7 @@ pub struct PemOptions {
     /// nk = 1.
     pub orders: Option<Orders>,
     /// The subspace method whose model the search begins at: cva (the default), ssarx, parsim-k.
-    pub start: SubspaceStart,
+    pub initial_model: SubspaceStart,
     /// Block rows of the subspace method, more than n; by default its own.
     pub block_rows: Option<usize>,
     /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
@@ -60,7 +60,7 @@ impl PemOptions {
         problem: &Problem<'_>,
     ) -> Result<Box<dyn Estimator>, SetupError> {
         let (orders, block_rows) = (Some(orders), self.block_rows);
-        match self.start {
+        match self.initial_model {
             SubspaceStart::Cva => CvaOptions {
                 orders,
                 block_rows,

@@ -11,7 +11,7 @@ use serde_json::Value;
 fn options(n: usize, nk: usize, start: SubspaceStart) -> PemOptions {
     PemOptions {
         orders: Some(Orders::arx(n, n, nk)),
-        start,
+        initial_model: start,
         ..PemOptions::default()
     }
 }

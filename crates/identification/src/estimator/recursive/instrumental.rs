@@ -95,7 +95,9 @@ pub struct RecursiveIv {
 ///
 /// Fewer equations than parameters leave R singular but for R(0), which rounding may lose. After r <= d equations from `P = p0 I`
 /// theta is therefore `theta(0) + Z' inverse(C + Phi Z') (y - Phi theta(0))`, Z and Phi having a row for each equation, and C on
-/// its diagonal the products of lambda up to it over p0: the same by `inverse(c I + Z'Phi) Z' = Z' inverse(c I + Phi Z')`.
+/// its diagonal the products of lambda up to it over p0: the same by `inverse(c I + Z'Phi) Z' = Z' inverse(c I + Phi Z')`. It is
+/// solved as `Phi s + C l = y - Phi theta(0)`, `s = Z' l`, s being the step: `Phi Z'` would add squares of y to those of u, which
+/// are of other units.
 #[derive(Clone, Debug)]
 pub(super) struct InstrumentalUpdate {
     information: Vec<f64>,
@@ -106,7 +108,7 @@ pub(super) struct InstrumentalUpdate {
     /// How many of the first d equations there were, or d + 1; and z, phi, y - phi'theta(0) and C of each.
     count: usize,
     first: Vec<f64>,
-    /// theta(0), and the solution of the first equations.
+    /// theta(0), and s and l of the first equations.
     start: Vec<f64>,
     solution: Vec<f64>,
     /// Z'W^2 Z, and Phi'W Phi, Phi'W y, y'W y, with the weights that forgetting leaves.
@@ -114,7 +116,7 @@ pub(super) struct InstrumentalUpdate {
     moments: Vec<f64>,
     products: Vec<f64>,
     power: f64,
-    /// P Z'W^2 Z, transposed; or the matrix of the first equations.
+    /// P Z'W^2 Z, transposed; or the matrix of the first equations, of up to 2d unknowns.
     product: Vec<f64>,
     weights: Weights,
 }
@@ -125,17 +127,17 @@ impl InstrumentalUpdate {
         Self {
             information: matrix(),
             sums: vector(),
-            elimination: Elimination::new(d),
+            elimination: Elimination::new(2 * d),
             prior: 0.0,
             count: 0,
             first: vec![0.0; d * (2 * d + 2)],
             start: vector(),
-            solution: vector(),
+            solution: vec![0.0; 2 * d],
             squares: matrix(),
             moments: matrix(),
             products: vector(),
             power: 0.0,
-            product: matrix(),
+            product: vec![0.0; 4 * d * d],
             weights: Weights::default(),
         }
     }
@@ -147,9 +149,30 @@ impl InstrumentalUpdate {
         self.information.copy_from_slice(&self.squares);
         self.sums.copy_from_slice(&self.products);
         self.weights = from.weights();
-        self.prior = self.information[0];
-        let from_nothing = from.rows() == 0;
-        self.count = if from_nothing { 0 } else { self.sums.len() + 1 };
+    }
+
+    /// Before the first equation theta is this and P is p0 times the identity. Without p0 the start has d equations at least.
+    pub(super) fn restart(&mut self, theta: &[f64], p0: Option<f64>) {
+        self.start.copy_from_slice(theta);
+        self.prior = p0.map_or(0.0, f64::recip);
+        self.count = if p0.is_some() { 0 } else { theta.len() + 1 };
+    }
+
+    /// Keeps one of the first d equations; returns whether it is. Those of the start are among them.
+    pub(super) fn keep(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64) -> bool {
+        let (d, width) = (z.len(), 2 * z.len() + 2);
+        if self.count >= d {
+            self.count = d + 1;
+            return false;
+        }
+        self.prior *= lambda;
+        let row = &mut self.first[self.count * width..][..width];
+        row[..d].copy_from_slice(z);
+        row[d..2 * d].copy_from_slice(phi);
+        row[2 * d] = y - dot(phi, &self.start);
+        self.count += 1;
+        row[2 * d + 1] = self.prior;
+        true
     }
 
     /// One equation; theta changes.
@@ -165,42 +188,37 @@ impl InstrumentalUpdate {
         add(&mut self.products, lambda, y, phi);
         self.power = lambda * self.power + y * y;
         self.weights.add(lambda);
-        if self.count < d {
-            self.take_first(z, phi, y, lambda, theta);
+        if self.keep(z, phi, y, lambda) {
+            self.solve_first(theta);
         } else {
-            self.count = d + 1;
             theta.copy_from_slice(&self.sums);
             self.elimination.solve(d, &self.information, theta);
         }
     }
 
-    /// One of the first d equations.
-    fn take_first(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64, theta: &mut [f64]) {
-        let (d, width) = (z.len(), 2 * z.len() + 2);
-        if self.count == 0 {
-            self.start.copy_from_slice(theta);
-        }
-        self.prior *= lambda;
-        let row = &mut self.first[self.count * width..][..width];
-        row[..d].copy_from_slice(z);
-        row[d..2 * d].copy_from_slice(phi);
-        row[2 * d] = y - dot(phi, &self.start);
-        row[2 * d + 1] = self.prior;
-        self.count += 1;
-        let count = self.count;
-        let rows = self.first.chunks_exact(width).take(count);
-        for (i, row) in rows.clone().enumerate() {
-            for (j, other) in rows.clone().enumerate() {
-                self.product[i * count + j] = dot(&row[d..2 * d], &other[..d]);
+    /// Solves the first equations.
+    fn solve_first(&mut self, theta: &mut [f64]) {
+        let (d, count) = (theta.len(), self.count);
+        let width = 2 * d + 2;
+        let size = d + count;
+        let matrix = &mut self.product[..size * size];
+        let solution = &mut self.solution[..size];
+        matrix.fill(0.0);
+        solution.fill(0.0);
+        for (i, row) in self.first.chunks_exact(width).take(count).enumerate() {
+            matrix[i * size..][..d].copy_from_slice(&row[d..2 * d]);
+            matrix[i * size + d + i] = row[2 * d + 1];
+            solution[i] = row[2 * d];
+            for (j, z) in row[..d].iter().enumerate() {
+                matrix[(count + j) * size + d + i] = -z;
             }
-            self.product[i * count + i] += row[2 * d + 1];
-            self.solution[i] = row[2 * d];
         }
-        let (matrix, solution) = (&self.product[..count * count], &mut self.solution[..count]);
-        self.elimination.solve(count, matrix, solution);
-        theta.copy_from_slice(&self.start);
-        for (row, factor) in rows.zip(&self.solution) {
-            add(theta, 1.0, *factor, &row[..d]);
+        for j in 0..d {
+            matrix[(count + j) * size + j] = 1.0;
+        }
+        self.elimination.solve(size, matrix, solution);
+        for ((theta, start), step) in theta.iter_mut().zip(&self.start).zip(&*solution) {
+            *theta = start + step;
         }
     }
 
@@ -225,7 +243,7 @@ impl InstrumentalUpdate {
                 self.product[i * d + j] = variance * to[j * d + i];
             }
         }
-        to.copy_from_slice(&self.product);
+        to.copy_from_slice(&self.product[..d * d]);
         self.elimination.solve(d, &self.information, to);
     }
 }
@@ -287,6 +305,7 @@ impl RecursiveIv {
         } else {
             let lambda = self.settings.forgetting;
             self.start.update(phi, y, lambda, &mut self.theta);
+            self.update.keep(phi, phi, y, lambda);
         }
         if self.test.passes(&self.theta[..na]) {
             self.stable.copy_from_slice(&self.theta);
@@ -339,6 +358,7 @@ impl RecursiveEstimator for RecursiveIv {
 
     fn restart(&mut self) {
         self.start.restart(&self.settings);
+        self.update.restart(&self.settings.theta0, self.settings.p0);
         self.started = false;
         self.forgetting = Forgetting::new(&self.settings);
         for signal in [&mut self.outputs, &mut self.inputs, &mut self.auxiliary] {

@@ -129,6 +129,7 @@ impl RecursiveSriv {
             phi[nb..].copy_from_slice(&self.outputs);
             let lambda = self.settings.forgetting;
             self.start.update(phi, y, lambda, theta);
+            self.update.keep(phi, phi, y, lambda);
         }
     }
 }
@@ -189,6 +190,7 @@ impl RecursiveEstimator for RecursiveSriv {
 
     fn restart(&mut self) {
         self.start.restart(&self.settings);
+        self.update.restart(&self.settings.theta0, self.settings.p0);
         self.started = false;
         self.forgetting = Forgetting::new(&self.settings);
         for signal in [
