@@ -162,11 +162,44 @@ fn paired_runs() {
     };
     let first = of([Some(1.0), Some(2.0), None, None, Some(3.0)]);
     let second = of([Some(2.0), Some(2.0), None, Some(9.0), None]);
-    let found = paired(&first, &second);
+    let found = paired(&first, &second).unwrap();
     assert_eq!((found.win, found.tie, found.loss), (0.4, 0.4, 0.2));
     assert!((found.lead.value - 0.2).abs() < 1e-15);
     let variance: f64 = (0.6 - 0.04) / 4.0;
     assert!((found.lead.error - variance.sqrt()).abs() < 1e-15);
+    // Where one is for no scenario of the other there is nothing to compare.
+    let none = MethodResults {
+        scenarios: vec![results(Vec::new())],
+        ..MethodResults::default()
+    };
+    assert_eq!(paired(&first, &none), None);
+}
+
+/// A method is for the scenarios that give what it needs: a loop's reference, its controller, continuous time. Elsewhere it
+/// has no runs, neither kept nor lost.
+#[test]
+fn a_method_is_for_what_it_is_told() {
+    let suite = Suite::new(Tier::Standard, &[]).unwrap();
+    let of = |name: EstimatorName| -> Vec<&str> {
+        let own = Competitor::Estimator(name);
+        let studies = suite.studies.iter().filter(|study| study.is_for(&own));
+        studies.map(|study| study.name.as_str()).collect()
+    };
+    let all = suite.studies.len();
+    assert_eq!(of(EstimatorName::Oe).len(), all);
+    for name in [EstimatorName::TwoStage, EstimatorName::Indirect] {
+        assert_eq!(of(name), ["P03-loop", "P04-loop"]);
+    }
+    assert_eq!(
+        of(EstimatorName::Srivc),
+        ["P08-white", "P09-bj", "P12-white", "P23-armax"]
+    );
+    // Told the controller, the indirect method is near the truth in the loop.
+    let (d, _) = distances("P03-loop", EstimatorName::Indirect, 20);
+    let kept = d.iter().filter(|d| d.is_finite()).count();
+    assert!(kept >= 18, "{d:?}");
+    let near = d.iter().filter(|d| **d < 30.0).count();
+    assert!(near >= 10, "{d:?}");
 }
 
 /// Every scenario of the edition is what it was when the edition was made.
@@ -216,6 +249,7 @@ fn results_that_do_not_fit_are_refused() {
     let own = MethodResults {
         suite: "1.0".to_owned(),
         method: "mine".to_owned(),
+        not_for: Vec::new(),
         seed: suite.manifest.seed,
         scenarios: vec![ScenarioResults {
             name: scenario.name.clone(),
@@ -232,6 +266,10 @@ fn results_that_do_not_fit_are_refused() {
     let first = own.clone().of(&suite).unwrap();
     assert_eq!(first.scenarios[0].d.len(), 20);
     type Change = fn(&mut MethodResults);
+    let mut elsewhere = own.clone();
+    elsewhere.not_for = vec![scenario.name.clone()];
+    elsewhere.scenarios.clear();
+    assert!(!elsewhere.of(&suite).unwrap().has_runs());
     let changes: [(Change, &str); 5] = [
         (
             |of| of.suite = "1.1".to_owned(),

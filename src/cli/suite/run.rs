@@ -61,6 +61,7 @@ pub(super) fn compute(
             suite: suite.manifest.edition.clone(),
             method: competitor.name(),
             seed: suite.manifest.seed,
+            not_for: Vec::new(),
             scenarios: Vec::new(),
         })
         .collect();
@@ -75,8 +76,13 @@ pub(super) fn compute(
             (how, own),
             &studies.join(&study.name),
         )?;
-        for (method, found) in methods.iter_mut().zip(found) {
-            method.scenarios.extend(found);
+        for ((method, competitor), found) in methods.iter_mut().zip(competitors).zip(found) {
+            if study.is_for(competitor) {
+                method.scenarios.extend(found);
+            } else {
+                let names = study.scenarios.iter().map(|of| of.name.clone());
+                method.not_for.extend(names);
+            }
         }
         note(&format!(
             "{}: {:.1} s",
@@ -85,12 +91,15 @@ pub(super) fn compute(
         ));
     }
     let folder = files::make_subfolder(out, METHODS).map_err(|error| cannot_write(&error))?;
-    for method in &methods {
+    for method in methods.iter().filter(|method| !method.scenarios.is_empty()) {
         let path = folder.join(format!("{}.json", method.method));
         let written = files::replace(&path, Kind::Suite, method.text().as_bytes());
         written.map_err(|error| cannot_write(&error))?;
     }
-    Ok(methods)
+    let whole = methods.into_iter().map(|method| method.of(suite));
+    let mut whole: Vec<MethodResults> = whole.collect::<Result<_, _>>().map_err(failed)?;
+    whole.retain(MethodResults::has_runs);
+    Ok(whole)
 }
 
 /// Runs a study, and returns the results of the competitors in their order.

@@ -68,6 +68,7 @@ impl MethodKind for ClrivcOptions {
     fn needs(&self) -> Needs {
         Needs {
             reference: Some(("estimator", "clrivc")),
+            hold: true,
             ..Needs::default()
         }
     }

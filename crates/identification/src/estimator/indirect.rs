@@ -85,6 +85,7 @@ impl MethodKind for IndirectOptions {
     fn needs(&self) -> Needs {
         Needs {
             reference: Some(("estimator", "indirect")),
+            controller: true,
             ..Needs::default()
         }
     }

@@ -57,6 +57,10 @@ pub struct Needs {
     pub plant: bool,
     /// A separate reference, which exists in feedback only: the key and value of the option that requires it.
     pub reference: Option<(&'static str, &'static str)>,
+    /// The controller of the loop, for its option `controller`.
+    pub controller: bool,
+    /// A system in continuous time behind a hold.
+    pub hold: bool,
 }
 
 /// The interface of an estimator's options to the registry. One struct with serde and docs yields the keys of

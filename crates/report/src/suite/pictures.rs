@@ -49,7 +49,7 @@ fn sheet(of: &SuitePage<'_>, title: &str, closed: bool) -> Picture {
     };
     let part = |method: &MethodResults| -> Vec<ScenarioResults> {
         let both = scenarios.iter().zip(&method.scenarios);
-        let chosen = both.filter(|(scenario, _)| scenario.is_closed == closed);
+        let chosen = both.filter(|(scenario, of)| scenario.is_closed == closed && of.has_runs());
         chosen.map(|(_, results)| results.clone()).collect()
     };
     let ideal: Vec<Point> = grid()
@@ -58,6 +58,7 @@ fn sheet(of: &SuitePage<'_>, title: &str, closed: bool) -> Picture {
     let truth = of.methods.iter().find(|method| method.method == IDEAL);
     let truth = truth.map(|method| curve(&part(method), Point::new));
     let others = of.methods.iter().filter(|method| method.method != IDEAL);
+    let others = others.filter(|method| !part(method).is_empty());
     let panels = others.map(|method| {
         let x = PlotAxis::log("d").range(10.0_f64.powi(DECADES.0), 10.0_f64.powi(DECADES.1));
         let y = PlotAxis::linear("share of runs").range(0.0, 1.0);

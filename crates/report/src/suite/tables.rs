@@ -23,6 +23,11 @@ fn cell(number: Estimated, factor: f64) -> CellText {
     CellText::number(uncertain_within(value, error, DIGITS), value)
 }
 
+/// No number: the method is not for it.
+fn none() -> CellText {
+    CellText::text("-")
+}
+
 impl<'a> Tables<'a> {
     pub(super) fn new(of: &'a SuitePage<'a>) -> Self {
         Self {
@@ -31,37 +36,47 @@ impl<'a> Tables<'a> {
         }
     }
 
-    /// The score of a method in the scenarios that are chosen.
-    fn score(&self, method: &MethodResults, chosen: impl Fn(&Scenario) -> bool) -> Score {
+    /// How many of the scenarios that are chosen a method is for, and its score there; `None` without any.
+    fn score(
+        &self,
+        method: &MethodResults,
+        chosen: impl Fn(&Scenario) -> bool,
+    ) -> Option<(usize, Score)> {
         let both = self.scenarios.iter().copied().zip(&method.scenarios);
-        let both: Vec<(&Scenario, &ScenarioResults)> =
-            both.filter(|(scenario, _)| chosen(scenario)).collect();
-        score(&both)
+        let both: Vec<(&Scenario, &ScenarioResults)> = both
+            .filter(|(scenario, of)| chosen(scenario) && of.has_runs())
+            .collect();
+        (!both.is_empty()).then(|| (both.len(), score(&both)))
     }
 
     /// Each method over all scenarios.
     pub(super) fn scores(&self) -> Table {
         let columns = vec![
             Column::text("method").width(15),
+            Column::number("scenarios", "").width(9),
             Column::number("lost", "%").width(9),
             Column::number("efficiency, typical", "").width(19),
             Column::number("worst tenth", "").width(11),
-            Column::number("coverage", "%").width(12),
+            Column::number("coverage", "%").width(9),
             Column::number("FIT", "%").width(8),
         ];
-        let mut table = Table::new("Each method over all scenarios, weighted equally", columns);
+        let mut table = Table::new(
+            "Each method over the scenarios that it is for, weighted equally",
+            columns,
+        );
         for method in self.of.methods {
-            let score = self.score(method, |_| true);
+            let Some((count, score)) = self.score(method, |_| true) else {
+                continue;
+            };
             let mut name = method.method.clone();
             if score.is_below {
                 name += " (below the bound)";
             }
             let [typical, worst] = score.efficiency;
-            let coverage = score
-                .coverage
-                .map_or(CellText::text("-"), |of| cell(of, 100.0));
+            let coverage = score.coverage.map_or_else(none, |of| cell(of, 100.0));
             table.row([
                 CellText::text(name),
+                CellText::number(count.to_string(), count as f64),
                 cell(score.lost, 100.0),
                 cell(typical, 1.0),
                 cell(worst, 1.0),
@@ -89,7 +104,9 @@ impl<'a> Tables<'a> {
         );
         let mut table = Table::new(caption, columns);
         for other in self.of.methods.iter().filter(|method| !is_it(method)) {
-            let found = paired(own, other);
+            let Some(found) = paired(own, other) else {
+                continue;
+            };
             let percent =
                 |share: f64| CellText::number(format!("{:.1}", 100.0 * share), 100.0 * share);
             table.row([
@@ -129,7 +146,7 @@ impl<'a> Tables<'a> {
             for method in self.of.methods {
                 let numbers = words.iter().map(|word| {
                     let score = self.score(method, |scenario| scenario.hard.contains(word));
-                    cell(number(&score), factor)
+                    score.map_or_else(none, |(_, score)| cell(number(&score), factor))
                 });
                 let name = CellText::text(method.method.clone());
                 table.row([name].into_iter().chain(numbers));
@@ -197,6 +214,9 @@ impl<'a> Tables<'a> {
             for (i, (study, scenario)) in named.enumerate() {
                 let numbers = methods.iter().map(|method| {
                     let results = &method.scenarios[i];
+                    if !results.has_runs() {
+                        return none();
+                    }
                     let number = cell(efficiency(scenario, results, 0.5), 1.0);
                     let lost = results.lost_runs();
                     if method.method == IDEAL || !self.of.has_studies || lost == results.d.len() {

@@ -57,6 +57,9 @@ pub struct StudyEntry {
     /// What is hard about it, in the suite's words; colour, loop, delay and short records are added.
     #[serde(default)]
     pub hard: Vec<String>,
+    /// Whether the system is one in continuous time, sampled behind a zero-order hold.
+    #[serde(default)]
+    pub sampled: bool,
     /// Its settings, besides those of the system's file.
     pub settings: BTreeMap<Key, Axis>,
 }

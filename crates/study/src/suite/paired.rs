@@ -18,14 +18,18 @@ pub struct Paired {
     pub lead: Estimated,
 }
 
-/// Compares two methods in scenarios that both have, in the same order.
-pub fn paired(first: &MethodResults, second: &MethodResults) -> Paired {
+/// Compares two methods of the same suite in the scenarios that both are for; `None` without any.
+pub fn paired(first: &MethodResults, second: &MethodResults) -> Option<Paired> {
     let both = first.scenarios.iter().zip(&second.scenarios);
+    let both = both.filter(|(a, b)| a.has_runs() && b.has_runs());
     let each: Vec<[f64; 4]> = both.map(|(a, b)| in_scenario(a, b)).collect();
+    if each.is_empty() {
+        return None;
+    }
     let count = each.len() as f64;
     let mean = |i: usize| each.iter().map(|of| of[i]).sum::<f64>() / count;
     let [win, tie, loss] = [0, 1, 2].map(mean);
-    Paired {
+    Some(Paired {
         win,
         tie,
         loss,
@@ -33,7 +37,7 @@ pub fn paired(first: &MethodResults, second: &MethodResults) -> Paired {
             value: win - loss,
             error: each.iter().map(|of| of[3]).sum::<f64>().sqrt() / count,
         },
-    }
+    })
 }
 
 /// Win, tie, loss, and the squared standard error of win - loss.

@@ -1,7 +1,7 @@
 //! What is kept of a method: for every run its d, its FIT and how many intervals hold the truth, in a few digits.
 
 use super::manifest;
-use super::scenario::{Competitor, Suite, SuiteStudy};
+use super::scenario::{Competitor, Scenario, Suite, SuiteStudy};
 use crate::design::experiment::Experiment;
 use crate::design::measure::Measure;
 use crate::files::{self, Kind, PathError};
@@ -22,7 +22,11 @@ pub struct MethodResults {
     pub method: String,
     /// The seed of the records.
     pub seed: u64,
-    /// The scenarios, in the suite's order.
+    /// The scenarios that the method is not for, since they do not give what it needs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_for: Vec<String>,
+    /// The other scenarios, in the suite's order. Once they are taken for a suite, all of them: without runs where the
+    /// method is not for them.
     pub scenarios: Vec<ScenarioResults>,
 }
 
@@ -76,6 +80,11 @@ impl MethodResults {
         files::sealed(self)
     }
 
+    /// Whether it has runs in some scenario.
+    pub fn has_runs(&self) -> bool {
+        self.scenarios.iter().any(ScenarioResults::has_runs)
+    }
+
     /// Returns the part that a suite has: its scenarios, and of each the first trials.
     ///
     /// # Errors
@@ -97,6 +106,10 @@ impl MethodResults {
         let mut scenarios = Vec::new();
         for scenario in suite.scenarios() {
             let name = &scenario.name;
+            if self.not_for.contains(name) {
+                scenarios.push(ScenarioResults::of_none(scenario));
+                continue;
+            }
             let found = self.scenarios.iter().find(|of| of.name == *name);
             let found = found.ok_or_else(|| {
                 other(format!(
@@ -123,6 +136,20 @@ impl MethodResults {
 }
 
 impl ScenarioResults {
+    /// A scenario without runs.
+    fn of_none(scenario: &Scenario) -> Self {
+        Self {
+            name: scenario.name.clone(),
+            content: scenario.content.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Whether it has runs: whether the method is for this scenario.
+    pub fn has_runs(&self) -> bool {
+        !self.d.is_empty()
+    }
+
     /// The first trials.
     fn first(&self, trials: usize) -> Self {
         let mut first = self.clone();
@@ -183,7 +210,9 @@ pub fn of_folder(suite: &Suite, folder: &Path) -> Result<Vec<MethodResults>, Res
 /// The folder of the results of methods, within that of a run.
 pub const METHODS: &str = "methods";
 
+/// Those that have runs, in the order of the registry, others last.
 fn in_order(mut methods: Vec<MethodResults>) -> Vec<MethodResults> {
+    methods.retain(MethodResults::has_runs);
     let names: Vec<String> = Competitor::all().iter().map(Competitor::name).collect();
     let place = |of: &MethodResults| names.iter().position(|name| *name == of.method);
     methods.sort_by_key(|of| (place(of).unwrap_or(names.len()), of.method.clone()));
@@ -204,11 +233,7 @@ pub fn collect(
     let outputs = experiment.outputs();
     let mut all: Vec<(String, Vec<ScenarioResults>)> = Vec::new();
     for output in &outputs {
-        let empty = study.scenarios.iter().map(|scenario| ScenarioResults {
-            name: scenario.name.clone(),
-            content: scenario.content.clone(),
-            ..ScenarioResults::default()
-        });
+        let empty = study.scenarios.iter().map(ScenarioResults::of_none);
         all.push((output.estimator.clone(), empty.collect()));
     }
     for block in &stored {
@@ -268,12 +293,11 @@ fn rounded(x: f64, digits: usize) -> f64 {
 pub fn declined(study: &SuiteStudy, trials: u64) -> Vec<ScenarioResults> {
     let scenarios = study.scenarios.iter();
     let of = scenarios.map(|scenario| ScenarioResults {
-        name: scenario.name.clone(),
-        content: scenario.content.clone(),
         d: vec![None; trials as usize],
         fit: vec![None; trials as usize],
         hits: vec![None; trials as usize],
         lost: BTreeMap::from([("declined".to_owned(), trials)]),
+        ..ScenarioResults::of_none(scenario)
     });
     of.collect()
 }

@@ -12,7 +12,7 @@ use crate::design::measure::Measure;
 use crate::files::checksum;
 use crate::suite::IDEAL;
 use asobench_identification::data::{Feedback, Process};
-use asobench_identification::estimator::EstimatorName;
+use asobench_identification::estimator::{EstimatorName, Needs};
 use asobench_identification::model::Orders;
 use asobench_identification::names::UnknownName;
 use asobench_identification::theory::{Information, Missing};
@@ -77,12 +77,27 @@ impl Competitor {
         }
     }
 
-    /// The tables of the method for a plant of order n and a truth of these orders, the preferred one first: told the
-    /// orders if it takes any.
-    fn tables(&self, n: usize, truth: Orders) -> Vec<Value> {
-        let name = self.name();
+    /// What it needs besides a record.
+    fn needs(&self) -> Needs {
         match self {
-            Self::Estimator(estimator) => of_estimator(*estimator, &name, Map::new(), n, truth),
+            Self::Estimator(estimator) => {
+                let default = estimator.parse(Map::new());
+                default.map_or_else(|_| Needs::default(), |options| options.needs())
+            }
+            Self::Ideal => Needs::default(),
+            Self::Own(table) => table.needs(),
+        }
+    }
+
+    /// The tables of the method for a study, the preferred one first: told the orders if it takes any, and the controller
+    /// if it needs it.
+    fn tables(&self, study: &SuiteStudy) -> Vec<Value> {
+        let (name, n, truth) = (self.name(), study.order, study.truth);
+        let told = study.controller.clone().filter(|_| self.needs().controller);
+        let told = told.map(|law| ("controller".to_owned(), law));
+        let told: Map<String, Value> = told.into_iter().collect();
+        match self {
+            Self::Estimator(estimator) => of_estimator(*estimator, &name, told, n, truth),
             Self::Ideal => {
                 let (estimator, starts) = match truth {
                     Orders {
@@ -113,7 +128,8 @@ impl Competitor {
                     told.insert("orders".to_owned(), json!(truth));
                     return vec![Value::Object(told)];
                 }
-                of_estimator(table.estimator(), &name, given, n, truth)
+                let told = told.into_iter().chain(given).collect();
+                of_estimator(table.estimator(), &name, told, n, truth)
             }
         }
     }
@@ -167,6 +183,8 @@ pub struct SuiteStudy {
     file: ExperimentFile,
     /// The order of the plant.
     order: usize,
+    /// The controller of the loop, as methods take it.
+    controller: Option<Value>,
     /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
     pub truth: Orders,
     /// Its scenarios, one for each N.
@@ -304,6 +322,10 @@ impl SuiteStudy {
         Ok(Self {
             scenarios: scenarios.collect(),
             order: process.order(),
+            controller: match &process.settings().feedback {
+                Feedback::Output(law) => serde_json::to_value(law).ok(),
+                _ => None,
+            },
             truth,
             entry: entry.clone(),
             file,
@@ -338,7 +360,8 @@ impl SuiteStudy {
         &self.file
     }
 
-    /// Returns the experiment with the methods that can serve it, and the names of those that cannot, with the reason.
+    /// Returns the experiment with the methods that are for it and can serve it, and the names of those that cannot, with
+    /// the reason.
     ///
     /// # Errors
     /// [`SuiteError::Study`].
@@ -347,7 +370,7 @@ impl SuiteStudy {
         file.trials = TrialRule::Fixed(trials);
         file.methods = Vec::new();
         let mut declined = Vec::new();
-        for competitor in competitors {
+        for competitor in competitors.iter().filter(|of| self.is_for(of)) {
             match self.method(competitor) {
                 Ok(table) => file.methods.push(table),
                 Err(reason) => declined.push((competitor.name(), reason)),
@@ -363,10 +386,20 @@ impl SuiteStudy {
         Ok((Some(experiment), declined))
     }
 
+    /// Whether the study gives what a method needs: a reference and a controller where there is feedback, a hold where the
+    /// system is in continuous time. A method is for such studies alone; any other that it declines is lost.
+    pub fn is_for(&self, competitor: &Competitor) -> bool {
+        let needs = competitor.needs();
+        let is_closed = self.scenarios.iter().all(|scenario| scenario.is_closed);
+        (needs.reference.is_none() || is_closed)
+            && (!needs.controller || self.controller.is_some())
+            && (!needs.hold || self.entry.sampled)
+    }
+
     /// Returns the table of a method that serves the study. The error says why none does.
     fn method(&self, competitor: &Competitor) -> Result<MethodTable, String> {
         let mut reason = "no table of it can be made".to_owned();
-        for table in competitor.tables(self.order, self.truth) {
+        for table in competitor.tables(self) {
             let parsed = serde_json::from_value::<MethodTable>(table);
             let made = parsed.map_err(|error| error.to_string()).and_then(|table| {
                 let file = ExperimentFile {

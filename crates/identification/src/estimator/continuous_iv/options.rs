@@ -1,7 +1,7 @@
 //! The options of `srivc` and `rivc`.
 
 use super::{ContinuousIv, sampled};
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::{Estimator, SetupError};
@@ -61,6 +61,13 @@ macro_rules! continuous {
 
             fn default_orders(&self, setting: usize) -> Option<Orders> {
                 Some(self.orders(setting))
+            }
+
+            fn needs(&self) -> Needs {
+                Needs {
+                    hold: true,
+                    ..Needs::default()
+                }
             }
 
             fn begins_at_rest(&self) -> bool {

@@ -6,7 +6,7 @@ use crate::worker;
 use crate::worker::CommandOptions;
 use crate::worker::Program;
 use asobench_identification::estimator::{
-    EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, Output, inline_schema,
+    EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, Needs, Output, inline_schema,
     option_keys,
 };
 use asobench_identification::names::UnknownName;
@@ -365,6 +365,14 @@ impl MethodTable {
     /// Returns the estimator of the method.
     pub(crate) fn estimator(&self) -> EstimatorName {
         self.estimator.unwrap_or_default()
+    }
+
+    /// Returns what the method needs besides a record; a program needs nothing.
+    pub(crate) fn needs(&self) -> Needs {
+        match self.parse(0, self.options.clone()) {
+            Ok(options) if self.program.is_none() => options.needs(),
+            _ => Needs::default(),
+        }
     }
 
     /// Returns the name of the outputs of a pass, in a resolved file.
