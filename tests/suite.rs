@@ -283,7 +283,7 @@ fn results_that_do_not_fit_are_refused() {
         ),
         (
             |of| of.scenarios[0].d.truncate(19),
-            "19 trials of P18-bj-300; expected 20",
+            "19 trials of P18-bj-300; expected 20, as in tier quick, or --first 19",
         ),
     ];
     for (change, expected) in changes {

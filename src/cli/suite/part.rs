@@ -15,18 +15,25 @@ pub(super) struct Part {
     /// Only this system, study or scenario, such as P07 or P07-ar-500; may be repeated
     #[arg(long, value_name = "NAME")]
     pub(super) only: Vec<String>,
+    /// Only the first R trials of each scenario, such as those of the shipped results
+    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) first: Option<u64>,
 }
 
 impl Part {
     /// Makes this part of the suite.
     pub(super) fn suite(&self) -> Result<Suite, Error> {
-        Suite::new(self.tier, &self.only).map_err(|error| wrong(&error))
+        let mut suite = Suite::new(self.tier, &self.only).map_err(|error| wrong(&error))?;
+        suite.first = self.first;
+        Ok(suite)
     }
 
     /// Returns the flags that choose it.
     pub(super) fn flags(&self) -> String {
         let only = self.only.iter().map(|name| format!(" --only {name}"));
-        format!("--tier {}{}", self.tier, only.collect::<String>())
+        let first = self.first.map(|first| format!(" --first {first}"));
+        let first = first.unwrap_or_default();
+        format!("--tier {}{}{first}", self.tier, only.collect::<String>())
     }
 }
 

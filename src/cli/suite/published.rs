@@ -36,11 +36,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 fn shown(of: &PublishedTable, runs: u64, found: &[Reproduced]) -> String {
     let columns = vec![
         Column::text("").width(4),
-        Column::number("printed mean", "").width(15),
-        Column::number("ours", "").width(15),
-        Column::number("printed SD", "").width(13),
+        Column::number("printed mean", "").width(13),
         Column::number("ours", "").width(13),
-        Column::text("").width(8),
+        Column::number("printed SD", "").width(12),
+        Column::number("ours", "").width(12),
+        Column::number("bound", "").width(8),
+        Column::text("").width(7),
     ];
     let mut table = Table::new("", columns);
     for row in found {
@@ -53,6 +54,9 @@ fn shown(of: &PublishedTable, runs: u64, found: &[Reproduced]) -> String {
             number(our_mean),
             sd.map_or(CellText::text("-"), number),
             number(our_sd),
+            row.bound.map_or(CellText::text("-"), |sd| {
+                CellText::number(format!("{sd:.3e}"), sd)
+            }),
             CellText::text(if row.agrees() { "agrees" } else { "DIFFERS" }),
         ]);
     }

@@ -80,6 +80,26 @@ impl Information {
         &self.matrix
     }
 
+    /// Returns the standard deviation at the Cramer-Rao bound of coefficient i of `a_1 ... a_n, h_1 ... h_n`; `None` if it is
+    /// not free.
+    pub fn deviation(&self, i: usize) -> Option<f64> {
+        let n = self.matrix.nrows() / 2;
+        let Orders { na, nb, nf, nk, .. } = self.orders;
+        // a_i = -alpha_(n+1-i).
+        let alpha = n - (na + nf).min(n)..n;
+        let free: Vec<usize> = alpha
+            .chain((n + nk).saturating_sub(1)..(n + nk + nb).saturating_sub(1))
+            .collect();
+        let column = |i: usize| if i < n { n - 1 - i } else { i };
+        let place = free.iter().position(|of| *of == i)?;
+        let part = Mat::<f64>::from_fn(free.len(), free.len(), |i, j| {
+            self.matrix[(column(free[i]), column(free[j]))]
+        });
+        let unit = Mat::<f64>::from_fn(free.len(), 1, |i, _| f64::from(u8::from(i == place)));
+        let variance = part.partial_piv_lu().solve(&unit)[(place, 0)];
+        (variance > 0.0).then(|| variance.sqrt())
+    }
+
     /// Returns d of an estimate from the paper's a and h and those of the truth; NaN if it has another order.
     pub fn distance(&self, [a, h]: [&[f64]; 2], [true_a, true_h]: [&[f64]; 2]) -> f64 {
         let n = self.matrix.nrows() / 2;

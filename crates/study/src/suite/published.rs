@@ -7,6 +7,7 @@ use crate::design::experiment::Experiment;
 use crate::run::runner::{Block, RunError, run};
 use asobench_identification::estimator::EstimatorName;
 use asobench_identification::names::UnknownName;
+use asobench_identification::theory::Information;
 use serde::Deserialize;
 use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
@@ -50,6 +51,8 @@ pub struct Reproduced {
     pub printed: (Estimated, Option<Estimated>),
     /// Ours.
     pub ours: (Estimated, Estimated),
+    /// The standard deviation at the Cramer-Rao bound, where our mean is certainly no other than the truth.
+    pub bound: Option<f64>,
     /// Runs that left a model.
     pub kept: usize,
 }
@@ -99,6 +102,10 @@ impl PublishedTable {
         let experiment = experiment.ok_or_else(|| wrong(reason()))?;
         let errors =
             errors(&experiment, runs, threads).map_err(|error| wrong(error.to_string()))?;
+        let cell = &experiment.cells[0];
+        let process = cell.process().ok_or_else(|| wrong("no plant".to_owned()))?;
+        let information = Information::new(process, cell.eta, cell.window);
+        let information = information.map_err(|why| wrong(why.to_string()))?;
         let mut all = Vec::new();
         for (i, name) in self.coefficients.iter().enumerate() {
             let (column, sign, truth) = place(&experiment, name)?;
@@ -106,10 +113,13 @@ impl PublishedTable {
                 .iter()
                 .map(|errors| truth + sign * errors[column])
                 .collect();
+            let ours = moments(&found);
+            let is_near = (ours.0.value - truth).abs() <= CERTAIN * ours.0.error;
             all.push(Reproduced {
                 name: name.clone(),
                 printed: self.printed(i),
-                ours: moments(&found),
+                ours,
+                bound: information.deviation(column).filter(|_| is_near),
                 kept: found.len(),
             });
         }

@@ -123,7 +123,7 @@ impl MethodResults {
             if found.d.len() < trials {
                 let count = found.d.len();
                 let message = format!(
-                    "{count} trials of {name}; expected {trials}, as in tier {}",
+                    "{count} trials of {name}; expected {trials}, as in tier {}, or --first {count}",
                     suite.tier
                 );
                 return Err(other(message));

@@ -169,6 +169,8 @@ pub struct Suite {
     pub manifest: Manifest,
     /// The tier.
     pub tier: Tier,
+    /// Take only so many trials of each scenario, the first; all of the tier if `None`.
+    pub first: Option<u64>,
     /// The studies of the tier, in the manifest's order.
     pub studies: Vec<SuiteStudy>,
 }
@@ -237,6 +239,7 @@ impl Suite {
         Ok(Self {
             manifest,
             tier,
+            first: None,
             studies,
         })
     }
@@ -248,7 +251,8 @@ impl Suite {
 
     /// Trials of a scenario.
     pub fn trials(&self) -> u64 {
-        self.manifest.trials_of(self.tier)
+        let all = self.manifest.trials_of(self.tier);
+        self.first.map_or(all, |first| first.min(all))
     }
 
     /// The names of all systems that the program carries.
