@@ -253,6 +253,7 @@ const TABLES: [&str; 17] = [
     "value (%),verdict,p (pass),p (fail)",
     "claim,what it says,verdict,experiment",
     "method,lost (%),",
+    "method,scenarios,lost (%),",
 ];
 
 /// Whether the footer of a Parquet file, which names its columns, has the columns of all tables of results.
