@@ -235,7 +235,7 @@ const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\
 
 /// The header of a report's table contains at least one of these texts. Builds before the columns `measure` called them
 /// `figure`.
-const TABLES: [&str; 17] = [
+const TABLES: [&str; 18] = [
     "output,measure,trials,failed,unstable,",
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",
