@@ -26,7 +26,9 @@ fn gaussian(amplitude: f64) -> Input {
 fn deviations(information: &Information, free: &[usize]) -> Vec<f64> {
     let n = information.matrix().nrows() / 2;
     let column = |i: usize| if i < n { n - 1 - i } else { i };
-    let all = free.iter().map(|i| information.deviation(column(*i)).unwrap());
+    let all = free
+        .iter()
+        .map(|i| information.deviation(column(*i)).unwrap());
     all.collect()
 }
 
