@@ -2,7 +2,7 @@
 
 use crate::common::{PROGRAM, stderr, stdout};
 use asobench::estimator::EstimatorName;
-use asobench::study::{Block, Measure, run};
+use asobench::study::{Block, Measure, Trial, run};
 use asobench::suite::{
     Competitor, MethodResults, Scenario, ScenarioResults, Suite, Tier, ideal_share, ideal_weights,
     paired, score, share_within, shipped,
@@ -200,6 +200,23 @@ fn a_method_is_for_what_it_is_told() {
     assert!(kept >= 18, "{d:?}");
     let near = d.iter().filter(|d| **d < 30.0).count();
     assert!(near >= 10, "{d:?}");
+}
+
+/// All that take part can begin in every scenario of the full tier, also where the way from the state space leaves
+/// rounding in place of a coefficient (P15), or decline it as a whole.
+#[test]
+fn every_method_begins_in_every_scenario() {
+    let suite = Suite::new(Tier::Full, &[]).unwrap();
+    for study in &suite.studies {
+        let (experiment, declined) = study.experiment(&Competitor::all(), 1).unwrap();
+        let ideal = declined.iter().find(|(name, _)| name == "pem-from-truth");
+        assert!(ideal.is_none(), "{}: {declined:?}", study.name);
+        let experiment = experiment.unwrap();
+        for cell in &experiment.cells {
+            let trial = Trial::new(&experiment, cell);
+            assert!(trial.is_ok(), "{}: {:?}", study.name, trial.err());
+        }
+    }
 }
 
 /// Every scenario of the edition is what it was when the edition was made.

@@ -7,6 +7,7 @@ use super::prediction_error::TrueModel;
 use super::signal::Signal;
 use crate::data::Process;
 use crate::model::Orders;
+use crate::model::polynomial::extent;
 use crate::signal::Input;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -160,10 +161,7 @@ fn without_noise(moments: &Mat<f64>, count: usize) -> Result<Mat<f64>, Missing> 
 /// The orders without the zeros that pad alpha and beta to the plant's order.
 fn without_zeros(orders: Orders, population: &Population) -> Orders {
     let Population { alpha, beta, .. } = population;
-    let size = beta.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
-    let is_there = |b: &f64| b.abs() > 1e-13 * size;
-    let first = beta.iter().position(is_there).unwrap_or(1);
-    let last = beta.iter().rposition(is_there).unwrap_or(1);
+    let (first, last) = extent(beta).unwrap_or((1, 1));
     let padding = alpha.iter().rev().take_while(|a| **a == 0.0).count();
     Orders {
         na: orders.na.saturating_sub(padding),

@@ -10,6 +10,7 @@ use crate::estimator::lag_sums::{System, TINY, lagged_products};
 use crate::estimator::null_space::NullSpaceFit;
 use crate::estimator::reflection::reflect_zeros;
 use crate::estimator::reflection::stable;
+use crate::model::polynomial::extent;
 use crate::model::{LinearModel, Orders};
 use crate::signal::{Purpose, stream};
 
@@ -153,17 +154,21 @@ impl Starts {
         } else {
             &mut model.f
         };
-        let places = [(denominator, &truth.a), (&mut model.b, &truth.b)];
-        for (place, of_truth) in places {
-            let last = of_truth.iter().rposition(|value| *value != 0.0);
-            let needed = last.map_or(0, |last| last + 1);
-            if needed > place.len() {
+        let needed = truth
+            .a
+            .iter()
+            .rposition(|a| *a != 0.0)
+            .map_or(0, |last| last + 1);
+        if needed > denominator.len() {
+            return Err(SetupError::TruthOfOtherOrders { orders });
+        }
+        denominator[..needed].copy_from_slice(&truth.a[..needed]);
+        // What the way from the state space rounds to is no coefficient.
+        if let Some((first, last)) = extent(&truth.b) {
+            if first < orders.nk || last >= model.b.len() {
                 return Err(SetupError::TruthOfOtherOrders { orders });
             }
-            place[..needed].copy_from_slice(&of_truth[..needed]);
-        }
-        if model.b[..orders.nk].iter().any(|value| *value != 0.0) {
-            return Err(SetupError::TruthOfOtherOrders { orders });
+            model.b[first..=last].copy_from_slice(&truth.b[first..=last]);
         }
         self.truth = Some(model);
         self.recipes = vec![Recipe::Truth];
