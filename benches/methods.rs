@@ -17,13 +17,16 @@ use std::iter;
 use std::path::Path;
 use std::time::Duration;
 
-/// An estimator with orders n; `None` if it needs more than a record.
+/// An estimator with orders n; `None` if it needs more than a record. In continuous time a sample is a second; methods for a
+/// closed loop get u for the reference, which is the work of any other.
 fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
-    let defaults = estimator.parse(Map::new()).ok()?;
+    let given = [("ts", Value::from(1.0)), ("controller", "0,0.1/1".into())];
+    let given = given.into_iter().filter(|(key, _)| estimator.takes(key));
+    let mut options: Map<_, _> = given.map(|(key, value)| (key.to_owned(), value)).collect();
+    let defaults = estimator.parse(options.clone()).ok()?;
     if defaults.needs().plant {
         return None;
     }
-    let mut options = Map::new();
     if let Some(orders) = defaults.default_orders(n) {
         let (nc, nd) = (orders.nc.min(1), orders.nd.min(1));
         let orders = Orders { nc, nd, ..orders };
@@ -91,7 +94,7 @@ fn bench(criterion: &mut Criterion, n: usize, name: &str, u: &[f64], y: &[f64]) 
         let mut method = options.prepare(&shape.into()).expect("a valid shape");
         group.bench_function(BenchmarkId::new(estimator.name(), name), |b| {
             b.iter(|| {
-                method.estimate(Window::new(u, y, y.len()), &mut passes);
+                method.estimate(Window::with_reference(u, y, u, y.len()), &mut passes);
                 black_box(passes.len())
             });
         });

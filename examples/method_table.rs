@@ -1,5 +1,5 @@
-//! Prints the table of times in docs/performance.md from criterion's stored estimates (run
-//! `cargo bench --bench methods` first).
+//! Prints the tables of times in docs/performance.md from criterion's stored estimates (run
+//! `cargo bench --bench methods` first, and `cargo bench --bench recursive` for that of a sample).
 //!
 //! `cargo run --release --example method_table`
 
@@ -14,6 +14,38 @@ fn time(estimator: EstimatorName, size: &str) -> String {
         None => "-".to_owned(),
         Some([ns, _]) if ns < 1e4 => format!("{:.1}", ns / 1e3),
         Some([ns, _]) => format!("{:.0}", ns / 1e3),
+    }
+}
+
+/// The benchmarks of a sample in `benches/recursive.rs`, and of a whole solve beside it.
+const SAMPLES: [&str; 14] = [
+    "rls",
+    "rls-covariance",
+    "recursive-iv-delayed",
+    "recursive-iv-auxiliary",
+    "rels",
+    "recursive-sriv",
+    "rpem",
+    "fed-by-rls",
+    "kreisselmeier",
+    "zhang",
+    "joint-ekf",
+    "iv-again,N=98",
+    "iv-again,N=998",
+    "iv-again,N=5000",
+];
+
+fn samples() {
+    println!("\n| \u{b5}s a sample | n = 2 | n = 4 | n = 6 |\n|---|--:|--:|--:|");
+    for name in SAMPLES {
+        let (name, window) = name.split_once(',').unwrap_or((name, ""));
+        let times = [2, 4, 6].map(|n| {
+            let size = [&format!("n={n}"), window].join(",");
+            let benchmark = criterion::folder().join("recursive").join(name);
+            let median = criterion::median(&benchmark.join(size.trim_end_matches(',')), "new");
+            median.map_or("-".to_owned(), |[ns, _]| format!("{:.2}", ns / 1e3))
+        });
+        println!("| `{name}` {window} | {} |", times.join(" | "));
     }
 }
 
@@ -33,4 +65,5 @@ fn main() {
             println!("| `{estimator}` | {} |", times.join(" | "));
         }
     }
+    samples();
 }

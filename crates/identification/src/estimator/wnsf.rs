@@ -253,34 +253,5 @@ impl Estimator for NullSpace {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::data::csv;
-    use crate::estimator::Shape;
-
-    /// Every solution of this record has a zero of F outside the unit circle. The reflected model is left, without
-    /// standard errors; its output errors are above those of the best known minimum (scipy, tests/recorded_data/optima).
-    #[test]
-    fn a_record_without_a_stable_solution_leaves_a_reflected_model() {
-        let path = "../../tests/recorded_data/optima/hwhite-res20.csv";
-        let record = csv::read(std::fs::File::open(path).unwrap()).unwrap();
-        let shape = Shape {
-            order: 6,
-            window: 98,
-        };
-        let mut method = WnsfOptions::default().prepare(&shape.into()).unwrap();
-        let mut passes = [Pass::new(6)];
-        method.estimate(Window::new(&record.u, &record.y, 98), &mut passes);
-        let [pass] = passes;
-        let kind = pass.failure.map(|failure| failure.kind);
-        assert_eq!(kind, Some(FailureKind::IterationLimit));
-        assert!(!pass.unstable && pass.model.covariance.is_empty());
-        let variance = record.y[..98].iter().map(|y| y * y).sum::<f64>() / 98.0;
-        assert!(
-            pass.loss > 287.86 && pass.loss < variance,
-            "{} {variance}",
-            pass.loss
-        );
-    }
-}
+#[cfg(all(test, feature = "json"))]
+mod tests;
