@@ -85,10 +85,9 @@ fn least_squares_instruments_and_extended_least_squares() {
 fn records_in_other_units() {
     let file: Value = serde_json::from_str(include_str!("scaled.json")).expect("JSON");
     let cases = file["cases"].as_array().expect("cases");
-    assert_eq!(cases.len(), 72);
+    assert_eq!(cases.len(), 64);
     for case in cases {
         let settings = RecursiveSettings {
-            start: case["start"].as_u64().unwrap_or(0) as usize,
             forgetting: number(&case["forgetting"]),
             early_forgetting: number(&case["forgetting"]),
             ..settings(case)
