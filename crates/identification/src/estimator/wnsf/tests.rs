@@ -166,7 +166,7 @@ fn the_bound_at_twenty_thousand_samples() {
         let errors = pass.model.standard_errors().unwrap();
         for (i, (found, truth)) in pass.model.parameters().zip(truth.parameters()).enumerate() {
             let off = (found - truth) / errors[i];
-            assert!(off.abs() < 4.0, "{:?} {i}: {off}", orders);
+            assert!(off.abs() < 4.0, "{orders:?} {i}: {off}");
             let ratio = errors[i] / bound[i];
             assert!((0.95..1.05).contains(&ratio), "{orders:?} {i}: {ratio}");
         }
