@@ -24,8 +24,11 @@ impl Autoregression {
         let most = ((10.0 * samples.log10()) as usize).min(v.len() / 4);
         self.covariances.clear();
         for lag in (0..=most).step_by(LAGS) {
-            self.covariances
-                .extend(lag_sums(v, lag).map(|sum| sum / samples));
+            let sums = with_fma(
+                #[inline(always)]
+                || lag_sums(v, lag),
+            );
+            self.covariances.extend(sums.map(|sum| sum / samples));
         }
         let covariance = |lag: usize| self.covariances[lag];
         self.d.clear();
@@ -54,9 +57,10 @@ impl Autoregression {
 }
 
 /// Lags whose sums are computed side by side.
-const LAGS: usize = 8;
+const LAGS: usize = 24;
 
 /// Returns `sum v(k) v(k - l)` for each l from `lag` on.
+#[inline(always)]
 fn lag_sums(v: &[f64], lag: usize) -> [f64; LAGS] {
     // The sum of lag + i is in lane LAGS - 1 - i, as early samples lie in memory.
     let mut sums = [-0.0; LAGS];
@@ -65,16 +69,11 @@ fn lag_sums(v: &[f64], lag: usize) -> [f64; LAGS] {
         let lag = lag + LAGS - 1 - lane;
         (lag..first).for_each(|k| *sum += v[k] * v[k - lag]);
     }
-    with_fma(
-        #[inline(always)]
-        || {
-            for (late, early) in v[first..].iter().zip(v.array_windows::<LAGS>()) {
-                sums.iter_mut()
-                    .zip(early)
-                    .for_each(|(sum, early)| *sum += late * early);
-            }
-        },
-    );
+    for (late, early) in v[first..].iter().zip(v.array_windows::<LAGS>()) {
+        for lane in 0..LAGS {
+            sums[lane] += late * early[lane];
+        }
+    }
     sums.reverse();
     sums
 }

@@ -25,7 +25,7 @@ const LANES: usize = 4;
 type Lanes = [f64; LANES];
 
 /// Rows that are solved side by side.
-const ROWS: usize = 8;
+pub(super) const ROWS: usize = 8;
 
 /// The rows psi(k) with the residuals v(k) of an estimate.
 #[derive(Default)]

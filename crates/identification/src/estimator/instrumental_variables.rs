@@ -126,7 +126,9 @@ impl MethodKind for IvOptions {
         let mut paper = InstrumentalVariables::new(problem.shape, self)?;
         if problem.covariance {
             let kind = self.covariance.unwrap_or_default();
-            paper.errors = Some(InstrumentalErrors::new(problem.shape, kind)?);
+            let passes = (problem.shape, self.iterations);
+            let errors = InstrumentalErrors::new(passes, kind, problem.reported)?;
+            paper.errors = Some(errors);
         }
         Ok(Box::new(paper))
     }
@@ -196,24 +198,41 @@ pub struct InstrumentalVariables {
     errors: Option<InstrumentalErrors>,
 }
 
-/// Computes the covariance of every pass.
+/// Computes the covariance of the passes of which it is wanted.
 struct InstrumentalErrors {
+    wanted: Vec<bool>,
     first: LeastSquaresErrors,
     instruments: InstrumentalRegression,
 }
 
 impl InstrumentalErrors {
-    fn new(shape: Shape, kind: Covariance) -> Result<Self, SetupError> {
+    /// Makes buffers for so many passes besides iteration 0; `reported`: those whose covariance is wanted, or all.
+    fn new(
+        (shape, passes): (Shape, usize),
+        kind: Covariance,
+        reported: Option<&[usize]>,
+    ) -> Result<Self, SetupError> {
         let orders = Orders::arx(shape.order, shape.order, 1);
         let signal = InstrumentsOf::Signal;
+        let wanted = |pass| reported.is_none_or(|of| of.contains(&pass));
         Ok(Self {
+            wanted: (0..=passes).map(wanted).collect(),
             first: LeastSquaresErrors::new(shape, kind)?,
             instruments: InstrumentalRegression::new(orders, signal, Rows::Complete, shape.window)?,
         })
     }
 
-    /// Sets the covariance of an IV pass with these instruments.
-    fn set(&mut self, window: Window<'_>, instruments: Instruments<'_>, pass: &mut Pass) {
+    /// Sets the covariance of an IV pass with these instruments, if it is wanted.
+    fn set(
+        &mut self,
+        window: Window<'_>,
+        instruments: Instruments<'_>,
+        number: usize,
+        pass: &mut Pass,
+    ) {
+        if !self.wanted[number] {
+            return;
+        }
         let (regression, mut unused) = (&mut self.instruments, f64::NAN);
         let signals = Signals {
             v: instruments.input,
@@ -311,7 +330,7 @@ impl InstrumentalVariables {
             return;
         }
         if let Some(errors) = &mut self.errors {
-            errors.set(window, instruments, pass);
+            errors.set(window, instruments, number, pass);
         }
         match self.auxiliary {
             Auxiliary::Refresh => self.state.estimate(window, number, pass),
@@ -334,7 +353,9 @@ impl Estimator for InstrumentalVariables {
         };
         let (solution, state) = (&mut self.solution, &mut self.state);
         iteration_zero(&mut *self.solver, solution, state, window, first);
-        if let Some(errors) = &mut self.errors {
+        if let Some(errors) = &mut self.errors
+            && errors.wanted[0]
+        {
             errors.first.set(window, first);
         }
         for number in 1..passes.len() {

@@ -3,13 +3,14 @@
 //! With as many instruments as parameters this is `(Z'Phi)^-1 Z'y`; with more it is two-stage least squares. Neither
 //! `Z'Z` nor `Z'Phi` is formed.
 
-use super::covariance::{Covariance, Influence};
+use super::covariance::{Covariance, Influence, ROWS};
 use super::regression::{Lagged, Rows, covariance_of_triangle};
 use super::solver::Reduction;
 use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use super::triangular::{solve_normal, solve_transposed};
+use super::triangular::{solve_normal, solve_transposed_of, sum_of_products};
 use super::{FailureKind, SetupError};
 use crate::model::Orders;
+use crate::real::with_fma;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::reborrow::ReborrowMut;
 use faer::{MatMut, Par};
@@ -267,16 +268,35 @@ impl InstrumentalRegression {
         }
         let (lagged, outer, top) = (&self.lagged, outer.r(), outer.top());
         self.influence.clear();
-        for k in lagged.rows() {
-            row_of_instruments(lagged, self.instruments, [&self.x, &self.v], k, scratch);
-            solve_transposed(outer, scratch);
-            let q = &*scratch;
-            self.influence
-                .push(theta.len(), lagged.residual(theta, k), |row| {
-                    for (j, psi) in row.iter_mut().enumerate() {
-                        *psi = q.iter().enumerate().map(|(i, q)| top[(i, j)] * q).sum();
+        let (mut q, mut psi) = (
+            vec![[0.0; ROWS]; scratch.len()],
+            vec![[0.0; ROWS]; theta.len()],
+        );
+        let mut rows = lagged.rows();
+        while !rows.is_empty() {
+            let block = rows.start..rows.end.min(rows.start + ROWS);
+            rows.start = block.end;
+            for (lane, k) in block.clone().enumerate() {
+                row_of_instruments(lagged, self.instruments, [&self.x, &self.v], k, scratch);
+                q.iter_mut().zip(&*scratch).for_each(|(q, z)| q[lane] = *z);
+            }
+            with_fma(
+                #[inline(always)]
+                || {
+                    solve_transposed_of(outer, &mut q);
+                    for (j, psi) in psi.iter_mut().enumerate() {
+                        *psi = sum_of_products(q.iter().enumerate().map(|(i, q)| (top[(i, j)], q)));
                     }
-                });
+                },
+            );
+            for (lane, k) in block.enumerate() {
+                self.influence
+                    .push(theta.len(), lagged.residual(theta, k), |row| {
+                        row.iter_mut()
+                            .zip(&psi)
+                            .for_each(|(to, psi)| *to = psi[lane]);
+                    });
+            }
         }
         self.influence.solve_normal(inner);
         self.influence.covariance(kind, to);

@@ -184,7 +184,10 @@ impl Method {
         &self,
         problem: impl Into<Problem<'a>>,
     ) -> Result<Box<dyn Estimator>, SetupError> {
-        let mut problem = problem.into();
+        let mut problem = Problem {
+            reported: Some(&self.reported),
+            ..problem.into()
+        };
         if let Some(last) = self.last {
             problem.shape.window = problem.shape.window.min(last);
         }

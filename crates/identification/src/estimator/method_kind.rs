@@ -37,6 +37,8 @@ pub struct Problem<'a> {
     pub process: Option<(&'a Process, f64)>,
     /// Whether standard errors are wanted from methods that can do without them.
     pub covariance: bool,
+    /// The passes of which they are wanted; `None`: all.
+    pub reported: Option<&'a [usize]>,
 }
 
 impl From<Shape> for Problem<'_> {
@@ -46,6 +48,7 @@ impl From<Shape> for Problem<'_> {
             known: None,
             process: None,
             covariance: false,
+            reported: None,
         }
     }
 }

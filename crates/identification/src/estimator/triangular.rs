@@ -24,11 +24,25 @@ pub(super) fn solve_normal_of<const L: usize>(r: MatRef<'_, f64>, x: &mut [[f64;
 
 /// Computes `x = R^-T x` for L vectors side by side.
 #[inline(always)]
-fn solve_transposed_of<const L: usize>(r: MatRef<'_, f64>, x: &mut [[f64; L]]) {
+pub(super) fn solve_transposed_of<const L: usize>(r: MatRef<'_, f64>, x: &mut [[f64; L]]) {
     for i in 0..x.len() {
         let (before, x) = x.split_at_mut(i);
         eliminate(&mut x[0], before, (0..).map(|j| r[(j, i)]), r[(i, i)]);
     }
+}
+
+/// Returns the sum of `factor * x` over some vectors x.
+#[inline(always)]
+pub(super) fn sum_of_products<'a, const L: usize>(
+    terms: impl Iterator<Item = (f64, &'a [f64; L])>,
+) -> [f64; L] {
+    let mut sum = [-0.0; L];
+    for (factor, x) in terms {
+        sum.iter_mut()
+            .zip(x)
+            .for_each(|(sum, x)| *sum += factor * x);
+    }
+    sum
 }
 
 /// Computes `x = (x - sum of factor * known) / pivot`.
@@ -39,12 +53,7 @@ fn eliminate<const L: usize>(
     factors: impl Iterator<Item = f64>,
     pivot: f64,
 ) {
-    let mut sum = [-0.0; L];
-    for (known, factor) in known.iter().zip(factors) {
-        sum.iter_mut()
-            .zip(known)
-            .for_each(|(sum, known)| *sum += factor * known);
-    }
+    let sum = sum_of_products(known.iter().zip(factors).map(|(x, factor)| (factor, x)));
     x.iter_mut()
         .zip(sum)
         .for_each(|(x, sum)| *x = (*x - sum) / pivot);

@@ -196,6 +196,7 @@ impl Cell {
             known: None,
             process: self.process().map(|process| (process, self.eta)),
             covariance: false,
+            reported: None,
         }
     }
 
