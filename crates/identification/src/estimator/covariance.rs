@@ -251,8 +251,8 @@ pub(super) fn freedom(rows: usize, parameters: usize) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::estimator::{
-        ArxOptions, IvDelayedOptions, IvOptions, LsOptions, MethodKind, OeOptions, Pass, Problem,
-        Shape, Window,
+        ArxOptions, IvDelayedOptions, IvOptions, LsOptions, Method, MethodKind, OeOptions, Pass,
+        Problem, Shape, Window,
     };
     use crate::model::Orders;
 
@@ -373,6 +373,39 @@ mod tests {
                 let [paper, general] =
                     [&paper.model, &general.model].map(|of| of.standard_errors().unwrap());
                 check(&paper, &general);
+            }
+        }
+    }
+
+    /// A pass that is not reported has no covariance; those of the others are the same.
+    #[test]
+    fn covariances_of_reported_passes_alone() {
+        let [u, y] = record();
+        let shape = Shape {
+            order: 2,
+            window: N,
+        };
+        let errors = |reported: &[usize]| {
+            let options = IvOptions {
+                covariance: Some(Covariance::Robust),
+                ..IvOptions::default()
+            };
+            let method = Method::named("iv", options).reporting(reported).unwrap();
+            let mut passes = vec![Pass::new(2); 4];
+            let problem = Problem {
+                covariance: true,
+                ..shape.into()
+            };
+            let mut estimator = method.prepare(problem).unwrap();
+            estimator.estimate(Window::new(&u, &y, N), &mut passes);
+            passes.into_iter().map(|pass| pass.model.standard_errors())
+        };
+        let all: Vec<_> = errors(&[0, 1, 2, 3]).collect();
+        assert!(all.iter().all(Option::is_some));
+        for reported in [&[2][..], &[0, 3]] {
+            for (pass, found) in errors(reported).enumerate() {
+                let expected = reported.contains(&pass).then(|| all[pass].clone());
+                assert_eq!(found, expected.flatten(), "{pass}");
             }
         }
     }
