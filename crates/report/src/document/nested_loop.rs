@@ -67,7 +67,7 @@ pub(super) fn nested_loop(
         order.len()
     ));
     let below = settings(study, &keys, &order, x.clone());
-    let what = "Medians in every cell as steps. Below are the settings of the cells: from the outermost loop at the top to \
+    let what = "Medians in every cell as steps; where several are equal, those behind are wider. Below are the settings of the cells: from the outermost loop at the top to \
                 the innermost, the smallest value of each at the bottom of its row.";
     Figure {
         name: "nested-loop",
@@ -77,7 +77,7 @@ pub(super) fn nested_loop(
         left_out: &left_out(study, &outputs),
         end: &format!(" {}", quantile_note(study)),
         x: Some(x),
-        series: series_of(&outputs, Style::Line),
+        series: series_of(&outputs, Style::Steps),
         points: &|i, cell, _| {
             let label = &outputs[i].1;
             let Some(at) = at.get(&cell.cell) else {

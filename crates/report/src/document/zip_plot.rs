@@ -6,13 +6,15 @@ use super::layout::{Form, sheet};
 use super::lead::lead_outputs;
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::results::{Study, place};
-use asobench_identification::metric::Z;
+use asobench_identification::metric::{Share, Z};
 use asobench_study::study::{CellRows, CellSummary, errors_of_trials};
 
 /// Intervals of a panel. Of more trials, as many are drawn, evenly by rank.
 const INTERVALS: usize = 200;
 /// Largest number of panels.
 const OUTPUTS: usize = 6;
+/// The place in the palette of a shaded range.
+const SHADE: usize = 2;
 /// The nominal coverage.
 const NOMINAL: f64 = 0.95;
 
@@ -73,7 +75,7 @@ pub(super) fn zip_plot(study: &Study, wanted: &Zipped<'_>) -> Result<Drawn, Stri
         "Each line is the 95 % interval of {coefficient} in one trial{at}, less the true value. They are sorted by the \
          distance of the estimate from the truth in its standard errors, the farthest at the top. Intervals that miss the \
          truth lie above the line at 95 % if there are as many of them as there should be. Above each panel stands the \
-         share that holds it."
+         share that holds it; its 95 % interval is shaded."
     );
     let (picture, note) = sheet(&title, &what, plots, wanted.form)
         .ok_or_else(|| format!("no output has intervals of {coefficient}{at}"))?;
@@ -136,14 +138,24 @@ fn panel(label: &str, coefficient: &str, pairs: &[[f64; 2]]) -> Plot {
         if holds { &mut held } else { &mut missed }.push(point);
     }
     let covered = pairs.iter().filter(|pair| z(pair) <= Z).count();
-    let title = format!("{label}: {:.1} %", 100.0 * covered as f64 / count as f64);
+    let covered = Share::new(covered as u64, count as u64);
+    let title = format!("{label}: {:.1} %", 100.0 * covered.share);
     let x = PlotAxis::linear(format!("interval of {coefficient}, less its true value"));
     let y = PlotAxis::linear("centile of |error| / standard error, %").range(0.0, 100.0);
-    Plot::new(title, x, y)
+    // The shade reaches from edge to edge; this is its entry in the legend.
+    let shade = Series::new(
+        "95 % interval of the share",
+        Style::Region,
+        vec![Point::new(f64::NAN, f64::NAN)],
+    );
+    let mut plot = Plot::new(title, x, y)
         .series(Series::new("holds the truth", Style::Spans, held).slot(5))
         .series(Series::new("misses it", Style::Spans, missed).slot(1))
         .reference("truth", Course::Vertical(0.0))
         .reference("95 %", Course::Horizontal(100.0 * NOMINAL))
+        .series(shade.slot(SHADE));
+    plot.shaded = Some([covered.low, covered.high].map(|end| 100.0 * end));
+    plot
 }
 
 #[cfg(test)]
@@ -172,6 +184,13 @@ mod tests {
         let top = held.iter().map(|point| point.y).fold(0.0, f64::max);
         assert!(missed.iter().all(|point| point.y > top) && (48.0..50.0).contains(&top));
         assert!(missed.windows(2).all(|pair| pair[0].y < pair[1].y));
+        // Wilson's interval of 490 in 1,000, from statsmodels (proportion_confint).
+        let [low, high] = plot.shaded.unwrap();
+        assert!(
+            (low - 45.911_403_097_425_707).abs() < 1e-9
+                && (high - 52.096_250_419_545_4).abs() < 1e-9,
+            "{low} {high}"
+        );
     }
 
     #[test]

@@ -11,6 +11,8 @@ use plotters::style::text_anchor::HPos;
 
 type Place = (i32, i32);
 
+/// Width of the steps that are drawn first.
+const WIDEST_STEP: usize = 44;
 /// The ink of a shaded range.
 const SHADE: usize = 2;
 
@@ -76,12 +78,20 @@ impl<'a> Chart<'a> {
         let cut = [left - 1.5, top - 1.5, right + 1.5, bottom + 1.5];
         self.shade()?;
         let (offsets, half) = self.berths();
-        for (series, offset) in self.plot.series.iter().zip(offsets.iter().copied()) {
+        let last = self.plot.series.len().saturating_sub(1).max(1);
+        for (i, (series, offset)) in self
+            .plot
+            .series
+            .iter()
+            .zip(offsets.iter().copied())
+            .enumerate()
+        {
             let look = legend.look(&series.label);
             let pen = Pen {
                 chart: self,
                 look,
                 solid: self.plot.has_one_line(),
+                step: (WIDEST_STEP - (WIDEST_STEP - 12) * i / last) as u32,
                 offset,
                 half,
             };
@@ -251,6 +261,8 @@ struct Pen<'a> {
     look: Look,
     /// Whether lines are not dashed.
     solid: bool,
+    /// Width of steps.
+    step: u32,
     /// Offset of the marks, and half the space for a box.
     offset: i32,
     half: i32,
@@ -287,6 +299,7 @@ impl Pen<'_> {
         let points = &series.points;
         match series.style {
             Style::Line => self.polyline(points, 20),
+            Style::Steps => self.steps(points),
             Style::Band => self.band(points).and_then(|()| self.polyline(points, 20)),
             Style::Region => self.regions(points),
             Style::ErrorBars | Style::Marks => self.error_bars(series),
@@ -304,6 +317,17 @@ impl Pen<'_> {
             _ if self.solid => canvas.line(thin(part), self.look.ink().stroke_width(width)),
             _ => canvas.line(thin(part), self.look.line(width)),
         })
+    }
+
+    fn steps(&self, points: &[Point]) -> Drawn {
+        let canvas = self.chart.canvas;
+        let parts = parts(points, |point| self.place(point.x, point.y));
+        for part in &parts {
+            canvas.line(part.as_slice(), self.look.ink().stroke_width(7))?;
+        }
+        let steps = parts.iter().flat_map(|part| part.chunks(2));
+        let mut steps = steps.map(|step| canvas.line(step, self.look.step(self.step)));
+        steps.try_for_each(|drawn| drawn)
     }
 
     fn band(&self, points: &[Point]) -> Drawn {

@@ -26,6 +26,11 @@ impl Look {
         series_ink(self.0, self.turn()).stroke_width(width)
     }
 
+    /// The style of steps: dashes only where colours repeat.
+    pub(super) fn step(self, width: u32) -> ShapeStyle {
+        series_ink(self.0, self.0 / COLOURS).stroke_width(width)
+    }
+
     /// The marker at a place.
     pub(super) fn marker(self, canvas: &Canvas, at: (i32, i32)) -> Drawn {
         let ink = self.ink();
@@ -61,6 +66,7 @@ impl Look {
         let around = |half: i32| [(x - half, y - 80), (x + half, y + 80)];
         match style {
             Style::Line => canvas.line([(x - 200, y), (x + 200, y)], line),
+            Style::Steps => canvas.line([(x - 200, y), (x + 200, y)], self.step(26)),
             Style::Band | Style::Region => {
                 let [(left, top), (right, bottom)] = around(200);
                 let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];

@@ -107,6 +107,9 @@ impl Point {
 pub enum Style {
     /// A line through the points.
     Line,
+    /// Pairs of points at one height, each the two ends of a step; what joins steps is thin. Of steps at one place the
+    /// series drawn first is the widest, so that those behind are seen too.
+    Steps,
     /// A line through the points and the band of their intervals.
     Band,
     /// The area that the points enclose, or a line if there are two points; gaps separate areas. The points are not
