@@ -242,7 +242,10 @@ fn names_from_elsewhere_lead_to_ours() {
         ("n=5", "'n', which is called 'order' here"),
         ("snr=10", "'snr', which is called 'eta' here"),
         ("runs=10", "'runs', which is called 'trials' here"),
-        ("input=PRBS", "'PRBS', which is called 'signs' here"),
+        (
+            "input=PRBS",
+            "a table [inputs.NAME] with law = \"prbs\", or input = \"signs\" with sequence = \"periodic-127\"",
+        ),
     ] {
         let line = refused(folder.path(), &["check", "s.toml", "--set", given]);
         assert!(line.contains(here), "{line}");
@@ -308,6 +311,61 @@ fn a_figure_is_drawn_as_it_is_asked_for() {
     }
 }
 
+/// The same flag by another name of ours gives the same result.
+#[test]
+fn flags_have_the_names_of_other_commands() {
+    let folder = folder();
+    let at = folder.path();
+    let record: String = (0..60)
+        .map(|k| format!("{},{}\n", (k * k) % 7, (k * k * k) % 11))
+        .collect();
+    std::fs::write(at.join("my.csv"), format!("u,y\n{record}")).expect("a file");
+    let same = |one: &[&str], other: &[&str]| {
+        assert_eq!(stdout(&done(at, one)), stdout(&done(at, other)));
+    };
+    same(
+        &["estimate", "my.csv", "--order", "1", "--estimator", "arx"],
+        &["estimate", "my.csv", "--order", "1", "--method", "arx"],
+    );
+    done(at, &["run", "s.toml", "-o", "all"]);
+    done(
+        at,
+        &["run", "s.toml", "--methods", "iv,arx", "--output", "both"],
+    );
+    let [all, both] = ["all", "both"].map(|name| summary(&at.join(name)));
+    assert_eq!(all["cells"], both["cells"]);
+    same(
+        &["plot", "all", "--over", "window", "--measure", "e_b"],
+        &["plot", "all", "--x", "N", "--y", "e_b"],
+    );
+    let text = stdout(&done(
+        at,
+        &["explain", "detrend", "time constant", "offset"],
+    ));
+    assert!(
+        text.contains("detrend (flag of estimate, study-from): Trend to subtract")
+            && text.contains("time constant (glossary)"),
+        "{text}"
+    );
+    let text = stdout(&done(at, &["explain", "N", "undecided"]));
+    assert!(
+        text.contains("window (setting)") && text.contains("verdict (glossary)"),
+        "{text}"
+    );
+    // Of the settings those of this kind of study, the nearest first.
+    let line = refused(at, &["check", "s.toml", "--set", "settings.windwo=5"]);
+    assert!(
+        line.contains("expected window,") && !line.contains("gain_scale"),
+        "{line}"
+    );
+    std::fs::write(at.join("own.toml"), "[settings]\nwindwo = 5\n").expect("a file");
+    let line = refused(at, &["check", "own.toml"]);
+    assert!(
+        line.contains("expected window,") && !line.contains("gain_scale"),
+        "{line}"
+    );
+}
+
 /// Commands, flags and keys of other programs: one line that says what they are here.
 #[test]
 fn names_of_other_programs_lead_to_those_here() {
@@ -332,6 +390,37 @@ fn names_of_other_programs_lead_to_those_here() {
         (
             &["estimate", "my.csv", "--model", "oe"],
             "here: --estimator NAME",
+        ),
+        // An answer is of the command.
+        (
+            &["run", "s.toml", "--algorithm", "oe"],
+            "here: --method NAME",
+        ),
+        (&["run", "s.toml", "--noise", "0.2"], "here: --set eta=10"),
+        (
+            &["run", "s.toml", "--resume"],
+            "the same command goes on where it was stopped",
+        ),
+        (
+            &["estimate", "my.csv", "--save", "m.json"],
+            "here: --format json > FILE.json",
+        ),
+        (
+            &["estimate", "my.csv", "--horizon", "5"],
+            "one step ahead, no other horizon",
+        ),
+        (&["reproduce", "paper"], "here: --paper nikolov"),
+        (
+            &["reproduce", "--quick"],
+            "here: --paper nikolov --trials 100",
+        ),
+        (
+            &["plot", "out", "--y", "rmse"],
+            "expected a measure, such as e_a, and --statistic rmse",
+        ),
+        (
+            &["compare", "a", "b", "--threads", "2"],
+            "compare does not have it; of asobench reproduce, run",
         ),
         (
             &["estimate", "my.csv", "--delimiter", ";"],

@@ -109,7 +109,7 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
                 Ok(ExitCode::SUCCESS)
             }
             Command::Methods(arguments) => methods::run(&arguments),
-            Command::Explain(arguments) => explain::run(&arguments),
+            Command::Explain(arguments) => explain::run(&arguments, &every_command()),
             Command::Schema(arguments) => reference::run(&arguments),
             Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
         },
@@ -163,9 +163,16 @@ fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
             Ok(ExitCode::from(2))
         }
         _ => Err(Error::Input(
-            first_guess::line(error).unwrap_or_else(|| one_line(&text)),
+            first_guess::line(error, &every_command()).unwrap_or_else(|| one_line(&text)),
         )),
     }
+}
+
+/// Every command with its arguments, those that clap adds among them.
+fn every_command() -> clap::Command {
+    let mut all = Cli::command();
+    all.build();
+    all
 }
 
 /// Returns the message and its tip, without the usage lines.
@@ -183,6 +190,8 @@ fn one_line(text: &str) -> String {
         .filter(|part| !part.is_empty())
     {
         match part.strip_prefix("tip: ") {
+            // A flag is never meant as a value here.
+            Some(tip) if tip.starts_with("to pass ") => {}
             Some(tip) => line.extend(["; ", tip]),
             None if line.is_empty() => line.push_str(part.trim_start_matches("error: ")),
             None => line.extend([" ", part]),
@@ -193,6 +202,13 @@ fn one_line(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::{every_command, first_guess};
+
+    #[test]
+    fn answers_to_first_guesses_fit_their_command() {
+        first_guess::tests::answers_fit(&every_command());
+    }
+
     #[test]
     fn usage_errors_become_one_line() {
         let text = "error: unexpected argument '--trails' found\n\n  tip: a similar argument \

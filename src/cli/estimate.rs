@@ -3,7 +3,6 @@
 use super::error::Error;
 use super::files::check_output;
 use super::output::{Format, note, print, print_json};
-use crate::data::Detrend;
 use crate::files::Kind;
 use crate::observer::Gain;
 use crate::text::rounded;
@@ -80,7 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// Warns of an output far from zero: models without an offset do not describe it. A step less its mean is nothing.
 fn warn_of_offset(report: &Report) {
-    if report.detrend != Detrend::None || hints::is_constant(&report.record.u[..report.window]) {
+    if report.subtracted().is_some() || hints::is_constant(&report.record.u[..report.window]) {
         return;
     }
     let y = &report.record.y[..report.window];

@@ -3,15 +3,16 @@
 use super::error::Error;
 use super::methods::{described, filled};
 use super::output::print;
+use crate::claim::Verdict;
 use crate::estimator::{EstimatorName, FailureKind};
-use crate::names::UnknownName;
+use crate::names::{UnknownName, here};
 use crate::study::Measure;
 use crate::study::file::{Key, schema};
 use crate::text::folded;
 use serde_json::Value;
 use std::process::ExitCode;
 
-/// Explain words: a key of experiment files, a setting, a measure, a method, a failure or a word of
+/// Explain words: a key of experiment files, a setting, a measure, a method, a failure, a flag or a word of
 /// the glossary
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -20,14 +21,22 @@ pub(super) struct Arguments {
     words: Vec<String>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let all = entries();
+pub(super) fn run(arguments: &Arguments, commands: &clap::Command) -> Result<ExitCode, Error> {
+    let mut all = entries();
+    all.extend(flags(commands));
     let mut texts = Vec::new();
     for word in &arguments.words {
         let found = all
             .iter()
             .filter(|entry| folded(&entry.word) == folded(word));
         let found: Vec<&str> = found.map(|entry| entry.text.as_str()).collect();
+        let words: Vec<&str> = all.iter().map(|entry| entry.word.as_str()).collect();
+        if let (true, Some(here)) = (found.is_empty(), here(word, &words)) {
+            let is_here = |entry: &&Entry| entry.word == here;
+            let meanings = all.iter().filter(is_here).map(|entry| entry.text.as_str());
+            texts.extend(meanings);
+            continue;
+        }
         if found.is_empty() {
             return Err(Error::Input(unknown(word, &all)));
         }
@@ -107,7 +116,37 @@ fn entries() -> Vec<Entry> {
         all.push(Entry::new(kind.name(), "failure or status", kind.about()));
     }
     all.extend(glossary());
+    let verdict = all.iter().find(|entry| entry.word == "verdict");
+    let about = verdict.map_or_else(String::new, |entry| entry.text.clone());
+    let verdicts = Verdict::ALL.iter().map(|verdict| Entry {
+        word: verdict.name().to_owned(),
+        text: about.clone(),
+    });
+    all.extend(verdicts.collect::<Vec<_>>());
     all
+}
+
+/// The flags of all commands; those with the same meaning as one.
+fn flags(commands: &clap::Command) -> Vec<Entry> {
+    let mut all: Vec<(&str, String, Vec<&str>)> = Vec::new();
+    for command in commands.get_subcommands() {
+        for argument in command.get_arguments() {
+            let (Some(flag), Some(about)) = (argument.get_long(), argument.get_help()) else {
+                continue;
+            };
+            let about = about.to_string();
+            match all.iter_mut().find(|of| of.0 == flag && of.1 == about) {
+                Some((_, _, commands)) => commands.push(command.get_name()),
+                None => all.push((flag, about, vec![command.get_name()])),
+            }
+        }
+    }
+    let entries = all.iter().filter(|(flag, ..)| *flag != "help");
+    entries
+        .map(|(flag, about, commands)| {
+            Entry::new(flag, &format!("flag of {}", commands.join(", ")), about)
+        })
+        .collect()
 }
 
 fn keys(properties: &Value, kind: &str) -> Vec<Entry> {
@@ -157,7 +196,7 @@ fn unknown(word: &str, all: &[Entry]) -> String {
     let error = UnknownName::new("word", word, &words).to_string();
     let nearest = error.split("; expected").next().unwrap_or_default();
     format!(
-        "{nearest}; expected a key, a measure, a method, a failure or a word of docs/glossary.md"
+        "{nearest}; expected a key, a measure, a method, a failure, a flag or a word of docs/glossary.md"
     )
 }
 

@@ -1,6 +1,6 @@
 //! Commands and flags that other programs have, and what they are called here.
 
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 /// Subcommands.
 const COMMANDS: [(&[&str], &str); 10] = [
@@ -27,7 +27,7 @@ const COMMANDS: [(&[&str], &str); 10] = [
             "start",
             "execute",
         ],
-        "asobench run STUDY.toml; asobench replay DIR 0:0 writes one record",
+        "asobench run STUDY.toml; of its results asobench replay DIR 0:0 --data FILE.csv writes one record",
     ),
     (
         &[
@@ -54,11 +54,13 @@ const COMMANDS: [(&[&str], &str); 10] = [
             "autocorr",
             "acf",
         ],
-        "asobench estimate RECORD.csv --order 2 --report my.html has equations, poles, responses and residuals",
+        "asobench estimate RECORD.csv --order 2 --report my.html has equations, poles, responses in time and frequency \
+         and residuals; no model is read from a file",
     ),
     (
         &["predict", "forecast", "validate-model", "goodness", "gof"],
-        "asobench estimate RECORD.csv --order 2 --validate OTHER.csv, or --window N, simulates and predicts",
+        "asobench estimate RECORD.csv --order 2 --validate OTHER.csv, or --window N: FIT of the simulation and one step \
+         ahead, no other horizon",
     ),
     (
         &["order", "select", "selstruc", "arxstruc", "aic", "bic"],
@@ -85,14 +87,79 @@ const COMMANDS: [(&[&str], &str); 10] = [
     ),
 ];
 
-/// Flags.
-const FLAGS: [(&[&str], &str); 22] = [
-    (&["-n", "--n", "--nx", "-o", "--model-order"], "--order N"),
+/// What an argument is called here: the names, and the answers. An answer is given to a command that has the flag before
+/// it, the first one if there are several.
+type Answer = (
+    &'static [&'static str],
+    &'static [(&'static str, &'static str)],
+);
+
+/// Arguments.
+const ARGUMENTS: &[Answer] = &[
+    (
+        &["-n", "--n", "--nx", "--model-order", "--states-number"],
+        &[
+            ("--order", "--order N"),
+            (
+                "--set",
+                "--trials M is the number of trials; --set window=N of samples, --set order=n the models'",
+            ),
+        ],
+    ),
+    (
+        &[
+            "-o",
+            "--output",
+            "--output-file",
+            "--outfile",
+            "--save",
+            "--save-as",
+            "--export",
+            "--csv",
+            "--tsv",
+            "--xlsx",
+            "--dir",
+            "--outdir",
+            "--output-dir",
+            "-d",
+            "--folder",
+        ],
+        &[
+            (
+                "--validate",
+                "--format json > FILE.json has all numbers of a model; --states FILE.csv, --plot FILE.svg and --report FILE.html",
+            ),
+            ("--out", "--out NAME"),
+            ("--data", "--data FILE.csv writes the record"),
+        ],
+    ),
+    (
+        &["--pdf", "--png", "--eps", "--svg"],
+        &[
+            (
+                "--zip",
+                "--out FILE.svg; rsvg-convert -f pdf -o FILE.pdf FILE.svg converts it",
+            ),
+            (
+                "--plot",
+                "--plot FILE.svg; rsvg-convert -f pdf -o FILE.pdf FILE.svg converts it",
+            ),
+        ],
+    ),
     (
         &[
             "--na", "--nb", "--nc", "--nd", "--nf", "--nk", "--poles", "--zeros",
         ],
-        "--orders na=2,nb=2,nk=1, with nc, nd and nf where a method has them",
+        &[
+            (
+                "--orders",
+                "--orders na=2,nb=2,nk=1, with nc, nd and nf where a method has them",
+            ),
+            (
+                "--set",
+                "--set order=n, or orders = \"na=2,nb=2,nk=1\" of a method in the file",
+            ),
+        ],
     ),
     (
         &[
@@ -103,8 +170,15 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--algorithm",
             "-e",
             "--estimators",
+            "--estimator",
         ],
-        "--estimator NAME",
+        &[
+            ("--estimator", "--estimator NAME"),
+            (
+                "--method",
+                "--method NAME, a method of the file; a program of your own is one with a name and command = [\"python3\", \"my.py\"]",
+            ),
+        ],
     ),
     (
         &[
@@ -116,7 +190,7 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--parallel",
             "-t",
         ],
-        "--threads N",
+        &[("--threads", "--threads N")],
     ),
     (
         &[
@@ -126,14 +200,48 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--mc",
             "--monte-carlo",
             "--nsim",
-            "--samples",
             "--iterations",
         ],
-        "--trials N",
+        &[("--trials", "--trials N")],
     ),
     (
-        &["--metric", "--metrics", "--figure", "--measures"],
-        "--measure NAME",
+        &["--samples", "--length", "-N", "--N", "--window"],
+        &[
+            ("--window", "--window N"),
+            ("--set", "--set window=N"),
+            ("--over", "--over window"),
+        ],
+    ),
+    (
+        &[
+            "--metric",
+            "--metrics",
+            "--figure",
+            "--measures",
+            "--measure",
+        ],
+        &[
+            ("--measure", "--measure NAME"),
+            ("--set", "--set 'measures=[\"e_a\", \"e_b\"]'"),
+        ],
+    ),
+    (
+        &["--x", "--xaxis", "--x-axis", "--along"],
+        &[("--over", "--over SETTING")],
+    ),
+    (
+        &["-y", "--y", "--yaxis", "--y-axis"],
+        &[
+            (
+                "--over",
+                "--measure NAME, and --statistic rmse for another one than medians",
+            ),
+            ("--output", "--output NAME, by name or number"),
+        ],
+    ),
+    (
+        &["--rmse", "--mean", "--median", "--stat", "--quantile"],
+        &[("--statistic", "--statistic NAME")],
     ),
     (
         &[
@@ -147,7 +255,7 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--rate",
             "--freq",
         ],
-        "--ts SECONDS",
+        &[("--ts", "--ts SECONDS")],
     ),
     (
         &[
@@ -160,25 +268,22 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--format-in",
             "--no-header",
         ],
-        "not needed: separators, decimal commas and headers are recognised, and --input, --output and --time choose columns",
+        &[(
+            "--input",
+            "not needed: separators, decimal commas and headers are recognised, and --input, --output and --time choose columns",
+        )],
     ),
     (
         &["-u", "--u", "--in", "--input-column", "--u-col"],
-        "--input NAME, by name or number",
+        &[("--input", "--input NAME, by name or number")],
     ),
     (
-        &["-y", "--y", "--output-column", "--y-col"],
-        "--output NAME, by name or number",
+        &["--output-column", "--y-col"],
+        &[("--output", "--output NAME, by name or number")],
     ),
     (
-        &["--dir", "--outdir", "--output-dir", "-d", "--folder"],
-        "--out DIR",
-    ),
-    (&["--json", "--output-format", "--as-json"], "--format json"),
-    (
-        &["--csv", "--save", "--export", "--tsv", "--xlsx"],
-        "--format json prints all numbers of a model, --states FILE.csv its states; asobench report DIR \
-         writes a table of each study as CSV",
+        &["--json", "--output-format", "--as-json"],
+        &[("--format", "--format json")],
     ),
     (
         &[
@@ -188,16 +293,30 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--train-size",
             "--test-size",
             "--estimation",
+            "--test-data",
         ],
-        "--window N leaves the samples after N for validation; --validate FILE is a second record",
+        &[(
+            "--validate",
+            "--window N leaves the samples after N for validation; --validate FILE is a second record",
+        )],
+    ),
+    (
+        &["--horizon", "--ahead", "--steps", "--predict", "-k"],
+        &[(
+            "--validate",
+            "--validate FILE, or --window N: FIT of the simulation and one step ahead, no other horizon",
+        )],
     ),
     (
         &["--dry-run", "--check", "--estimate-only"],
-        "asobench check STUDY.toml",
+        &[("--set", "asobench check STUDY.toml")],
     ),
     (
         &["--confidence", "--alpha", "--level", "--ci", "--sd"],
-        "intervals are of 95 %; --format json has the standard errors",
+        &[(
+            "--validate",
+            "intervals are of 95 %; --format json has the standard errors",
+        )],
     ),
     (
         &[
@@ -208,11 +327,69 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--csv-file",
             "--filename",
         ],
-        "the file is the first argument: asobench estimate RECORD.csv",
+        &[
+            (
+                "--input",
+                "the file is the first argument: asobench estimate RECORD.csv",
+            ),
+            (
+                "--set",
+                "the file is the first argument: asobench run STUDY.toml",
+            ),
+        ],
+    ),
+    (
+        &[
+            "--noise",
+            "--snr",
+            "--sigma",
+            "--eta",
+            "--noise-level",
+            "--noise_level",
+            "--std",
+        ],
+        &[(
+            "--set",
+            "--set eta=10, the noise in per cent of the output, and --set noise=white, its colour; asobench explain eta",
+        )],
+    ),
+    (
+        &[
+            "--plant",
+            "--system",
+            "--systems",
+            "--input",
+            "--order",
+            "--delay",
+            "--amplitude",
+            "--window",
+        ],
+        &[("--quick", "--set KEY=VALUE, such as --set order=2")],
+    ),
+    (
+        &["--resume", "--continue", "--restart-from"],
+        &[(
+            "--quick",
+            "nothing more: the same command goes on where it was stopped",
+        )],
+    ),
+    (
+        &["--quick", "--fast", "--small", "--smoke"],
+        &[
+            ("--paper", "--paper nikolov --trials 100"),
+            ("--trials", "--trials N"),
+        ],
+    ),
+    (
+        &["paper", "nikolov", "bobtsov", "nikolov2023", "bobtsov2023"],
+        &[("--paper", "--paper nikolov, bobtsov or all")],
     ),
     (
         &["-v", "--verbose", "-q", "--quiet", "--silent", "--debug"],
-        "warnings and progress go to standard error: 2>/dev/null hides them",
+        &[(
+            "--help",
+            "warnings and progress go to standard error: 2>/dev/null hides them",
+        )],
     ),
     (
         &[
@@ -227,7 +404,10 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--html",
             "--show",
         ],
-        "--plot FILE.svg, or --report FILE.html with responses, residuals, poles and zeros",
+        &[(
+            "--validate",
+            "--report FILE.html with responses in time and frequency, residuals, poles and zeros; --plot FILE.svg",
+        )],
     ),
     (
         &[
@@ -239,7 +419,17 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--demean",
             "--center",
         ],
-        "--detrend mean subtracts the means over the window, --detrend linear straight lines",
+        &[(
+            "--detrend",
+            "--detrend mean subtracts the means over the window, --detrend linear straight lines",
+        )],
+    ),
+    (
+        &["--interpolate", "--fill", "--fillna", "--dropna", "--nan"],
+        &[(
+            "--missing",
+            "--missing longest-run takes the longest part without a gap; nothing is interpolated",
+        )],
     ),
     (
         &[
@@ -251,25 +441,91 @@ const FLAGS: [(&[&str], &str); 22] = [
             "--aic",
             "--bic",
         ],
-        "--order 1:8 compares orders by AIC, AICc, BIC, FPE and FIT",
+        &[(
+            "--estimator",
+            "--order 1:8 compares orders by AIC, AICc, BIC, FPE and FIT",
+        )],
     ),
     (
         &["--force", "--overwrite", "-f", "--restart"],
-        "remove the folder of results, or --out another",
+        &[("--set", "remove the folder of results, or --out another")],
     ),
 ];
 
-/// Returns what a command or a flag that is unknown is called here, as one line.
-pub(super) fn line(error: &clap::Error) -> Option<String> {
+/// Returns what a command or an argument that is unknown is called here, as one line. `all` has every command.
+pub(super) fn line(error: &clap::Error, all: &clap::Command) -> Option<String> {
     let given = |kind: ContextKind| match error.get(kind) {
         Some(ContextValue::String(given)) => Some(given.as_str()),
         _ => None,
     };
-    let (what, given, all): (_, _, &[(&[&str], &str)]) = match given(ContextKind::InvalidSubcommand)
-    {
-        Some(command) => ("command", command, &COMMANDS),
-        None => ("argument", given(ContextKind::InvalidArg)?, &FLAGS),
-    };
-    let (_, here) = all.iter().find(|(names, _)| names.contains(&given))?;
-    Some(format!("unexpected {what} '{given}'; here: {here}"))
+    if let Some(command) = given(ContextKind::InvalidSubcommand) {
+        let (_, here) = COMMANDS
+            .iter()
+            .find(|(names, _)| names.contains(&command))?;
+        return Some(format!("unexpected command '{command}'; here: {here}"));
+    }
+    if error.kind() != ErrorKind::UnknownArgument {
+        return None;
+    }
+    let argument = given(ContextKind::InvalidArg)?;
+    let usage = error.render().to_string();
+    let (_, usage) = usage.split_once("Usage: asobench ")?;
+    let command = all.find_subcommand(usage.split_whitespace().next()?)?;
+    let answers = ARGUMENTS
+        .iter()
+        .filter(|(names, _)| names.contains(&argument));
+    let mut answers = answers.flat_map(|(_, answers)| *answers);
+    if let Some((_, here)) = answers.find(|(flag, _)| has(command, flag)) {
+        return Some(format!("unexpected argument '{argument}'; here: {here}"));
+    }
+    let others = all.get_subcommands().filter(|other| has(other, argument));
+    let others: Vec<&str> = others.map(clap::Command::get_name).collect();
+    if others.is_empty() || given(ContextKind::SuggestedArg).is_some() {
+        return None;
+    }
+    Some(format!(
+        "unexpected argument '{argument}': {} does not have it; of asobench {}",
+        command.get_name(),
+        others.join(", ")
+    ))
+}
+
+/// Whether a command or one below it has a flag.
+fn has(command: &clap::Command, flag: &str) -> bool {
+    let long = |argument: &clap::Arg| argument.get_long() == flag.strip_prefix("--");
+    command.get_arguments().any(long) || command.get_subcommands().any(|below| has(below, flag))
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// Every command with every word of the table: an answer names no flag that the command does not have.
+    pub(in crate::cli) fn answers_fit(all: &clap::Command) {
+        let mut seen = 0;
+        for (names, answers) in ARGUMENTS {
+            for (flag, _) in *answers {
+                assert!(all.get_subcommands().any(|of| has(of, flag)), "{flag}");
+            }
+            for (command, name) in all
+                .get_subcommands()
+                .flat_map(|of| names.iter().map(move |name| (of, name)))
+            {
+                let arguments = ["asobench", command.get_name(), name, "1"];
+                let Err(error) = all.clone().try_get_matches_from(arguments) else {
+                    continue;
+                };
+                let Some(line) = line(&error, all) else {
+                    continue;
+                };
+                let Some((_, here)) = line.split_once("here: --") else {
+                    continue;
+                };
+                let flag = here.split([' ', ',', ';']).next().unwrap_or_default();
+                assert!(has(command, &format!("--{flag}")), "{arguments:?}: {line}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 100, "{seen}");
+    }
 }

@@ -5,6 +5,7 @@ use super::files::check_extension;
 use super::output::print;
 use crate::files::{self, Kind};
 use crate::metric::Statistic;
+use crate::names::{UnknownName, here};
 use crate::report::{Chosen, FigureKind, Mark, Study, chosen_figure, held};
 use crate::study::Measure;
 use crate::study::file::Key;
@@ -21,7 +22,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// The measure [default: the one with which the report begins]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, alias = "y", value_name = "NAME", value_parser = measure)]
     measure: Option<Measure>,
     /// mean, sd, mse, rmse, trimmed, q05, q25, q50, q75 or q95 [default: medians with the spread of
     /// the trials]
@@ -34,13 +35,13 @@ pub(super) struct Arguments {
     #[arg(long)]
     no_spread: bool,
     /// The setting along x, such as window [default: the one with the most values]
-    #[arg(long, value_name = "SETTING")]
+    #[arg(long, alias = "x", value_name = "SETTING", value_parser = setting)]
     over: Option<Key>,
     /// Only cells with this value of a setting, such as noise=white; may be repeated
     #[arg(long = "where", value_name = "SETTING=VALUE", value_parser = held)]
     at: Vec<(Key, String)>,
     /// Only this output or method, such as oe or iv(4); may be repeated
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, aliases = ["methods", "estimator"], value_name = "NAME")]
     method: Vec<String>,
     /// A value from elsewhere, such as "as printed: window=98, noise=ar: 0.033"; may be repeated
     #[arg(long, value_name = "NAME: SETTING=VALUE, ...: NUMBER")]
@@ -71,8 +72,26 @@ pub(super) struct Arguments {
     #[arg(long)]
     linear: bool,
     /// The SVG file [default: STUDY-MEASURE.svg here]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, alias = "output", short_alias = 'o', value_name = "FILE")]
     out: Option<PathBuf>,
+}
+
+/// A setting, also by its name elsewhere: N is the window.
+fn setting(given: &str) -> Result<Key, UnknownName> {
+    let known: Vec<&str> = Key::ALL.iter().map(|key| key.name()).collect();
+    here(given, &known).unwrap_or(given).parse()
+}
+
+/// A measure; a statistic of one is named as such.
+fn measure(given: &str) -> Result<Measure, String> {
+    given.parse().map_err(|error: UnknownName| {
+        match given.to_lowercase().parse::<Statistic>() {
+            Ok(statistic) => {
+                format!("{given} is a statistic; expected a measure, such as e_a, and --statistic {statistic}")
+            }
+            Err(_) => error.to_string(),
+        }
+    })
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {

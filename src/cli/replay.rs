@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "CELL:TRIAL")]
     which: Which,
     /// Write that trial's k, u, y to a file for `asobench estimate`
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, aliases = ["out", "output"], short_alias = 'o', value_name = "FILE.csv")]
     data: Option<PathBuf>,
     #[command(flatten)]
     consent: Consent,

@@ -19,7 +19,7 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "DIR")]
     folders: Vec<PathBuf>,
     /// Folder of the report [default: DIR if there is one, else report]
-    #[arg(long, value_name = "OUT")]
+    #[arg(long, alias = "output", short_alias = 'o', value_name = "OUT")]
     out: Option<PathBuf>,
     /// Judge the claims of this experiment file instead of those stored with the results
     #[arg(long, value_name = "FILE")]

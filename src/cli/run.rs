@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE")]
     more: Vec<PathBuf>,
     /// Folder of the results [default: results/NAME of NAME.toml]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, alias = "output", short_alias = 'o', value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
     confirmation: Confirmation,

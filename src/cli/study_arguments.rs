@@ -27,8 +27,8 @@ pub(super) struct StudyArguments {
     #[arg(long, value_name = "SEED")]
     pub(super) seed: Option<u64>,
     /// Only these methods (or observers) of the file, by label or estimator, such as oe; claims and
-    /// comparisons that need others are left out. May be repeated
-    #[arg(long = "method", value_name = "NAME")]
+    /// comparisons that need others are left out. Several are separated by commas
+    #[arg(long = "method", aliases = ["methods", "estimator"], value_name = "NAME")]
     pub(super) method: Vec<String>,
     /// What is kept, instead of the file's: summaries, or trials too
     #[arg(long, value_name = "WHAT")]

@@ -10,7 +10,7 @@ pub use serde;
 
 /// A name that is not one of the valid ones.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown {what} '{}'{}; expected {}", beginning(.given, NAME_LIMIT), nearest(.given, .valid), .valid.join(", "))]
+#[error("unknown {what} '{}'{}; expected {}", beginning(.given, NAME_LIMIT), nearest(.given, .valid), listed(.given, .valid))]
 pub struct UnknownName {
     /// The kind of thing to be named.
     pub what: String,
@@ -31,8 +31,11 @@ impl UnknownName {
     }
 }
 
+/// A list of so many names is read whole.
+const FEW: usize = 12;
+
 /// What people who come from elsewhere call a thing, in lower case but for single letters, and its name here.
-const ELSEWHERE: [(&str, &str); 46] = [
+const ELSEWHERE: [(&str, &str); 44] = [
     ("N", "window"),
     ("n", "order"),
     ("samples", "window"),
@@ -59,9 +62,7 @@ const ELSEWHERE: [(&str, &str); 46] = [
     ("metrics", "measures"),
     ("systems", "plants"),
     ("system", "plant"),
-    ("prbs", "signs"),
     ("rbs", "signs"),
-    ("binary", "signs"),
     ("rgs", "gaussian"),
     ("normal", "gaussian"),
     ("white", "gaussian"),
@@ -81,28 +82,45 @@ const ELSEWHERE: [(&str, &str); 46] = [
     ("fit", "fit_fresh"),
 ];
 
+/// The valid name of what people who come from elsewhere call `given`.
+pub fn here<'a>(given: &str, valid: &[&'a str]) -> Option<&'a str> {
+    let folded = given.to_lowercase();
+    // N and n are two things.
+    let is = |other: &str| other == given || (other.len() > 1 && other == folded);
+    let mut elsewhere = ELSEWHERE.iter().filter(|(other, _)| is(other));
+    elsewhere.find_map(|(_, here)| valid.iter().copied().find(|name| name == here))
+}
+
 /// ", did you mean 'name'?" for the nearest valid name, or nothing if none is near.
 fn nearest(given: &str, valid: &[String]) -> String {
     // The time grows with the square of the length, and no longer text is a name.
     if given.len() > NAME_LIMIT {
         return String::new();
     }
-    let folded = given.to_lowercase();
-    // N and n are two things.
-    let is = |other: &str| other == given || (other.len() > 1 && other == folded);
-    let mut elsewhere = ELSEWHERE.iter().filter(|(other, _)| is(other));
-    if let Some((_, here)) = elsewhere.find(|(_, here)| valid.iter().any(|name| name == here)) {
+    let all: Vec<&str> = valid.iter().map(String::as_str).collect();
+    if let Some(here) = here(given, &all) {
         return format!(", which is called '{here}' here");
     }
     valid
         .iter()
-        .map(|name| {
-            let similarity = |given: &str| strsim::jaro_winkler(given, name);
-            (similarity(given).max(similarity(&folded)), name)
-        })
+        .map(|name| (similarity(given, name), name))
         .filter(|(similarity, _)| *similarity > 0.7)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
         .map_or_else(String::new, |(_, name)| format!(", did you mean '{name}'?"))
+}
+
+/// How near a name is to what was given, in capitals or not.
+fn similarity(given: &str, name: &str) -> f64 {
+    strsim::jaro_winkler(given, name).max(strsim::jaro_winkler(&given.to_lowercase(), name))
+}
+
+/// The valid names; of many, the nearest first.
+fn listed(given: &str, valid: &[String]) -> String {
+    let mut names: Vec<&str> = valid.iter().map(String::as_str).collect();
+    if names.len() > FEW && given.len() <= NAME_LIMIT {
+        names.sort_by(|a, b| similarity(given, b).total_cmp(&similarity(given, a)));
+    }
+    names.join(", ")
 }
 
 /// The JSON schema of a [`named_enum`].

@@ -21,6 +21,7 @@ pub(in crate::cli) struct Arguments {
     /// Estimators, separated by commas; `asobench methods` prints them
     #[arg(
         long,
+        aliases = ["method", "methods", "estimators"],
         value_name = "LIST",
         value_delimiter = ',',
         default_value = "ls,iv"
@@ -39,7 +40,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "FILE.html")]
     pub(super) report: Option<PathBuf>,
     /// A second record, on which the models are validated instead of the samples after the window
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, alias = "validation", value_name = "FILE.csv")]
     pub(super) validate: Option<PathBuf>,
     /// Time between samples, seconds [default: that of the column of times, if there is one]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
@@ -108,6 +109,26 @@ pub(super) struct RecordArguments {
     /// Trend to subtract from u and y, fitted on the window: none, mean, linear
     #[arg(long, value_name = "WHAT", default_value_t)]
     pub(super) detrend: Detrend,
+    /// Subtract U from u and Y from y instead, the point about which the record moves
+    #[arg(
+        long,
+        value_name = "U,Y",
+        conflicts_with = "detrend",
+        allow_hyphen_values = true,
+        value_parser = pair
+    )]
+    pub(super) operating_point: Option<[f64; 2]>,
+}
+
+fn pair(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .filter_map(|part| part.trim().parse().ok())
+        .collect();
+    match (text.split(',').count(), numbers.as_slice()) {
+        (2, [u, y]) if u.is_finite() && y.is_finite() => Ok([*u, *y]),
+        _ => Err("expected two numbers, of u and of y, such as 40,61.5".to_owned()),
+    }
 }
 
 pub(super) fn whole(text: &str) -> Result<usize, String> {

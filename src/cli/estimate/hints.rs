@@ -1,6 +1,8 @@
 //! What a user may do about a record: an integrator, a start that is not at rest, a step.
 
+use super::pictures::simulated;
 use super::report::{Estimate, Report};
+use crate::data::Trend;
 use crate::diagnosis::{Z_95, is_feedback};
 use crate::estimator::{FailureKind, Pass, Problem, Rows, Shape, Window, initial_numbers};
 use crate::metric::tails::chi_square_above;
@@ -10,6 +12,9 @@ use serde_json::{Value, json};
 /// A pole this close to 1 may be 1 whatever its standard error is.
 const NEAR_ONE: f64 = 2e-3;
 
+/// Parts of a record whose means are compared.
+const PARTS: usize = 20;
+
 /// The level at which a record is said not to begin at rest.
 const LEVEL: f64 = 1e-3;
 
@@ -18,6 +23,8 @@ pub(super) fn of(estimate: &Estimate, report: &Report) -> Vec<String> {
     let hints = [
         integrator(estimate),
         start(estimate, report),
+        offset(estimate, report),
+        coloured(estimate),
         step(estimate, report),
     ];
     hints.into_iter().flatten().collect()
@@ -26,8 +33,8 @@ pub(super) fn of(estimate: &Estimate, report: &Report) -> Vec<String> {
 /// A real pole that may be 1.
 fn integrator(estimate: &Estimate) -> Option<String> {
     let last = estimate.last();
-    let roots = &last.precision.as_ref()?.poles;
-    let pole = roots.iter().find(|root| {
+    let precision = last.precision.as_ref()?;
+    let pole = precision.poles.iter().find(|root| {
         let error = root.error.modulus;
         let near = if error.is_finite() {
             NEAR_ONE.max(Z_95 * error).min(0.02)
@@ -37,9 +44,70 @@ fn integrator(estimate: &Estimate) -> Option<String> {
         root.at.im == 0.0 && (root.at.re - 1.0).abs() <= near
     })?;
     let place = format!("{:.6}", pole.at.re);
+    let mut zeros = precision.zeros.iter();
+    if let Some(zero) = zeros.find(|zero| zero.at.im == 0.0 && (zero.at.re - 1.0).abs() <= 0.02) {
+        return Some(format!(
+            "the pole {place} and the zero {:.6} are what an offset leaves that was not subtracted: a model of one order \
+             less, and --operating-point U,Y",
+            zero.at.re
+        ));
+    }
     Some(format!(
         "the pole {place} may be 1, an integrator: the differences y(k) - y(k-1) have a model without it, one order lower"
     ))
+}
+
+/// Simulated errors that have a mean: what was subtracted from u and y is not the point about which the record moves.
+fn offset(estimate: &Estimate, report: &Report) -> Option<String> {
+    let [u, y] = report.subtracted()?.map(Trend::line);
+    let simulated = simulated(estimate, report)?;
+    let samples = report.shifted(estimate.shift);
+    let errors = samples.y[..samples.window].iter().zip(&simulated);
+    let errors: Vec<f64> = errors.map(|(y, simulated)| y - simulated).collect();
+    let (whole, deviation) = mean_and_deviation(&errors);
+    // Means of long parts are nearly independent, whatever the colour of the errors.
+    let parts = errors.chunks_exact((errors.len() / PARTS).max(1));
+    let means: Vec<f64> = parts.map(|part| mean_and_deviation(part).0).collect();
+    let error = mean_and_deviation(&means).1 / (means.len() as f64).sqrt();
+    if errors.len() < 10 * PARTS || !(whole.abs() > 5.0 * error && whole.abs() > 0.5 * deviation) {
+        return None;
+    }
+    let whole = whole * report.unit;
+    let way = if u[1] == 0.0 && y[1] == 0.0 {
+        format!(
+            "; --operating-point {},{} subtracts a nearer point",
+            rounded(u[0], 6),
+            rounded(y[0] + whole, 6)
+        )
+    } else {
+        String::new()
+    };
+    Some(format!(
+        "simulated errors have mean {} and standard deviation {}: the record does not move about what was subtracted{way}",
+        rounded(whole, 3),
+        rounded(deviation * report.unit, 3)
+    ))
+}
+
+/// The mean, and the standard deviation about it.
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares = values
+        .iter()
+        .map(|value| (value - mean).powi(2))
+        .sum::<f64>();
+    (mean, (squares / count).sqrt())
+}
+
+/// Standard errors for white prediction errors beside errors that are not white.
+fn coloured(estimate: &Estimate) -> Option<String> {
+    let white = estimate.last().residuals.as_ref()?.white;
+    let assumed = estimate.options.get("covariance")?.as_str()?;
+    let has_errors = !estimate.last().model.covariance.is_empty();
+    (!white.passed && assumed == "white" && has_errors).then(|| {
+        "the standard errors assume white prediction errors, which these are not: --covariance robust".to_owned()
+    })
 }
 
 /// Signals before the record that are not zero: the same method with them fitted has a lower loss than by chance.

@@ -28,6 +28,7 @@ pub(super) fn render(report: &Report) -> Value {
         "solver": solver,
         "unit": report.unit,
         "detrend": report.detrend,
+        "subtracted": report.subtracted().map(|[u, y]| json!({ "u": u.line(), "y": y.line() })),
         "gain": report.gain,
         "feedback_p_value": report.feedback,
         "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the original record; \

@@ -74,21 +74,30 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
     let unit = in_own_unit(&mut record, window).map_err(&bad)?;
     let mut trends = [Trend::default(); 2];
     let signals = [("u", &mut record.u), ("y", &mut record.y)];
-    for ((name, values), trend) in signals.into_iter().zip(&mut trends) {
+    let point = arguments.record.operating_point;
+    let points = point.map_or([None; 2], |point| point.map(Some));
+    for (((name, values), trend), point) in signals.into_iter().zip(&mut trends).zip(points) {
         let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let before = largest(&values[..window]);
-        *trend = Trend::fit(arguments.record.detrend, &values[..window]);
+        *trend = match point {
+            Some(level) => Trend::constant(level / unit),
+            None => Trend::fit(arguments.record.detrend, &values[..window]),
+        };
         trend.subtract(values);
         if largest(&values[..window]) <= 64.0 * f64::EPSILON * before {
             return Err(bad(format!(
-                "column {name} is exactly its {} trend over the window; nothing is left to identify from",
-                arguments.record.detrend
+                "column {name} is exactly {} over the window; nothing is left to identify from",
+                match point {
+                    Some(level) => level.to_string(),
+                    None => format!("its {} trend", arguments.record.detrend),
+                }
             )));
         }
     }
     if let Some(of_window) = record.r.get(..window) {
         // The models have no offset: neither has what drives the loop.
-        Trend::fit(arguments.record.detrend, of_window).subtract(&mut record.r);
+        let detrend = point.map_or(arguments.record.detrend, |_| Detrend::Mean);
+        Trend::fit(detrend, of_window).subtract(&mut record.r);
     }
     let validation = validation(arguments, unit, &trends, needed)?;
     Ok(Report {

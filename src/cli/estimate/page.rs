@@ -79,10 +79,10 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
         (None, 0) => "none".to_owned(),
         (None, rest) => format!("{rest} samples after the window"),
     };
-    let subtracted = if report.detrend.is_none() {
-        "nothing".to_owned()
-    } else {
-        format!("--detrend {}: {u} from u, {y} from y", report.detrend)
+    let subtracted = match (report.subtracted(), report.detrend.is_none()) {
+        (None, _) => "nothing".to_owned(),
+        (Some(_), true) => format!("--operating-point: {u} from u, {y} from y"),
+        (Some(_), false) => format!("--detrend {}: {u} from u, {y} from y", report.detrend),
     };
     let mut settings = vec![
         ("file", visible(report.file.display())),
@@ -253,6 +253,7 @@ fn modes(modes: &[Mode], unit: Frequency) -> Table {
         Column::number("damping", ""),
         Column::number("its standard error", ""),
         Column::number("time constant", "s"),
+        Column::number("its standard error", "s"),
     ];
     let mut table = Table::new("Poles in continuous time, a pair as one", columns);
     for mode in modes {
@@ -262,6 +263,7 @@ fn modes(modes: &[Mode], unit: Frequency) -> Table {
             number(mode.damping, DIGITS),
             number(mode.damping_se, ERROR_DIGITS),
             number(mode.time_constant.unwrap_or(f64::NAN), DIGITS),
+            number(mode.time_constant_se, ERROR_DIGITS),
         ]);
     }
     table

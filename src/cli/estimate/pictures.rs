@@ -111,7 +111,7 @@ fn points(report: &Report, first: usize, values: &[f64]) -> Vec<Point> {
 }
 
 /// Returns the output simulated from u alone; `None` if there is no x0.
-fn simulated(estimate: &Estimate, report: &Report) -> Option<Vec<f64>> {
+pub(super) fn simulated(estimate: &Estimate, report: &Report) -> Option<Vec<f64>> {
     let pass = &estimate.last().pass;
     if pass.progress < Progress::InitialState {
         return None;

@@ -54,6 +54,12 @@ impl Report {
         }
     }
 
+    /// Returns what was subtracted from u and from y, in the unit of the file; `None` if nothing was.
+    pub(super) fn subtracted(&self) -> Option<[Trend; 2]> {
+        let any = self.trends != [Trend::default(); 2];
+        any.then(|| self.trends.map(|trend| trend.times(self.unit)))
+    }
+
     /// Returns the time of a sample of the record, seconds; its number where times are unknown.
     pub(super) fn time(&self, k: usize) -> f64 {
         self.clock

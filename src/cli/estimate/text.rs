@@ -236,10 +236,17 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
         );
         let decay = mode.time_constant.map_or_else(
             || "does not decay".to_owned(),
-            |time| format!("time constant {} s", rounded(time, 4)),
+            |time| {
+                let error = plus_minus(mode.time_constant_se);
+                format!("time constant {}{error} s", rounded(time, 4))
+            },
         );
         let damping = format!("damping {}", rounded(mode.damping, 4));
-        let error = plus_minus(mode.damping_se);
+        // Of a real pole the damping is 1 whatever its error.
+        let error = match mode.damping_se {
+            0.0 => String::new(),
+            error => plus_minus(error),
+        };
         writeln!(
             text,
             "  {name:<18} {frequency}\n  {:<18} {damping}{error}, {decay}",

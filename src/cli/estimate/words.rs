@@ -32,6 +32,9 @@ pub(super) fn record(report: &Report) -> String {
     if report.skipped > 0 {
         lines.push(format!("the first {} samples are left out", report.skipped));
     }
+    if let Some([u, y]) = report.subtracted() {
+        lines.push(format!("{u} subtracted from u, {y} from y"));
+    }
     if let Some(Clock { step, .. }) = report.clock {
         lines.push(format!("{} s between samples", rounded(step, 6)));
     }

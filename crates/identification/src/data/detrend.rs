@@ -44,6 +44,16 @@ impl std::fmt::Display for Trend {
 }
 
 impl Trend {
+    /// The same number for all samples.
+    pub fn constant(level: f64) -> Self {
+        Self { level, slope: 0.0 }
+    }
+
+    /// Level at k = 0 and slope in a sample.
+    pub fn line(self) -> [f64; 2] {
+        [self.level, self.slope]
+    }
+
     /// Fits the trend to the samples of the window.
     pub fn fit(detrend: Detrend, window: &[f64]) -> Self {
         match detrend {

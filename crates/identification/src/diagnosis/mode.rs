@@ -21,6 +21,8 @@ pub struct Mode {
     pub damping_se: f64,
     /// The time constant `-1/Re(s)`, seconds, in which the mode decays to 1/e; `None` if it does not decay.
     pub time_constant: Option<f64>,
+    /// Its standard error; NaN if it does not decay.
+    pub time_constant_se: f64,
 }
 
 impl Mode {
@@ -42,9 +44,9 @@ impl Mode {
                 re, im, covariance, ..
             } = error;
             let cross = 2.0 * by_re * by_im * covariance;
-            (by_re * by_re * re * re + cross + by_im * by_im * im * im)
-                .max(0.0)
-                .sqrt()
+            let square = by_re * by_re * re * re + cross + by_im * by_im * im * im;
+            // Rounding may end below 0; what is unknown stays unknown.
+            if square < 0.0 { 0.0 } else { square.sqrt() }
         };
         let cube = frequency.powi(3);
         Some(Self {
@@ -57,6 +59,11 @@ impl Mode {
                 se([-omega * omega / cube, sigma * omega / cube])
             },
             time_constant: (sigma < 0.0).then(|| -1.0 / sigma),
+            time_constant_se: if sigma < 0.0 {
+                se([1.0 / (sigma * sigma), 0.0])
+            } else {
+                f64::NAN
+            },
         })
     }
 }

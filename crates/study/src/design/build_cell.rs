@@ -6,7 +6,7 @@ use crate::design::curve_bins::{CURVES_LIMIT, curve_bytes};
 use crate::design::file::axis::Scalar;
 use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::input_table::InputTable;
+use crate::design::file::input_table::{InputTable, LAWS};
 use crate::design::file::key::Key;
 use crate::design::file::tables::{FeedbackTable, NoiseTable, PlantTable};
 use crate::design::settings_reader::{LARGEST_COUNT, SettingsReader, unknown};
@@ -20,7 +20,9 @@ use asobench_identification::model::LinearModel;
 use asobench_identification::names::UnknownName;
 use asobench_identification::observer::Gain;
 use asobench_identification::plant::{ORDER_LIMIT, nikolov2023};
-use asobench_identification::signal::{Input, InputLaw, LevelOf, LevelReading, NoiseFilter};
+use asobench_identification::signal::{
+    Input, InputLaw, LevelOf, LevelReading, NoiseFilter, Sequence,
+};
 use asobench_identification::text::number;
 
 /// Built-in plants, which need no table.
@@ -207,6 +209,18 @@ impl SettingsReader<'_> {
                 let filter = self.input_filter(&place, filter, &[])?;
                 return Ok(Input::Binary { filter, amplitude });
             }
+        }
+        let law = name.to_lowercase();
+        if LAWS.contains(&law.as_str()) && !self.file.noises.contains_key(&name) {
+            let sequence = Sequence::Periodic127;
+            let also = match law.as_str() {
+                "prbs" => format!(", or input = \"signs\" with sequence = \"{sequence}\""),
+                _ => String::new(),
+            };
+            let message = format!(
+                "'{name}' is a law; expected the name of a table [inputs.NAME] with law = \"{law}\"{also}"
+            );
+            return Err(FileError::key(key, message));
         }
         let laws: Vec<&str> = InputLaw::ALL.iter().map(|law| law.name()).collect();
         let inputs = self.file.inputs.keys().map(String::as_str);

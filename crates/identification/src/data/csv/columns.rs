@@ -37,6 +37,8 @@ pub(super) struct Columns {
     places: [Option<usize>; 5],
     /// What the file calls them: k, u, y, t and r where it has no header.
     names: [String; 5],
+    /// The columns of the header that have no role.
+    unused: Vec<String>,
     /// Seconds in a unit of the times.
     pub(super) unit: f64,
 }
@@ -72,6 +74,7 @@ impl Columns {
             });
         }
         let taken = places;
+        let mut unused = Vec::new();
         for (at, cell) in header.unwrap_or_default().iter().enumerate() {
             if taken.contains(&Some(at)) {
                 continue;
@@ -82,7 +85,7 @@ impl Columns {
                 .find(|role| role.names().contains(&name.as_str()));
             match role {
                 // A choice leaves out what the column would be by its name.
-                Some(role) if chosen[role as usize].is_some() => {}
+                Some(role) if chosen[role as usize].is_some() => unused.push((*cell).to_owned()),
                 Some(role) => {
                     if places[role as usize].replace(at).is_some() {
                         return Err(RecordError::RepeatedColumn {
@@ -91,7 +94,7 @@ impl Columns {
                         });
                     }
                 }
-                None if is_chosen => {}
+                None if is_chosen => unused.push((*cell).to_owned()),
                 None => {
                     let column = (*cell).to_owned();
                     return Err(RecordError::UnknownColumn { line, column });
@@ -125,6 +128,7 @@ impl Columns {
         Ok(Self {
             places,
             names,
+            unused,
             unit,
         })
     }
@@ -151,9 +155,26 @@ impl Columns {
                 let plain = name == role.name() || name == "time";
                 (!plain).then(|| format!("{} is column '{name}'", role.name()))
             });
-        words.collect()
+        let mut words: Vec<String> = words.collect();
+        let shown: Vec<String> = self
+            .unused
+            .iter()
+            .take(SHOWN)
+            .map(|name| format!("'{name}'"))
+            .collect();
+        if !shown.is_empty() {
+            let more = match self.unused.len() - shown.len() {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            words.push(format!("not used: {}{more}", shown.join(" ")));
+        }
+        words
     }
 }
+
+/// Unused columns that are named.
+const SHOWN: usize = 4;
 
 /// The choice that no column holds times.
 const NO_TIME: &str = "none";

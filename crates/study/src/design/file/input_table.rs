@@ -10,6 +10,9 @@ const PERIOD_LIMIT: usize = 1 << 18;
 /// The longest period of a multisine, whose time grows with its square.
 const MULTISINE_LIMIT: usize = 1 << 14;
 
+/// The laws of tables of inputs, as names.
+pub(crate) const LAWS: [&str; 5] = ["prbs", "multisine", "sines", "steps", "binary"];
+
 /// An input, times the setting `amplitude` (or the reference's). All but "binary" are periodic: the same samples in
 /// every trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -42,8 +42,17 @@ impl ExperimentFile {
             .flatten()
             .map(String::as_str)
             .collect();
-        for name in names {
-            if !all.iter().any(|known| folded(known) == folded(name)) {
+        let is_known = |name: &str| all.iter().any(|known| folded(known) == folded(name));
+        // Names may have commas too.
+        let parts = |name: &String| -> Vec<String> {
+            match is_known(name) {
+                true => vec![name.clone()],
+                false => name.split(',').map(|part| part.trim().to_owned()).collect(),
+            }
+        };
+        let names: Vec<String> = names.iter().flat_map(parts).collect();
+        for name in &names {
+            if !is_known(name) {
                 let all: Vec<&str> = all.iter().copied().collect();
                 let unknown = UnknownName::new("method", name, &all);
                 return Err(FileError::key(name, unknown.to_string()));

@@ -2,7 +2,7 @@
 
 use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::key::Key;
+use crate::design::file::key::{Key, StudyKind};
 use crate::design::measure::Measure;
 use crate::files;
 use crate::files::Kind;
@@ -20,6 +20,26 @@ fn with_nearest(message: &str) -> String {
     UnknownName::new("key", given, &valid).to_string()
 }
 
+/// The message of an unknown setting, with the settings of this kind of study alone.
+fn of_kind(message: &str, kind: StudyKind) -> Option<String> {
+    let given = message
+        .strip_prefix("unknown setting '")?
+        .split('\'')
+        .next()?;
+    let of_kind = Key::ALL.iter().filter(|key| key.is_of(kind));
+    let names: Vec<&str> = of_kind.map(|key| key.name()).collect();
+    Some(UnknownName::new("setting", given, &names).to_string())
+}
+
+/// The kind of the study of a text that cannot be read.
+fn kind_of(text: &str) -> StudyKind {
+    let mut lines = text.lines().map(str::trim_start);
+    match lines.any(|line| line.starts_with("[continuous")) {
+        true => StudyKind::Continuous,
+        false => StudyKind::Discrete,
+    }
+}
+
 impl ExperimentFile {
     /// Reads TOML.
     ///
@@ -33,7 +53,8 @@ impl ExperimentFile {
             FileError::Text {
                 line: before.matches('\n').count() + 1,
                 column: before[line_start..].chars().count() + 1,
-                message: with_nearest(error.message()),
+                message: of_kind(error.message(), kind_of(text))
+                    .unwrap_or_else(|| with_nearest(error.message())),
             }
         })
     }
@@ -146,7 +167,10 @@ impl ExperimentFile {
             place = next.ok_or_else(|| wrong(format!("no '{part}' there")))?;
         }
         *place = value;
-        serde_json::from_value(file).map_err(|error| wrong(with_nearest(&error.to_string())))
+        serde_json::from_value(file).map_err(|error| {
+            let message = error.to_string();
+            wrong(of_kind(&message, self.kind()).unwrap_or_else(|| with_nearest(&message)))
+        })
     }
 }
 
