@@ -103,7 +103,12 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
 /// Standard errors for white prediction errors beside errors that are not white.
 fn coloured(estimate: &Estimate) -> Option<String> {
     let white = estimate.last().residuals.as_ref()?.white;
-    let assumed = estimate.options.get("covariance")?.as_str()?;
+    // Without a choice they assume it too.
+    let assumed = estimate
+        .options
+        .get("covariance")?
+        .as_str()
+        .unwrap_or("white");
     let has_errors = !estimate.last().model.covariance.is_empty();
     (!white.passed && assumed == "white" && has_errors).then(|| {
         "the standard errors assume white prediction errors, which these are not: --covariance robust".to_owned()

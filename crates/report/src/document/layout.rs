@@ -158,6 +158,9 @@ const WIDE: f64 = 1e3;
 /// Cuts logarithmic y axes that the intervals of a few estimates would stretch. The axis holds every value up
 /// to `DECADES` decades above the median value, and about a decade more.
 fn cut(plots: &mut [Plot]) {
+    // Names below a figure have no values.
+    let has_values = |plot: &&mut Plot| !matches!(plot.y.scale, Scale::Categories(_));
+    let plots: Vec<&mut Plot> = plots.iter_mut().filter(has_values).collect();
     let logarithmic = plots
         .iter()
         .all(|plot| plot.y.scale == Scale::Log && plot.y.range.is_none());

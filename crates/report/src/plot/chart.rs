@@ -224,7 +224,9 @@ impl<'a> Chart<'a> {
         if self.plot.series.iter().all(|of| of.style == Style::Region) {
             return String::new();
         }
-        let points = series.flat_map(|series| &series.points);
+        // A step has two points.
+        let each = |series: &Series| if series.style == Style::Steps { 2 } else { 1 };
+        let points = series.flat_map(|series| series.points.iter().step_by(each(series)));
         let finite = |point: &&Point| point.x.is_finite() && point.y.is_finite();
         let points: Vec<&Point> = points.filter(finite).collect();
         if points.is_empty() {
