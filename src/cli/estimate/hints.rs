@@ -104,13 +104,10 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
 fn coloured(estimate: &Estimate) -> Option<String> {
     let white = estimate.last().residuals.as_ref()?.white;
     // Without a choice they assume it too.
-    let assumed = estimate
-        .options
-        .get("covariance")?
-        .as_str()
-        .unwrap_or("white");
+    let chosen = estimate.options.get("covariance").and_then(Value::as_str);
+    let is_assumed = estimate.name.takes("covariance") && chosen.unwrap_or("white") == "white";
     let has_errors = !estimate.last().model.covariance.is_empty();
-    (!white.passed && assumed == "white" && has_errors).then(|| {
+    (!white.passed && is_assumed && has_errors).then(|| {
         "the standard errors assume white prediction errors, which these are not: --covariance robust".to_owned()
     })
 }
