@@ -45,10 +45,10 @@ impl ExperimentFile {
         let is_known = |name: &str| all.iter().any(|known| folded(known) == folded(name));
         // Names may have commas too.
         let parts = |name: &String| -> Vec<String> {
-            match is_known(name) {
-                true => vec![name.clone()],
-                false => name.split(',').map(|part| part.trim().to_owned()).collect(),
+            if is_known(name) {
+                return vec![name.clone()];
             }
+            name.split(',').map(|part| part.trim().to_owned()).collect()
         };
         let names: Vec<String> = names.iter().flat_map(parts).collect();
         for name in &names {

@@ -34,9 +34,10 @@ fn of_kind(message: &str, kind: StudyKind) -> Option<String> {
 /// The kind of the study of a text that cannot be read.
 fn kind_of(text: &str) -> StudyKind {
     let mut lines = text.lines().map(str::trim_start);
-    match lines.any(|line| line.starts_with("[continuous")) {
-        true => StudyKind::Continuous,
-        false => StudyKind::Discrete,
+    if lines.any(|line| line.starts_with("[continuous")) {
+        StudyKind::Continuous
+    } else {
+        StudyKind::Discrete
     }
 }
 
