@@ -316,10 +316,9 @@ fn a_figure_is_drawn_as_it_is_asked_for() {
 fn flags_have_the_names_of_other_commands() {
     let folder = folder();
     let at = folder.path();
-    let record: String = (0..60)
-        .map(|k| format!("{},{}\n", (k * k) % 7, (k * k * k) % 11))
-        .collect();
-    std::fs::write(at.join("my.csv"), format!("u,y\n{record}")).expect("a file");
+    let rows = (0..60).map(|k| format!("{},{}", (k * k) % 7, (k * k * k) % 11));
+    let record = rows.collect::<Vec<_>>().join("\n");
+    std::fs::write(at.join("my.csv"), format!("u,y\n{record}\n")).expect("a file");
     let same = |one: &[&str], other: &[&str]| {
         assert_eq!(stdout(&done(at, one)), stdout(&done(at, other)));
     };
@@ -366,32 +365,11 @@ fn flags_have_the_names_of_other_commands() {
     );
 }
 
-/// Commands, flags and keys of other programs: one line that says what they are here.
+/// An answer is of the command that was typed.
 #[test]
-fn names_of_other_programs_lead_to_those_here() {
+fn an_answer_names_what_the_command_has() {
     let folder = folder();
-    let at = folder.path();
-    std::fs::write(at.join("a.csv"), "u,y\n1,2\n").expect("a file");
     for (arguments, part) in [
-        (
-            &["fit", "my.csv"][..],
-            "here: asobench estimate RECORD.csv --order 2",
-        ),
-        (
-            &["arx", "my.csv"],
-            "asobench estimate RECORD.csv --estimator NAME",
-        ),
-        (&["simulate", "s.toml"], "here: asobench run STUDY.toml"),
-        (&["estimate", "my.csv", "-n", "2"], "here: --order N"),
-        (
-            &["estimate", "my.csv", "--na", "2"],
-            "here: --orders na=2,nb=2,nk=1",
-        ),
-        (
-            &["estimate", "my.csv", "--model", "oe"],
-            "here: --estimator NAME",
-        ),
-        // An answer is of the command.
         (
             &["run", "s.toml", "--algorithm", "oe"],
             "here: --method NAME",
@@ -421,6 +399,37 @@ fn names_of_other_programs_lead_to_those_here() {
         (
             &["compare", "a", "b", "--threads", "2"],
             "compare does not have it; of asobench reproduce, run",
+        ),
+    ] {
+        let line = refused(folder.path(), arguments);
+        assert!(line.contains(part), "{line}");
+    }
+}
+
+/// Commands, flags and keys of other programs: one line that says what they are here.
+#[test]
+fn names_of_other_programs_lead_to_those_here() {
+    let folder = folder();
+    let at = folder.path();
+    std::fs::write(at.join("a.csv"), "u,y\n1,2\n").expect("a file");
+    for (arguments, part) in [
+        (
+            &["fit", "my.csv"][..],
+            "here: asobench estimate RECORD.csv --order 2",
+        ),
+        (
+            &["arx", "my.csv"],
+            "asobench estimate RECORD.csv --estimator NAME",
+        ),
+        (&["simulate", "s.toml"], "here: asobench run STUDY.toml"),
+        (&["estimate", "my.csv", "-n", "2"], "here: --order N"),
+        (
+            &["estimate", "my.csv", "--na", "2"],
+            "here: --orders na=2,nb=2,nk=1",
+        ),
+        (
+            &["estimate", "my.csv", "--model", "oe"],
+            "here: --estimator NAME",
         ),
         (
             &["estimate", "my.csv", "--delimiter", ";"],

@@ -467,7 +467,7 @@ fn a_record_about_an_operating_point() {
         let named = named.split(' ').next().expect("a point");
         flags = ["--operating-point".to_owned(), named.to_owned()];
     }
-    let point = flags[1].split(',').map(|of| of.parse::<f64>());
+    let point = flags[1].split(',').map(str::parse::<f64>);
     let point: Vec<f64> = point.map(|of| of.expect("a number")).collect();
     assert!(
         (point[1] - 60.0 - (point[0] - 40.0)).abs() < 0.02,
