@@ -371,7 +371,7 @@ fn an_answer_names_what_the_command_has() {
     let folder = folder();
     for (arguments, part) in [
         (
-            &["run", "s.toml", "--algorithm", "oe"],
+            &["run", "s.toml", "--algorithm", "oe"][..],
             "here: --method NAME",
         ),
         (&["run", "s.toml", "--noise", "0.2"], "here: --set eta=10"),
