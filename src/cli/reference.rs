@@ -55,20 +55,27 @@ fn page(schema: &Value) -> String {
         let properties = &definition["properties"];
         // Skip tables that only `run` writes.
         if properties.is_object() && name != "Needs" && name != "SeriesTable" {
-            let required: Vec<&str> = definition["required"]
-                .as_array()
-                .into_iter()
-                .flatten()
-                .filter_map(Value::as_str)
-                .collect();
-            section(&mut text, &title(name), properties, &required);
-            if let Some(about) = definition["description"].as_str() {
-                let place = text.rfind("| key |").unwrap_or(text.len());
-                text.insert_str(place, &format!("{}\n\n", cell(about)));
+            table(&mut text, &title(name), definition);
+            for form in definition["oneOf"].as_array().into_iter().flatten() {
+                let mut keys = form["properties"].as_object().into_iter().flatten();
+                let tag = keys.find_map(|(key, of)| Some(format!("{key} = {}", of.get("const")?)));
+                let title = format!("{}: `{}`", title(name), tag.unwrap_or_default());
+                table(&mut text, &title, form);
             }
         }
     }
     text
+}
+
+/// Appends a section for a table of the file: what it is, and its keys.
+fn table(text: &mut String, title: &str, definition: &Value) {
+    let required = definition["required"].as_array().into_iter().flatten();
+    let required: Vec<&str> = required.filter_map(Value::as_str).collect();
+    section(text, title, &definition["properties"], &required);
+    if let Some(about) = definition["description"].as_str() {
+        let place = text.rfind("| key |").unwrap_or(text.len());
+        text.insert_str(place, &format!("{}\n\n", cell(about)));
+    }
 }
 
 /// Turns "ClaimTable" into "Claim".
@@ -95,6 +102,9 @@ fn section(text: &mut String, title: &str, properties: &Value, required: &[&str]
         "\n## {title}\n\n| key | type | default | meaning |\n|---|---|---|---|\n"
     );
     for (key, of) in properties.as_object().into_iter().flatten() {
+        if of.get("const").is_some() {
+            continue;
+        }
         let default = match of.get("default") {
             _ if required.contains(&key.as_str()) => "must be given".to_owned(),
             None | Some(Value::Null) => String::new(),

@@ -2,11 +2,13 @@
 
 use crate::design::continuous_cell::{ContinuousCell, Term};
 use crate::design::file::continuous_tables::{
-    ContinuousPlantTable, ContinuousTable, FactorName, FilterTable, ObserverName, ObserverTable,
-    WaveName, WaveTable,
+    ContinuousPlantTable, ContinuousTable, FilterTable, WaveName, WaveTable,
 };
 use crate::design::file::error::FileError;
 use crate::design::file::key::Key;
+use crate::design::file::observer_table::{
+    FactorName, KalmanBucyOptions, LuenbergerOptions, ObserverOptions,
+};
 use crate::design::settings_reader::{SettingsReader, unknown};
 use crate::text;
 use asobench_identification::observer::gpebo::{
@@ -48,8 +50,9 @@ pub(crate) fn continuous_cell(
     let tables = build.file.observers.iter().enumerate();
     let observers: Result<Vec<ObserverSpec>, FileError> = tables
         .map(|(i, table)| {
-            let place = format!("observers[{i}] ({})", table.observer);
-            observer(table, &plant, &xi0, scale).map_err(|message| FileError::key(&place, message))
+            let place = format!("observers[{i}] ({})", table.observer.name());
+            observer(&table.observer, &plant, &xi0, scale)
+                .map_err(|message| FileError::key(&place, message))
         })
         .collect();
     let cell = ContinuousCell {
@@ -292,83 +295,79 @@ fn periodic(
     Ok(term(wave))
 }
 
-/// Makes an observer from its table. Luenberger observers start from xi(0), as GPEBO does.
+/// Makes an observer from its options. Luenberger observers start from xi(0), as GPEBO does.
 fn observer(
-    table: &ObserverTable,
+    options: &ObserverOptions,
     plant: &ContinuousPlant,
     xi0: &[f64],
     scale: f64,
 ) -> Result<ObserverSpec, String> {
-    if let Some(stray) = table.stray() {
-        return Err(format!("'{stray}' is an option of another observer"));
-    }
     let n = plant.order();
-    let with_gain = |gain| ObserverSpec::Luenberger {
-        gain,
-        x0: xi0.to_vec(),
-    };
-    match table.observer {
-        ObserverName::Luenberger => {
-            let poles = match (&table.gain, &table.poles, table.bandwidth) {
-                (Some(gain), None, None) => return Ok(with_gain(gain.clone())),
-                (None, Some(list), None) => parse_poles(list).map_err(|error| error.to_string())?,
-                (None, None, Some(radius)) if radius > 0.0 => butterworth(n, radius),
-                (None, None, Some(radius)) => {
-                    let radius = text::number(radius);
-                    return Err(format!("bandwidth {radius}; expected a number above 0"));
-                }
-                _ => return Err("expected one of 'gain', 'poles' and 'bandwidth'".to_owned()),
-            };
-            let gain = place(plant.a(), plant.c(), &poles).map_err(|error| error.to_string())?;
-            Ok(with_gain(gain))
-        }
-        ObserverName::Gradient => Ok(ObserverSpec::Gradient {
-            gains: gains(table, n, scale)?,
-        }),
-        ObserverName::FiniteTime => Ok(ObserverSpec::FiniteTime {
-            gains: gains(table, n, scale)?,
-            share: table.share.unwrap_or(0.5),
-        }),
-        ObserverName::LsDrem => match (table.measurement, table.prior) {
-            (Some(r), Some(p0)) => Ok(ObserverSpec::LsDrem {
-                gains: gains(table, n, scale)?,
-                p0,
-                r,
-            }),
-            _ => Err("expected 'measurement' and 'prior', whose ratio r / p0 counts".to_owned()),
+    Ok(match options {
+        ObserverOptions::Luenberger(options) => full_order(luenberger(options, plant)?, xi0),
+        ObserverOptions::Gradient(options) => ObserverSpec::Gradient {
+            gains: gains(&options.gains, n, scale)?,
         },
-        ObserverName::Proposed => {
-            let order = table.expansion.unwrap_or(2);
+        ObserverOptions::FiniteTime(options) => ObserverSpec::FiniteTime {
+            gains: gains(&options.gains, n, scale)?,
+            share: options.share.unwrap_or(0.5),
+        },
+        ObserverOptions::LsDrem(options) => ObserverSpec::LsDrem {
+            gains: gains(&options.gains, n, scale)?,
+            p0: options.prior,
+            r: options.measurement,
+        },
+        ObserverOptions::Proposed(options) => {
+            let order = options.expansion.unwrap_or(2);
             // The default: the paper's filters, 2/(p + 2) and 6/(p + 6).
             let paper = [Operator::Lag(2.0), Operator::Lag(6.0)];
-            let filters = table.filters.as_deref().map(operators);
-            Ok(ObserverSpec::Proposed {
-                k: table.pole.unwrap_or(1.0),
+            let filters = options.filters.as_deref().map(operators);
+            ObserverSpec::Proposed {
+                k: options.pole.unwrap_or(1.0),
                 order,
                 filters: filters.unwrap_or_else(|| paper.into_iter().take(order).collect()),
-                gains: gains(table, n, scale)?,
-                factor: match table.factor.unwrap_or_default() {
+                gains: gains(&options.gains, n, scale)?,
+                factor: match options.factor.unwrap_or_default() {
                     FactorName::Keep => Factor::Keep,
                     FactorName::Drop => Factor::Drop,
                 },
-            })
+            }
         }
-        ObserverName::KalmanBucy => kalman_bucy(table, plant, xi0, with_gain),
+        ObserverOptions::KalmanBucy(options) => kalman_bucy(options, plant, xi0)?,
+    })
+}
+
+fn full_order(gain: Vec<f64>, xi0: &[f64]) -> ObserverSpec {
+    ObserverSpec::Luenberger {
+        gain,
+        x0: xi0.to_vec(),
     }
+}
+
+/// Returns the gain L.
+fn luenberger(options: &LuenbergerOptions, plant: &ContinuousPlant) -> Result<Vec<f64>, String> {
+    let poles = match (&options.gain, &options.poles, options.bandwidth) {
+        (Some(gain), None, None) => return Ok(gain.clone()),
+        (None, Some(list), None) => parse_poles(list).map_err(|error| error.to_string())?,
+        (None, None, Some(radius)) if radius > 0.0 => butterworth(plant.order(), radius),
+        (None, None, Some(radius)) => {
+            let radius = text::number(radius);
+            return Err(format!("bandwidth {radius}; expected a number above 0"));
+        }
+        _ => return Err("expected one of 'gain', 'poles' and 'bandwidth'".to_owned()),
+    };
+    place(plant.a(), plant.c(), &poles).map_err(|error| error.to_string())
 }
 
 /// Makes the Kalman-Bucy filter: with a prior the time-varying one, which without process noise is least squares on
 /// theta; else the steady-state one, which is a full-order observer.
 fn kalman_bucy(
-    table: &ObserverTable,
+    options: &KalmanBucyOptions,
     plant: &ContinuousPlant,
     xi0: &[f64],
-    with_gain: impl Fn(Vec<f64>) -> ObserverSpec,
 ) -> Result<ObserverSpec, String> {
-    let r = table
-        .measurement
-        .ok_or("expected 'measurement', the intensity r of its noise")?;
-    match (table.process, table.prior) {
+    let r = options.measurement;
+    match (options.process, options.prior) {
         (None | Some(0.0), None) => Err("expected 'process' above 0, or 'prior'".to_owned()),
         (None | Some(0.0), Some(p0)) => Ok(ObserverSpec::KalmanBucy { p0, r }),
         (Some(q), Some(p0)) => Ok(ObserverSpec::Filter {
@@ -381,9 +380,8 @@ fn kalman_bucy(
             let n = plant.order();
             let noise = Mat::from_fn(n, n, |i, j| if i == j { q } else { 0.0 });
             let solved = care(plant.a(), plant.c(), noise.as_ref(), r);
-            solved
-                .map(|table| with_gain(table.gain))
-                .map_err(|error| error.to_string())
+            let solved = solved.map_err(|error| error.to_string())?;
+            Ok(full_order(solved.gain, xi0))
         }
     }
 }
@@ -397,8 +395,7 @@ fn operators(filters: &[FilterTable]) -> Vec<Operator> {
 }
 
 /// Returns the adaptation gains times their scale. A single gain applies to all components.
-fn gains(table: &ObserverTable, n: usize, scale: f64) -> Result<Vec<f64>, String> {
-    let given = table.gains.as_deref().unwrap_or(&[]);
+fn gains(given: &[f64], n: usize, scale: f64) -> Result<Vec<f64>, String> {
     let all = match given {
         [value] => vec![*value; n],
         all if all.len() == n => all.to_vec(),

@@ -3,15 +3,14 @@
 use crate::design::file::axis::Axis;
 use crate::design::file::bounds::BoundTable;
 use crate::design::file::claim::{ClaimTable, list};
-use crate::design::file::continuous_tables::{
-    ContinuousPlantTable, ContinuousTable, ObserverTable, SignalTable,
-};
+use crate::design::file::continuous_tables::{ContinuousPlantTable, ContinuousTable, SignalTable};
 use crate::design::file::course_table::CourseTable;
 use crate::design::file::engine::Engine;
 use crate::design::file::input_table::InputTable;
 use crate::design::file::key::{Key, StudyKind};
 use crate::design::file::method::MethodTable;
 use crate::design::file::needs::Needs;
+use crate::design::file::observer_table::ObserverTable;
 use crate::design::file::rule::TrialRule;
 use crate::design::file::tables::{
     ChangeTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable,

@@ -19,6 +19,7 @@ pub(crate) mod limits;
 pub(crate) mod method;
 pub(crate) mod needed_by_claims;
 pub(crate) mod needs;
+pub(crate) mod observer_table;
 pub(crate) mod only;
 pub(crate) mod parse;
 pub(crate) mod resolve;
@@ -34,8 +35,7 @@ pub use claim::{CLAIM_LEVEL, ClaimTable, Holds};
 pub use claim_statistic::{CoefficientStatistic, RatioStatistic, ValueStatistic};
 pub use claim_test::{ClaimTest, Limit, Outcome, TestKind, TestUnit};
 pub use continuous_tables::{
-    ContinuousPlantTable, ContinuousTable, FactorName, FilterTable, HoldName, ObserverName,
-    ObserverTable, SignalTable, WaveName, WaveTable,
+    ContinuousPlantTable, ContinuousTable, FilterTable, HoldName, SignalTable, WaveName, WaveTable,
 };
 pub use course_table::CourseTable;
 pub use error::FileError;
@@ -45,6 +45,7 @@ pub use input_table::InputTable;
 pub use key::{AUTOMATIC, Key, StudyKind};
 pub use method::MethodTable;
 pub use needs::{MediansTable, Needs, SeriesTable};
+pub use observer_table::{FactorName, ObserverOptions, ObserverTable};
 pub use parse::schema;
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
 pub use tables::{FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};

@@ -10,14 +10,17 @@ use asobench_identification::names::UnknownName;
 use serde_json::Value;
 use std::path::Path;
 
-/// Adds the nearest name to serde's message "unknown field `x`, expected one of `a`, `b`".
+/// Adds the nearest name to serde's messages "unknown field `x`, expected one of `a`, `b`" and "unknown variant `x`,
+/// expected ...".
 fn with_nearest(message: &str) -> String {
     let mut quoted = message.split('`').skip(1).step_by(2);
-    let (true, Some(given)) = (message.starts_with("unknown field"), quoted.next()) else {
+    let kinds = [("unknown field", "key"), ("unknown variant", "kind")];
+    let what = kinds.iter().find(|(start, _)| message.starts_with(start));
+    let (Some((_, what)), Some(given)) = (what, quoted.next()) else {
         return message.replace('\n', " ");
     };
     let valid: Vec<&str> = quoted.collect();
-    UnknownName::new("key", given, &valid).to_string()
+    UnknownName::new(what, given, &valid).to_string()
 }
 
 /// The message of an unknown setting, with the settings of this kind of study alone.

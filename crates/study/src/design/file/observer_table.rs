@@ -1,0 +1,182 @@
+//! The observers of an experiment file in continuous time: each with the options of its kind.
+
+use crate::design::file::continuous_tables::FilterTable;
+use asobench_identification::names::named_enum;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// An observer with its options; all run on the same trial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(extend("unevaluatedProperties" = false))]
+pub struct ObserverTable {
+    /// Name in the results; the observer's if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Which observer, with its options.
+    #[serde(flatten)]
+    pub observer: ObserverOptions,
+}
+
+/// An observer in continuous time with the options that it takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "observer", rename_all = "kebab-case")]
+pub enum ObserverOptions {
+    /// GPEBO with the proposed estimator, Eqs. (11) to (17).
+    Proposed(ProposedOptions),
+    /// GPEBO with the gradient estimator on Eq. (10).
+    Gradient(GradientOptions),
+    /// GPEBO with the gradient estimator on Eq. (10), corrected so that it converges in finite time.
+    FiniteTime(FiniteTimeOptions),
+    /// GPEBO with gradient estimators on mixed least squares (LS+DREM).
+    LsDrem(LsDremOptions),
+    /// The full-order observer, Eq. (4): one of `gain`, `poles` and `bandwidth`.
+    Luenberger(LuenbergerOptions),
+    /// The Kalman-Bucy filter: the time-varying one with a prior, else the steady-state one.
+    KalmanBucy(KalmanBucyOptions),
+}
+
+named_enum! {
+    /// Whether the common factor g = e^m of (17) is kept.
+    FactorName, "factor" {
+        /// Kept, as in the paper.
+        Keep = "keep",
+        /// Cancelled; this needs other gains.
+        Drop = "drop",
+    }
+}
+
+/// The options of `proposed`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProposedOptions {
+    /// Adaptation gains, one for each component of theta, or one for all.
+    pub gains: Vec<f64>,
+    /// k of the filter k / (p + k), Eq. (11).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pole: Option<f64>,
+    /// Order of the expansion of exp(delta), 1 or 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expansion: Option<usize>,
+    /// Filters of the second mixing, poles or delays, as many as the expansion's order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filters: Option<Vec<FilterTable>>,
+    /// Keep (the paper's) or drop the common factor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<FactorName>,
+}
+
+/// The options of `gradient`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GradientOptions {
+    /// Adaptation gains, one for each component of theta, or one for all.
+    pub gains: Vec<f64>,
+}
+
+/// The options of `finite-time`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FiniteTimeOptions {
+    /// Adaptation gains, one for each component of theta, or one for all.
+    pub gains: Vec<f64>,
+    /// The share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5 if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+}
+
+/// The options of `ls-drem`; of `measurement` and `prior` the ratio r / p0 counts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LsDremOptions {
+    /// Adaptation gains, one for each component of theta, or one for all.
+    pub gains: Vec<f64>,
+    /// Intensity r of the measurement noise assumed.
+    pub measurement: f64,
+    /// Variance p0 of every component of theta, P(0) = p0 I.
+    pub prior: f64,
+}
+
+/// The options of `luenberger`: one of them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LuenbergerOptions {
+    /// L, n numbers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<Vec<f64>>,
+    /// The n poles of A - L C', such as "-1+2i,-1-2i".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poles: Option<String>,
+    /// All n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bandwidth: Option<f64>,
+}
+
+/// The options of `kalman-bucy`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KalmanBucyOptions {
+    /// Intensity q of the process noise assumed in every state, Q = q I.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process: Option<f64>,
+    /// Intensity r of the measurement noise assumed.
+    pub measurement: f64,
+    /// For the time-varying filter: variance p0 of every component of theta, P(0) = p0 I. Without it the filter is in
+    /// its steady state, which needs process noise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior: Option<f64>,
+}
+
+impl ObserverOptions {
+    /// Returns the name of the observer, as in files.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Proposed(_) => "proposed",
+            Self::Gradient(_) => "gradient",
+            Self::FiniteTime(_) => "finite-time",
+            Self::LsDrem(_) => "ls-drem",
+            Self::Luenberger(_) => "luenberger",
+            Self::KalmanBucy(_) => "kalman-bucy",
+        }
+    }
+}
+
+impl ObserverTable {
+    /// Returns the name of its output.
+    pub fn label(&self) -> String {
+        let name = || self.observer.name().to_owned();
+        self.name.clone().unwrap_or_else(name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::design::file::experiment_file::ExperimentFile;
+
+    #[test]
+    fn an_option_of_another_observer_is_refused_with_the_observers_own() {
+        let of = |lines: &str| {
+            let text = format!("[[observers]]\n{lines}\n");
+            ExperimentFile::parse(&text)
+                .map_err(|error| error.to_string())
+                .map(|_| ())
+        };
+        assert_eq!(
+            of("name = \"g\"\nobserver = \"gradient\"\ngains = [1]"),
+            Ok(())
+        );
+        for (lines, part) in [
+            (
+                "observer = \"gradient\"\ngains = [1]\npole = 1",
+                "unknown key 'pole'; expected gains",
+            ),
+            (
+                "observer = \"ls-drem\"\ngains = [1]\nprior = 1",
+                "missing field `measurement`",
+            ),
+            ("observer = \"gradeint\"", "did you mean 'gradient'?"),
+        ] {
+            let error = of(lines).unwrap_err();
+            assert!(error.contains(part), "{lines}: {error}");
+        }
+    }
+}
