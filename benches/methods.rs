@@ -110,18 +110,14 @@ fn methods(criterion: &mut Criterion) {
         }
     }
     let experiment = Experiment::nikolov2023(1);
-    let cell = experiment.cells.iter().find(|cell| cell.window == 98);
+    let cell = experiment
+        .cells
+        .iter()
+        .filter_map(|cell| cell.discrete())
+        .find(|cell| cell.window == 98);
     let cell = cell.expect("the paper's cell of 98 samples");
     let mut record = Realisation::default();
-    let process = cell.process().expect("a record");
-    process.realise(
-        experiment.file.seed,
-        0,
-        cell.eta,
-        cell.window,
-        cell.horizon,
-        &mut record,
-    );
+    cell.realise(experiment.file.seed, 0, &mut record);
     bench(criterion, 6, "W98", &record.u[..98], &record.y[..98]);
 }
 

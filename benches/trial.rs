@@ -13,7 +13,8 @@ fn trial(criterion: &mut Criterion) {
         let mut trial = Trial::new(&experiment, cell).expect("a valid cell");
         let mut trials = Trials::new(&experiment, cell);
         let mut index = 0;
-        group.bench_function(BenchmarkId::new("whole", cell.window), |b| {
+        let of = cell.discrete().expect("records");
+        group.bench_function(BenchmarkId::new("whole", of.window), |b| {
             b.iter(|| {
                 index += 1;
                 trials.rows.clear();
@@ -22,11 +23,10 @@ fn trial(criterion: &mut Criterion) {
             });
         });
         let (mut record, mut index) = (Realisation::default(), 0);
-        let process = cell.process().expect("a record");
-        group.bench_function(BenchmarkId::new("record", cell.window), |b| {
+        group.bench_function(BenchmarkId::new("record", of.window), |b| {
             b.iter(|| {
                 index += 1;
-                process.realise(1, index, cell.eta, cell.window, cell.horizon, &mut record);
+                of.realise(1, index, &mut record);
             });
         });
     }

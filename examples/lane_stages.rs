@@ -19,7 +19,7 @@ use asobench::plant::PoleFinder;
 use asobench::signal::{Purpose, stream};
 use asobench::study::file::ExperimentFile;
 use asobench::study::kernels::Kernel;
-use asobench::study::{Cell, Engine, Experiment, Plan, Trials, W98, Worker, fma_peak};
+use asobench::study::{DiscreteCell, Engine, Experiment, Plan, Trials, W98, Worker, fma_peak};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -68,7 +68,7 @@ const STAGES: [(&str, usize, Kernel); 7] = [
 /// - Spectral radius: six steps of n numbers; p and its derivative 16 n, its terms 2n, distances 18 (n - 1), the rest.
 /// - Impulse response: for each of L = 200 samples n products, all but one of them fused, and the error 3.
 /// - FIT on fresh data: for each of L samples S twice, the mean 1, the spread 3, the error 3; no normal numbers.
-fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
+fn flop(kernel: Kernel, cell: &DiscreteCell, rows: usize) -> usize {
     let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
     let m = 2 * n;
     let sample = 4 * n - 1;
@@ -114,7 +114,7 @@ fn flop(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
 /// - Auxiliary model: u, yhat.
 /// - Observer: u and f to the horizon, y in the window; true states of K - N samples, written and read.
 /// - Impulse response: the impulse response of the plant. FIT on fresh data: u and y.
-fn bytes(kernel: Kernel, cell: &Cell, rows: usize) -> usize {
+fn bytes(kernel: Kernel, cell: &DiscreteCell, rows: usize) -> usize {
     let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
     let m = 2 * n;
     8 * match kernel {
@@ -156,7 +156,7 @@ fn rows(a: &[f64], window: usize) -> usize {
 /// The stages of one trial on faer.
 struct Faer<'e> {
     experiment: &'e Experiment,
-    cell: &'e Cell,
+    cell: &'e DiscreteCell,
     record: Realisation,
     information: Information,
     solver: Box<dyn SolveInstruments>,
@@ -173,7 +173,7 @@ struct Faer<'e> {
 
 impl<'e> Faer<'e> {
     fn new(experiment: &'e Experiment) -> Result<Self> {
-        let cell = &experiment.cells[0];
+        let cell = experiment.cells[0].discrete().ok_or("records")?;
         let n = cell.order;
         let shape = Shape {
             order: n,
@@ -211,10 +211,7 @@ impl<'e> Faer<'e> {
         let (cell, record) = (self.cell, &mut self.record);
         if kernel == Kernel::Draw {
             let seed = self.experiment.file.seed;
-            let (window, horizon) = (cell.window, cell.horizon);
-            if let Some(process) = cell.process() {
-                process.realise(seed, 0, cell.eta, window, horizon, record);
-            }
+            cell.realise(seed, 0, record);
             return;
         }
         let window = Window::new(&record.u, &record.y, cell.window);
@@ -252,10 +249,9 @@ impl<'e> Faer<'e> {
                     b: &record.truth.b,
                     d: 0.0,
                 };
-                if let Some(process) = cell.process() {
-                    let mut fresh = stream(1, 0, Purpose::FreshInput);
-                    process.input().fill(&mut fresh, self.response.input());
-                }
+                let mut fresh = stream(1, 0, Purpose::FreshInput);
+                let input = cell.process.input();
+                input.fill(&mut fresh, self.response.input());
                 self.response.set_fresh_output(plant, &mut self.x0);
                 black_box(
                     self.response
@@ -352,7 +348,7 @@ fn median(mut x: Vec<f64>) -> f64 {
 }
 
 /// Prints the nanoseconds of a trial in the lanes and on faer: the stages, all passes, the whole trial.
-fn print(isa: Isa, lanes: usize, cell: &Cell, rows: usize, peak: f64, times: &[[f64; 2]]) {
+fn print(isa: Isa, lanes: usize, cell: &DiscreteCell, rows: usize, peak: f64, times: &[[f64; 2]]) {
     let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
     println!(
         "W98 (n = {n}, N = {window}, K = {horizon}), {isa}, lanes: {lanes}; a trial's share of a pack"
@@ -414,6 +410,7 @@ fn main() -> Result<()> {
     slow_file.engine = Engine::Faer;
     let (fast, slow) = (Experiment::new(file)?, Experiment::new(slow_file)?);
     let cell = &fast.cells[0];
+    let of = cell.discrete().ok_or("records")?;
     let lanes = Plan::new(&fast, cell)?.pack(isa).lanes();
 
     let mut timed: Vec<[Timed<'_>; 2]> = Vec::new();
@@ -439,8 +436,8 @@ fn main() -> Result<()> {
     print(
         isa,
         lanes,
-        cell,
-        rows(&Faer::new(&slow)?.record.truth.a, cell.window),
+        of,
+        rows(&Faer::new(&slow)?.record.truth.a, of.window),
         peak,
         &times,
     );

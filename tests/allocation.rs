@@ -6,7 +6,9 @@
 use asobench::estimator::{ArxOptions, EstimatorName, Method, Pass, Shape, Window};
 use asobench::model::Orders;
 use asobench::signal::{Purpose, stream};
-use asobench::study::{Cell, Engine, Experiment, Measure, OutputRows, Trials, Worker};
+use asobench::study::{
+    Cell, DiscreteCell, Engine, Experiment, Measure, OutputRows, Source, Trials, Worker,
+};
 use rand::Rng as _;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell as Counter;
@@ -102,9 +104,13 @@ fn a_trial_allocates_nothing() {
             experiment.methods.push(Method::named("arx", options));
         }
         let outputs = experiment.output_count();
+        let quiet = experiment.cells[0].discrete().expect("records");
         let diverging = Cell {
             claim: "diverging".to_owned(),
-            eta: 60.0,
+            source: Source::Discrete(Box::new(DiscreteCell {
+                eta: 60.0,
+                ..quiet.clone()
+            })),
             ..experiment.cells[0].clone()
         };
         experiment.cells.push(diverging);

@@ -3,8 +3,8 @@
 use asobench::estimator::{Estimator, LeastSquares, Method, Output, Pass, Solver, Window};
 use asobench::study::file::{ExperimentFile, TrialRule};
 use asobench::study::{
-    Campaign, Cell, CellTally, Engine, Experiment, Measure, Row, Rows, RunOptions, Trial, Trials,
-    Worker, run, stored_alike,
+    Campaign, Cell, CellTally, DiscreteCell, Engine, Experiment, Measure, Row, Rows, RunOptions,
+    Source, Trial, Trials, Worker, run, stored_alike,
 };
 use polars::prelude::{Column, DataFrame, ParquetReader, ParquetWriter, SerReader};
 use std::path::Path;
@@ -192,9 +192,12 @@ fn cells_share_their_random_numbers() {
         let template = experiment.cells[1].clone();
         let cell = |window, horizon| Cell {
             claim: "X".to_owned(),
-            eta: 5.0,
-            window,
-            horizon,
+            source: Source::Discrete(Box::new(DiscreteCell {
+                eta: 5.0,
+                window,
+                horizon,
+                ..template.discrete().expect("records").clone()
+            })),
             ..template.clone()
         };
         experiment.cells = vec![cell(98, 300), cell(98, 500)];

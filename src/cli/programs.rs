@@ -3,7 +3,7 @@
 use super::error::{Error, failed};
 use super::output::note;
 use super::progress;
-use crate::estimator::ProgramError;
+use crate::estimator::{Problem, ProgramError};
 use crate::files::{self, Kind};
 use crate::study::file::ExperimentFile;
 use crate::study::{Experiment, stored_design};
@@ -75,10 +75,17 @@ pub(super) fn introduced(
     Ok((file, Some(experiment)))
 }
 
+/// Returns the problem of the first cell; `None` in continuous time, where no method is a program.
+fn problem(experiment: &Experiment) -> Option<Problem<'_>> {
+    let cell = experiment.cells[0].discrete()?;
+    Some(cell.problem(cell.window))
+}
+
 /// Returns what each program says that it is.
 fn identities(experiment: &Experiment) -> Result<Vec<(&Arc<Program>, String)>, Error> {
-    let cell = &experiment.cells[0];
-    let problem = cell.problem(cell.window);
+    let Some(problem) = problem(experiment) else {
+        return Ok(Vec::new());
+    };
     let programs = experiment.programs.iter();
     let introduced = programs.map(|program| {
         let ready = worker::introduce(program, &problem);
@@ -118,8 +125,9 @@ pub(super) fn same_versions(experiment: &Experiment, folder: &Path) -> Result<()
 
 /// Returns the first method whose program says that it is not deterministic.
 pub(super) fn not_deterministic(experiment: &Experiment) -> Result<Option<String>, Error> {
-    let cell = &experiment.cells[0];
-    let problem = cell.problem(cell.window);
+    let Some(problem) = problem(experiment) else {
+        return Ok(None);
+    };
     for program in &experiment.programs {
         if !worker::introduce(program, &problem)
             .map_err(refused)?

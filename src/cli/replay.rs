@@ -14,7 +14,7 @@ use crate::data::{Realisation, csv};
 use crate::files::Kind;
 use crate::study::file::ExperimentFile;
 use crate::study::{
-    Cell, Experiment, Row, Source, Trial, TrialRecord, Trials, Worker, read_manifest,
+    DiscreteCell, Experiment, Row, Source, Trial, TrialRecord, Trials, Worker, read_manifest,
 };
 use crate::text::{number, shell_word, visible};
 use crate::worker::ask_once;
@@ -82,9 +82,10 @@ pub(super) fn show(
     let index = which.cell(options.flag, experiment)?;
     check_output("--data", options.data, Kind::Record)?;
     let cell = &experiment.cells[index];
-    if let Source::Continuous(continuous) = &cell.source {
-        return course::show(experiment, index, continuous, which.trial, options);
-    }
+    let discrete = match &cell.source {
+        Source::Discrete(of) => of,
+        Source::Continuous(of) => return course::show(experiment, index, of, which.trial, options),
+    };
     // The stages are computed by faer, the rows by the engine of the study.
     memory::fits(experiment, index..index + 1, 2)?;
     let mut trial = Trial::new(experiment, cell).map_err(failed)?;
@@ -92,7 +93,7 @@ pub(super) fn show(
     trial.run(which.trial).map_err(failed)?;
     let record = trial.record();
     if let Some(path) = options.data {
-        let comments = comments(cell, record.realisation, &options.command);
+        let comments = comments(discrete, record.realisation, &options.command);
         let data = record.realisation;
         write_whole("--data", path, Kind::Record, |to| {
             csv::write(to, &comments, &data.u, &data.y)
@@ -109,25 +110,22 @@ pub(super) fn show(
         ..record
     };
     let stored = stored(options.folder, experiment, index, &trials.rows);
-    let mut replay = Replay::new(experiment, index, which.trial, &record);
+    let mut replay = Replay::new(experiment, (index, discrete), which.trial, &record);
     replay.stages.extend(along::courses(experiment, &trial));
     replay.stored = stored;
     replay.may_differ = programs::not_deterministic(experiment)?;
     let code = replay.print(options)?;
     if options.format == Format::Text {
-        messages(experiment, cell, which.trial)?;
+        messages(experiment, discrete, which.trial)?;
     }
     Ok(code)
 }
 
 /// Prints the messages to each program for one trial, and its answers.
-fn messages(experiment: &Experiment, cell: &Cell, trial: u64) -> Result<(), Error> {
+fn messages(experiment: &Experiment, cell: &DiscreteCell, trial: u64) -> Result<(), Error> {
     for program in &experiment.programs {
         let problem = cell.problem(cell.window);
-        let Some(process) = problem.process else {
-            return Ok(());
-        };
-        let (record, _) = cell.record_for_program(process, experiment.file.seed, trial);
+        let (record, _) = cell.record_for_program(experiment.file.seed, trial);
         let told = match ask_once(program, &problem, &[record]).map_err(failed)? {
             Ok(answered) => format!(
                 "sent:\n{}answered:\n{}",
@@ -142,7 +140,7 @@ fn messages(experiment: &Experiment, cell: &Cell, trial: u64) -> Result<(), Erro
 }
 
 /// Returns the truth as comment lines of a CSV file.
-fn comments(cell: &Cell, record: &Realisation, command: &str) -> Vec<String> {
+fn comments(cell: &DiscreteCell, record: &Realisation, command: &str) -> Vec<String> {
     let truth = &record.truth;
     vec![
         command.to_owned(),

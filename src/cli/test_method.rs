@@ -7,7 +7,7 @@ use super::study_arguments::StudyArguments;
 use crate::data::{Process, ProcessSettings};
 use crate::estimator::{Pass, Progress};
 use crate::model::LinearModel;
-use crate::study::Cell;
+use crate::study::DiscreteCell;
 use crate::text::{visible, wrap};
 use crate::worker::{Answered, Program, Record, ask_once, introduce};
 use std::collections::BTreeMap;
@@ -46,15 +46,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         let message = "no method is a program; expected [[methods]] with 'command'";
         return Err(Error::Input(format!("{}: {message}", study.file.display())));
     };
-    let cell = &experiment.cells[0];
-    let process = cell.process();
-    let process = process.ok_or_else(|| failed("a study in continuous time has no records"))?;
+    let cell = experiment.cells[0].discrete();
+    let cell = cell.ok_or_else(|| failed("a study in continuous time has no records"))?;
     let mut passed = true;
     for program in &experiment.programs {
         let test = Test {
             program,
             cell,
-            process,
             seed: experiment.file.seed,
         };
         passed &= test.run()?;
@@ -80,8 +78,7 @@ type Outcome = Result<Seen, String>;
 
 struct Test<'a> {
     program: &'a Arc<Program>,
-    cell: &'a Cell,
-    process: &'a Process,
+    cell: &'a DiscreteCell,
     seed: u64,
 }
 
@@ -137,8 +134,7 @@ impl Test<'_> {
     }
 
     fn records(&self, count: u64) -> Vec<Record> {
-        let of = (self.process, self.cell.eta);
-        let record = |trial| self.cell.record_for_program(of, self.seed, trial).0;
+        let record = |trial| self.cell.record_for_program(self.seed, trial).0;
         (0..count).map(record).collect()
     }
 
@@ -224,7 +220,7 @@ impl Test<'_> {
     }
 
     fn noise_free(&self) -> Result<Outcome, Error> {
-        let plant_order = self.process.order();
+        let plant_order = self.cell.plant_order();
         let asked = self.program.options.orders;
         if asked.map_or(self.cell.order, crate::model::Orders::order) < plant_order {
             let text = "not asked, since the plant has a larger order";
@@ -236,12 +232,16 @@ impl Test<'_> {
             input_noise: 0.0,
             process_noise: 0.0,
             change: None,
-            ..self.process.settings().clone()
+            ..self.cell.process.settings().clone()
         });
-        let of = (&process.map_err(failed)?, 0.0);
+        let noise_free = DiscreteCell {
+            process: process.map_err(failed)?,
+            eta: 0.0,
+            ..self.cell.clone()
+        };
         let mut first = String::new();
         for trial in 0..RECORDS {
-            let (record, truth) = self.cell.record_for_program(of, self.seed, trial);
+            let (record, truth) = noise_free.record_for_program(self.seed, trial);
             let answered = match self.ask(&[record])? {
                 Ok(answered) => answered,
                 Err(wrong) => return Ok(Err(wrong)),

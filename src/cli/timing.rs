@@ -59,7 +59,7 @@ pub(super) fn measure(
 ) -> Result<(), Error> {
     let mut times = Vec::new();
     for (index, cell) in experiment.cells.iter().enumerate() {
-        let Some(process) = cell.process() else {
+        let Some(cell) = cell.discrete() else {
             continue;
         };
         let mut timed = Vec::new();
@@ -80,14 +80,7 @@ pub(super) fn measure(
         let mut record = Realisation::default();
         for trial in 0..RECORDS {
             let seed = experiment.file.seed;
-            process.realise(
-                seed,
-                trial,
-                cell.eta,
-                cell.window,
-                cell.horizon,
-                &mut record,
-            );
+            cell.realise(seed, trial, &mut record);
             let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
             for _ in 0..ROUNDS {
                 for method in &mut timed {

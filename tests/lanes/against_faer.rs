@@ -91,9 +91,9 @@ const FIGURES: [Measure; 9] = [
 
 fn compare(case: &Case, count: u64) -> Found {
     let experiment = case.experiment();
-    let cell = &experiment.cells[0];
+    let cell = experiment.cells[0].discrete().expect("records");
     let (n, window) = (cell.order, cell.window);
-    let PlantSource::Fixed(plant) = &cell.process().expect("a record").settings().plant else {
+    let PlantSource::Fixed(plant) = &cell.process.settings().plant else {
         panic!("a fixed plant");
     };
     let truth = [plant.a(), &plant.h()].concat();

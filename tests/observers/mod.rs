@@ -221,8 +221,9 @@ fn no_observer_of_the_same_information_beats_the_kalman_filter() {
 
 /// What the filter says of its own error: the stabilising solution P of the Riccati equation.
 fn stated_error(cell: &Cell) -> f64 {
-    let (settings, n) = (cell.process().unwrap().settings(), cell.order);
-    let (plant, noise, variances) = cell.process().unwrap().open_loop().unwrap();
+    let cell = cell.discrete().unwrap();
+    let (settings, n) = (cell.process.settings(), cell.order);
+    let (plant, noise, variances) = cell.process.open_loop().unwrap();
     let measurement = MeasurementNoise {
         numerator: noise.numerator(),
         denominator: &noise.denominator(),
@@ -288,7 +289,8 @@ fn settings_at_their_defaults_are_left_out_of_the_design() {
     for key in [Key::ProcessNoise, Key::X0Deviation, Key::ScoredFrom] {
         assert!(!plain.file.settings.contains_key(&key));
     }
-    let described = |experiment: &Experiment| experiment.cells[0].process().unwrap().describe();
+    let described =
+        |experiment: &Experiment| experiment.cells[0].discrete().unwrap().process.describe();
     assert!(described(&plain).get("process_noise").is_none());
     assert_eq!(described(&other)["process_noise"], 0.1);
 }

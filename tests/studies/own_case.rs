@@ -77,19 +77,11 @@ fn given() -> (ExperimentFile, Vec<f64>) {
 fn a_trial_with_a_given_input_obeys_the_equations() {
     let (file, u) = given();
     let experiment = Experiment::new(file).expect("a study");
-    let cell = &experiment.cells[1];
-    let process = cell.process().expect("records");
+    let cell = experiment.cells[1].discrete().expect("records");
     let mut squares = 0.0;
     for trial in 0..200 {
         let mut drawn = Realisation::default();
-        process.realise(
-            experiment.file.seed,
-            trial,
-            cell.eta,
-            cell.window,
-            cell.horizon,
-            &mut drawn,
-        );
+        cell.realise(experiment.file.seed, trial, &mut drawn);
         assert_eq!((&drawn.u, cell.horizon), (&u, 40));
         let mut y0 = vec![1.0, -2.0];
         for k in 2..40 {

@@ -6,13 +6,13 @@ use super::study::{cut, mean, run};
 use asobench::claim::judge;
 use asobench::data::PlantSource;
 use asobench::study::file::ExperimentFile;
-use asobench::study::{Cell, CellSummary, Experiment, Look, Measure, Summary};
+use asobench::study::{CellSummary, DiscreteCell, Experiment, Look, Measure, Summary};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 /// The true (alpha, beta).
-fn truth(cell: &Cell) -> Vec<f64> {
-    let PlantSource::Fixed(plant) = &cell.process().unwrap().settings().plant else {
+fn truth(cell: &DiscreteCell) -> Vec<f64> {
+    let PlantSource::Fixed(plant) = &cell.process.settings().plant else {
         panic!("a fixed plant");
     };
     [&plant.denominator()[1..], &plant.h()].concat()
@@ -25,6 +25,7 @@ fn check(experiment: &Experiment, trials: u64) -> usize {
     for (index, cell) in experiment.cells.iter().enumerate() {
         let theory = experiment.theory(index);
         let found = run(experiment, index, trials);
+        let cell = cell.discrete().unwrap();
         let truth = truth(cell);
         for (number, (label, theory)) in theory.as_ref().unwrap().outputs.iter().enumerate() {
             let Ok(theory) = theory else { continue };

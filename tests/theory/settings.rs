@@ -50,7 +50,7 @@ pub fn solvers() -> Vec<Check> {
             for row in trial {
                 let has_no_error = row[Measure::Ea].is_nan() || row[Measure::Eh].is_nan();
                 if row.failure.is_some() || has_no_error {
-                    let order = experiment.cells[cell].order;
+                    let order = experiment.cells[cell].order();
                     let excused = may_be_rank_deficient(&labels[row.output], condition, order);
                     lost[row.output] += f64::from(!excused);
                     continue;

@@ -1,6 +1,6 @@
 //! A study: what is to be simulated, how it is run, and what came out, under one name.
 
-pub use crate::design::cell::{Cell, ObserverStart, ScoredFrom, Source};
+pub use crate::design::cell::{Cell, DiscreteCell, ObserverStart, ScoredFrom, Source};
 pub use crate::design::cell_observer::{Used, stage_twelve};
 pub use crate::design::continuous_cell::{ContinuousCell, Term};
 pub use crate::design::experiment::{Experiment, design_of};

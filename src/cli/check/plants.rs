@@ -36,7 +36,7 @@ pub(super) fn plants(experiment: &Experiment) -> String {
         let name = name.unwrap_or_default();
         let text = match &cell.source {
             Source::Continuous(of) => described_in_continuous_time(of, experiment),
-            Source::Record(process) => match &process.settings().plant {
+            Source::Discrete(cell) => match &cell.process.settings().plant {
                 PlantSource::Fixed(plant) => described(plant),
                 PlantSource::Random { order, radius } => {
                     let radius = rounded(*radius, 6);

@@ -12,8 +12,8 @@ use crate::estimator::{
 use crate::files;
 use crate::study::file::MethodTable;
 use crate::study::{
-    Cell, Experiment, Measure, Row, Rows, Source, TrialRecord, check_result, design_of,
-    read_manifest, stage_twelve, stored_alike,
+    Cell, DiscreteCell, Experiment, Measure, Row, Rows, Source, TrialRecord, check_result,
+    design_of, read_manifest, stage_twelve, stored_alike,
 };
 use crate::text::{number, visible};
 use serde_json::{Map, Value, json};
@@ -86,11 +86,10 @@ pub(super) struct Replay<'a> {
 impl<'a> Replay<'a> {
     pub(super) fn new(
         experiment: &'a Experiment,
-        index: usize,
+        (index, cell): (usize, &DiscreteCell),
         trial: u64,
         record: &TrialRecord<'a>,
     ) -> Self {
-        let cell = &experiment.cells[index];
         let data = record.realisation;
         let window = Window::with_reference(&data.u, &data.y, &data.r, cell.window);
         let named = |name: &str, values: &[f64]| (name.to_owned(), values.to_vec());
@@ -121,7 +120,7 @@ impl<'a> Replay<'a> {
         }
         let output = |row: &Row| record.passes[row.output].0.clone();
         Self {
-            cell,
+            cell: &experiment.cells[index],
             index,
             trial,
             seed: experiment.file.seed,
@@ -142,26 +141,24 @@ impl<'a> Replay<'a> {
 
     /// Returns the cell's settings, and what its vectors mean.
     fn head(&self) -> (String, &'static str) {
-        if let Source::Continuous(continuous) = &self.cell.source {
-            let settings = format!(
-                "continuous time, T = {} s, step {} s",
-                continuous.until, continuous.step
-            );
-            return (
-                settings,
+        match &self.cell.source {
+            Source::Discrete(cell) => (
+                format!(
+                    "eta = {} %, N = {}, K = {}",
+                    number(cell.eta),
+                    cell.window,
+                    cell.horizon
+                ),
+                "p = (alpha, beta), A(q) = 1 + alpha_1 q^-1 + ..., a_i = -alpha_(n+1-i), h = beta",
+            ),
+            Source::Continuous(cell) => (
+                format!(
+                    "continuous time, T = {} s, step {} s",
+                    cell.until, cell.step
+                ),
                 "integration errors are estimated by halving the step twice",
-            );
+            ),
         }
-        let Cell {
-            eta,
-            window,
-            horizon,
-            ..
-        } = self.cell;
-        (
-            format!("eta = {} %, N = {window}, K = {horizon}", number(*eta)),
-            "p = (alpha, beta), A(q) = 1 + alpha_1 q^-1 + ..., a_i = -alpha_(n+1-i), h = beta",
-        )
     }
 
     fn text(&self, folder: &Path) -> Result<String, Error> {
@@ -183,7 +180,7 @@ impl<'a> Replay<'a> {
                 .failure
                 .map_or_else(|| "ok".to_owned(), |f| f.to_string());
             let name = match self.cell.source {
-                Source::Record(_) => format!("{} pass {}", output.estimator, output.pass),
+                Source::Discrete(_) => format!("{} pass {}", output.estimator, output.pass),
                 Source::Continuous(_) => output.label(),
             };
             writeln!(text, "  {}: {status}", visible(name)).map_err(failed)?;
@@ -236,10 +233,10 @@ impl<'a> Replay<'a> {
             .map(|(_, row)| self.row_json(row))
             .collect();
         let mut cell = json!({ "index": self.index, "claim": self.cell.claim });
-        if self.cell.process().is_some() {
-            cell["eta"] = json!(self.cell.eta);
-            cell["window"] = json!(self.cell.window);
-            cell["horizon"] = json!(self.cell.horizon);
+        if let Some(of) = self.cell.discrete() {
+            cell["eta"] = json!(of.eta);
+            cell["window"] = json!(of.window);
+            cell["horizon"] = json!(of.horizon);
         }
         cell["settings"] = json!(self.cell.settings);
         json!({
@@ -357,7 +354,7 @@ fn parameters(name: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
 /// Returns stage 12 of a pass.
 fn observer(
     name: &str,
-    cell: &Cell,
+    cell: &DiscreteCell,
     method: &Method,
     data: &Realisation,
     pass: &Pass,

@@ -3,7 +3,7 @@
 use crate::data::Realisation;
 use crate::estimator::{Pass, SetupError};
 use crate::metric::{relative_error, relative_error_as_printed};
-use crate::observer::Observer;
+use crate::observer::{Gain, Observer};
 use crate::report::{OneTrial, TrialErrors};
 use crate::study::{Cell, Experiment, Trial};
 
@@ -20,7 +20,8 @@ pub(super) fn first_trial(experiment: &Experiment, cell: &Cell) -> Result<OneTri
     let record = trial.record();
     let ends = [record.passes.first(), record.passes.last()];
     let outputs = ends.map(|end| {
-        end.map(|(_, pass)| errors(cell, pass, record.realisation))
+        let of = end.zip(cell.discrete());
+        of.map(|((_, pass), cell)| errors(&cell.gain, pass, record.realisation))
             .unwrap_or_default()
     });
     Ok(OneTrial {
@@ -31,13 +32,13 @@ pub(super) fn first_trial(experiment: &Experiment, cell: &Cell) -> Result<OneTri
 }
 
 /// Returns the errors of a pass in both readings of Eq. (7); NaN, and no e_x, after a failure.
-fn errors(cell: &Cell, pass: &Pass, record: &Realisation) -> [TrialErrors; 2] {
+fn errors(gain: &Gain, pass: &Pass, record: &Realisation) -> [TrialErrors; 2] {
     let Some(model) = pass.observed() else {
         return Default::default();
     };
     let n = model.a.len();
     let mut x_hat = Vec::with_capacity(record.states.len());
-    let mut observer = Observer::new(cell.gain.clone(), n);
+    let mut observer = Observer::new(gain.clone(), n);
     let run = observer.run(model, &record.u, &record.y, |_, x| {
         x_hat.extend_from_slice(x);
     });
@@ -68,6 +69,7 @@ mod tests {
         let experiment = Experiment::nikolov2023(2023);
         for cell in &experiment.cells[1..] {
             let found = first_trial(&experiment, cell).unwrap();
+            let of = cell.discrete().unwrap();
             let mut trial = Trial::new(&experiment, cell).unwrap();
             let rows = trial.run(0).unwrap();
             let ends = [&rows[0], &rows[rows.len() - 1]];
@@ -81,8 +83,8 @@ mod tests {
                     ],
                 ];
                 for (errors, measures) in readings.iter().zip(measures) {
-                    assert_eq!(errors.e_x.len(), cell.horizon);
-                    let largest = errors.e_x[cell.window..].iter();
+                    assert_eq!(errors.e_x.len(), of.horizon);
+                    let largest = errors.e_x[of.window..].iter();
                     // NaN, where the reading is undefined, is not larger.
                     let largest = largest.fold(0.0_f64, |most, e_x| most.max(*e_x));
                     for (found, of) in [largest, errors.e_a, errors.e_b].into_iter().zip(measures) {

@@ -1,7 +1,7 @@
 //! Makes a cell from its settings: plant, noise, feedback and the process that draws records.
 
 use crate::design::build_continuous_cell::continuous_cell;
-use crate::design::cell::{Cell, ScoredFrom, Source};
+use crate::design::cell::{Cell, DiscreteCell, ScoredFrom, Source};
 use crate::design::curve_bins::{CURVES_LIMIT, curve_bytes};
 use crate::design::file::axis::Scalar;
 use crate::design::file::error::FileError;
@@ -41,10 +41,18 @@ const RECORD_LIMIT: usize = 4 << 30;
 impl SettingsReader<'_> {
     /// Makes the cell.
     pub(crate) fn cell(self) -> Result<Cell, FileError> {
-        if let Some(table) = &self.file.continuous {
-            let of = continuous_cell(&self, table)?;
-            return Ok(Cell::continuous(of, self.text(Key::Claim), self.settings));
-        }
+        let source = match &self.file.continuous {
+            Some(table) => Source::Continuous(Box::new(continuous_cell(&self, table)?)),
+            None => Source::Discrete(Box::new(self.discrete_cell()?)),
+        };
+        Ok(Cell {
+            claim: self.text(Key::Claim),
+            settings: self.settings,
+            source,
+        })
+    }
+
+    fn discrete_cell(&self) -> Result<DiscreteCell, FileError> {
         let plant = self.plant()?;
         let n = plant.order();
         if n > ORDER_LIMIT {
@@ -104,9 +112,8 @@ impl SettingsReader<'_> {
         let gain: Gain = self.name(Key::Gain)?;
         gain.check(order)
             .map_err(|e| FileError::key("gain", e.to_string()))?;
-        let cell = Cell {
-            source: Source::Record(Box::new(process)),
-            claim: self.text(Key::Claim),
+        let cell = DiscreteCell {
+            process,
             eta,
             order,
             window,
@@ -117,10 +124,9 @@ impl SettingsReader<'_> {
                 Some(_) => self.name(Key::ScoredFrom)?,
                 None => ScoredFrom::default(),
             },
-            settings: self.settings,
         };
         is_scored(&cell, self.file)?;
-        level_exists(&cell)?;
+        level_exists(&cell, &self.text(Key::Noise))?;
         fits_into_memory(&cell, self.file.curves)?;
         Ok(cell)
     }
@@ -451,7 +457,7 @@ pub(crate) fn filter(name: &str, table: &NoiseTable) -> Result<NoiseFilter, File
 }
 
 /// Checks that a measure of the state has at least one scored sample.
-pub(crate) fn is_scored(cell: &Cell, file: &ExperimentFile) -> Result<(), FileError> {
+pub(crate) fn is_scored(cell: &DiscreteCell, file: &ExperimentFile) -> Result<(), FileError> {
     let last = match &file.course {
         None => None,
         Some(table) => match table.points(cell.window).last() {
@@ -484,11 +490,12 @@ pub(crate) fn is_scored(cell: &Cell, file: &ExperimentFile) -> Result<(), FileEr
     }
 }
 
-/// Checks that noise of the cell's level exists. Otherwise every trial would fail.
-pub(crate) fn level_exists(cell: &Cell) -> Result<(), FileError> {
-    let Some(process) = cell.process().filter(|_| cell.eta > 0.0) else {
+/// Checks that noise of the cell's level exists; `noise` is its name. Otherwise every trial would fail.
+pub(crate) fn level_exists(cell: &DiscreteCell, noise: &str) -> Result<(), FileError> {
+    let process = &cell.process;
+    if cell.eta <= 0.0 {
         return Ok(());
-    };
+    }
     if let NoiseColour::Filter(filter) = &process.settings().noise
         && !(filter.variance() > 0.0 && filter.variance().is_finite())
     {
@@ -497,9 +504,7 @@ pub(crate) fn level_exists(cell: &Cell) -> Result<(), FileError> {
             cell.eta,
             filter.variance()
         );
-        let name = cell.settings.get(&Key::Noise);
-        let name = name.map_or_else(String::new, Scalar::to_string);
-        return Err(FileError::key(&format!("noises.{name}"), message));
+        return Err(FileError::key(&format!("noises.{noise}"), message));
     }
     if process.settings().level.of == LevelOf::Measured && cell.eta >= 100.0 {
         let message = format!(
@@ -520,7 +525,7 @@ pub(crate) fn level_exists(cell: &Cell) -> Result<(), FileError> {
 }
 
 /// Checks the memory that a record and its curves take.
-pub(crate) fn fits_into_memory(cell: &Cell, curves: bool) -> Result<(), FileError> {
+pub(crate) fn fits_into_memory(cell: &DiscreteCell, curves: bool) -> Result<(), FileError> {
     let too_large = |what: &str, bytes: usize, limit: usize| {
         let message = format!(
             "{what} of K = {} samples would take {} MiB; expected at most {} MiB",

@@ -26,7 +26,7 @@ named_enum! {
 #[derive(Clone, Debug)]
 pub enum Source {
     /// Records of a process in discrete time.
-    Record(Box<Process>),
+    Discrete(Box<DiscreteCell>),
     /// Courses in continuous time.
     Continuous(Box<ContinuousCell>),
 }
@@ -46,11 +46,17 @@ named_enum! {
 pub struct Cell {
     /// The settings that it was made of.
     pub settings: Settings,
-    /// What the trials are drawn from. In continuous time, of the fields below only the claim and the order are used;
-    /// eta, window and horizon are 0.
-    pub source: Source,
     /// The claim or case, such as "C2".
     pub claim: String,
+    /// What the trials are drawn from.
+    pub source: Source,
+}
+
+/// A cell in discrete time: records of a process, and how its methods and observers see them.
+#[derive(Clone, Debug)]
+pub struct DiscreteCell {
+    /// What draws the records.
+    pub process: Process,
     /// The noise level eta, per cent.
     pub eta: f64,
     /// The estimators' order n.
@@ -68,49 +74,55 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Makes a cell in continuous time.
-    pub(crate) fn continuous(of: ContinuousCell, claim: String, settings: Settings) -> Self {
-        Self {
-            settings,
-            claim,
-            eta: 0.0,
-            order: of.plant.order(),
-            window: 0,
-            horizon: 0,
-            gain: Gain::default(),
-            observer_start: ObserverStart::default(),
-            scored_from: ScoredFrom::default(),
-            source: Source::Continuous(Box::new(of)),
-        }
-    }
-
     /// The kind of study that it is of.
     pub fn kind(&self) -> StudyKind {
         match &self.source {
-            Source::Record(_) => StudyKind::Discrete,
+            Source::Discrete(_) => StudyKind::Discrete,
             Source::Continuous(_) => StudyKind::Continuous,
         }
     }
 
-    /// Returns what draws records; `None` in continuous time.
-    pub fn process(&self) -> Option<&Process> {
+    /// Returns the cell in discrete time; `None` if it is in continuous time.
+    pub fn discrete(&self) -> Option<&DiscreteCell> {
         match &self.source {
-            Source::Record(process) => Some(process),
+            Source::Discrete(cell) => Some(cell),
             Source::Continuous(_) => None,
         }
+    }
+
+    /// Returns the order n of estimators and observers.
+    pub fn order(&self) -> usize {
+        match &self.source {
+            Source::Discrete(cell) => cell.order,
+            Source::Continuous(cell) => cell.plant.order(),
+        }
+    }
+
+    /// Returns the order of the plant.
+    pub fn plant_order(&self) -> usize {
+        self.discrete()
+            .map_or(self.order(), DiscreteCell::plant_order)
+    }
+
+    /// Returns eta, N and K as summaries and tables have them: 0 in continuous time, where they do not exist.
+    pub(crate) fn columns(&self) -> (f64, usize, usize) {
+        let of = self.discrete();
+        of.map_or((0.0, 0, 0), |cell| (cell.eta, cell.window, cell.horizon))
     }
 
     /// Whether nothing is random, so that all trials are identical.
     pub fn is_deterministic(&self) -> bool {
         match &self.source {
-            Source::Record(process) => process.is_deterministic(self.eta),
-            Source::Continuous(of) => of.is_deterministic(),
+            Source::Discrete(cell) => cell.process.is_deterministic(cell.eta),
+            Source::Continuous(cell) => cell.is_deterministic(),
         }
     }
+}
 
+impl DiscreteCell {
     /// The order of the plant.
     pub fn plant_order(&self) -> usize {
-        self.process().map_or(self.order, Process::order)
+        self.process.order()
     }
 
     /// The shape of the estimators' problem.
@@ -132,24 +144,20 @@ impl Cell {
     /// Whether x(k) follows from the true plant, x(0) and the measured input: without noise of the process and of the
     /// input, and without a change of the plant.
     pub fn follows_input(&self) -> bool {
-        let settings = self.process().map(Process::settings);
-        settings.is_some_and(|of| {
-            of.process_noise == 0.0 && of.input_noise == 0.0 && of.change.is_none()
-        })
+        let of = self.process.settings();
+        of.process_noise == 0.0 && of.input_noise == 0.0 && of.change.is_none()
     }
 
     /// Returns the model that a method with the true plant receives: the plant, and the mean of its initial states.
     ///
     /// # Errors
     /// [`SetupError::NoKnownPlant`] unless all trials share one plant of the cell's order, which does not change, and
-    /// no estimate of it is fed back;
-    /// [`SetupError::ContinuousTime`] in continuous time.
+    /// no estimate of it is fed back.
     pub fn known_model(&self) -> Result<KnownModel, SetupError> {
-        let process = self.process().ok_or(SetupError::ContinuousTime)?;
-        let plant = process.plant();
+        let plant = self.process.plant();
         let plant = plant.filter(|plant| plant.order() == self.order);
         let plant = plant.ok_or(SetupError::NoKnownPlant)?;
-        Ok(KnownModel::new(plant, &process.settings().x0))
+        Ok(KnownModel::new(plant, &self.process.settings().x0))
     }
 
     /// Prepares a method's estimator for this cell. `covariance`: whether standard errors are wanted.
@@ -194,21 +202,23 @@ impl Cell {
                 window,
             },
             known: None,
-            process: self.process().map(|process| (process, self.eta)),
+            process: Some((&self.process, self.eta)),
             covariance: false,
             reported: None,
         }
     }
 
-    /// Draws a trial of a process and returns the record that a program receives, with the true plant.
-    pub fn record_for_program(
-        &self,
-        (process, eta): (&Process, f64),
-        seed: u64,
-        trial: u64,
-    ) -> (Record, Truth) {
+    /// Draws a trial into buffers.
+    pub fn realise(&self, seed: u64, trial: u64, into: &mut Realisation) {
+        let (eta, window, horizon) = (self.eta, self.window, self.horizon);
+        self.process
+            .realise(seed, trial, eta, window, horizon, into);
+    }
+
+    /// Draws a trial and returns the record that a program receives, with the true plant.
+    pub fn record_for_program(&self, seed: u64, trial: u64) -> (Record, Truth) {
         let (mut drawn, window) = (Realisation::default(), self.window);
-        process.realise(seed, trial, eta, window, self.horizon, &mut drawn);
+        self.realise(seed, trial, &mut drawn);
         let cut = |signal: &[f64]| signal[..window].to_vec();
         let record = Record {
             trial,

@@ -1,6 +1,6 @@
 //! The observer that scores the outputs of a method in a cell.
 
-use crate::design::cell::{Cell, ObserverStart};
+use crate::design::cell::{DiscreteCell, ObserverStart};
 use asobench_identification::estimator::{FailureKind, Method, Pass, SetupError};
 use asobench_identification::model::polynomial::multiply;
 use asobench_identification::observer::{
@@ -45,7 +45,7 @@ impl CellObserver {
     ///
     /// # Errors
     /// If the gain has another order, or a filter needs knowledge that this cell does not have.
-    pub(crate) fn new(cell: &Cell, method: &Method) -> Result<Self, SetupError> {
+    pub(crate) fn new(cell: &DiscreteCell, method: &Method) -> Result<Self, SetupError> {
         let known = method.needs().plant;
         let gain = match method.observer() {
             None => &cell.gain,
@@ -110,7 +110,7 @@ impl CellObserver {
 /// Kalman filter with more states than the plant by `F`, `b` and `h` too. A time-varying gain is `g(k), k = 0, 1, ...`,
 /// whose last one serves all later k. `None` if there is no observer, or the model is of another order than it.
 pub fn stage_twelve(
-    cell: &Cell,
+    cell: &DiscreteCell,
     method: &Method,
     pass: &Pass,
     (u, y): (&[f64], &[f64]),
@@ -196,10 +196,10 @@ impl Filter {
 /// s_u of the noise on the measured input (`x(k+1) = A x + b (u - e_u) + w`), the measurement noise's colour and
 /// variance, and x(0) with covariance `d^2 I`. The inner error is that of a Riccati equation without a solution.
 fn known_filter(
-    cell: &Cell,
+    cell: &DiscreteCell,
     kind: &ObserverKind,
 ) -> Result<Result<Box<Filter>, FailureKind>, SetupError> {
-    let process = cell.process().ok_or(SetupError::ContinuousTime)?;
+    let process = &cell.process;
     let (settings, n) = (process.settings(), cell.order);
     let known = process.open_loop();
     let (plant, noise, variances) = known.ok_or(SetupError::NoKnownPlant)?;

@@ -29,7 +29,11 @@ impl Engine {
     /// # Errors
     /// If lanes are asked for: what they do not cover.
     pub(crate) fn of(self, experiment: &Experiment, cell: &Cell) -> Result<Self, String> {
-        match (self, covered(experiment, cell)) {
+        let covered = match cell.discrete() {
+            Some(cell) => covered(experiment, cell).map(|_| ()),
+            None => Err("continuous time".to_owned()),
+        };
+        match (self, covered) {
             (Self::Auto | Self::Lanes, Ok(_)) => Ok(Self::Lanes),
             (Self::Lanes, Err(reason)) => Err(reason),
             (Self::Auto | Self::Faer, _) => Ok(Self::Faer),

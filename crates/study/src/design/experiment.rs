@@ -207,7 +207,7 @@ impl Experiment {
         let (first, found) = &all.found[all.place[cell]];
         found.get_or_init(|| {
             let cell = &self.cells[*first];
-            let process = cell.process().ok_or(NoTheory::ContinuousTime)?;
+            let of = cell.discrete().ok_or(NoTheory::ContinuousTime)?;
             // A column of a file is one record, not a period.
             if let Some(Scalar::Text(input)) = cell.settings.get(&Key::Input)
                 && self.file.columns.contains_key(input)
@@ -215,7 +215,7 @@ impl Experiment {
                 return Err(NoTheory::GivenInput);
             }
             let begin = Instant::now();
-            let theory = CellTheory::new(process, cell.eta, cell.order, &self.methods);
+            let theory = CellTheory::new(&of.process, of.eta, of.order, &self.methods);
             let spent = begin.elapsed().as_nanos() as u64;
             all.spent.fetch_add(spent, Ordering::Relaxed);
             theory

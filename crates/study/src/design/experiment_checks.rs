@@ -1,6 +1,6 @@
 //! An experiment is made from its file, and every part is checked against the others.
 
-use crate::design::cell::Cell;
+use crate::design::cell::{Cell, DiscreteCell};
 use crate::design::cell_observer::CellObserver;
 use crate::design::experiment::{Experiment, design_of};
 use crate::design::file::axis::Axis;
@@ -216,7 +216,12 @@ impl Experiment {
         at_most(place, self.output_count(), "outputs", OUTPUT_LIMIT)?;
         let labels: Vec<String> = self.outputs().iter().map(Output::label).collect();
         check_labels(place, &labels)?;
-        let mut shapes: Vec<Shape> = self.cells.iter().map(Cell::shape).collect();
+        let mut shapes: Vec<Shape> = self
+            .cells
+            .iter()
+            .filter_map(Cell::discrete)
+            .map(DiscreteCell::shape)
+            .collect();
         shapes.sort_by_key(|shape| (shape.order, shape.window));
         shapes.dedup();
         for (i, method) in self.methods.iter().enumerate() {
@@ -239,7 +244,8 @@ impl Experiment {
             if !known && method.observer().is_none() {
                 continue;
             }
-            for (number, cell) in self.cells.iter().enumerate() {
+            let cells = self.cells.iter().map(Cell::discrete).enumerate();
+            for (number, cell) in cells.filter_map(|(number, cell)| Some((number, cell?))) {
                 let model = if known {
                     cell.known_model().map(|_| ())
                 } else {

@@ -1,6 +1,6 @@
 //! The part of an experiment that the lanes can run.
 
-use crate::design::cell::{Cell, ObserverStart, ScoredFrom};
+use crate::design::cell::{Cell, DiscreteCell, ObserverStart, ScoredFrom};
 use crate::design::experiment::Experiment;
 use asobench_identification::data::{
     Feedback, NoiseColour, PlantSource, Process, ProcessSettings, Truth,
@@ -29,7 +29,7 @@ pub(crate) struct PlannedMethod<'e> {
 /// reading of E4 and E11; every gain; and the measures that the table of measures marks.
 #[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 pub struct Plan<'e> {
-    pub(crate) cell: &'e Cell,
+    pub(crate) cell: &'e DiscreteCell,
     pub(crate) source: RecordSource<'e>,
     pub(crate) truth: Truth,
     pub(crate) methods: Vec<PlannedMethod<'e>>,
@@ -49,6 +49,7 @@ impl<'e> Plan<'e> {
     /// What the lanes do not cover, in words.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, String> {
         use crate::design::measure::Measure as F;
+        let cell = cell.discrete().ok_or("continuous time")?;
         let (process, (plant, noise, variances)) = covered(experiment, cell)?;
         let file = &experiment.file;
         let asked = experiment.measures_asked();
@@ -102,9 +103,9 @@ type Covered<'e> = (
 /// Returns the process of a cell that lanes cover. The error says what they do not cover.
 pub(crate) fn covered<'e>(
     experiment: &'e Experiment,
-    cell: &'e Cell,
+    cell: &'e DiscreteCell,
 ) -> Result<Covered<'e>, String> {
-    let process = cell.process().ok_or("continuous time")?;
+    let process = &cell.process;
     covers_process(process.settings())?;
     let open_loop = process.undisturbed();
     let open_loop = open_loop.ok_or("disturbances of the state")?;
@@ -172,11 +173,9 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
 }
 
 /// Whether lanes cover a cell with a plant of this order.
-fn covers_cell(cell: &Cell, of_plant: usize) -> Result<(), String> {
-    let Cell {
-        settings: _,
-        source: _,
-        claim: _,
+fn covers_cell(cell: &DiscreteCell, of_plant: usize) -> Result<(), String> {
+    let DiscreteCell {
+        process: _,
         eta: _,
         order,
         window: _,

@@ -26,8 +26,8 @@ impl Theories {
         let mut known: HashMap<String, usize> = HashMap::new();
         let mut found = Vec::new();
         let place = cells.iter().enumerate().map(|(index, cell)| {
-            let key = cell.process().map_or_else(String::new, |process| {
-                let mut of_process = process.describe();
+            let key = cell.discrete().map_or_else(String::new, |cell| {
+                let mut of_process = cell.process.describe();
                 // The limit does not depend on the initial state.
                 of_process["x0"].take();
                 of_process["x0_deviation"].take();

@@ -1,6 +1,6 @@
 //! The memory that a thread takes before its first trial.
 
-use crate::design::cell::{Cell, Source};
+use crate::design::cell::Source;
 use crate::design::curve_bins::curve_bytes;
 use crate::design::experiment::Experiment;
 use crate::design::file::engine::Engine;
@@ -11,13 +11,12 @@ impl Experiment {
     /// with the settings: the record, the window of every method, and curves; in continuous time the disturbance.
     pub fn thread_bytes(&self, cell: usize) -> usize {
         const NUMBER: usize = size_of::<f64>();
-        let (engine, cell) = (self.engine(cell), &self.cells[cell]);
-        let Cell {
-            order,
-            window,
-            horizon,
-            ..
-        } = *cell;
+        let engine = self.engine(cell);
+        let cell = match &self.cells[cell].source {
+            Source::Discrete(cell) => cell,
+            Source::Continuous(cell) => return NUMBER * cell.disturbance_numbers(),
+        };
+        let (order, window, horizon) = (cell.order, cell.window, cell.horizon);
         // Stage 7's output, and the rows of stage 6 that are solved by themselves.
         let methods = self.methods.len() * window * (order + 2) * NUMBER;
         // The batch of a program's records, as it is drawn and as it is sent.
@@ -27,9 +26,8 @@ impl Experiment {
             .map(|program| program.options.batch as usize);
         let methods = methods + batches.sum::<usize>() * window * 3 * 2 * NUMBER;
         let curve = if self.file.curves { horizon } else { 0 };
-        let (samples, lanes) = match (&cell.source, engine) {
-            (Source::Continuous(of), _) => return NUMBER * of.disturbance_numbers(),
-            (_, Ok(Engine::Lanes)) => (2 * horizon + window + 4 * curve, MOST_LANES),
+        let (samples, lanes) = match engine {
+            Ok(Engine::Lanes) => (2 * horizon + window + 4 * curve, MOST_LANES),
             // The noise filter's scratch.
             _ => (cell.record_bytes() / NUMBER + horizon + curve, 1),
         };

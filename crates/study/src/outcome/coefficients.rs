@@ -23,7 +23,8 @@ pub(crate) const COURSES: [&str; 3] = ["e_a", "e_b", "e_x"];
 /// Returns how many columns of a cell follow those of [`columns`]: e_a(k) at every point of `[course]`, then e_b(k) and
 /// e_x(k). They are tallied for trials that fail later too, and not kept with the rows.
 pub(crate) fn course_columns(file: &ExperimentFile, cell: &Cell) -> usize {
-    let points = file.course.as_ref().map(|table| table.points(cell.window));
+    let course = file.course.as_ref().zip(cell.discrete());
+    let points = course.map(|(table, cell)| table.points(cell.window));
     COURSES.len() * points.map_or(0, <[usize]>::len)
 }
 
@@ -49,7 +50,7 @@ pub(crate) struct Kept {
 impl Kept {
     /// Makes the columns of a study with these cells.
     pub(crate) fn new(file: &ExperimentFile, cells: &[Cell]) -> Self {
-        let order = cells.iter().map(|cell| cell.order).max().unwrap_or(0);
+        let order = cells.iter().map(Cell::order).max().unwrap_or(0);
         Self {
             order,
             width: kept(file, order),

@@ -32,7 +32,8 @@ pub struct CourseQuantiles {
 impl CourseSummary {
     /// Summarises the columns of an output; `None` if there are none.
     pub(crate) fn new(experiment: &Experiment, cell: &Cell, columns: &[Sample]) -> Option<Self> {
-        let points = experiment.file.course.as_ref()?.points(cell.window);
+        let window = cell.discrete()?.window;
+        let points = experiment.file.course.as_ref()?.points(window);
         let mut all = columns.chunks_exact(points.len().max(1)).map(of_error);
         Some(Self {
             k: points.to_vec(),

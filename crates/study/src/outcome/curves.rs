@@ -157,6 +157,12 @@ impl Curves {
         }
     }
 
+    /// Returns these curves and leaves empty ones of the same length.
+    pub(crate) fn take(&mut self) -> Self {
+        let empty = Self::new(self.horizon);
+        std::mem::replace(self, empty)
+    }
+
     /// Returns the first output's curves of one set and the last output's of another.
     ///
     /// # Panics

@@ -142,7 +142,7 @@ impl Rows {
     fn with(measures: Vec<Measure>, experiment: &Experiment, cell: &Cell) -> Self {
         let file = &experiment.file;
         let width =
-            coefficients::columns(file, cell.order) + coefficients::course_columns(file, cell);
+            coefficients::columns(file, cell.order()) + coefficients::course_columns(file, cell);
         let output = OutputRows {
             values: vec![Vec::new(); measures.len()],
             parameters: vec![Vec::new(); width],
@@ -362,7 +362,7 @@ pub(crate) mod stored {
         cell: &Cell,
         to: &mut Vec<u8>,
     ) -> postcard::Result<()> {
-        let kept = coefficients::kept(&experiment.file, cell.order);
+        let kept = coefficients::kept(&experiment.file, cell.order());
         let places = |output: &OutputRows| -> Vec<(u32, Failure)> {
             output
                 .failures
@@ -415,7 +415,7 @@ pub(crate) mod stored {
             return Err("failures for a wrong number of outputs");
         }
         let measures: Vec<Measure> = experiment.file.measures.clone();
-        let kept = coefficients::kept(&experiment.file, cell.order);
+        let kept = coefficients::kept(&experiment.file, cell.order());
         let mut rows = Rows {
             first: trials.start,
             measures,

@@ -67,7 +67,7 @@ impl OutputSummary {
         let Outcomes {
             trials, unstable, ..
         } = tally.outcomes;
-        let order = cell.order;
+        let order = cell.order();
         let of_coefficients = coefficients::columns(&experiment.file, order);
         let (parameters, course) = tally
             .parameters
@@ -231,6 +231,7 @@ impl CellSummary {
     /// Summarises a cell.
     pub fn new(experiment: &Experiment, index: usize, tally: &CellTally) -> Self {
         let cell = &experiment.cells[index];
+        let (eta, window, horizon) = cell.columns();
         let outputs = experiment.outputs();
         let (file, labels) = (&experiment.file, outputs.iter().map(Output::label));
         let labels: Vec<String> = labels.collect();
@@ -245,17 +246,17 @@ impl CellSummary {
             .any(|measure| smooth(*measure).is_some());
         if let Some(Ok(theory)) = is_known.then(|| experiment.theory(index)) {
             for (summary, (_, of_output)) in summaries.iter_mut().zip(&theory.outputs) {
-                summary.theory = beside(theory, of_output, cell.window, &summary.measures);
+                summary.theory = beside(theory, of_output, window, &summary.measures);
             }
         }
         let comparisons = experiment.compare.iter().zip(&tally.pairs);
         Self {
             cell: index,
             claim: cell.claim.clone(),
-            eta: cell.eta,
-            order: cell.order,
-            window: cell.window,
-            horizon: cell.horizon,
+            eta,
+            order: cell.order(),
+            window,
+            horizon,
             settings: cell.settings.clone(),
             trials: tally.trials,
             deterministic: cell.is_deterministic(),

@@ -37,8 +37,8 @@ fn cell_columns<'e, R>(
     let mut columns = vec![
         column(rows, "cell", |row| cell_of(row) as u32),
         column(rows, "claim", |row| cell(row).claim.as_str()),
-        column(rows, "eta", |row| cell(row).eta),
-        column(rows, "window", |row| cell(row).window as u32),
+        column(rows, "eta", |row| cell(row).columns().0),
+        column(rows, "window", |row| cell(row).columns().1 as u32),
     ];
     for (key, numeric) in settings {
         let number = |scalar: Option<&Scalar>| match scalar {

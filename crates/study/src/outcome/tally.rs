@@ -91,7 +91,7 @@ impl CellTally {
             at.map_or(&[], |at| &columns[output][at])
         };
         let outputs = rows.outputs().iter().zip(&columns);
-        let of_coefficients = coefficients::columns(file, cell.order);
+        let of_coefficients = coefficients::columns(file, cell.order());
         let outputs = outputs.map(|(output, columns)| OutputTally {
             outcomes: outcomes(output, rows.trials().start),
             samples: columns.iter().map(|column| sample(column)).collect(),
@@ -165,7 +165,7 @@ impl CellTally {
         trials: &Range<u64>,
     ) -> Result<(), &'static str> {
         let none = Self::from_trials(experiment, cell, &mut Trials::new(experiment, cell));
-        let traces = |traces: &Traces| traces.are_of(cell.order, self.outputs.len());
+        let traces = |traces: &Traces| traces.are_of(cell.order(), self.outputs.len());
         if self.trials != trials.end - trials.start {
             Err("a wrong number of trials")
         } else if self.parts() != none.parts() || !self.traces.as_ref().is_none_or(traces) {

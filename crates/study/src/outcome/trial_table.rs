@@ -174,8 +174,8 @@ impl<'e> TrialTable<'e> {
         let mut columns = vec![
             self.of_cells(group, |part| Some(part.cell as u32), numbers)?,
             self.of_cells(group, |part| Some(cell(part).claim.clone()), texts)?,
-            self.of_cells(group, |part| Some(cell(part).eta), numbers)?,
-            self.of_cells(group, |part| Some(cell(part).window as u32), numbers)?,
+            self.of_cells(group, |part| Some(cell(part).columns().0), numbers)?,
+            self.of_cells(group, |part| Some(cell(part).columns().1 as u32), numbers)?,
         ];
         for (key, numeric) in &self.settings {
             let setting = |part: &Part| cell(part).settings.get(key);
@@ -325,7 +325,7 @@ impl<'e> TrialTable<'e> {
     /// Returns a column of [`Self::coefficients`], null where undefined and for failed trials.
     fn coefficient(&self, group: &[Part], column: usize) -> Column {
         self.numbers(group, |part, output| {
-            let order = self.experiment.cells[part.cell].order;
+            let order = self.experiment.cells[part.cell].order();
             let place = self.coefficients.place(column, order)?;
             Some(output.counted(output.parameters().get(place)?))
         })

@@ -24,9 +24,9 @@ pub struct Trials {
 impl Trials {
     /// Makes an empty set with room for what a study keeps of a cell.
     pub fn new(experiment: &Experiment, cell: &Cell) -> Self {
-        let curves = experiment.file.curves;
+        let curves = cell.discrete().filter(|_| experiment.file.curves);
         Self {
-            curves: curves.then(|| Curves::new(cell.horizon)),
+            curves: curves.map(|cell| Curves::new(cell.horizon)),
             ..Self::from_rows(Rows::new(experiment, cell))
         }
     }

@@ -1,6 +1,6 @@
 //! Errors of a method after several numbers of samples, `[course]`.
 
-use crate::design::cell::Cell;
+use crate::design::cell::DiscreteCell;
 use crate::design::cell_observer::CellObserver;
 use crate::design::experiment::Experiment;
 use crate::design::file::course_table::CourseTable;
@@ -53,7 +53,7 @@ impl<'e> Courses<'e> {
     /// If an observer cannot serve the cell.
     pub(crate) fn new(
         experiment: &'e Experiment,
-        cell: &'e Cell,
+        cell: &'e DiscreteCell,
     ) -> Result<Option<Self>, SetupError> {
         let Some(table) = &experiment.file.course else {
             return Ok(None);

@@ -305,21 +305,13 @@ fn kinds(experiment: &Experiment, most: usize) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..experiment.cells.len()).collect();
     order.sort_by_cached_key(|index| {
         let cell = &experiment.cells[*index];
-        let steps = match &cell.source {
-            Source::Record(_) => 0,
-            Source::Continuous(cell) => cell.steps(),
+        let (steps, horizon, window) = match &cell.source {
+            Source::Discrete(cell) => (0, cell.horizon, cell.window),
+            Source::Continuous(cell) => (cell.steps(), 0, 0),
         };
         let (engine, truth) = (experiment.engine(*index).ok(), cell.plant_order());
         let alone = cell.is_deterministic();
-        (
-            alone,
-            engine,
-            steps,
-            truth,
-            cell.order,
-            cell.horizon,
-            cell.window,
-        )
+        (alone, engine, steps, truth, cell.order(), horizon, window)
     });
     let parts = most.min(order.len());
     let bound = |part: usize| part * order.len() / parts;

@@ -4,7 +4,6 @@ use crate::design::cell::Source;
 use crate::design::experiment::Experiment;
 use crate::design::file::engine::Engine;
 use crate::design::file::experiment_file::Store;
-use crate::outcome::curves::Curves;
 use crate::outcome::rows::Rows;
 use crate::outcome::spent::{Spent, Watch};
 use crate::outcome::tally::CellTally;
@@ -118,10 +117,9 @@ pub enum RunError<E> {
 
 /// Returns the default number of trials in a block of a cell: about half a second of work.
 pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
-    let cell_of = &experiment.cells[cell];
     let outputs: usize = experiment.methods.iter().map(Method::passes).sum();
-    let samples = match &cell_of.source {
-        Source::Record(_) => cell_of.horizon * outputs.max(1),
+    let samples = match &experiment.cells[cell].source {
+        Source::Discrete(cell) => cell.horizon * outputs.max(1),
         Source::Continuous(cell) => STEP_WORK * cell.steps(),
     };
     let work = BLOCK_WORK / samples.max(1);
@@ -466,8 +464,7 @@ impl<'a> Shared<'a> {
             room.clear();
         }
         if let Some(curves) = &mut room.curves {
-            let next = Curves::new(settings.horizon);
-            tally.curves = Some(std::mem::replace(curves, next));
+            tally.curves = Some(curves.take());
         }
         let block = Block {
             span: Span {

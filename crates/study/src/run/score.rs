@@ -1,12 +1,12 @@
 //! Measures passes against the truth.
 
-use crate::design::cell::{Cell, ObserverStart, RESPONSE_SAMPLES};
+use crate::design::cell::{DiscreteCell, ObserverStart, RESPONSE_SAMPLES};
 use crate::design::cell_observer::CellObserver;
 use crate::design::experiment::Experiment;
 use crate::design::file::experiment_file::Unfinished;
 use crate::design::measure::Measure;
 use crate::outcome::row::Row;
-use asobench_identification::data::{Process, Realisation, Truth};
+use asobench_identification::data::{Realisation, Truth};
 use asobench_identification::estimator::{Failure, FailureKind, Pass, Progress, SetupError, Stage};
 use asobench_identification::metric::{
     Response, StateError, System, relative_error, relative_error_as_printed,
@@ -55,12 +55,9 @@ struct Wanted {
 impl Scorer {
     /// # Errors
     /// If a method's observer cannot serve the cell.
-    pub(crate) fn new(
-        experiment: &Experiment,
-        cell: &Cell,
-        process: &Process,
-    ) -> Result<Self, SetupError> {
+    pub(crate) fn new(experiment: &Experiment, cell: &DiscreteCell) -> Result<Self, SetupError> {
         use Measure as F;
+        let process = &cell.process;
         let measures = experiment.measures_asked();
         let any = |values: &[Measure]| values.iter().any(|measure| measures.contains(measure));
         let methods = experiment.methods.iter();

@@ -1,6 +1,6 @@
 //! One trial: draw a record, run every method on it, measure every pass.
 
-use crate::design::cell::Cell;
+use crate::design::cell::{Cell, DiscreteCell};
 use crate::design::experiment::Experiment;
 use crate::design::measure::Measure;
 use crate::outcome::coefficients;
@@ -10,7 +10,7 @@ use crate::outcome::trials::Trials;
 use crate::run::course::Courses;
 use crate::run::score::Scorer;
 use crate::worker::seed_of;
-use asobench_identification::data::{Process, Realisation};
+use asobench_identification::data::Realisation;
 use asobench_identification::estimator::{
     Estimator, Output, Pass, Progress, Records, SetupError, Window,
 };
@@ -19,8 +19,7 @@ use asobench_identification::metric::relative_error;
 /// Buffers to run trials of one cell; each worker has its own.
 pub struct Trial<'e> {
     experiment: &'e Experiment,
-    cell: &'e Cell,
-    process: &'e Process,
+    cell: &'e DiscreteCell,
     outputs: Vec<Output>,
     realisation: Realisation,
     /// Records of other trials, for methods that need them.
@@ -59,17 +58,16 @@ pub struct TrialRecord<'a> {
 /// Draws records of other trials.
 struct Others<'e> {
     seed: u64,
-    cell: &'e Cell,
-    process: &'e Process,
+    cell: &'e DiscreteCell,
     realisation: Realisation,
 }
 
 impl Records for Others<'_> {
     fn draw(&mut self, trial: u64) -> Option<Window<'_>> {
         let (cell, record) = (self.cell, &mut self.realisation);
-        let Cell { eta, window, .. } = *cell;
+        let (eta, window) = (cell.eta, cell.window);
         // A shorter record has the same samples as the beginning of a longer one.
-        self.process
+        cell.process
             .realise(self.seed, trial, eta, window, window, record);
         let drawn = record.failure.is_none();
         drawn.then(|| Window::with_reference(&record.u, &record.y, &record.r, window))
@@ -86,7 +84,7 @@ impl<'e> Trial<'e> {
     /// # Errors
     /// If a method cannot serve the cell, or it is in continuous time.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, SetupError> {
-        let process = cell.process().ok_or(SetupError::ContinuousTime)?;
+        let cell = cell.discrete().ok_or(SetupError::ContinuousTime)?;
         let mut methods = Vec::new();
         for method in &experiment.methods {
             methods.push(MethodRun {
@@ -99,17 +97,15 @@ impl<'e> Trial<'e> {
         Ok(Self {
             experiment,
             cell,
-            process,
             outputs: experiment.outputs(),
             realisation: Realisation::default(),
             others: Others {
                 seed: experiment.file.seed,
                 cell,
-                process,
                 realisation: Realisation::default(),
             },
             methods,
-            scorer: Scorer::new(experiment, cell, process)?,
+            scorer: Scorer::new(experiment, cell)?,
             courses: Courses::new(experiment, cell)?,
             rows: Vec::new(),
             parameters: Vec::new(),
@@ -167,14 +163,7 @@ impl<'e> Trial<'e> {
         spent.estimation += watch.lap();
         let (file, cell) = (&self.experiment.file, self.cell);
         let record = &mut self.realisation;
-        self.process.realise(
-            file.seed,
-            trial,
-            cell.eta,
-            cell.window,
-            cell.horizon,
-            record,
-        );
+        cell.realise(file.seed, trial, record);
         self.scorer.begin(file.seed, trial, record);
         let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
         spent.simulation += watch.lap();

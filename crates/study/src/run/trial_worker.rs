@@ -62,7 +62,10 @@ impl<'e> Worker<'e> {
         const SAMPLES: usize = 1 << 16;
         match self {
             Self::Faer(_) | Self::Continuous(_) => 1,
-            Self::Lanes(pack) => pack.lanes() as u64 * (SAMPLES / cell.horizon).clamp(1, 32) as u64,
+            Self::Lanes(pack) => {
+                let (_, _, horizon) = cell.columns();
+                pack.lanes() as u64 * (SAMPLES / horizon).clamp(1, 32) as u64
+            }
         }
     }
 

@@ -160,7 +160,7 @@ fn errors(
     threads: usize,
 ) -> Result<Vec<Vec<f64>>, RunError<Infallible>> {
     let mut found = Vec::new();
-    let order = experiment.cells[0].order;
+    let order = experiment.cells[0].order();
     run(
         experiment,
         runs,
@@ -184,7 +184,7 @@ fn errors(
 /// The column of a coefficient, the sign of its error there, and its true value: `alpha_i = -a_(n+1-i)`.
 fn place(experiment: &Experiment, name: &str) -> Result<(usize, f64, f64), SuiteError> {
     let cell = &experiment.cells[0];
-    let plant = cell.process().and_then(|process| process.plant());
+    let plant = cell.discrete().and_then(|cell| cell.process.plant());
     let (letter, number) = name.split_at(1.min(name.len()));
     let found = plant
         .zip(number.parse::<usize>().ok())

@@ -300,11 +300,9 @@ impl SuiteStudy {
         file.coverage = true;
         file.measures = vec![Measure::Distance, Measure::FreshFit];
         let experiment = Experiment::new(file.clone()).map_err(wrong)?;
-        let first = experiment
-            .cells
-            .first()
-            .and_then(|cell| Some((cell, cell.process()?)));
-        let (cell, process) = first.ok_or_else(|| wrong(FileError::key("window", "no N")))?;
+        let first = experiment.cells.first().and_then(|cell| cell.discrete());
+        let cell = first.ok_or_else(|| wrong(FileError::key("window", "no N")))?;
+        let process = &cell.process;
         let information = Information::new(process, cell.eta, cell.window);
         let information = information.map_err(|why| SuiteError::NoInformation {
             study: name.clone(),
