@@ -14,16 +14,16 @@ pub use crate::design::state_feedback::{LoopModel, StateFeedback};
 pub use crate::design::theory::FoundTheory;
 pub use crate::outcome::course_summary::{CourseQuantiles, CourseSummary};
 pub use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
-#[doc(hidden)]
-pub use crate::outcome::folder::parse_manifest;
-pub use crate::outcome::folder::{
-    FolderError, MANIFEST, ResultsFolder, check_result, read_manifest, stored_design,
-};
 pub use crate::outcome::interval_table::{CellRows, errors_of_trials};
 pub use crate::outcome::looks::{Look, Looks};
 pub use crate::outcome::method_times::MethodTime;
 pub use crate::outcome::outcomes::Outcomes;
 pub use crate::outcome::place;
+#[doc(hidden)]
+pub use crate::outcome::results_folder::parse_manifest;
+pub use crate::outcome::results_folder::{
+    FolderError, MANIFEST, ResultsFolder, check_result, read_manifest, stored_design,
+};
 pub use crate::outcome::row::Row;
 pub use crate::outcome::rows::{OutputRows, Rows};
 pub use crate::outcome::spent::Spent;

@@ -19,10 +19,9 @@
 //! ed., chapter 9; docs/theory.md.
 
 mod canonical;
-mod information;
+mod fisher_information;
 pub mod joint_state;
 mod linear;
-mod measure;
 mod missing;
 mod noise_model;
 mod passes;
@@ -30,17 +29,18 @@ mod population;
 mod prediction_error;
 mod quadratic_form;
 mod signal;
+mod smooth_measure;
 mod spectrum;
 #[cfg(test)]
 mod tests;
 
 pub use canonical::Asymptotic;
-pub use information::Information;
-pub use measure::{Figure, SmoothMeasure};
+pub use fisher_information::FisherInformation;
 pub use missing::{LARGEST, Missing, NoTheory};
 pub use population::Population;
 pub use quadratic_form::{distribution, quantile};
 pub use signal::{Signal, Source};
+pub use smooth_measure::{Figure, SmoothMeasure};
 
 use crate::data::{NoiseColour, Process};
 use crate::estimator::recursive::RecursiveInstruments;
@@ -78,7 +78,7 @@ impl Theory {
         }
         let measures = SmoothMeasure::ALL.iter();
         let figures = measures.filter_map(|measure| {
-            let figure = measure::figure(population, &asymptotic, *measure);
+            let figure = smooth_measure::figure(population, &asymptotic, *measure);
             figure.map(|figure| (*measure, figure))
         });
         Ok(Self {

@@ -13,8 +13,8 @@ use crate::signal::{Input, InputLaw, LevelOf, LevelOver, LevelReading, NoiseFilt
 use faer::c64;
 
 mod cells;
+mod fisher_information;
 mod frequency;
-mod information;
 mod references;
 
 /// A process in open loop with signs of amplitude 10.

@@ -1,10 +1,5 @@
 //! Judges claims by the results of a study.
 
-use crate::claim::decision::Cells;
-use crate::claim::decision::PValues;
-use crate::claim::decision::Verdict;
-use crate::claim::decision::certain_count;
-use crate::claim::decision::decide;
 use crate::claim::evidence::Evidence;
 use crate::claim::evidence::Part;
 use crate::claim::family::Family;
@@ -22,6 +17,11 @@ use crate::claim::sentence::UnitFindings;
 use crate::claim::statistics::Results;
 use crate::claim::units::Unit;
 use crate::claim::units::units;
+use crate::claim::verdict::Cells;
+use crate::claim::verdict::PValues;
+use crate::claim::verdict::Verdict;
+use crate::claim::verdict::certain_count;
+use crate::claim::verdict::decide;
 use crate::claim::{sentence, standing};
 use crate::design::file::claim::ClaimTable;
 use crate::design::file::claim::Holds;

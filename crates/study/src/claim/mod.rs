@@ -1,12 +1,11 @@
 //! Verdicts on the claims of an experiment file, with known error rates, in plain words.
 //!
 //! A test looks at a number of a cell and yields two p-values: one for "it does not pass", one for "it does not fail"
-//! (`known`, `statistics`, `evidence`). A claim holds everywhere, typically or somewhere over its cells (`decision`).
+//! (`known`, `statistics`, `evidence`). A claim holds everywhere, typically or somewhere over its cells (`verdict`).
 //! If neither verdict is certain, it is undecided, and `power` computes how many trials would decide it. Nothing here
 //! knows an experiment, a claim or a method by name.
 
 mod condition;
-mod decision;
 mod evidence;
 mod family;
 mod freedom;
@@ -24,11 +23,12 @@ mod statistics;
 #[cfg(test)]
 mod tests;
 mod units;
+mod verdict;
 
 pub use condition::condition;
-pub use decision::Verdict;
 pub use judge::{decides, judge, judge_at};
 pub use judged::{Judged, JudgedCell, JudgedNumber, JudgedTest, Standing};
 pub use needed::Needed;
 pub use scale::Scale;
 pub use standing::tested;
+pub use verdict::Verdict;

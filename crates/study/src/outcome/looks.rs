@@ -14,7 +14,7 @@ use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::rule::TrialRule;
 use crate::files;
 use crate::files::Kind;
-use crate::outcome::folder::{FolderError, LOOKS};
+use crate::outcome::results_folder::{FolderError, LOOKS};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

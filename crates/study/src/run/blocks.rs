@@ -16,7 +16,7 @@ use crate::design::file::rule::TRIAL_LIMIT;
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;
-use crate::outcome::folder::{BLOCKS, DESIGN, span_of};
+use crate::outcome::results_folder::{BLOCKS, DESIGN, span_of};
 use crate::outcome::rows;
 use crate::outcome::rows::Rows;
 use crate::outcome::tally::{CellTally, outcomes};

@@ -13,7 +13,7 @@ use crate::design::file::method::MethodTable;
 use crate::design::file::rule::TrialRule;
 use crate::files::{self, Kind};
 use crate::outcome::curves::Curves;
-use crate::outcome::folder::{
+use crate::outcome::results_folder::{
     BLOCKS, DESIGN, ResultsFolder, remove_own, same_but_for_methods, span_of,
 };
 use crate::outcome::tally::CellTally;

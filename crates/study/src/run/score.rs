@@ -15,7 +15,7 @@ use asobench_identification::observer::ObservedModel;
 use asobench_identification::plant::PoleFinder;
 use asobench_identification::real::with_fma;
 use asobench_identification::signal::{Input, Purpose, stream};
-use asobench_identification::theory::Information;
+use asobench_identification::theory::FisherInformation;
 
 /// Measures passes of one cell, with its own buffers.
 pub(crate) struct Scorer {
@@ -32,7 +32,7 @@ pub(crate) struct Scorer {
     input: Input,
     response: Response,
     /// The information of a record, if d is wanted and there is one.
-    information: Option<Information>,
+    information: Option<FisherInformation>,
     /// Room for the state of the plant or of a model.
     x: Vec<f64>,
     wanted: Wanted,
@@ -85,7 +85,7 @@ impl Scorer {
             input: process.input().clone(),
             response: Response::new(RESPONSE_SAMPLES),
             information: any(&[F::Distance])
-                .then(|| Information::new(process, cell.eta, cell.window).ok())
+                .then(|| FisherInformation::new(process, cell.eta, cell.window).ok())
                 .flatten(),
             x: vec![0.0; largest],
             fed_back: StateError::default(),

@@ -3,7 +3,8 @@
 //!
 //! A scenario is one cell of an ordinary experiment: a system of `suite/NAME.toml` with the settings of `suite/suite.toml`
 //! and one N. The score of a run is the measure d, `(theta_hat - theta)' F (theta_hat - theta) / p` with the Fisher
-//! information F of the scenario; a lost run is infinitely far. No number depends on who else takes part.
+//! information F of the scenario ([`asobench_identification::theory::FisherInformation`]); a lost run is infinitely far.
+//! No number depends on who else takes part.
 
 mod manifest;
 mod paired;

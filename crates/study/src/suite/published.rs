@@ -7,7 +7,7 @@ use crate::design::experiment::Experiment;
 use crate::run::runner::{Block, RunError, run};
 use asobench_identification::estimator::EstimatorName;
 use asobench_identification::names::UnknownName;
-use asobench_identification::theory::Information;
+use asobench_identification::theory::FisherInformation;
 use serde::Deserialize;
 use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
@@ -102,9 +102,9 @@ impl PublishedTable {
         let experiment = experiment.ok_or_else(|| wrong(reason()))?;
         let errors =
             errors(&experiment, runs, threads).map_err(|error| wrong(error.to_string()))?;
-        let cell = &experiment.cells[0];
-        let process = cell.process().ok_or_else(|| wrong("no plant".to_owned()))?;
-        let information = Information::new(process, cell.eta, cell.window);
+        let cell = experiment.cells[0].discrete();
+        let cell = cell.ok_or_else(|| wrong("no plant".to_owned()))?;
+        let information = FisherInformation::new(&cell.process, cell.eta, cell.window);
         let information = information.map_err(|why| wrong(why.to_string()))?;
         let mut all = Vec::new();
         for (i, name) in self.coefficients.iter().enumerate() {

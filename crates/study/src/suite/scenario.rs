@@ -15,7 +15,7 @@ use asobench_identification::data::{Feedback, Process};
 use asobench_identification::estimator::{EstimatorName, Needs};
 use asobench_identification::model::Orders;
 use asobench_identification::names::UnknownName;
-use asobench_identification::theory::{Information, Missing};
+use asobench_identification::theory::{FisherInformation, Missing};
 use serde_json::{Map, Value, json};
 
 /// Records of at most this many samples are short.
@@ -303,7 +303,7 @@ impl SuiteStudy {
         let first = experiment.cells.first().and_then(|cell| cell.discrete());
         let cell = first.ok_or_else(|| wrong(FileError::key("window", "no N")))?;
         let process = &cell.process;
-        let information = Information::new(process, cell.eta, cell.window);
+        let information = FisherInformation::new(process, cell.eta, cell.window);
         let information = information.map_err(|why| SuiteError::NoInformation {
             study: name.clone(),
             why,

@@ -23,7 +23,7 @@ fn gaussian(amplitude: f64) -> Input {
 }
 
 /// The deviations at the bound, for some of `alpha_1 ..., beta_1 ...`.
-fn deviations(information: &Information, free: &[usize]) -> Vec<f64> {
+fn deviations(information: &FisherInformation, free: &[usize]) -> Vec<f64> {
     let n = information.matrix().nrows() / 2;
     let column = |i: usize| if i < n { n - 1 - i } else { i };
     let all = free
@@ -56,14 +56,14 @@ fn given_inputs_have_the_bound_of_their_record() {
     let input = sines([(1.0, 18.0), (1.0, 28.0), (1.0, 61.0)], 1000);
     let b = [1.0, 0.0, 0.0];
     let fast = of(&[-2.4, 1.91, -0.504], &b, input, white(), Feedback::None);
-    let information = Information::new(&fast, 100.0, 1000).unwrap();
+    let information = FisherInformation::new(&fast, 100.0, 1000).unwrap();
     assert_eq!(information.orders(), "nb=1,nf=3,nk=1".parse().unwrap());
     assert_eq!(information.free(), 4);
     let found = deviations(&information, &[3, 0, 1, 2]);
     close(&found, &[0.00228, 0.00138, 0.00256, 0.00120], 5.001e-6);
     let input = sines([(1.0, 17.0), (0.7, 43.0), (0.4, 97.0)], 500);
     let second = of(&[-1.1, 0.2625], &[1.0, 0.0], input, white(), Feedback::None);
-    let information = Information::new(&second, 10.0, 500).unwrap();
+    let information = FisherInformation::new(&second, 10.0, 500).unwrap();
     let found = deviations(&information, &[2, 0, 1]);
     close(&found, &[0.00455, 0.00394, 0.00341], 5.001e-6);
 }
@@ -90,7 +90,7 @@ fn armax_in_both_loops() {
         (open, [0.351, 0.314, 0.990, 1.267]),
         (closed, [0.140, 0.140, 0.174, 0.173]),
     ] {
-        let information = Information::new(&process, 100.0, 1).unwrap();
+        let information = FisherInformation::new(&process, 100.0, 1).unwrap();
         let orders: Orders = "na=2,nb=2,nc=2,nk=1".parse().unwrap();
         assert_eq!(information.orders(), orders);
         close(
@@ -116,7 +116,7 @@ fn the_information_is_the_inverse_of_the_bound() {
             noise.into(),
             Feedback::None,
         );
-        let information = Information::new(&process, 50.0, 300).unwrap();
+        let information = FisherInformation::new(&process, 50.0, 300).unwrap();
         assert_eq!(information.orders(), orders.parse().unwrap());
         let theory = CellTheory::new(&process, 50.0, 2, &[]).unwrap();
         let bound = theory.shared.unwrap().asymptotic.covariance;
@@ -145,7 +145,7 @@ fn free_coefficients_and_the_distance() {
         white.into(),
         Feedback::None,
     );
-    let information = Information::new(&process, 30.0, 100).unwrap();
+    let information = FisherInformation::new(&process, 30.0, 100).unwrap();
     assert_eq!(information.orders(), "nb=2,nf=1,nk=2".parse().unwrap());
     let truth = TransferFunction::from_polynomials(&[-0.5, 0.0, 0.0], &[0.0, 0.6, -0.2]).unwrap();
     let truth: StateSpace = truth.into();
@@ -159,6 +159,6 @@ fn free_coefficients_and_the_distance() {
     let d = information.distance([&found.0, &found.1], [&a, &h]);
     assert!((d - square / 3.0).abs() < 1e-12 * d, "{d} {square}");
     assert!(information.distance([&a[1..], &h], [&a, &h]).is_nan());
-    let silent = Information::new(&process, 0.0, 100);
+    let silent = FisherInformation::new(&process, 0.0, 100);
     assert_eq!(silent.unwrap_err(), Missing::Singular);
 }

@@ -27,14 +27,14 @@ use faer::linalg::solvers::Solve;
 ///
 /// Source: Ljung, System Identification, 2nd ed., sections 7.4 and 9.3.
 #[derive(Clone, Debug)]
-pub struct Information {
+pub struct FisherInformation {
     /// F, 2n x 2n, about `alpha_1 ... alpha_n, beta_1 ... beta_n`.
     matrix: Mat<f64>,
     /// The orders of the truth, with its delay and without zeros at the ends of its polynomials.
     orders: Orders,
 }
 
-impl Information {
+impl FisherInformation {
     /// Computes the information of a record of `window` samples at noise level `eta`, in per cent.
     ///
     /// # Errors
