@@ -208,7 +208,7 @@ fn what_cannot_be() {
         (
             "gains = [1]",
             "gains = [1]\npole = 2",
-            ["observers[2] (gradient)", "'pole'"],
+            ["unknown key 'pole'", "expected gains"],
         ),
         (
             "gain = [2, 3.2]",

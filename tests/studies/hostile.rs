@@ -373,7 +373,7 @@ fn words_and_lists_have_an_end() {
         (
             format!(
                 "[continuous]\nuntil = 1.0\n{}",
-                many("[[observers]]\nobserver = \"gradient\"\n")
+                many("[[observers]]\nobserver = \"gradient\"\ngains = [1]\n")
             ),
             ["observers: 1001 entries", "at most 1000"],
         ),
