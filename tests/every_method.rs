@@ -159,7 +159,8 @@ const LARGE: f64 = 1_048_576.0;
 
 /// In other units for u, y and r the polynomials are the same; in another unit for y alone B is so many times larger. The
 /// units are powers of two, of which no rounding sees anything but where B is summed with other coefficients: a difference is
-/// a constant with a unit in a method, and searches end in the same of several minima.
+/// a constant with a unit in a method. Which of several minima a search meets may depend on the unit of y, since its steps
+/// are measured over all coefficients; then neither is much more likely (as in the search itself).
 #[test]
 fn other_units_change_nothing_but_the_units() {
     let signals = record(&SECOND);
@@ -198,6 +199,11 @@ fn other_units_change_nothing_but_the_units() {
             if pass.failure != of_record.failure {
                 let failures = (of_record.failure, pass.failure);
                 wrong.push(format!("{name} {of_input} {of_output}: {failures:?}"));
+                continue;
+            }
+            let loss = |pass: &Pass| f64::ln(pass.loss);
+            let likelier = 200.0 * (loss(&pass) - loss(&of_record) - 2.0 * of_output.ln()).abs();
+            if of_record.minima > Some(1) && (1e-9..10.828).contains(&likelier) {
                 continue;
             }
             for (which, expected, found, by) in [
