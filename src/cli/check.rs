@@ -118,7 +118,7 @@ fn orders(experiment: &Experiment) -> Vec<(String, Vec<String>)> {
         }
     };
     let cells = experiment.cells.iter();
-    let settings: BTreeSet<usize> = cells.map(|cell| cell.order()).collect();
+    let settings: BTreeSet<usize> = cells.map(asobench_study::study::Cell::order).collect();
     for order in settings {
         for method in &experiment.methods {
             let options = method.options();

@@ -222,7 +222,7 @@ fn check_coefficient(experiment: &Experiment, name: Option<&str>) -> Result<(), 
     let least = experiment
         .cells
         .iter()
-        .map(|cell| cell.order())
+        .map(super::cell::Cell::order)
         .min()
         .unwrap_or(0);
     match name {

@@ -34,7 +34,7 @@ impl Engine {
             None => Err("continuous time".to_owned()),
         };
         match (self, covered) {
-            (Self::Auto | Self::Lanes, Ok(_)) => Ok(Self::Lanes),
+            (Self::Auto | Self::Lanes, Ok(())) => Ok(Self::Lanes),
             (Self::Lanes, Err(reason)) => Err(reason),
             (Self::Auto | Self::Faer, _) => Ok(Self::Faer),
         }
