@@ -1,10 +1,10 @@
 """Published Monte-Carlo figures on the records behind them: NumPy's seed 0 makes those of pysib again."""
 
-import tomllib
 import unittest
 from pathlib import Path
 
 import numpy as np
+import tomllib
 
 import asobench as ab
 
@@ -56,8 +56,8 @@ class Published(unittest.TestCase):
 
     def test_the_global_minimum_of_a_reduced_model(self):
         """The best first-order model of a noise-free plant of second order: b = -0.311, a = 0.906 (MIPO, case 1). The
-        other minimum is at b = 0.114, a = -0.519. At N = 200,000 the record's own minimum is some 1e-3 from that of white
-        input."""
+        other minimum is at b = 0.114, a = -0.519. At N = 200,000 the record's own minimum is some 1e-3 from that of
+        white input."""
         plant = ab.Model(B=[0.05, -0.4], F=[1, -1.1314, 0.25])
         for seed in range(3):
             u = np.random.default_rng(seed).standard_normal(200_000)

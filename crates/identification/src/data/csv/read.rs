@@ -431,7 +431,7 @@ mod tests {
         let latin = b"u;Druck;y \xb0C\n1;7;2\n";
         assert_eq!(
             table(latin, &chosen("u", "3")).2,
-            "separated by semicolons, Latin-1, y is column 'y \u{b0}C'"
+            "separated by semicolons, Latin-1, y is column 'y \u{b0}C', not used: 'Druck'"
         );
         let mixed = "u;y\n1,5;2\n3.5;2\n";
         assert_eq!(
