@@ -4,9 +4,9 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-import tomllib
 
 import asobench as ab
+from asobench._toml import read
 
 TABLES = Path(__file__).parents[2] / "suite" / "published" / "tables.toml"
 
@@ -33,7 +33,7 @@ class Published(unittest.TestCase):
     """Published figures, to their last digit but one."""
 
     def is_printed(self, scenario, method, found):
-        tables = tomllib.loads(TABLES.read_text())["tables"]
+        tables = read(TABLES)["tables"]
         table = next(of for of in tables if (of["scenario"], of["method"]) == (scenario, method))
         self.assertEqual(len(found), table["runs"])
         np.testing.assert_allclose(np.mean(found, 0), table["mean"], rtol=0, atol=2e-8)

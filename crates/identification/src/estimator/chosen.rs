@@ -173,18 +173,10 @@ impl Estimator for Chosen {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimator::test_setup::{self, estimate};
     use crate::estimator::{ArmaxOptions, CvaOptions, MethodKind, MoespOptions, OeOptions};
     use crate::model::{LinearModel, Orders};
-    use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
-
-    fn estimate(options: &dyn MethodKind, order: usize, u: &[f64], y: &[f64]) -> Pass {
-        let window = y.len();
-        let mut method = options.prepare(&Shape { order, window }.into()).unwrap();
-        let mut passes = [Pass::new(order)];
-        method.estimate(Window::new(u, y, window), &mut passes);
-        let [pass] = passes;
-        pass
-    }
+    use crate::signal::Purpose;
 
     fn oe(choose: OrderRule, n: usize) -> OeOptions {
         OeOptions {
@@ -196,12 +188,7 @@ mod tests {
 
     /// `y = B/F u + sd e` of order 2.
     fn record(sd: f64, trial: u64, n: usize) -> [Vec<f64>; 2] {
-        let normal = |purpose| {
-            let mut signal = vec![0.0; n];
-            let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
-            input.fill(&mut stream(101, trial, purpose), &mut signal);
-            signal
-        };
+        let normal = |purpose| test_setup::normal(101, trial, purpose, n);
         let (u, e) = (normal(Purpose::Input), normal(Purpose::NoiseDrive));
         let mut truth = LinearModel::zero("nb=2,nf=2".parse().unwrap());
         truth.set_parameters(&[1.0, 0.5, -1.5, 0.7]);

@@ -65,6 +65,8 @@ mod sorted_qr;
 mod start_state;
 mod state_sequence;
 mod subspace;
+#[cfg(test)]
+mod test_setup;
 mod triangular;
 mod two_stage;
 mod wnsf;

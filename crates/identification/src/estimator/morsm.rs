@@ -188,19 +188,11 @@ impl Estimator for Morsm {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimator::test_setup::{self, estimate, plant};
     use crate::estimator::{BjOptions, Progress, Shape};
     use crate::model::polynomial::divide;
-    use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+    use crate::signal::Purpose;
     use serde_json::Value;
-
-    fn estimate(options: &dyn MethodKind, order: usize, u: &[f64], y: &[f64]) -> Pass {
-        let window = y.len();
-        let mut method = options.prepare(&Shape { order, window }.into()).unwrap();
-        let mut passes = [Pass::new(order)];
-        method.estimate(Window::new(u, y, window), &mut passes);
-        let [pass] = passes;
-        pass
-    }
 
     fn both(orders: Orders, high_order: Option<usize>) -> [Box<dyn MethodKind>; 2] {
         let orders = Some(orders);
@@ -221,12 +213,7 @@ mod tests {
 
     /// `y = B/F u + sd C/D e`.
     fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> [Vec<f64>; 2] {
-        let normal = |purpose| {
-            let mut signal = vec![0.0; n];
-            let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
-            input.fill(&mut stream(97, trial, purpose), &mut signal);
-            signal
-        };
+        let normal = |purpose| test_setup::normal(97, trial, purpose, n);
         let (u, e) = (normal(Purpose::Input), normal(Purpose::NoiseDrive));
         let (mut y, mut v) = (vec![0.0; n], vec![0.0; n]);
         truth.simulate(&u, &mut y);
@@ -234,12 +221,6 @@ mod tests {
         divide(&truth.d, &mut v);
         y.iter_mut().zip(&v).for_each(|(y, v)| *y += sd * v);
         [u, y]
-    }
-
-    fn plant(orders: &str, parameters: &[f64]) -> LinearModel {
-        let mut model = LinearModel::zero(orders.parse().unwrap());
-        model.set_parameters(parameters);
-        model
     }
 
     /// Recorded and simulated data against the fixed points of the iterations by numpy; `morsm.py` says how.

@@ -1,15 +1,13 @@
 use super::*;
+use crate::estimator::test_setup;
 use crate::estimator::{MethodOptions, Shape};
 use crate::model::polynomial::{divide, filter};
-use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+use crate::signal::Purpose;
 
 const TRUTH: [f64; 4] = [-1.5, 0.7, 1.0, 0.5];
 
 fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
-    let mut signal = vec![0.0; n];
-    let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
-    input.fill(&mut stream(97, trial, purpose), &mut signal);
-    signal
+    test_setup::normal(97, trial, purpose, n)
 }
 
 /// u and y with noises of these variances; the true input is a first-order process.

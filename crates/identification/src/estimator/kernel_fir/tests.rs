@@ -2,24 +2,13 @@
 
 use super::*;
 use crate::data::{Detrend, Trend, csv};
+use crate::estimator::test_setup::{self, estimate, plant};
 use crate::estimator::{Progress, Shape};
-use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+use crate::signal::Purpose;
 use serde_json::Value;
 
-fn estimate(options: &KernelFirOptions, order: usize, u: &[f64], y: &[f64]) -> Pass {
-    let window = y.len();
-    let mut method = options.prepare(&Shape { order, window }.into()).unwrap();
-    let mut passes = [Pass::new(order)];
-    method.estimate(Window::new(u, y, window), &mut passes);
-    let [pass] = passes;
-    pass
-}
-
 fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
-    let mut signal = vec![0.0; n];
-    let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
-    input.fill(&mut stream(83, trial, purpose), &mut signal);
-    signal
+    test_setup::normal(83, trial, purpose, n)
 }
 
 /// `y = B/F u + sd e`.
@@ -32,12 +21,6 @@ fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<
     truth.simulate(&u, &mut y);
     y.iter_mut().zip(&e).for_each(|(y, e)| *y += sd * e);
     (u, y)
-}
-
-fn plant(orders: &str, parameters: &[f64]) -> LinearModel {
-    let mut model = LinearModel::zero(orders.parse().unwrap());
-    model.set_parameters(parameters);
-    model
 }
 
 /// `reference.py` says how its numbers were made. Hyperparameters of a flat likelihood are known to about 1e-6 in either

@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::data::{Detrend, Trend, csv};
+use crate::estimator::test_setup::{self, estimate, plant};
 use crate::estimator::{ArmaxOptions, FailureKind, Shape};
 use crate::model::LinearModel;
 use crate::model::polynomial::{divide, filter};
-use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+use crate::signal::Purpose;
 use serde_json::Value;
 
 fn options(n: usize, nk: usize, start: SubspaceStart) -> PemOptions {
@@ -16,20 +17,8 @@ fn options(n: usize, nk: usize, start: SubspaceStart) -> PemOptions {
     }
 }
 
-fn estimate(options: &dyn MethodKind, order: usize, u: &[f64], y: &[f64]) -> Pass {
-    let window = y.len();
-    let mut method = options.prepare(&Shape { order, window }.into()).unwrap();
-    let mut passes = [Pass::new(order)];
-    method.estimate(Window::new(u, y, window), &mut passes);
-    let [pass] = passes;
-    pass
-}
-
 fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
-    let mut signal = vec![0.0; n];
-    let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
-    input.fill(&mut stream(97, trial, purpose), &mut signal);
-    signal
+    test_setup::normal(97, trial, purpose, n)
 }
 
 /// `A y = B u + C e`, e of this standard deviation.
@@ -44,12 +33,6 @@ fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<
     divide(&truth.a, &mut v);
     y.iter_mut().zip(&v).for_each(|(y, v)| *y += sd * v);
     (u, y)
-}
-
-fn plant(orders: &str, parameters: &[f64]) -> LinearModel {
-    let mut model = LinearModel::zero(orders.parse().unwrap());
-    model.set_parameters(parameters);
-    model
 }
 
 fn second_order() -> LinearModel {

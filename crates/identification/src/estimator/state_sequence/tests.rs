@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::data::{Detrend, Trend, csv};
+use crate::estimator::test_setup::{self, estimate, plant};
 use crate::estimator::{ArmaxOptions, ParsimKOptions, Progress, Shape};
-use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+use crate::signal::Purpose;
 use serde_json::Value;
 
 /// The options of either method.
@@ -31,20 +32,8 @@ fn parsim(n: usize, nk: usize, block_rows: Option<usize>) -> Box<dyn MethodKind>
     })
 }
 
-fn estimate(options: &dyn MethodKind, order: usize, u: &[f64], y: &[f64]) -> Pass {
-    let window = y.len();
-    let mut method = options.prepare(&Shape { order, window }.into()).unwrap();
-    let mut passes = [Pass::new(order)];
-    method.estimate(Window::new(u, y, window), &mut passes);
-    let [pass] = passes;
-    pass
-}
-
 fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
-    let mut signal = vec![0.0; n];
-    let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
-    input.fill(&mut stream(89, trial, purpose), &mut signal);
-    signal
+    test_setup::normal(89, trial, purpose, n)
 }
 
 /// `A y = B u + C e`, e of this standard deviation.
@@ -59,12 +48,6 @@ fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<
     crate::model::polynomial::divide(&truth.a, &mut v);
     y.iter_mut().zip(&v).for_each(|(y, v)| *y += sd * v);
     (u, y)
-}
-
-fn plant(orders: &str, parameters: &[f64]) -> LinearModel {
-    let mut model = LinearModel::zero(orders.parse().unwrap());
-    model.set_parameters(parameters);
-    model
 }
 
 /// `reference.py` says how its numbers were made. Its square roots of covariances square their condition, some 1e5.

@@ -1,7 +1,8 @@
 use super::*;
 use crate::data::csv;
+use crate::estimator::test_setup::{self, estimate, plant};
 use crate::estimator::{ArmaxOptions, BjOptions, OeOptions, Shape};
-use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
+use crate::signal::Purpose;
 use serde_json::Value;
 
 fn read(path: &str) -> (Vec<f64>, Vec<f64>) {
@@ -10,26 +11,11 @@ fn read(path: &str) -> (Vec<f64>, Vec<f64>) {
     (record.u, record.y)
 }
 
-fn estimate(options: &dyn MethodKind, order: usize, u: &[f64], y: &[f64]) -> Pass {
-    let window = y.len();
-    let mut method = options.prepare(&Shape { order, window }.into()).unwrap();
-    let mut passes = [Pass::new(order)];
-    method.estimate(Window::new(u, y, window), &mut passes);
-    let [pass] = passes;
-    pass
-}
-
 fn wnsf(orders: Orders) -> WnsfOptions {
     WnsfOptions {
         orders: Some(orders),
         ..WnsfOptions::default()
     }
-}
-
-fn plant(orders: &str, parameters: &[f64]) -> LinearModel {
-    let mut model = LinearModel::zero(orders.parse().unwrap());
-    model.set_parameters(parameters);
-    model
 }
 
 /// One of each structure.
@@ -43,12 +29,7 @@ fn plants() -> [LinearModel; 3] {
 
 /// The output of a model with white noise e of this standard deviation.
 fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<f64>) {
-    let draw = |purpose| {
-        let mut signal = vec![0.0; n];
-        let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
-        input.fill(&mut stream(83, trial, purpose), &mut signal);
-        signal
-    };
+    let draw = |purpose| test_setup::normal(83, trial, purpose, n);
     let (u, e) = (draw(Purpose::Input), draw(Purpose::Plant));
     let (mut y, mut v) = (vec![0.0; n], vec![0.0; n]);
     truth.simulate(&u, &mut y);
