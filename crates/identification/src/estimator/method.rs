@@ -1,11 +1,9 @@
 //! A method under study: its name, and how workers make their own copy of it.
 
 use super::iv_options::IvOptions;
-use super::known::KnownOptions;
 use super::last_samples::LastSamples;
-use super::least_squares::LsOptions;
 use super::method_kind::{Needs, Output, Problem};
-use super::registry::MethodOptions;
+use super::methods::{KnownOptions, LsOptions, MethodOptions};
 use super::scale::Scaled;
 use super::{Estimator, SetupError, Shape};
 use crate::model::Orders;

@@ -5,37 +5,24 @@
 //! per method: [`LeastSquares`] and [`InstrumentalVariables`] (stage 11). [`KnownModel`] returns the true plant
 //! instead.
 
-pub mod adaptive;
-mod arx;
 mod autoregression;
 pub mod auxiliary;
 mod chosen;
-mod closed_loop_continuous;
-mod closed_loop_iv;
-mod continuous_iv;
 mod covariance;
-mod errors_in_variables;
 mod fixed_model;
 mod general_iv;
-mod indirect;
 pub mod information;
 pub mod initial_state;
-mod instrumental_variables;
 pub mod instruments;
-mod iv4;
-mod iv_delayed;
 mod iv_options;
-mod kernel_fir;
-mod known;
 mod known_model;
 mod lag_sums;
 mod last_samples;
-mod least_squares;
 mod limit;
 mod loop_input;
 mod method;
 mod method_kind;
-mod morsm;
+pub mod methods;
 mod noise_fit;
 mod null_space;
 mod numerator;
@@ -43,84 +30,51 @@ mod option_error;
 #[cfg(feature = "json")]
 mod options;
 mod order_choice;
-mod output_error_iteration;
 mod output_gradient;
 pub mod parameters;
-mod parsim;
 mod pass;
-mod pem;
 mod prediction_error;
 mod reading;
-pub mod recursive;
 pub mod reflection;
-mod registry;
 pub mod regression;
 pub mod regressors;
-mod riv;
 mod scale;
 #[cfg(feature = "json")]
 mod schema;
 pub mod solver;
 mod sorted_qr;
 mod start_state;
-mod state_sequence;
-mod subspace;
 #[cfg(test)]
 mod test_setup;
 mod triangular;
-mod two_stage;
-mod wnsf;
 
 pub use crate::failure::{FailureKind, Reason};
-pub use arx::{Arx, ArxOptions};
 pub use autoregression::spectrum;
 pub use chosen::{OrderRule, first_part};
-pub use closed_loop_continuous::ClrivcOptions;
-pub use closed_loop_iv::ClrivOptions;
-pub use continuous_iv::{ContinuousIv, RivcOptions, SrivcOptions};
 pub use covariance::Covariance;
-pub use errors_in_variables::{BelsOptions, ErrorsInVariables, IvCompensatedOptions, TlsOptions};
 pub use fixed_model::FixedModel;
 pub use general_iv::GeneralIv;
-pub use indirect::{Indirect, IndirectOptions};
-pub use instrumental_variables::InstrumentalVariables;
-pub use iv_delayed::{IvDelayed, IvDelayedOptions};
 pub use iv_options::{Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS};
-pub use iv4::{Iv4, Iv4Options};
-pub use kernel_fir::{Kernel, KernelFir, KernelFirOptions, NoiseVariance};
-pub use known::KnownOptions;
 pub use known_model::KnownModel;
-pub use least_squares::{LeastSquares, LsOptions};
 pub use limit::{LimitError, least_squares_limit};
 pub use method::Method;
 pub use method_kind::{MethodKind, Needs, Output, Problem};
-pub use morsm::{BjsmOptions, Morsm, MorsmOptions};
+pub use methods::*;
 pub(crate) use null_space::long_autoregression;
 pub use option_error::OptionError;
 #[cfg(feature = "json")]
 pub use options::{OptionEntry, option_keys};
 pub use order_choice::{Candidate, Criterion, OrderComparison};
-pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
-pub use parsim::{ParsimK, ParsimKOptions};
 pub use pass::{Failure, Pass, Progress, Stage};
-pub use pem::{PemOptions, SubspaceStart};
-pub use prediction_error::initial_numbers;
-pub use prediction_error::{
-    ArmaxOptions, BjOptions, InitialCondition, OeOptions, PredictionError, SearchStarts,
-};
+pub use prediction_error::{InitialCondition, PredictionError, SearchStarts, initial_numbers};
 pub use reading::Reading;
 pub use reflection::{PoleReflection, Stabilise};
-pub use registry::{EstimatorName, MethodOptions};
 pub use regression::{Regression, Rows};
-pub use riv::{RefinedIv, RivOptions};
 pub use scale::unit_of;
 #[cfg(feature = "json")]
 pub use schema::inline_schema;
 pub use solver::{Instruments, Solver, Stage10};
 pub use start_state::{StartState, StateEstimate};
-pub use state_sequence::{CvaOptions, SsarxOptions, StateSequence};
-pub use subspace::{MoespOptions, N4sidOptions, Subspace, SubspaceReading, Weights};
-pub use two_stage::{JointOptions, TwoStage, TwoStageOptions};
 
 use crate::model::Orders;
 use crate::observer::{ObserverKind, RiccatiError};

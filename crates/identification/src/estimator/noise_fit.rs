@@ -2,9 +2,11 @@
 
 use super::FailureKind;
 use super::covariance::Covariance;
-use super::output_error_iteration::REST;
 use super::prediction_error::Descent;
 use crate::model::{LinearModel, Orders};
+
+/// The relative step at which an iteration of refined instrumental variables has converged.
+pub(super) const REST: f64 = 1e-12;
 
 /// Buffers of the fit for records of one length.
 pub(super) struct NoiseFit {

@@ -1,7 +1,7 @@
 //! Gradients against differences of the sum in the complex plane; recovery without noise.
 
 use super::*;
-use crate::estimator::Progress;
+use crate::estimator::{MethodKind as _, Progress};
 use crate::model::polynomial::{divide, filter};
 use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 use faer::c64;

@@ -7,16 +7,16 @@
 
 use super::closed_loop_iv::check_long;
 use super::continuous_iv::ContinuousIv;
-use super::loop_input::{LoopInput, long_order};
-use super::method_kind::{MethodKind, Needs, Problem};
-use super::option_error::OptionError;
-use super::reflection::Stabilise;
-use super::{Estimator, RivcOptions, SetupError};
 use crate::data::OutputFeedback;
+use crate::estimator::loop_input::{LoopInput, long_order};
+use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::reflection::Stabilise;
+use crate::estimator::{Estimator, RivcOptions, SetupError};
 use crate::model::{ContinuousModel, Hold, Orders};
 
 /// The options of `clrivc`: [`ContinuousIv`] whose instruments have the input v of the loop without noise instead of u,
-/// as those of [`super::ClrivOptions`]. v is seen at the samples, so the loop is closed around the sampled model.
+/// as those of [`crate::estimator::ClrivOptions`]. v is seen at the samples, so the loop is closed around the sampled model.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "json",

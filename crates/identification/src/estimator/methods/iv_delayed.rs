@@ -1,13 +1,13 @@
 //! Delayed inputs as instruments: two-stage least squares.
 
 use super::arx::ArxOptions;
-use super::covariance::Covariance;
-use super::instruments::{InstrumentalRegression, Instruments, Signals};
-use super::method_kind::{MethodKind, Problem};
-use super::option_error::OptionError;
-use super::regression::Rows;
-use super::start_state::{StartState, StateEstimate};
-use super::{Estimator, Pass, SetupError, Window};
+use crate::estimator::covariance::Covariance;
+use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::regression::Rows;
+use crate::estimator::start_state::{StartState, StateEstimate};
+use crate::estimator::{Estimator, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 
 /// The options of `iv-delayed`.

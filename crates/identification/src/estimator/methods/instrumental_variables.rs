@@ -1,21 +1,25 @@
 //! Instrumental variables: least squares as iteration 0, then passes of stages 7 to 10 (stage 11).
 
 use super::arx::ArxOptions;
-use super::auxiliary::AuxiliaryModel;
-use super::covariance::Covariance;
-use super::covariance::freedom;
-use super::general_iv::{GeneralIv, GeneralOptions};
-use super::instruments::{InstrumentalRegression, Instruments as InstrumentsOf, Signals};
-use super::iv_options::{Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS};
 use super::least_squares::{LeastSquaresErrors, conclude, iteration_zero};
-use super::method_kind::{MethodKind, Needs, Output, Problem};
-use super::option_error::OptionError;
-use super::reading::Reading;
-use super::reflection::{PoleReflection, Stabilise};
-use super::regression::Rows;
-use super::solver::{Instruments, Solution, SolveInstruments};
-use super::start_state::{StartState, StateEstimate};
-use super::{
+use crate::estimator::auxiliary::AuxiliaryModel;
+use crate::estimator::covariance::Covariance;
+use crate::estimator::covariance::freedom;
+use crate::estimator::general_iv::{GeneralIv, GeneralOptions};
+use crate::estimator::instruments::{
+    InstrumentalRegression, Instruments as InstrumentsOf, Signals,
+};
+use crate::estimator::iv_options::{
+    Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS,
+};
+use crate::estimator::method_kind::{MethodKind, Needs, Output, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::reading::Reading;
+use crate::estimator::reflection::{PoleReflection, Stabilise};
+use crate::estimator::regression::Rows;
+use crate::estimator::solver::{Instruments, Solution, SolveInstruments};
+use crate::estimator::start_state::{StartState, StateEstimate};
+use crate::estimator::{
     Estimator, Failure, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10,
     Window,
 };

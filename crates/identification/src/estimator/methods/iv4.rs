@@ -2,17 +2,17 @@
 //! noise through `1/(A L)`.
 
 use super::arx::ArxOptions;
-use super::autoregression::durbin_step;
-use super::covariance::Covariance;
-use super::instruments::{InstrumentalRegression, Instruments, Signals};
-use super::method_kind::{MethodKind, Needs, Problem};
-use super::option_error::OptionError;
-use super::reading::{R_SYSID_RIDGE, Reading};
-use super::reflection::stable;
-use super::reflection::{Stabilise, reflect_zeros};
-use super::regression::{Regression, Rows};
-use super::start_state::{StartState, StateEstimate};
-use super::{Estimator, FailureKind, InstrumentSource, Pass, SetupError, Window};
+use crate::estimator::autoregression::durbin_step;
+use crate::estimator::covariance::Covariance;
+use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
+use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::reading::{R_SYSID_RIDGE, Reading};
+use crate::estimator::reflection::stable;
+use crate::estimator::reflection::{Stabilise, reflect_zeros};
+use crate::estimator::regression::{Regression, Rows};
+use crate::estimator::start_state::{StartState, StateEstimate};
+use crate::estimator::{Estimator, FailureKind, InstrumentSource, Pass, SetupError, Window};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders};
 use crate::signal::arithmetic::mean;

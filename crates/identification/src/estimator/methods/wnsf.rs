@@ -3,13 +3,13 @@
 //! Source: M. Galrinho, C. R. Rojas, H. Hjalmarsson, "Parametric identification using weighted null-space fitting",
 //! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
 
-use super::method_kind::{MethodKind, Problem};
-use super::null_space::{NullSpaceFit, reflect};
-use super::numerator::fit_numerator;
-use super::option_error::OptionError;
-use super::regression::covariance_of_triangle;
-use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::null_space::{NullSpaceFit, reflect};
+use crate::estimator::numerator::fit_numerator;
+use crate::estimator::option_error::OptionError;
+use crate::estimator::regression::covariance_of_triangle;
+use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 
 /// The relative change of the sum of squares at which the iteration has converged.

@@ -1,7 +1,7 @@
 //! The true plant instead of an estimate: what observers achieve if they know it.
 
-use super::method_kind::{MethodKind, Needs, Problem};
-use super::{Estimator, SetupError};
+use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::{Estimator, SetupError};
 
 /// The options of `known`: none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

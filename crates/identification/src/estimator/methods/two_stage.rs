@@ -4,13 +4,13 @@
 //! Automatica 29 (1993); T. Soderstrom and P. Stoica, *System Identification*, 1989, section 10.5.
 
 use super::closed_loop_iv::check_long;
-use super::loop_input::{LoopInput, long_order};
-use super::method_kind::{MethodKind, Needs, Problem};
-use super::option_error::OptionError;
 use super::output_error_iteration::{check_output_error, output_error};
-use super::reflection::Stabilise;
 use super::riv::RefinedIv;
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::loop_input::{LoopInput, long_order};
+use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::reflection::Stabilise;
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 
 /// Defines the options of a method; both have the same.

@@ -1,7 +1,7 @@
 //! Canonical correlations of the past with the future, and the states that they define.
 
+use crate::estimator::methods::subspace::columns;
 use crate::estimator::solver::Reduction;
-use crate::estimator::subspace::columns;
 use crate::estimator::{Criterion, FailureKind};
 use crate::model::LinearModel;
 use faer::{Mat, MatMut, MatRef};

@@ -36,7 +36,7 @@ pub use rerun::{Rerun, RerunWindow};
 pub use settings::RecursiveSettings;
 pub use square_root::SquareRoot;
 
-use super::FailureKind;
+use crate::estimator::FailureKind;
 use crate::model::Orders;
 
 /// The end of a recursion: what happened, and at which sample.

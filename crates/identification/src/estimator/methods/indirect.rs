@@ -3,13 +3,13 @@
 //! Source: T. Soderstrom, P. Stoica and B. Friedlander, *An indirect prediction error method for system identification*,
 //! Automatica 27 (1991).
 
-use super::instruments::TwoStages;
-use super::method_kind::{MethodKind, Needs, Problem};
-use super::option_error::OptionError;
-use super::reflection::Stabilise;
 use super::riv::{RefinedIv, RivOptions};
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::data::OutputFeedback;
+use crate::estimator::instruments::TwoStages;
+use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::reflection::Stabilise;
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use faer::MatMut;
 

@@ -11,14 +11,14 @@
 mod canonical;
 mod innovations;
 
-use super::chosen::{Chosen, OrderRule};
-use super::method_kind::{MethodKind, Problem};
-use super::null_space::long_autoregression;
-use super::option_error::OptionError;
-use super::order_choice::Criterion;
-use super::reflection::Stabilise;
 use super::subspace::{columns, longest_rows};
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::null_space::long_autoregression;
+use crate::estimator::option_error::OptionError;
+use crate::estimator::order_choice::Criterion;
+use crate::estimator::reflection::Stabilise;
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use canonical::Canonical;
 pub(super) use innovations::Innovations;
@@ -62,7 +62,7 @@ macro_rules! innovations_options {
             fn check(&self) -> Result<(), OptionError> {
                 let check: fn(&Self) -> Result<(), OptionError> = $check;
                 check(self)?;
-                crate::estimator::subspace::check(self.orders, self.block_rows)
+                crate::estimator::methods::subspace::check(self.orders, self.block_rows)
             }
 
             fn model_orders(&self, setting: usize) -> Option<Orders> {

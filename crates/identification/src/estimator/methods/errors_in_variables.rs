@@ -12,12 +12,12 @@
 //! IEEE Trans. Automatic Control 9 (1964) (total least squares).
 
 use super::arx::ArxOptions;
-use super::covariance::{Covariance, Influence};
-use super::instruments::TwoStages;
-use super::method_kind::{MethodKind, Problem};
-use super::option_error::OptionError;
-use super::start_state::{StartState, StateEstimate};
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::covariance::{Covariance, Influence};
+use crate::estimator::instruments::TwoStages;
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::start_state::{StartState, StateEstimate};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Mat, MatMut, Side};

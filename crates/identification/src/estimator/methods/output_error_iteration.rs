@@ -1,12 +1,13 @@
 //! Iterations for `y = B/F u + e` that solve a linear problem in each pass: Steiglitz-McBride, and Young's simplified
 //! refined instrumental variables.
 
-use super::instruments::{InstrumentalRegression, Instruments, Signals};
-use super::method_kind::{MethodKind, Problem};
-use super::option_error::OptionError;
-use super::reflection::{Stabilise, stay_stable};
-use super::regression::{Regression, Rows};
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::noise_fit::REST;
+use crate::estimator::option_error::OptionError;
+use crate::estimator::reflection::{Stabilise, stay_stable};
+use crate::estimator::regression::{Regression, Rows};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{LinearModel, Orders};
 
@@ -17,9 +18,6 @@ pub(super) const MOST_PASSES: usize = 400;
 /// goes around its solution: it begins again at the best model, and takes half as much of each change.
 pub(super) const ROUND: usize = 25;
 pub(super) const PROGRESS: f64 = 0.3;
-
-/// The relative step at which an iteration has converged.
-pub(super) const REST: f64 = 1e-12;
 
 /// Defines the options of an iteration; both iterations have the same.
 macro_rules! iteration {

@@ -7,12 +7,12 @@
 
 mod options;
 
-use super::instruments::TwoStages;
-use super::loop_input::LoopInput;
-use super::noise_fit::{NoiseFit, put_block};
 use super::output_error_iteration::{MOST_PASSES, PROGRESS, ROUND, move_first_to_last};
-use super::reflection::Stabilise;
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::instruments::TwoStages;
+use crate::estimator::loop_input::LoopInput;
+use crate::estimator::noise_fit::{NoiseFit, put_block};
+use crate::estimator::reflection::Stabilise;
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{
     ContinuousModel, Hold, LinearModel, Orders, Sampled, controller_form, output_of,

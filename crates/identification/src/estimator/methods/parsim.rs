@@ -3,17 +3,17 @@
 //! Source: G. Pannocchia, M. Calosi, "A predictor form PARSIMonious algorithm for closed-loop subspace identification",
 //! J. Process Control 20 (2010), 517-524.
 
-use super::chosen::{Chosen, OrderRule};
-use super::method_kind::{MethodKind, Problem};
-use super::null_space::HighOrder;
-use super::option_error::OptionError;
-use super::prediction_error::kernels::Triangle;
-use super::reflection::{Stabilise, reflect_zeros, stable};
-use super::solver::Reduction;
-use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
 use super::state_sequence::{Innovations, innovations_options, model_orders};
 use super::subspace::{columns, longest_rows};
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::null_space::HighOrder;
+use crate::estimator::option_error::OptionError;
+use crate::estimator::prediction_error::kernels::Triangle;
+use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
+use crate::estimator::solver::Reduction;
+use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
 use crate::plant::polynomial_from_poles;

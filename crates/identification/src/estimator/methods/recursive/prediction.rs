@@ -7,7 +7,7 @@ use super::settings::Forgetting;
 use super::start::Start;
 use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
 use crate::estimator::OptionError;
-use crate::estimator::output_error_iteration::output_error;
+use crate::estimator::methods::output_error_iteration::output_error;
 use crate::model::Orders;
 
 recursive_options! {

@@ -1,12 +1,12 @@
 //! Least squares: iteration 0 of the algorithm, stages 1 to 6.
 
-use super::covariance::Covariance;
-use super::covariance::freedom;
-use super::method_kind::{MethodKind, Problem};
-use super::regression::{Regression, Rows};
-use super::solver::{Solution, SolveLeastSquares};
-use super::start_state::{StartState, StateEstimate};
-use super::{
+use crate::estimator::covariance::Covariance;
+use crate::estimator::covariance::freedom;
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::regression::{Regression, Rows};
+use crate::estimator::solver::{Solution, SolveLeastSquares};
+use crate::estimator::start_state::{StartState, StateEstimate};
+use crate::estimator::{
     Estimator, Failure, FailureKind, IvOptions, Pass, SetupError, Shape, Solver, Stage, Window,
 };
 use crate::model::Orders;

@@ -5,14 +5,14 @@
 //! N. Everitt, M. Galrinho, H. Hjalmarsson, "Open-loop asymptotically efficient model reduction with the
 //! Steiglitz-McBride method", Automatica 89 (2018), 221-234.
 
-use super::method_kind::{MethodKind, Problem};
-use super::null_space::HighOrder;
-use super::option_error::OptionError;
 use super::output_error_iteration::{OutputErrorIteration, check_output_error, output_error};
-use super::output_gradient::OutputGradient;
-use super::reflection::Stabilise;
-use super::regression::covariance_of_triangle;
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::null_space::HighOrder;
+use crate::estimator::option_error::OptionError;
+use crate::estimator::output_gradient::OutputGradient;
+use crate::estimator::reflection::Stabilise;
+use crate::estimator::regression::covariance_of_triangle;
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders};
 

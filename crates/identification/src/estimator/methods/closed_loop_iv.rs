@@ -4,13 +4,13 @@
 //! identification*, IET Control Theory & Applications 5 (2011); P. C. Young, *Recursive Estimation and Time-Series
 //! Analysis*, 2nd ed., 2011, chapter 9.
 
-use super::loop_input::{LoopInput, long_order};
-use super::method_kind::{MethodKind, Needs, Problem};
-use super::option_error::OptionError;
-use super::reflection::Stabilise;
 use super::riv::{RefinedIv, RivOptions};
-use super::{Estimator, SetupError};
 use crate::data::OutputFeedback;
+use crate::estimator::loop_input::{LoopInput, long_order};
+use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::reflection::Stabilise;
+use crate::estimator::{Estimator, SetupError};
 use crate::model::Orders;
 
 /// The options of `clriv`: [`RefinedIv`] whose instruments have the input of the loop without noise instead of u.

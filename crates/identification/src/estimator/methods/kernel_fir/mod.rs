@@ -12,15 +12,15 @@ mod evidence;
 mod kernel;
 mod reduced;
 
-use super::method_kind::{MethodKind, Problem};
-use super::option_error::OptionError;
 use super::output_error_iteration::{check_output_error, output_error};
-use super::prediction_error::kernels::Triangle;
-use super::regression::{Lagged, Rows};
-use super::solver::Reduction;
-use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use super::triangular::solve_transposed;
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::prediction_error::kernels::Triangle;
+use crate::estimator::regression::{Lagged, Rows};
+use crate::estimator::solver::Reduction;
+use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::triangular::solve_transposed;
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LARGEST, LinearModel, Orders};
 use crate::names::named_enum;
 use evidence::{Bidiagonal, Evidence, Variance, least};
@@ -319,7 +319,7 @@ impl KernelFir {
         let v: Vec<Vec<f64>> = (0..n).map(column).collect();
         response.covariance.clear();
         let products = v.iter().flat_map(|a| v.iter().map(move |b| (a, b)));
-        let products = products.map(|(a, b)| variance * super::lag_sums::dot(a, b));
+        let products = products.map(|(a, b)| variance * crate::estimator::lag_sums::dot(a, b));
         response.covariance.extend(products);
         response.noise_variance = variance;
         Ok(condition)

@@ -4,16 +4,16 @@
 //! the block of L in the rows of `Y_f` and the columns of the past. Its left singular vectors span the range of the
 //! extended observability matrix. C is the first row of that matrix, and A follows from its shift.
 
-use super::chosen::{Chosen, OrderRule};
-use super::method_kind::{MethodKind, Problem};
-use super::null_space::HighOrder;
-use super::option_error::OptionError;
-use super::reflection::stable;
-use super::reflection::{Stabilise, reflect_zeros};
-use super::solver::Reduction;
-use super::solver::rank::check_rank_of_columns;
-use super::solver::rank::{Equilibration, triangular_condition};
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::null_space::HighOrder;
+use crate::estimator::option_error::OptionError;
+use crate::estimator::reflection::stable;
+use crate::estimator::reflection::{Stabilise, reflect_zeros};
+use crate::estimator::solver::Reduction;
+use crate::estimator::solver::rank::check_rank_of_columns;
+use crate::estimator::solver::rank::{Equilibration, triangular_condition};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;

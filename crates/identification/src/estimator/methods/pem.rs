@@ -7,13 +7,15 @@
 //!
 //! Source: L. Ljung, *System Identification*, 2nd ed., sections 4.3 (the forms), 7.3 and 10.6 (subspace models as starts).
 
-use super::chosen::{Chosen, OrderRule};
-use super::covariance::Covariance;
-use super::method_kind::{MethodKind, Problem};
-use super::option_error::OptionError;
-use super::prediction_error::{InitialCondition, PredictionError};
 use super::state_sequence::model_orders;
-use super::{CvaOptions, Estimator, ParsimKOptions, Pass, SetupError, SsarxOptions, Window};
+use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::covariance::Covariance;
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::prediction_error::{InitialCondition, PredictionError};
+use crate::estimator::{
+    CvaOptions, Estimator, ParsimKOptions, Pass, SetupError, SsarxOptions, Window,
+};
 use crate::model::Orders;
 use crate::names::named_enum;
 

@@ -2,16 +2,16 @@
 //!
 //! Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7.
 
-use super::instruments::{InstrumentalRegression, Instruments, Signals};
-use super::loop_input::LoopInput;
-use super::method_kind::{MethodKind, Problem};
-use super::noise_fit::{NoiseFit, put_block, replace};
-use super::option_error::OptionError;
-use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, PROGRESS, REST, ROUND};
+use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, PROGRESS, ROUND};
 use super::prediction_error::BjOptions;
-use super::reflection::{Stabilise, stay_stable};
-use super::regression::Rows;
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
+use crate::estimator::loop_input::LoopInput;
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::noise_fit::{NoiseFit, REST, put_block, replace};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::reflection::{Stabilise, stay_stable};
+use crate::estimator::regression::Rows;
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{LinearModel, Orders};
 

@@ -1,13 +1,13 @@
 //! Least squares for any orders: `A(q) y = B(q) u + e`.
 
-use super::covariance::Covariance;
-use super::method_kind::{MethodKind, Problem};
-use super::option_error::OptionError;
-use super::order_choice::{Criterion, OrderComparison};
-use super::reading::{R_SYSID_RIDGE, Reading};
-use super::regression::{Regression, Rows};
-use super::start_state::{StartState, StateEstimate};
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::covariance::Covariance;
+use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::order_choice::{Criterion, OrderComparison};
+use crate::estimator::reading::{R_SYSID_RIDGE, Reading};
+use crate::estimator::regression::{Regression, Rows};
+use crate::estimator::start_state::{StartState, StateEstimate};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 
 /// The options of `arx`.

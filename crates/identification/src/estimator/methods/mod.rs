@@ -1,33 +1,56 @@
 //! The estimators of this crate, one line each. An estimator's file has its options, and these define everything else.
 
-use super::adaptive::{JointEkfOptions, KreisselmeierOptions, ZhangOptions};
-use super::arx::ArxOptions;
-use super::closed_loop_continuous::ClrivcOptions;
-use super::closed_loop_iv::ClrivOptions;
-use super::continuous_iv::{RivcOptions, SrivcOptions};
-use super::errors_in_variables::{BelsOptions, IvCompensatedOptions, TlsOptions};
-use super::indirect::IndirectOptions;
-use super::iv_delayed::IvDelayedOptions;
-use super::iv4::Iv4Options;
-use super::kernel_fir::KernelFirOptions;
-use super::known::KnownOptions;
+pub mod adaptive;
+mod arx;
+mod closed_loop_continuous;
+mod closed_loop_iv;
+mod continuous_iv;
+mod errors_in_variables;
+mod indirect;
+mod instrumental_variables;
+mod iv4;
+mod iv_delayed;
+mod kernel_fir;
+mod known;
+mod least_squares;
+mod morsm;
+mod output_error_iteration;
+mod parsim;
+mod pem;
+mod prediction_error;
+pub mod recursive;
+mod riv;
+mod state_sequence;
+mod subspace;
+mod two_stage;
+mod wnsf;
+
+pub use arx::{Arx, ArxOptions};
+pub use closed_loop_continuous::ClrivcOptions;
+pub use closed_loop_iv::ClrivOptions;
+pub use continuous_iv::{ContinuousIv, RivcOptions, SrivcOptions};
+pub use errors_in_variables::{BelsOptions, ErrorsInVariables, IvCompensatedOptions, TlsOptions};
+pub use indirect::{Indirect, IndirectOptions};
+pub use instrumental_variables::InstrumentalVariables;
+pub use iv_delayed::{IvDelayed, IvDelayedOptions};
+pub use iv4::{Iv4, Iv4Options};
+pub use kernel_fir::{Kernel, KernelFir, KernelFirOptions, NoiseVariance};
+pub use known::KnownOptions;
+pub use least_squares::{LeastSquares, LsOptions};
+pub use morsm::{BjsmOptions, Morsm, MorsmOptions};
+pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
+pub use parsim::{ParsimK, ParsimKOptions};
+pub use pem::{PemOptions, SubspaceStart};
+pub use prediction_error::{ArmaxOptions, BjOptions, OeOptions};
+pub use riv::{RefinedIv, RivOptions};
+pub use state_sequence::{CvaOptions, SsarxOptions, StateSequence};
+pub use subspace::{MoespOptions, N4sidOptions, Subspace, SubspaceReading, Weights};
+pub use two_stage::{JointOptions, TwoStage, TwoStageOptions};
+
 use super::method_kind::{MethodKind, Needs, Output, Problem};
-use super::morsm::{BjsmOptions, MorsmOptions};
 #[cfg(feature = "json")]
 use super::option_error::OptionError;
-use super::output_error_iteration::{SrivOptions, StmcbOptions};
-use super::parsim::ParsimKOptions;
-use super::pem::PemOptions;
-use super::prediction_error::{ArmaxOptions, BjOptions, OeOptions};
-use super::recursive::{
-    RecursiveIvOptions, RecursiveSrivOptions, RelsOptions, RlsOptions, RpemOptions,
-};
-use super::riv::RivOptions;
-use super::state_sequence::{CvaOptions, SsarxOptions};
-use super::subspace::{MoespOptions, N4sidOptions};
-use super::two_stage::{JointOptions, TwoStageOptions};
-use super::wnsf::WnsfOptions;
-use super::{Estimator, IvOptions, LsOptions, SetupError};
+use super::{Estimator, IvOptions, SetupError};
 use crate::model::Orders;
 use crate::names::named_enum;
 #[cfg(feature = "json")]
@@ -143,83 +166,83 @@ estimators! {
     /// Instrumental variables of the paper, with least squares as iteration 0 (the default).
     InstrumentalVariables = "iv": IvOptions,
     /// Least squares of the paper: iteration 0 alone.
-    LeastSquares = "ls": LsOptions,
+    LeastSquares = "ls": least_squares::LsOptions,
     /// Least squares for any orders: na, nb and the delay nk.
-    Arx = "arx": ArxOptions,
+    Arx = "arx": arx::ArxOptions,
     /// Instrumental variables for any orders: delayed inputs as instruments, two-stage least squares.
-    IvDelayed = "iv-delayed": IvDelayedOptions,
+    IvDelayed = "iv-delayed": iv_delayed::IvDelayedOptions,
     /// Four-step instrumental variables of Ljung and Soderstrom.
-    Iv4 = "iv4": Iv4Options,
+    Iv4 = "iv4": iv4::Iv4Options,
     /// Simplified refined instrumental variables of Young, iterated until convergence: the output-error model B/F.
-    Sriv = "sriv": SrivOptions,
+    Sriv = "sriv": output_error_iteration::SrivOptions,
     /// Steiglitz-McBride iteration until convergence: the output-error model B/F.
-    Stmcb = "stmcb": StmcbOptions,
+    Stmcb = "stmcb": output_error_iteration::StmcbOptions,
     /// Refined instrumental variables of Young, iterated until convergence: the Box-Jenkins model B/F, C/D.
-    Riv = "riv": RivOptions,
+    Riv = "riv": riv::RivOptions,
     /// Refined instrumental variables in continuous time: B(s)/A(s) from samples, with the hold stated.
-    Srivc = "srivc": SrivcOptions,
+    Srivc = "srivc": continuous_iv::SrivcOptions,
     /// Refined instrumental variables in continuous time with a noise model: B(s)/A(s), C/D from samples.
-    Rivc = "rivc": RivcOptions,
+    Rivc = "rivc": continuous_iv::RivcOptions,
     /// Refined instrumental variables for a closed loop, with instruments from the reference: the Box-Jenkins model.
-    Clriv = "clriv": ClrivOptions,
+    Clriv = "clriv": closed_loop_iv::ClrivOptions,
     /// Refined instrumental variables in continuous time for a closed loop: B(s)/A(s), C/D, instruments from the reference.
-    Clrivc = "clrivc": ClrivcOptions,
+    Clrivc = "clrivc": closed_loop_continuous::ClrivcOptions,
     /// Two-stage method for a closed loop: what of u follows from the reference, then the output-error model from it.
-    TwoStage = "two-stage": TwoStageOptions,
+    TwoStage = "two-stage": two_stage::TwoStageOptions,
     /// Joint input-output method for a closed loop: the ratio of what of y and of u follows from the reference.
-    Joint = "joint": JointOptions,
+    Joint = "joint": two_stage::JointOptions,
     /// Indirect method for a closed loop with a known controller: the plant from a model of the loop.
-    Indirect = "indirect": IndirectOptions,
+    Indirect = "indirect": indirect::IndirectOptions,
     /// Total least squares for errors in variables: white noise in u and y, the ratio of its variances told.
-    Tls = "tls": TlsOptions,
+    Tls = "tls": errors_in_variables::TlsOptions,
     /// Bias-eliminating least squares for errors in variables: white noise in u and y, its variances estimated.
-    Bels = "bels": BelsOptions,
+    Bels = "bels": errors_in_variables::BelsOptions,
     /// Instrumental variables for errors in variables: white noise in u and y, its variances told.
-    IvCompensated = "iv-compensated": IvCompensatedOptions,
+    IvCompensated = "iv-compensated": errors_in_variables::IvCompensatedOptions,
     /// Weighted null-space fitting: an output-error, ARMAX or Box-Jenkins model from a high-order one, no search.
-    Wnsf = "wnsf": WnsfOptions,
+    Wnsf = "wnsf": wnsf::WnsfOptions,
     /// Box-Jenkins Steiglitz-McBride: B/F by stmcb on signals that a long ARX model has whitened, no noise model.
-    Bjsm = "bjsm": BjsmOptions,
+    Bjsm = "bjsm": morsm::BjsmOptions,
     /// Model order reduction Steiglitz-McBride: as bjsm, on the output of the long ARX model itself.
-    Morsm = "morsm": MorsmOptions,
+    Morsm = "morsm": morsm::MorsmOptions,
     /// Prediction error method: the output-error model B/F.
-    Oe = "oe": OeOptions,
+    Oe = "oe": prediction_error::OeOptions,
     /// Prediction error method: the ARMAX model A, B, C.
-    Armax = "armax": ArmaxOptions,
+    Armax = "armax": prediction_error::ArmaxOptions,
     /// Prediction error method: the Box-Jenkins model B/F, C/D.
-    Bj = "bj": BjOptions,
+    Bj = "bj": prediction_error::BjOptions,
     /// Subspace method with past inputs and outputs as instruments (PO-MOESP).
-    Moesp = "moesp": MoespOptions,
+    Moesp = "moesp": subspace::MoespOptions,
     /// Subspace method N4SID: as moesp, with a choice of the weighting.
-    N4sid = "n4sid": N4sidOptions,
+    N4sid = "n4sid": subspace::N4sidOptions,
     /// Subspace method of canonical variates (CVA, Larimore), future inputs projected out: the innovations form.
-    Cva = "cva": CvaOptions,
+    Cva = "cva": state_sequence::CvaOptions,
     /// Subspace method SSARX of Jansson, the future predicted by a long ARX model: the innovations form, also in loops.
-    Ssarx = "ssarx": SsarxOptions,
+    Ssarx = "ssarx": state_sequence::SsarxOptions,
     /// Subspace method PARSIM-K in the predictor form, each Markov parameter once: the innovations form, also in loops.
-    ParsimK = "parsim-k": ParsimKOptions,
+    ParsimK = "parsim-k": parsim::ParsimKOptions,
     /// Prediction error method for the innovations state-space form, one search from a subspace model.
-    Pem = "pem": PemOptions,
+    Pem = "pem": pem::PemOptions,
     /// Impulse response with a prior that it is smooth and decays (TC, DC, SS kernels), reduced to a model B/F.
-    KernelFir = "kernel-fir": KernelFirOptions,
+    KernelFir = "kernel-fir": kernel_fir::KernelFirOptions,
     /// Recursive least squares with forgetting, sample by sample in square-root form.
-    Rls = "rls": RlsOptions,
+    Rls = "rls": recursive::RlsOptions,
     /// Recursive instrumental variables: delayed inputs, or the output of the present model run along.
-    RecursiveIv = "recursive-iv": RecursiveIvOptions,
+    RecursiveIv = "recursive-iv": recursive::RecursiveIvOptions,
     /// Recursive extended least squares (pseudo-linear regression): the ARMAX model A, B, C.
-    Rels = "rels": RelsOptions,
+    Rels = "rels": recursive::RelsOptions,
     /// Recursive simplified refined instrumental variables of Young, filters run along: the output-error model B/F.
-    RecursiveSriv = "recursive-sriv": RecursiveSrivOptions,
+    RecursiveSriv = "recursive-sriv": recursive::RecursiveSrivOptions,
     /// Recursive prediction error method of Ljung, projected to stable predictors: any model A, B, C, D, F.
-    Rpem = "rpem": RpemOptions,
+    Rpem = "rpem": recursive::RpemOptions,
     /// Kreisselmeier's adaptive observer: filters, and the gradient of a sum of squares with exponential memory.
-    Kreisselmeier = "kreisselmeier": KreisselmeierOptions,
+    Kreisselmeier = "kreisselmeier": adaptive::KreisselmeierOptions,
     /// Zhang's adaptive observer with exponential forgetting.
-    Zhang = "zhang": ZhangOptions,
+    Zhang = "zhang": adaptive::ZhangOptions,
     /// The joint extended Kalman filter of state and parameters.
-    JointEkf = "joint-ekf": JointEkfOptions,
+    JointEkf = "joint-ekf": adaptive::JointEkfOptions,
     /// The true plant and the mean of x(0): what an observer can achieve at best.
-    Known = "known": KnownOptions,
+    Known = "known": known::KnownOptions,
 }
 
 impl MethodOptions {

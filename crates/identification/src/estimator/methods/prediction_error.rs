@@ -1,0 +1,168 @@
+//! The options of `oe`, `armax` and `bj`: structures of one prediction error method.
+
+use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::covariance::Covariance;
+use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::option_error::OptionError;
+use crate::estimator::prediction_error::{InitialCondition, PredictionError, SearchStarts};
+use crate::estimator::{Estimator, SetupError};
+use crate::model::Orders;
+
+/// Defines the options of a structure; all structures have the same.
+macro_rules! structure {
+    ($options:ident, $doc:literal, $orders_doc:literal, $check:expr, $default:expr) => {
+        #[doc = $doc]
+        #[derive(Clone, Debug, PartialEq)]
+        #[cfg_attr(
+            feature = "json",
+            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+            serde(deny_unknown_fields, default)
+        )]
+        pub struct $options {
+            #[doc = $orders_doc]
+            pub orders: Option<Orders>,
+            /// The largest number of random starts, besides those from linear methods; rule: by N, 8 to 128; truth: the
+            /// true plant alone, which shows whether errors come from missed minima or from the method.
+            pub starts: SearchStarts,
+            /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
+            pub initial: InitialCondition,
+            /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
+            pub covariance: Option<Covariance>,
+            /// Chooses n, the order of each polynomial, from 1 to that of `orders`: aicc, aic, bic, fpe,
+            /// cross-validation (errors over the last third of a model of the first two).
+            pub choose: Option<OrderRule>,
+        }
+
+        impl Default for $options {
+            fn default() -> Self {
+                Self {
+                    orders: None,
+                    starts: SearchStarts::default(),
+                    initial: InitialCondition::default(),
+                    covariance: None,
+                    choose: None,
+                }
+            }
+        }
+
+        impl $options {
+            pub(super) fn orders(&self, order: usize) -> Orders {
+                self.orders.unwrap_or_else(|| Self::of_order(order, 1))
+            }
+
+            fn of_order(n: usize, nk: usize) -> Orders {
+                let default: fn(usize) -> Orders = $default;
+                Orders { nk, ..default(n) }
+            }
+        }
+
+        impl MethodKind for $options {
+            fn check(&self) -> Result<(), OptionError> {
+                let check: fn(Orders) -> Option<&'static str> = $check;
+                let wrong = |message: &str| Err(OptionError::new("orders", message));
+                match self.orders {
+                    Some(orders)
+                        if self.choose.is_some()
+                            && orders != Self::of_order(orders.nb, orders.nk) =>
+                    {
+                        wrong("expected equal orders, the largest to choose from")
+                    }
+                    orders => orders.and_then(check).map_or(Ok(()), wrong),
+                }
+            }
+
+            fn model_orders(&self, setting: usize) -> Option<Orders> {
+                Some(self.orders(setting))
+            }
+
+            fn needs(&self) -> Needs {
+                Needs {
+                    plant: self.starts == SearchStarts::Truth,
+                    ..Needs::default()
+                }
+            }
+
+            fn begins_at_rest(&self) -> bool {
+                self.initial == InitialCondition::Zero
+            }
+
+            fn takes_memory(&self) -> bool {
+                true
+            }
+
+            fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let orders = self.orders(problem.shape.order);
+                if let Some(rule) = self.choose {
+                    return Chosen::prepare(rule, orders.nb, problem, |n, problem| {
+                        let orders = Some(Self::of_order(n, orders.nk));
+                        Self {
+                            orders,
+                            choose: None,
+                            ..self.clone()
+                        }
+                        .prepare(problem)
+                    });
+                }
+                let window = problem.shape.window;
+                let initial = self.initial;
+                let mut method = match self.starts {
+                    SearchStarts::Truth => {
+                        let truth = problem.known.ok_or(SetupError::NoKnownPlant)?;
+                        PredictionError::from_truth(orders, truth, initial, window)?
+                    }
+                    starts => {
+                        let random = starts.random(window);
+                        PredictionError::new(orders, random, initial, window)?
+                    }
+                };
+                method.set_covariance(self.covariance.unwrap_or_default());
+                Ok(Box::new(method))
+            }
+        }
+    };
+}
+
+structure!(
+    OeOptions,
+    "The options of `oe`, `y = B/F u + e`.",
+    "Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.",
+    |orders| (orders.na + orders.nc + orders.nd > 0 || orders.nb == 0)
+        .then_some("expected nb of at least 1, nf, nk; the model has no A, C, D"),
+    |n| Orders {
+        nb: n,
+        nf: n,
+        nk: 1,
+        ..Orders::default()
+    }
+);
+
+structure!(
+    ArmaxOptions,
+    "The options of `armax`, `A y = B u + C e`.",
+    "Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=2,nk=1; by default na = nb = nc = the setting `order`, nk = 1.",
+    |orders| (orders.nd + orders.nf > 0 || orders.na + orders.nb == 0)
+        .then_some("expected na or nb of at least 1, nc, nk; the model has no D, F"),
+    |n| Orders {
+        na: n,
+        nb: n,
+        nc: n,
+        nk: 1,
+        ..Orders::default()
+    }
+);
+
+structure!(
+    BjOptions,
+    "The options of `bj`, `y = B/F u + C/D e`.",
+    "Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.",
+    |orders| (orders.na > 0 || orders.nb == 0)
+        .then_some("expected nb of at least 1, nc, nd, nf, nk; the model has no A"),
+    |n| Orders {
+        nb: n,
+        nc: n,
+        nd: n,
+        nf: n,
+        nk: 1,
+        ..Orders::default()
+    }
+);
