@@ -297,6 +297,10 @@ fn names_that_cannot_be_told_apart_are_refused() {
         ),
         (
             "[[methods]]\nname = \"ls\"",
+            ["methods[0].estimator: ", "named 'ls'"],
+        ),
+        (
+            "[[methods]]\nname = \"ls\"\nestimator = \"iv\"",
             ["methods[0].name: 'ls'", "another estimator"],
         ),
         (
