@@ -2,22 +2,17 @@
 
 use crate::design::continuous_cell::{ContinuousCell, Term};
 use crate::design::file::continuous_tables::{
-    ContinuousPlantTable, ContinuousTable, FilterTable, WaveName, WaveTable,
+    ContinuousPlantTable, ContinuousTable, WaveName, WaveTable, operators,
 };
 use crate::design::file::error::FileError;
 use crate::design::file::key::Key;
-use crate::design::file::observer_table::{
-    FactorName, KalmanBucyOptions, LuenbergerOptions, ObserverOptions,
-};
 use crate::design::settings_reader::{SettingsReader, unknown};
 use crate::text;
 use asobench_identification::observer::gpebo::{
-    CascadeError, Factor, GpeboOptions, ObserverSpec, Operator,
+    CascadeError, GpeboOptions, ObserverSpec, Operator,
 };
-use asobench_identification::observer::{butterworth, care, parse_poles, place};
 use asobench_identification::plant::ContinuousPlant;
 use asobench_identification::signal::{Hold, Signal, Wave};
-use faer::Mat;
 
 /// Built-in plants, which need no table.
 pub(crate) const CONTINUOUS_PLANTS: [&str; 1] = ["bobtsov2023"];
@@ -51,8 +46,8 @@ pub(crate) fn continuous_cell(
     let observers: Result<Vec<ObserverSpec>, FileError> = tables
         .map(|(i, table)| {
             let place = format!("observers[{i}] ({})", table.observer.name());
-            observer(&table.observer, &plant, &xi0, scale)
-                .map_err(|message| FileError::key(&place, message))
+            let spec = table.observer.spec(&plant, &xi0, scale);
+            spec.map_err(|message| FileError::key(&place, message))
         })
         .collect();
     let cell = ContinuousCell {
@@ -293,113 +288,4 @@ fn periodic(
         Term::Fixed
     };
     Ok(term(wave))
-}
-
-/// Makes an observer from its options. Luenberger observers start from xi(0), as GPEBO does.
-fn observer(
-    options: &ObserverOptions,
-    plant: &ContinuousPlant,
-    xi0: &[f64],
-    scale: f64,
-) -> Result<ObserverSpec, String> {
-    let n = plant.order();
-    Ok(match options {
-        ObserverOptions::Luenberger(options) => full_order(luenberger(options, plant)?, xi0),
-        ObserverOptions::Gradient(options) => ObserverSpec::Gradient {
-            gains: gains(&options.gains, n, scale)?,
-        },
-        ObserverOptions::FiniteTime(options) => ObserverSpec::FiniteTime {
-            gains: gains(&options.gains, n, scale)?,
-            share: options.share.unwrap_or(0.5),
-        },
-        ObserverOptions::LsDrem(options) => ObserverSpec::LsDrem {
-            gains: gains(&options.gains, n, scale)?,
-            p0: options.prior,
-            r: options.measurement,
-        },
-        ObserverOptions::Proposed(options) => {
-            let order = options.expansion.unwrap_or(2);
-            // The default: the paper's filters, 2/(p + 2) and 6/(p + 6).
-            let paper = [Operator::Lag(2.0), Operator::Lag(6.0)];
-            let filters = options.filters.as_deref().map(operators);
-            ObserverSpec::Proposed {
-                k: options.pole.unwrap_or(1.0),
-                order,
-                filters: filters.unwrap_or_else(|| paper.into_iter().take(order).collect()),
-                gains: gains(&options.gains, n, scale)?,
-                factor: match options.factor.unwrap_or_default() {
-                    FactorName::Keep => Factor::Keep,
-                    FactorName::Drop => Factor::Drop,
-                },
-            }
-        }
-        ObserverOptions::KalmanBucy(options) => kalman_bucy(options, plant, xi0)?,
-    })
-}
-
-fn full_order(gain: Vec<f64>, xi0: &[f64]) -> ObserverSpec {
-    ObserverSpec::Luenberger {
-        gain,
-        x0: xi0.to_vec(),
-    }
-}
-
-/// Returns the gain L.
-fn luenberger(options: &LuenbergerOptions, plant: &ContinuousPlant) -> Result<Vec<f64>, String> {
-    let poles = match (&options.gain, &options.poles, options.bandwidth) {
-        (Some(gain), None, None) => return Ok(gain.clone()),
-        (None, Some(list), None) => parse_poles(list).map_err(|error| error.to_string())?,
-        (None, None, Some(radius)) if radius > 0.0 => butterworth(plant.order(), radius),
-        (None, None, Some(radius)) => {
-            let radius = text::number(radius);
-            return Err(format!("bandwidth {radius}; expected a number above 0"));
-        }
-        _ => return Err("expected one of 'gain', 'poles' and 'bandwidth'".to_owned()),
-    };
-    place(plant.a(), plant.c(), &poles).map_err(|error| error.to_string())
-}
-
-/// Makes the Kalman-Bucy filter: with a prior the time-varying one, which without process noise is least squares on
-/// theta; else the steady-state one, which is a full-order observer.
-fn kalman_bucy(
-    options: &KalmanBucyOptions,
-    plant: &ContinuousPlant,
-    xi0: &[f64],
-) -> Result<ObserverSpec, String> {
-    let r = options.measurement;
-    match (options.process, options.prior) {
-        (None | Some(0.0), None) => Err("expected 'process' above 0, or 'prior'".to_owned()),
-        (None | Some(0.0), Some(p0)) => Ok(ObserverSpec::KalmanBucy { p0, r }),
-        (Some(q), Some(p0)) => Ok(ObserverSpec::Filter {
-            p0,
-            q,
-            r,
-            x0: xi0.to_vec(),
-        }),
-        (Some(q), None) => {
-            let n = plant.order();
-            let noise = Mat::from_fn(n, n, |i, j| if i == j { q } else { 0.0 });
-            let solved = care(plant.a(), plant.c(), noise.as_ref(), r);
-            let solved = solved.map_err(|error| error.to_string())?;
-            Ok(full_order(solved.gain, xi0))
-        }
-    }
-}
-
-fn operators(filters: &[FilterTable]) -> Vec<Operator> {
-    let operator = |filter: &FilterTable| match filter {
-        FilterTable::Pole(pole) => Operator::Lag(*pole),
-        FilterTable::Delay(table) => Operator::Delay(table.delay),
-    };
-    filters.iter().map(operator).collect()
-}
-
-/// Returns the adaptation gains times their scale. A single gain applies to all components.
-fn gains(given: &[f64], n: usize, scale: f64) -> Result<Vec<f64>, String> {
-    let all = match given {
-        [value] => vec![*value; n],
-        all if all.len() == n => all.to_vec(),
-        _ => return Err(format!("gains; expected {n} numbers, or one for all")),
-    };
-    Ok(all.into_iter().map(|gain| gain * scale).collect())
 }

@@ -94,13 +94,8 @@ impl<'e> ContinuousTrial<'e> {
 
     /// Makes the empty course of a trial.
     fn course(&self, every: f64, cascade: &Cascade) -> Course {
-        let is_gpebo = |spec: &ObserverSpec| {
-            !matches!(
-                spec,
-                ObserverSpec::Luenberger { .. } | ObserverSpec::Filter { .. }
-            )
-        };
-        let estimates: Vec<bool> = self.cell.observers.iter().map(is_gpebo).collect();
+        let observers = self.cell.observers.iter();
+        let estimates: Vec<bool> = observers.map(ObserverSpec::is_gpebo).collect();
         Course {
             every,
             traces: Traces::new(cascade.theta().to_vec(), &estimates),
@@ -131,15 +126,7 @@ impl<'e> ContinuousTrial<'e> {
         row[Measure::Theta] = accuracy.theta;
         row[Measure::Reaching] = accuracy.reached.unwrap_or(f64::NAN);
         row[Measure::Settling] = accuracy.settled.unwrap_or(f64::NAN);
-        let gains: &[f64] = match &self.cell.observers[row.output] {
-            ObserverSpec::Gradient { gains }
-            | ObserverSpec::FiniteTime { gains, .. }
-            | ObserverSpec::LsDrem { gains, .. }
-            | ObserverSpec::Proposed { gains, .. } => gains,
-            ObserverSpec::Luenberger { .. }
-            | ObserverSpec::Filter { .. }
-            | ObserverSpec::KalmanBucy { .. } => &[],
-        };
+        let gains = self.cell.observers[row.output].gains();
         let learnt = gains
             .iter()
             .zip(&observer.excitation.integral)

@@ -7,10 +7,11 @@ use super::filter::{half_simpson, simpson};
 use super::grid::Grid;
 use super::linear::{LinearState, LinearSystem, Propagator};
 use super::mixing::Mixer;
+use super::observer_spec::ObserverSpec;
 use super::recursive::LeastSquaresIntegrals;
 use super::refusal::CascadeError;
 use super::scalar::At;
-use super::scenario::{GpeboOptions, ObserverSpec, Scenario};
+use super::scenario::{GpeboOptions, Scenario};
 use super::score::{Score, squares};
 use super::summary::{ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};
 use crate::plant::ContinuousPlant;
@@ -102,9 +103,10 @@ impl Cascade {
             .collect();
         let estimates = self.specs.iter().map(|spec| ObserverEstimate {
             x: vec![0.0; n],
-            theta: match spec {
-                ObserverSpec::Luenberger { .. } | ObserverSpec::Filter { .. } => vec![],
-                _ => vec![0.0; n],
+            theta: if spec.is_gpebo() {
+                vec![0.0; n]
+            } else {
+                vec![]
             },
         });
         let h = self.grid.lengths.first().copied().unwrap_or_default() / refine as f64;

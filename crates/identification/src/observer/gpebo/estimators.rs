@@ -3,10 +3,10 @@
 use super::filter::Nodes;
 use super::least_squares_mixing::MixedSquares;
 use super::linear::LinearState;
+use super::observer_spec::ObserverSpec;
 use super::proposed::Proposed;
 use super::recursive::{LeastSquares, LeastSquaresIntegrals};
 use super::scalar::{At, ScalarEstimator};
-use super::scenario::ObserverSpec;
 use super::summary::{Excitation, ObserverEstimate};
 
 /// The first mixing's result and Eq. (9) at the nodes of a step.

@@ -8,8 +8,9 @@
 use faer::Mat;
 
 use super::matrices::{fill_plant, fill_signals, multiply_add, observer_matrix, regressor_matrix};
+use super::observer_spec::ObserverSpec;
 use super::riccati_filter::{FilterState, FilterSystem};
-use super::scenario::{GpeboOptions, ObserverSpec, Scenario};
+use super::scenario::{GpeboOptions, Scenario};
 use crate::plant::{ContinuousPlant, exponential};
 use crate::signal::{Signal, Wave};
 

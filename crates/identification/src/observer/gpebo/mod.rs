@@ -33,6 +33,7 @@ mod least_squares_mixing;
 mod linear;
 mod matrices;
 mod mixing;
+mod observer_spec;
 mod proposed;
 mod recursive;
 mod refusal;
@@ -40,6 +41,7 @@ mod riccati_filter;
 mod scalar;
 mod scenario;
 mod score;
+mod setting_checks;
 mod summary;
 
 pub use cascade::{Cascade, Run};
@@ -50,10 +52,11 @@ pub use filter::{Filter, Nodes, phi_functions};
 pub use grid::REFINEMENTS;
 pub use halving::{Convergence, Halving, StepError, halve};
 pub use mixing::{Mixer, determinant};
+pub use observer_spec::ObserverSpec;
 pub use refusal::{
     CascadeError, LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS, SettingError,
 };
 pub use scalar::ScalarEstimator;
-pub use scenario::{GpeboOptions, ObserverSpec, Scenario};
+pub use scenario::{GpeboOptions, Scenario};
 pub use score::{Accuracy, BAND};
 pub use summary::{Excitation, ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};

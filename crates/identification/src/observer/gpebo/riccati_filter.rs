@@ -7,7 +7,7 @@
 //! nothing grows. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
 
 use super::matrices::multiply_add;
-use super::scenario::ObserverSpec;
+use super::observer_spec::ObserverSpec;
 use crate::observer::eliminate;
 use crate::plant::ContinuousPlant;
 use faer::Mat;

@@ -4,6 +4,7 @@ use crate::design::file::error::FileError;
 use crate::files;
 use crate::files::Kind;
 use asobench_identification::names::named_enum;
+use asobench_identification::observer::gpebo::Operator;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -236,4 +237,13 @@ mod tests {
             assert!(error.contains(part), "{text}: {error}");
         }
     }
+}
+
+/// Returns the operators of a list of filters.
+pub(crate) fn operators(filters: &[FilterTable]) -> Vec<Operator> {
+    let operator = |filter: &FilterTable| match filter {
+        FilterTable::Pole(pole) => Operator::Lag(*pole),
+        FilterTable::Delay(table) => Operator::Delay(table.delay),
+    };
+    filters.iter().map(operator).collect()
 }
