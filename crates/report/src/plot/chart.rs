@@ -1,7 +1,8 @@
 //! Draws one plot: plotters' chart and mesh, with series and reference lines.
 
 use super::axis::Span;
-use super::backend::{Canvas, Drawn, FAINT, GRID, NOTE, Svg, TEXT, TICK, plain, px};
+use super::backend::{Canvas, Drawn, Marks, NOTE, TICK, plain, px};
+use super::inks::{FAINT, GRID, TEXT};
 use super::legend::{Legend, Look};
 use super::metrics;
 use super::thin::{envelope, thin};
@@ -20,7 +21,7 @@ const SHADE: usize = 2;
 pub(super) struct Chart<'a> {
     plot: &'a Plot,
     canvas: &'a Canvas,
-    context: ChartContext<'static, Svg, Cartesian2d<Span, Span>>,
+    context: ChartContext<'static, Marks, Cartesian2d<Span, Span>>,
     x: Span,
     y: Span,
     /// Left, top, right, bottom.

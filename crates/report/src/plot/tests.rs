@@ -100,7 +100,9 @@ fn degenerate_series_of_every_style_are_well_formed_and_say_so() {
             assert!(!svg.contains("No defined value."));
         }
     }
-    let empty = small_multiples("t", "", &[], 3, Sharing::default()).wide;
+    let empty = small_multiples("t", "", &[], 3, Sharing::default())
+        .wide
+        .svg();
     assert_eq!(count(&empty, "title"), 1);
 }
 
@@ -134,14 +136,14 @@ fn crowded() -> Vec<String> {
         let panels = |sharing| small_multiples(long, "", &panels, 3, sharing);
         let shared = Sharing { x: true, y: true };
         let pictures = [plot.picture(), panels(Sharing::default()), panels(shared)];
-        pictures.map(|of| [of.wide, of.narrow.expect("it is drawn")])
+        pictures.map(|of| [of.wide.svg(), of.narrow.expect("it is drawn").svg()])
     });
     figures.flatten().collect()
 }
 
 #[test]
 fn no_texts_overlap_or_leave_the_figure() {
-    for svg in crowded().into_iter().chain([grid().svg()]) {
+    for svg in crowded().into_iter().chain([grid().drawing().svg()]) {
         let (right, bottom) = (number(&svg, "width"), number(&svg, "height"));
         let texts = texts(&svg);
         assert!(texts.len() > 8);
@@ -162,7 +164,7 @@ fn no_texts_overlap_or_leave_the_figure() {
 #[test]
 fn on_a_narrow_screen_letters_are_as_large() {
     for picture in [bands().picture(), panels_of(1), panels_of(3), panels_of(12)] {
-        let narrow = picture.narrow.expect("it is drawn");
+        let narrow = picture.narrow.expect("it is drawn").svg();
         let scale = 376.0 / number(&narrow, "width");
         let sizes = narrow.split("font-size=\"").skip(1);
         let sizes = sizes.filter_map(|part| part.split('"').next()?.parse().ok());
@@ -274,8 +276,10 @@ fn figures_have_no_id_and_escape_every_text() {
         cells: vec![vec![Some(cell)]],
     };
     let panels = [plot.clone(), plot.clone(), plot.clone()];
-    let sheet = small_multiples(hostile, hostile, &panels, 2, sharing).wide;
-    for svg in [plot.svg(), sheet, heat.svg()] {
+    let sheet = small_multiples(hostile, hostile, &panels, 2, sharing)
+        .wide
+        .svg();
+    for svg in [plot.svg(), sheet, heat.drawing().svg()] {
         assert!(count(&svg, "text") > 4);
         assert!(!svg.contains(" id=") && !svg.contains("<b>"));
         assert!(svg.contains("&lt;b&gt;"));
@@ -400,7 +404,7 @@ fn grid() -> Heat {
 
 #[test]
 fn shades_of_a_grid_follow_the_values() {
-    let svg = grid().svg();
+    let svg = grid().drawing().svg();
     let parts = svg.split("fill-opacity=\"").skip(1);
     let shades: Vec<&str> = parts.map(|part| part.split('"').next().unwrap()).collect();
     assert_eq!(shades, ["0.04", "0.295", "0.55"]);
@@ -425,7 +429,9 @@ fn equal_units_keep_a_square_a_square() {
             .series(Series::new("", Style::Line, vec![Point::new(0.5, 0.5)]));
         plot.equal_units = true;
         let panels = [plot.clone(), plot.clone()];
-        let pair = small_multiples("t", "", &panels, 2, Sharing::default()).wide;
+        let pair = small_multiples("t", "", &panels, 2, Sharing::default())
+            .wide
+            .svg();
         for svg in [plot.svg(), pair] {
             let places = course_of(&svg, "fill-opacity=\"0.16\"");
             let next = places[2..].iter().chain(&places[..2]);
