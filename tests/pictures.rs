@@ -198,7 +198,10 @@ fn figures_of_many_settings_marks_and_held_settings() {
     };
     let loops = svg(&["--nested-loop"]);
     assert!(
-        loops.contains("the 12 cells") && loops.contains("noise: 1/A, white"),
+        loops.contains("the 12 cells")
+            && [">noise<", ">1/A<", ">white<"]
+                .iter()
+                .all(|name| loops.contains(name)),
         "{loops}"
     );
     let held = svg(&[

@@ -343,8 +343,11 @@ pub(super) fn sheet(
             let alike = plots
                 .windows(2)
                 .all(|pair| pair[0].y.scale == pair[1].y.scale);
+            let one_range = plots
+                .windows(2)
+                .all(|pair| pair[0].x.range == pair[1].x.range);
             let sharing = Sharing {
-                x: true,
+                x: one_range,
                 y: !apart && alike,
             };
             let words = [title, description];

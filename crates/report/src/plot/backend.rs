@@ -18,7 +18,7 @@ use std::rc::Rc;
 /// Width of a figure in its own units, unless another is asked for.
 pub const WIDTH: f64 = 900.0;
 /// Width of a figure for a screen of 400 px, where one of [`WIDTH`] would have letters of 6 px.
-pub(super) const NARROW: f64 = 440.0;
+pub const NARROW: f64 = 440.0;
 /// Size of a figure's title.
 pub(super) const TITLE: f64 = 18.0;
 /// Size of axis labels, legend and panel titles.

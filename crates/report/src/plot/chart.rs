@@ -221,8 +221,8 @@ impl<'a> Chart<'a> {
     /// A note on what is not visible.
     pub(super) fn note(&self) -> String {
         let series = self.plot.series.iter();
-        let series = series.filter(|series| series.style != Style::Region);
-        if self.plot.series.iter().all(|of| of.style == Style::Region) {
+        let series = series.filter(|series| !matches!(series.style, Style::Region | Style::Notes));
+        if series.clone().next().is_none() && !self.plot.series.is_empty() {
             return String::new();
         }
         // A step has two points.
@@ -305,6 +305,7 @@ impl Pen<'_> {
             Style::Steps => self.steps(points),
             Style::Band => self.band(points).and_then(|()| self.polyline(points, 20)),
             Style::Region => self.regions(points),
+            Style::Notes => Ok(()),
             Style::ErrorBars | Style::Marks => self.error_bars(series),
             Style::Spans => points.iter().try_for_each(|point| self.span(point)),
             Style::Boxes => points.iter().try_for_each(|point| self.quartiles(point)),

@@ -2,7 +2,7 @@
 //!
 //! The rule: a line is named at its end if it reaches the last seventh of the x axis of such a panel, within the y axis. At
 //! least two lines, and half of all, must; otherwise every name is in the legend, and so are those of other marks. The
-//! legend has all names too where those at the ends need more than a quarter of the picture's width, or more than two
+//! legend has all names too where those at the ends need more than 27 % of the picture's width, or more than two
 //! lines of text, or do not fit under each other, or would be farther from their lines than a quarter of the panel.
 
 use super::axis::Span;
@@ -15,7 +15,7 @@ use plotters::style::text_anchor::HPos;
 /// The share of the x axis that a line must reach.
 const REACH: f64 = 1.0 - 1.0 / 7.0;
 /// The largest share of the picture's width for names.
-const WIDEST: f64 = 0.25;
+const WIDEST: f64 = 0.27;
 /// The most lines of a name.
 const LINES: usize = 2;
 /// The farthest that a name is moved, as a share of the panel's height.

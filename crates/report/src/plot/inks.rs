@@ -42,10 +42,15 @@ inks! {
     "s4" "#c98a00" "#f0b93a"
     "s5" "#3a9bd6" "#9ad2f6"
     "s6" "#4d4d4d" "#b9bec6"
+    "s7" "#8c4a2f" "#d08b6a"
+    "s8" "#6a4fa3" "#a692dd"
+    "s9" "#7a8a00" "#bccb4a"
+    "s10" "#00798c" "#3fb8c9"
+    "s11" "#a3123b" "#ee6688"
 }
 
 /// Number of inks for series.
-pub(super) const COLOURS: usize = 7;
+pub(super) const COLOURS: usize = 12;
 /// Dashes for series.
 const DASHES: [&str; 7] = ["", "9 5", "3 4", "12 4 3 4", "18 5", "6 3 2 3 2 3", "1.5 3"];
 /// Dashes for reference lines, in the ink of text.

@@ -77,6 +77,7 @@ impl Look {
                     _ => canvas.line([(left, y), (right, y)], line),
                 }
             }
+            Style::Notes => Ok(()),
             Style::Spans => {
                 let style = self.ink().stroke_width(30);
                 canvas.line([(x - 200, y), (x + 200, y)], style)

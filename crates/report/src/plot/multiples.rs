@@ -320,7 +320,9 @@ fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
 /// Space beside the values of x: none for lines, some for markers, more for boxes.
 fn room_of_x(plot: &Plot) -> f64 {
     let rooms = plot.series.iter().map(|series| match series.style {
-        Style::Line | Style::Steps | Style::Band | Style::Region | Style::Spans => 0.0,
+        Style::Line | Style::Steps | Style::Band | Style::Region | Style::Notes | Style::Spans => {
+            0.0
+        }
         Style::ErrorBars | Style::Marks => 0.06,
         Style::Boxes => 0.12,
     });

@@ -251,7 +251,9 @@ fn a_claim_about_one_cell_has_one_picture() {
         ">another<",
         ">third<",
         ">fourth<",
-        "W1 does not hold: the ratio of one must be below 1",
+        ">W1 does not hold<",
+        ">Ratio of one<",
+        ">must be below 1 (shaded)<",
     ] {
         assert!(svg.contains(text), "no '{text}': {svg}");
     }
