@@ -240,7 +240,10 @@ fn names_from_elsewhere_lead_to_ours() {
     for (given, here) in [
         ("N=5", "'N', which is called 'window' here"),
         ("n=5", "'n', which is called 'order' here"),
-        ("snr=10", "'snr', which is called 'eta' here"),
+        (
+            "snr=10",
+            "'snr', which is called 'eta' here: noise over output in per cent; an SNR of 20 dB is eta = 10",
+        ),
         ("runs=10", "'runs', which is called 'trials' here"),
         (
             "input=PRBS",
@@ -473,6 +476,31 @@ fn names_of_other_programs_lead_to_those_here() {
             "here: asobench check STUDY.toml",
         ),
         (
+            &["estimate", "my.csv", "--time-unit", "ms"],
+            "the unit of times stands in the column's name",
+        ),
+        (
+            &["estimate", "my.csv", "--resample", "0.1"],
+            "nothing is resampled",
+        ),
+        (
+            &["estimate", "my.csv", "--wavelets"],
+            "unexpected argument '--wavelets'; asobench estimate --help",
+        ),
+        (
+            &["run", "s.toml", "--save-trials"],
+            "--store trials keeps a row",
+        ),
+        (
+            &["replay", "results", "--trial", "17"],
+            "asobench replay DIR CELL:TRIAL",
+        ),
+        (&["export", "results"], "tables/NAME.tex"),
+        (
+            &["run", "s.toml", "--method", "n4sid"],
+            "[[methods]] with estimator = \"n4sid\"",
+        ),
+        (
             &["estimate", "my.csv", "--order", "2", "--estimator", "ARX"],
             "unknown estimator 'ARX', did you mean 'arx'?",
         ),
@@ -492,6 +520,15 @@ fn names_of_other_programs_lead_to_those_here() {
         (
             "[inputs.x]\nlaw = \"prbs\"\norder = 7\n",
             "'order', which is called 'register' here",
+        ),
+        ("[inputs]\nx = \"prbs\"\n", "expected a table [inputs.NAME]"),
+        (
+            "[[methods]]\ntype = \"oe\"\n",
+            "'type', which is called 'estimator' here",
+        ),
+        (
+            "[[methods]]\nname = \"iv4\"\n",
+            "a method without an estimator is iv, but this one is named 'iv4'",
         ),
         (
             "[[methods]]\nestimator = \"arx\"\nna = 2\n",

@@ -1,12 +1,13 @@
 //! The subcommands and what runs each of them; the exit code.
 
 use super::error::Error;
+use super::exit_code;
 use super::first_guess;
 use super::output::{note, print};
 use super::{
     check, compare, completions, estimate, explain, failures, merge, methods, new_experiment, plan,
-    plot, reference, replay, report, reproduce, run, shard, slurm, status, suite, test_method,
-    theory, throughput,
+    plot, replay, report, reproduce, run, schema, shard, slurm, status, suite, test_method, theory,
+    throughput,
 };
 use crate::lanes::Isa;
 use crate::worker;
@@ -57,7 +58,7 @@ enum Command {
     Guard,
     Methods(methods::Arguments),
     Explain(explain::Arguments),
-    Schema(reference::Arguments),
+    Schema(schema::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -70,7 +71,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString> + Send + 'static) -> E
     let thread = std::thread::Builder::new().name("main".to_owned());
     match thread.stack_size(STACK).spawn(|| run_command(arguments)) {
         // A panic has said what it is; the exit code is that of Rust.
-        Ok(running) => running.join().unwrap_or_else(|_| ExitCode::from(101)),
+        Ok(running) => running
+            .join()
+            .unwrap_or_else(|_| ExitCode::from(exit_code::PANIC)),
         Err(error) => {
             note(&format!(
                 "asobench: no memory for a stack of {STACK} bytes: {error}"
@@ -110,7 +113,7 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             }
             Command::Methods(arguments) => methods::run(&arguments),
             Command::Explain(arguments) => explain::run(&arguments, &every_command()),
-            Command::Schema(arguments) => reference::run(&arguments),
+            Command::Schema(arguments) => schema::run(&arguments),
             Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
         },
         Err(error) => usage(&error),
@@ -160,7 +163,7 @@ fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
             for line in text.lines() {
                 note(line);
             }
-            Ok(ExitCode::from(2))
+            Ok(ExitCode::from(exit_code::BAD_INPUT))
         }
         _ => Err(Error::Input(
             first_guess::line(error, &every_command()).unwrap_or_else(|| one_line(&text)),

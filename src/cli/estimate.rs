@@ -1,6 +1,7 @@
 //! `asobench estimate`: the twelve stages on a user's own record.
 
 use super::error::Error;
+use super::exit_code::FAILED;
 use super::files::{PICTURES, check_output};
 use super::output::{Format, note, print, print_json};
 use crate::files::Kind;
@@ -79,7 +80,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             .failure()
             .is_some_and(|of| !of.kind.leaves_a_model())
     });
-    Ok(ExitCode::from(u8::from(failed)))
+    Ok(if failed {
+        ExitCode::from(FAILED)
+    } else {
+        ExitCode::SUCCESS
+    })
 }
 
 /// Warns of an output far from zero: models without an offset do not describe it. A step less its mean is nothing.

@@ -5,6 +5,7 @@ use super::methods::{described, filled};
 use super::output::print;
 use crate::claim::Verdict;
 use crate::estimator::{EstimatorName, FailureKind};
+use crate::metric::Statistic;
 use crate::names::{UnknownName, here};
 use crate::study::Measure;
 use crate::study::file::{Key, schema};
@@ -91,6 +92,13 @@ fn entries() -> Vec<Entry> {
             measure.name(),
             &format!("measure{unit}"),
             measure.about(),
+        ));
+    }
+    for statistic in Statistic::ALL {
+        all.push(Entry::new(
+            statistic.name(),
+            "statistic of a measure over trials",
+            statistic.about(),
         ));
     }
     for estimator in EstimatorName::ALL.iter().copied() {

@@ -3,7 +3,7 @@
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 /// Subcommands.
-const COMMANDS: [(&[&str], &str); 10] = [
+const COMMANDS: &[(&[&str], &str)] = &[
     (
         &["fit", "identify", "train", "est"],
         "asobench estimate RECORD.csv --order 2",
@@ -80,6 +80,10 @@ const COMMANDS: [(&[&str], &str); 10] = [
     (
         &["validate", "lint", "verify", "dry-run", "plan-only", "info"],
         "asobench check STUDY.toml",
+    ),
+    (
+        &["export", "latex", "tex", "to-latex", "csv", "convert"],
+        "asobench report DIR writes every table of its page as tables/NAME.csv and tables/NAME.tex",
     ),
     (
         &["init", "create", "template", "generate", "example"],
@@ -249,7 +253,7 @@ const ARGUMENTS: &[Answer] = &[
             "--rate",
             "--freq",
         ],
-        &[("--ts", "--ts SECONDS")],
+        &[("--ts", "--ts SECONDS, one over the sampling rate")],
     ),
     (
         &[
@@ -302,6 +306,66 @@ const ARGUMENTS: &[Answer] = &[
         )],
     ),
     (
+        &["--time-unit", "--unit", "--units", "--tunit"],
+        &[(
+            "--time",
+            "the unit of times stands in the column's name, 'Time [ms]' or t_ms; or --time none --ts SECONDS",
+        )],
+    ),
+    (
+        &[
+            "--resample",
+            "--interpolation",
+            "--decimate",
+            "--resampling",
+        ],
+        &[(
+            "--time",
+            "nothing is resampled; --time none --ts SECONDS if samples were equally spaced and the column is not exact",
+        )],
+    ),
+    (
+        &["--lags", "--lag", "--maxlag", "--max-lag", "--nlags"],
+        &[(
+            "--validate",
+            "the tests of residuals over 25 lags are always printed; --report FILE.html draws the correlations",
+        )],
+    ),
+    (
+        &[
+            "--spa",
+            "--etfe",
+            "--frequency-response",
+            "--freqresp",
+            "--spectrum",
+        ],
+        &[(
+            "--validate",
+            "--report FILE.html has the frequency response of the model with intervals; there is no estimate without a model",
+        )],
+    ),
+    (
+        &[
+            "--save-trials",
+            "--keep-trials",
+            "--save-all",
+            "--raw",
+            "--keep",
+        ],
+        &[("--store", "--store trials keeps a row for every trial")],
+    ),
+    (
+        &["--trial", "--cell", "--index", "--case"],
+        &[(
+            "--data",
+            "asobench replay DIR CELL:TRIAL, such as 10:17; asobench failures DIR lists trials that failed",
+        )],
+    ),
+    (
+        &["--save-states", "--state", "--observer-states"],
+        &[("--states", "--states FILE.csv")],
+    ),
+    (
         &["--dry-run", "--check", "--estimate-only"],
         &[("--set", "asobench check STUDY.toml")],
     ),
@@ -344,7 +408,8 @@ const ARGUMENTS: &[Answer] = &[
         ],
         &[(
             "--set",
-            "--set eta=10, the noise in per cent of the output, and --set noise=white, its colour; asobench explain eta",
+            "--set eta=10, the noise in per cent of the output (an SNR of 20 dB), and --set noise=white, its colour; asobench explain \
+             eta",
         )],
     ),
     (
@@ -446,6 +511,9 @@ const ARGUMENTS: &[Answer] = &[
     ),
 ];
 
+/// A flag is suggested if it is as like as this to what was given: "--trails" is 0.75 like "--trials".
+const ALIKE: f64 = 0.6;
+
 /// Returns what a command or an argument that is unknown is called here, as one line. `all` has every command.
 pub(super) fn line(error: &clap::Error, all: &clap::Command) -> Option<String> {
     let given = |kind: ContextKind| match error.get(kind) {
@@ -474,8 +542,16 @@ pub(super) fn line(error: &clap::Error, all: &clap::Command) -> Option<String> {
     }
     let others = all.get_subcommands().filter(|other| has(other, argument));
     let others: Vec<&str> = others.map(clap::Command::get_name).collect();
-    if others.is_empty() || given(ContextKind::SuggestedArg).is_some() {
+    let suggested = given(ContextKind::SuggestedArg);
+    if suggested.is_some_and(|flag| strsim::normalized_damerau_levenshtein(argument, flag) > ALIKE)
+    {
         return None;
+    }
+    if others.is_empty() {
+        let command = command.get_name();
+        return Some(format!(
+            "unexpected argument '{argument}'; asobench {command} --help lists what there is"
+        ));
     }
     Some(format!(
         "unexpected argument '{argument}': {} does not have it; of asobench {}",

@@ -1,6 +1,7 @@
 //! Progress, as a bar on a terminal or otherwise a line a minute, and Ctrl-C.
 
 use super::error::{Error, failed};
+use super::exit_code::INTERRUPTED;
 use super::output::note;
 use crate::study::{Event, Spent};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
@@ -189,7 +190,7 @@ pub(super) fn warn(line: &str) {
 const PATIENCE: Duration = Duration::from_millis(800);
 
 /// The exit code of a program that is ended in the middle of a step.
-static EXIT: AtomicI32 = AtomicI32::new(130);
+static EXIT: AtomicI32 = AtomicI32::new(INTERRUPTED as i32);
 
 /// Sets the exit code of a program that is ended in the middle of a step.
 pub(super) fn exit_with(code: u8) {
@@ -208,7 +209,7 @@ pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
     let raised = Arc::clone(&flag);
     let handler = move || {
         if raised.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
+            std::process::exit(INTERRUPTED.into());
         }
         // What is under way may be one long trial, or a large file.
         let waits = std::thread::Builder::new().spawn(|| {

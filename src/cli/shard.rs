@@ -3,6 +3,7 @@
 use super::cluster::{parse_time, refused, word};
 use super::error::{Error, failed};
 use super::execute::threads;
+use super::exit_code::AGAIN;
 use super::output::{note, print};
 use super::programs::{self, Consent};
 use super::{memory, progress};
@@ -58,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let default = || ShardPlan::default_folder(path);
     let folder = arguments.out.clone().unwrap_or_else(default);
     // The job goes back into the queue.
-    progress::exit_with(75);
+    progress::exit_with(AGAIN);
     let stop = progress::stop_flag()?;
     if let Some(limit) = arguments.time_limit {
         stop_after(limit, &stop)?;

@@ -2,6 +2,7 @@
 
 use super::cluster::{self, folders, refused, word};
 use super::error::Error;
+use super::exit_code::AGAIN;
 use super::output::print;
 use crate::study::cluster::{Collection, PlaceStatus, ShardPlan, Status};
 use std::fmt::Write as _;
@@ -44,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ExitCode::SUCCESS
     } else {
         text += &cluster::again(path, &plan, &status);
-        ExitCode::from(75)
+        ExitCode::from(AGAIN)
     };
     print(&text)?;
     Ok(code)

@@ -1,6 +1,7 @@
 //! `asobench test-method`: tests whether a program follows docs/protocol.md and does what a method must.
 
 use super::error::{Error, failed};
+use super::exit_code::FAILED;
 use super::output::print;
 use super::programs::{self, Consent, introduced};
 use super::study_arguments::StudyArguments;
@@ -61,7 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(if passed {
         ExitCode::SUCCESS
     } else {
-        ExitCode::from(1)
+        ExitCode::from(FAILED)
     })
 }
 

@@ -10,7 +10,7 @@ pub use serde;
 
 /// A name that is not one of the valid ones.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown {what} '{}'{}; expected {}", beginning(.given, NAME_LIMIT), nearest(.given, .valid), listed(.given, .valid))]
+#[error("unknown {what} '{}'{}", beginning(.given, NAME_LIMIT), way_on(.given, .valid))]
 pub struct UnknownName {
     /// The kind of thing to be named.
     pub what: String,
@@ -35,7 +35,7 @@ impl UnknownName {
 const FEW: usize = 12;
 
 /// What people who come from elsewhere call a thing, in lower case but for single letters, and its name here.
-const ELSEWHERE: [(&str, &str); 44] = [
+const ELSEWHERE: &[(&str, &str)] = &[
     ("N", "window"),
     ("n", "order"),
     ("samples", "window"),
@@ -46,6 +46,8 @@ const ELSEWHERE: [(&str, &str); 44] = [
     ("na", "order"),
     ("nx", "order"),
     ("snr", "eta"),
+    ("snr_db", "eta"),
+    ("snrdb", "eta"),
     ("noise_level", "eta"),
     ("noiselevel", "eta"),
     ("nsr", "eta"),
@@ -73,7 +75,16 @@ const ELSEWHERE: [(&str, &str); 44] = [
     ("nb", "orders"),
     ("nk", "orders"),
     ("dt", "Ts"),
+    ("method", "estimator"),
+    ("type", "estimator"),
+    ("algorithm", "estimator"),
     ("method", "hold"),
+    ("type", "law"),
+    ("controller", "feedbacks"),
+    ("controllers", "feedbacks"),
+    ("feedback", "feedbacks"),
+    ("input", "inputs"),
+    ("excitation", "input"),
     ("k", "gain"),
     ("order", "register"),
     ("bits", "register"),
@@ -81,6 +92,12 @@ const ELSEWHERE: [(&str, &str); 44] = [
     ("mse", "e_a"),
     ("fit", "fit_fresh"),
 ];
+
+/// What the name here means, where the one from elsewhere means something that is not equal to it.
+const NOT_EQUAL: &[(&str, &str)] = &[(
+    "snr",
+    ": noise over output in per cent; an SNR of 20 dB is eta = 10, of s dB eta = 100 / 10^(s/20)",
+)];
 
 /// The valid name of what people who come from elsewhere call `given`.
 pub fn here<'a>(given: &str, valid: &[&'a str]) -> Option<&'a str> {
@@ -91,22 +108,27 @@ pub fn here<'a>(given: &str, valid: &[&'a str]) -> Option<&'a str> {
     elsewhere.find_map(|(_, here)| valid.iter().copied().find(|name| name == here))
 }
 
-/// ", did you mean 'name'?" for the nearest valid name, or nothing if none is near.
-fn nearest(given: &str, valid: &[String]) -> String {
+/// What is to be written instead: the name here of a thing from elsewhere, or the valid names after the nearest one, if
+/// one is near.
+fn way_on(given: &str, valid: &[String]) -> String {
     // The time grows with the square of the length, and no longer text is a name.
     if given.len() > NAME_LIMIT {
-        return String::new();
+        return format!("; expected {}", listed(given, valid));
     }
     let all: Vec<&str> = valid.iter().map(String::as_str).collect();
     if let Some(here) = here(given, &all) {
-        return format!(", which is called '{here}' here");
+        let lower = given.to_lowercase();
+        let meaning = NOT_EQUAL.iter().find(|(name, _)| lower.starts_with(name));
+        let meaning = meaning.map_or("", |(_, meaning)| *meaning);
+        return format!(", which is called '{here}' here{meaning}");
     }
-    valid
+    let near = valid
         .iter()
         .map(|name| (similarity(given, name), name))
         .filter(|(similarity, _)| *similarity > 0.7)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
-        .map_or_else(String::new, |(_, name)| format!(", did you mean '{name}'?"))
+        .map_or_else(String::new, |(_, name)| format!(", did you mean '{name}'?"));
+    format!("{near}; expected {}", listed(given, valid))
 }
 
 /// How near a name is to what was given, in capitals or not.

@@ -192,7 +192,9 @@ impl<'a> Replay<'a> {
             }
         }
         let equal = match self.stored {
-            None => "Not compared: no rows of this trial (store = \"trials\" keeps them) in",
+            None => {
+                "Not compared: no rows of this trial (those of the run's own trials are kept by store = \"trials\") in"
+            }
             Some(true) => "These rows equal, bit for bit, those stored in",
             Some(false) => "These rows DIFFER from those stored in",
         };

@@ -1,10 +1,10 @@
 //! Records of u and y: simulated with their truth, or read from a file.
 
 mod change;
+mod closed_loop;
 mod controller;
 pub mod csv;
 mod detrend;
-mod feedback;
 mod process;
 mod process_error;
 mod realisation;
@@ -12,9 +12,9 @@ mod source;
 mod truth;
 
 pub use change::{Change, ChangedPlant, PlantCourse};
+pub use closed_loop::{Feedback, FeedbackError, OutputFeedback};
 pub use controller::{ControlLaw, Controller, History};
 pub use detrend::{Detrend, Trend};
-pub use feedback::{Feedback, FeedbackError, OutputFeedback};
 pub use process::{Process, ProcessSettings};
 pub use process_error::ProcessError;
 pub use realisation::Realisation;

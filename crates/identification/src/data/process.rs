@@ -1,6 +1,6 @@
 //! The data-generating process: plant, input, noise and noise level, feedback.
 
-use super::feedback::run_controlled;
+use super::closed_loop::run_controlled;
 use super::process_error::ProcessError;
 use super::source::{Drive, Plants, Resolved};
 use super::{Change, Feedback, NoiseColour, PlantSource, Realisation};

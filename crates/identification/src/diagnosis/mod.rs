@@ -1,20 +1,20 @@
 //! Judges a model by the record that it was estimated from: whether its residuals are white and uncorrelated with the
 //! input, and how uncertain its poles, zeros, responses and static gain are.
 
+mod continuous_pole;
 mod feedback;
-mod mode;
-mod precision;
+mod poles_zeros_gain;
 mod response;
-mod roots;
+mod root_errors;
 #[cfg(test)]
 mod tests;
 mod whiteness;
 
+pub use continuous_pole::Mode;
 pub use feedback::{feedback_p_value, is_feedback};
-pub use mode::Mode;
-pub use precision::Precision;
+pub use poles_zeros_gain::Precision;
 pub use response::{FrequencyPoint, StepPoint, frequency_response, step_response};
-pub use roots::{Cancellation, Root, RootError};
+pub use root_errors::{Cancellation, Root, RootError};
 pub use whiteness::{Residuals, Whiteness};
 
 /// Level of the tests of residuals: the false-alarm probability of each.

@@ -4,10 +4,10 @@
 use super::auxiliary::AuxiliaryModel;
 use super::covariance::{Covariance, freedom};
 use super::fixed_model::FixedModel;
+use super::initial_state_choice::{StartState, StateEstimate};
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
-use super::reading::{R_SYSID_RIDGE, Reading};
+use super::other_tools::{R_SYSID_RIDGE, Reading};
 use super::regression::{Regression, Rows};
-use super::start_state::{StartState, StateEstimate};
 use super::{Drive, Estimator, Failure, FailureKind, Pass, Progress, SetupError, Stage, Window};
 use crate::model::{LinearModel, Orders};
 use crate::observer::Gain;

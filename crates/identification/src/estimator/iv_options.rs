@@ -2,10 +2,10 @@
 
 use super::covariance::Covariance;
 use super::fixed_model::FixedModel;
-use super::reading::Reading;
+use super::initial_state_choice::StartState;
+use super::other_tools::Reading;
 use super::reflection::Stabilise;
 use super::regression::Rows;
-use super::start_state::StartState;
 use super::{Solver, Stage10};
 use crate::model::Orders;
 use crate::names::named_enum;

@@ -13,6 +13,7 @@ mod fixed_model;
 mod general_iv;
 pub mod information;
 pub mod initial_state;
+mod initial_state_choice;
 pub mod instruments;
 mod iv_options;
 mod known_model;
@@ -30,11 +31,11 @@ mod option_error;
 #[cfg(feature = "json")]
 mod options;
 mod order_choice;
+mod other_tools;
 mod output_gradient;
 pub mod parameters;
 mod pass;
 mod prediction_error;
-mod reading;
 pub mod reflection;
 pub mod regression;
 pub mod regressors;
@@ -43,7 +44,6 @@ mod scale;
 mod schema;
 pub mod solver;
 mod sorted_qr;
-mod start_state;
 #[cfg(test)]
 mod test_setup;
 mod triangular;
@@ -54,6 +54,7 @@ pub use chosen::{OrderRule, first_part};
 pub use covariance::Covariance;
 pub use fixed_model::FixedModel;
 pub use general_iv::GeneralIv;
+pub use initial_state_choice::{StartState, StateEstimate};
 pub use iv_options::{Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS};
 pub use known_model::KnownModel;
 pub use limit::{LimitError, least_squares_limit};
@@ -65,16 +66,15 @@ pub use option_error::OptionError;
 #[cfg(feature = "json")]
 pub use options::{OptionEntry, option_keys};
 pub use order_choice::{Candidate, Criterion, OrderComparison};
+pub use other_tools::Reading;
 pub use pass::{Failure, Pass, Progress, Stage};
 pub use prediction_error::{InitialCondition, PredictionError, SearchStarts, initial_numbers};
-pub use reading::Reading;
 pub use reflection::{PoleReflection, Stabilise};
 pub use regression::{Regression, Rows};
 pub use scale::unit_of;
 #[cfg(feature = "json")]
 pub use schema::inline_schema;
 pub use solver::{Instruments, Solver, Stage10};
-pub use start_state::{StartState, StateEstimate};
 
 use crate::model::Orders;
 use crate::observer::{ObserverKind, RiccatiError};

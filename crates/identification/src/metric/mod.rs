@@ -34,7 +34,7 @@ mod response;
 mod share;
 mod sketch;
 mod slope;
-mod statistic;
+mod statistic_names;
 mod statistics;
 pub mod tails;
 
@@ -52,5 +52,5 @@ pub use share::{BoundVerdict, Share, verdict};
 pub use sketch::{SKETCH_ERROR, Sketch, expected_bins};
 pub use slope::slope_weights;
 pub use slope::{JACKKNIFE_GROUPS, Jackknife, NoSlope, Slope, SlopeOf, slope, slope_of_statistics};
-pub use statistic::Statistic;
+pub use statistic_names::Statistic;
 pub use statistics::{DOMINANT_SHARE, Quantiles, Statistics, TRIM};

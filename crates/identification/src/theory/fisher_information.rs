@@ -1,9 +1,9 @@
 //! The Fisher information of a record, and the distance of an estimate from the truth in its metric.
 
+use super::cramer_rao::TrueModel;
 use super::joint_state::covariance;
 use super::missing::Missing;
 use super::population::{NOISE, Population, REFERENCE};
-use super::prediction_error::TrueModel;
 use super::signal::Signal;
 use crate::data::Process;
 use crate::model::Orders;

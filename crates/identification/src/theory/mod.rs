@@ -19,6 +19,8 @@
 //! ed., chapter 9; docs/theory.md.
 
 mod canonical;
+mod cramer_rao;
+mod estimator_limits;
 mod fisher_information;
 pub mod joint_state;
 mod linear;
@@ -26,7 +28,6 @@ mod missing;
 mod noise_model;
 mod passes;
 mod population;
-mod prediction_error;
 mod quadratic_form;
 mod signal;
 mod smooth_measure;
@@ -142,9 +143,9 @@ impl CellTheory {
         }
         Ok(Self {
             outputs,
-            shared: bound(prediction_error::shared_bound(&population)),
-            separate: bound(prediction_error::separate_bound(&population)),
-            optimal_instruments: bound(prediction_error::optimal_instruments(&population)),
+            shared: bound(cramer_rao::shared_bound(&population)),
+            separate: bound(cramer_rao::separate_bound(&population)),
+            optimal_instruments: bound(cramer_rao::optimal_instruments(&population)),
         })
     }
 }
@@ -205,19 +206,19 @@ fn estimates(
         }
         M::LeastSquares(_) | M::Arx(_) => regression(population, orders),
         M::IvDelayed(options) => {
-            prediction_error::delayed_inputs(population, orders, options.extra)
+            estimator_limits::delayed_inputs(population, orders, options.extra)
         }
-        M::Iv4(_) => prediction_error::four_steps(population, orders),
-        M::Sriv(_) | M::Oe(_) => prediction_error::output_error(population, orders, false),
-        M::Stmcb(_) => prediction_error::output_error(population, orders, true),
+        M::Iv4(_) => estimator_limits::four_steps(population, orders),
+        M::Sriv(_) | M::Oe(_) => estimator_limits::output_error(population, orders, false),
+        M::Stmcb(_) => estimator_limits::output_error(population, orders, true),
         // Asymptotically efficient, as prediction error methods of the same structure.
         M::Wnsf(_) if orders.na == 0 && orders.nc + orders.nd == 0 => {
-            prediction_error::output_error(population, orders, false)
+            estimator_limits::output_error(population, orders, false)
         }
-        M::Wnsf(_) if orders.na == 0 => prediction_error::bj(population, orders),
-        M::Wnsf(_) | M::Armax(_) => prediction_error::armax(population, orders),
+        M::Wnsf(_) if orders.na == 0 => estimator_limits::bj(population, orders),
+        M::Wnsf(_) | M::Armax(_) => estimator_limits::armax(population, orders),
         // At a fixed point of `riv` the gradient of `bj` is zero.
-        M::Riv(_) | M::Bj(_) => prediction_error::bj(population, orders),
+        M::Riv(_) | M::Bj(_) => estimator_limits::bj(population, orders),
         M::Moesp(_) | M::N4sid(_) => Err(Missing::Method("subspace methods")),
         // A recursion that forgets nothing tends to what solves all its equations at once.
         M::Rls(options) if forgets_nothing(options.forgetting) => regression(population, orders),
@@ -225,10 +226,10 @@ fn estimates(
             if forgets_nothing(options.forgetting)
                 && options.instruments == RecursiveInstruments::Delayed =>
         {
-            prediction_error::delayed_inputs(population, orders, 0)
+            estimator_limits::delayed_inputs(population, orders, 0)
         }
         M::RecursiveSriv(options) if forgets_nothing(options.forgetting) => {
-            prediction_error::output_error(population, orders, false)
+            estimator_limits::output_error(population, orders, false)
         }
         M::Rls(_) | M::RecursiveIv(_) | M::Rels(_) | M::RecursiveSriv(_) | M::Rpem(_) => {
             let missing = "rels, rpem, recursive-iv with an auxiliary model, and forgetting";

@@ -1,11 +1,11 @@
 //! The evidence for or against a claim's tests in one cell.
 
+use crate::claim::decision_rule::PValues;
 use crate::claim::known::More;
 use crate::claim::known::{Range, worst};
 use crate::claim::scale::Scale;
 use crate::claim::statistics::number::Number;
 use crate::claim::statistics::{Members, Results};
-use crate::claim::verdict::PValues;
 use crate::design::file::claim_test::{ClaimTest, Limit};
 
 /// One number that a test looks at.

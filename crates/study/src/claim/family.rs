@@ -12,8 +12,8 @@
 //! selects the cells by the level, a verdict may stand at a small level and not at a larger one. Then it counts only as
 //! far as it stands at all larger levels, which keeps the error rates.
 
+use crate::claim::decision_rule::Verdict;
 use crate::claim::judged::{Judged, undecided};
-use crate::claim::verdict::Verdict;
 use crate::design::file::ClaimTable;
 use crate::design::file::experiment_file::ExperimentFile;
 
@@ -174,7 +174,7 @@ mod tests {
             let p: Vec<f64> = z.iter().map(|z| 0.1 * z.abs()).collect();
             let divisor = |p: &f64| (1..=8).rev().find(|j| *p <= 0.05 / *j as f64).unwrap_or(0);
             let divisors: Vec<usize> = p.iter().map(divisor).collect();
-            let mut expected = super::super::verdict::holm(&p, 8, 0.05);
+            let mut expected = super::super::decision_rule::holm(&p, 8, 0.05);
             expected.sort_unstable();
             let found = holm(&divisors, 8);
             let found: Vec<usize> = (0..8).filter(|i| found[*i].is_some()).collect();

@@ -1,5 +1,10 @@
 //! Judges claims by the results of a study.
 
+use crate::claim::decision_rule::Cells;
+use crate::claim::decision_rule::PValues;
+use crate::claim::decision_rule::Verdict;
+use crate::claim::decision_rule::certain_count;
+use crate::claim::decision_rule::decide;
 use crate::claim::evidence::Evidence;
 use crate::claim::evidence::Part;
 use crate::claim::family::Family;
@@ -17,11 +22,6 @@ use crate::claim::sentence::UnitFindings;
 use crate::claim::statistics::Results;
 use crate::claim::units::Unit;
 use crate::claim::units::units;
-use crate::claim::verdict::Cells;
-use crate::claim::verdict::PValues;
-use crate::claim::verdict::Verdict;
-use crate::claim::verdict::certain_count;
-use crate::claim::verdict::decide;
 use crate::claim::{sentence, standing};
 use crate::design::file::claim::ClaimTable;
 use crate::design::file::claim::Holds;

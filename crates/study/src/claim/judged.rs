@@ -1,9 +1,9 @@
 //! What is known of a claim after its judgement.
 
+use crate::claim::decision_rule::Verdict;
 use crate::claim::needed::Needed;
 use crate::claim::scale::Scale;
 use crate::claim::sentence;
-use crate::claim::verdict::Verdict;
 use crate::design::file::claim::ClaimTable;
 use crate::design::file::claim_test::ClaimTest;
 use asobench_identification::names::named_enum;

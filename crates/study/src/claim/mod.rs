@@ -6,6 +6,7 @@
 //! knows an experiment, a claim or a method by name.
 
 mod condition;
+mod decision_rule;
 mod evidence;
 mod family;
 mod freedom;
@@ -23,13 +24,12 @@ mod statistics;
 #[cfg(test)]
 mod tests;
 mod units;
-mod verdict;
 
 pub use condition::condition;
+pub use decision_rule::Verdict;
 pub use judge::{decides, judge, judge_at};
 pub use judged::{Judged, JudgedCell, JudgedNumber, JudgedTest, Standing};
 pub use moment::FEWEST_FOR_MOMENTS;
 pub use needed::Needed;
 pub use scale::Scale;
 pub use standing::tested;
-pub use verdict::Verdict;

@@ -3,10 +3,10 @@
 #![allow(clippy::format_push_string, reason = "a few lines")]
 
 use crate::claim::condition::condition;
+use crate::claim::decision_rule::Verdict;
 use crate::claim::evidence::{Evidence, Part};
 use crate::claim::needed::Needed;
 use crate::claim::scale::is_share;
-use crate::claim::verdict::Verdict;
 use crate::design::file::claim::Holds;
 use crate::design::file::claim_statistic::{CoefficientStatistic, RatioStatistic};
 use crate::design::file::claim_test::{ClaimTest, Limit, Outcome, TestKind};

@@ -53,6 +53,8 @@ pub enum SuiteError {
 pub enum Competitor {
     /// An estimator of the registry with its default options.
     Estimator(EstimatorName),
+    /// The same, told the structure of the truth too: for estimators of several structures, whose default is B/F.
+    Structured(EstimatorName),
     /// The prediction error method of the scenario's own structure, started at the truth.
     Ideal,
     /// A method of a user's file.
@@ -60,18 +62,20 @@ pub enum Competitor {
 }
 
 impl Competitor {
-    /// All that take part by default: the estimators of the registry, and the ideal.
+    /// All that take part by default: the estimators of the registry, those that are told the structure, and the ideal.
     pub fn all() -> Vec<Self> {
         let estimates = |name: &&EstimatorName| **name != EstimatorName::Known;
         let estimators = EstimatorName::ALL.iter().filter(estimates);
         let estimators = estimators.map(|name| Self::Estimator(*name));
-        estimators.chain([Self::Ideal]).collect()
+        let structured = [EstimatorName::Wnsf, EstimatorName::Rpem].map(Self::Structured);
+        estimators.chain(structured).chain([Self::Ideal]).collect()
     }
 
     /// Its name in results.
     pub fn name(&self) -> String {
         match self {
             Self::Estimator(name) => name.name().to_owned(),
+            Self::Structured(name) => format!("{name}-structure"),
             Self::Ideal => IDEAL.to_owned(),
             Self::Own(table) => table.output_name(0),
         }
@@ -80,7 +84,7 @@ impl Competitor {
     /// What it needs besides a record.
     fn needs(&self) -> Needs {
         match self {
-            Self::Estimator(estimator) => {
+            Self::Estimator(estimator) | Self::Structured(estimator) => {
                 let default = estimator.parse(Map::new());
                 default.map_or_else(|_| Needs::default(), |options| options.needs())
             }
@@ -98,6 +102,17 @@ impl Competitor {
         let told: Map<String, Value> = told.into_iter().collect();
         match self {
             Self::Estimator(estimator) => of_estimator(*estimator, &name, told, n, truth),
+            Self::Structured(estimator) => {
+                // The structure of the truth, or the smallest ARMAX model that holds it.
+                let common = Orders {
+                    nc: 1,
+                    ..Orders::arx(1, 1, 1)
+                };
+                let orders = [truth, truth.holding(common)];
+                let table =
+                    |orders| json!({ "name": name, "estimator": estimator, "orders": orders });
+                orders.map(table).to_vec()
+            }
             Self::Ideal => {
                 let (estimator, starts) = match truth {
                     Orders {

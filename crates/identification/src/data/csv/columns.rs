@@ -153,7 +153,13 @@ impl Columns {
                     return Some(format!("{} is column {place}", role.name()));
                 }
                 let plain = name == role.name() || name == "time";
-                (!plain).then(|| format!("{} is column '{name}'", role.name()))
+                let unit = match role {
+                    Role::T if self.unit != 1.0 => {
+                        unit_name(name).map_or_else(String::new, |unit| format!(" in {unit}"))
+                    }
+                    _ => String::new(),
+                };
+                (!plain).then(|| format!("{} is column '{name}'{unit}", role.name()))
             });
         let mut words: Vec<String> = words.collect();
         let shown: Vec<String> = self
@@ -224,18 +230,35 @@ fn place(
     }
 }
 
-/// Returns a column's name in lower case, without a unit in brackets.
+/// The units of times that a column's name may end with, such as t_ms.
+const ENDINGS: [&str; 3] = ["_s", "_ms", "_us"];
+
+/// Returns a column's name in lower case, without a unit in brackets; of a column of times without one at its end either.
 fn known_as(cell: &str) -> String {
     let name = cell.split(['(', '[']).next().unwrap_or(cell);
-    name.trim().to_lowercase()
+    let name = name.trim().to_lowercase();
+    let mut shorter = ENDINGS.iter().filter_map(|end| name.strip_suffix(end));
+    match shorter.find(|name| Role::T.names().contains(name)) {
+        Some(time) => time.to_owned(),
+        None => name,
+    }
 }
 
-/// Returns the seconds in the unit that a column's name has in brackets; `None` if it is unknown.
+/// Returns the unit that a column's name has in brackets or at its end, in lower case.
+fn unit_name(name: &str) -> Option<String> {
+    let lower = name.trim().to_lowercase();
+    if let Some((_, unit)) = lower.split_once(['(', '[']) {
+        return Some(unit.trim_end_matches([')', ']', ' ']).trim().to_owned());
+    }
+    let ending = ENDINGS.iter().find(|end| lower.ends_with(**end))?;
+    Some(ending.trim_start_matches('_').to_owned())
+}
+
+/// Returns the seconds in the unit of a column's name, 1 if it has none; `None` if the unit is unknown.
 fn unit(name: &str) -> Option<f64> {
-    let Some((_, unit)) = name.split_once(['(', '[']) else {
+    let Some(unit) = unit_name(name) else {
         return Some(1.0);
     };
-    let unit = unit.trim_end_matches([')', ']', ' ']).trim().to_lowercase();
     Some(match unit.as_str() {
         "s" | "sec" | "second" | "seconds" => 1.0,
         "ms" => 1e-3,

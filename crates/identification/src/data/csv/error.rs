@@ -179,6 +179,17 @@ pub enum RecordError {
         /// The time between the first two samples.
         first: f64,
     },
+    /// The longest part at equal steps is a small share of the table.
+    #[error(
+        "the longest part at equal steps has {samples} of {rows} rows; expected at least a tenth of them: steps are unequal \
+         throughout"
+    )]
+    ShortRun {
+        /// Its samples.
+        samples: usize,
+        /// The rows of the table.
+        rows: usize,
+    },
     /// The file has a header and no rows.
     #[error("no samples after the header")]
     NoSamples,

@@ -9,6 +9,9 @@ use super::runs::{Break, Kept, Longest, Row, Run};
 use super::times::Time;
 use std::io::Read;
 
+/// A part of a table is the record only if it has at least one in so many of its rows.
+const LEAST_SHARE: usize = 10;
+
 /// A record of input and output samples.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {
@@ -222,6 +225,12 @@ pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, Recor
     let (run, kept) = longest.map_or((run, None), Longest::finish);
     if run.y.is_empty() {
         return Err(RecordError::NoSamples);
+    }
+    if let Some(Kept { rows, .. }) = kept
+        && run.y.len() * LEAST_SHARE < rows
+    {
+        let samples = run.y.len();
+        return Err(RecordError::ShortRun { samples, rows });
     }
     let marks = [
         (lines.has_mark, "a byte order mark"),

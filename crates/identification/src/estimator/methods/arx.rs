@@ -1,12 +1,12 @@
 //! Least squares for any orders: `A(q) y = B(q) u + e`.
 
 use crate::estimator::covariance::Covariance;
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::order_choice::{Criterion, OrderComparison};
-use crate::estimator::reading::{R_SYSID_RIDGE, Reading};
+use crate::estimator::other_tools::{R_SYSID_RIDGE, Reading};
 use crate::estimator::regression::{Regression, Rows};
-use crate::estimator::start_state::{StartState, StateEstimate};
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 

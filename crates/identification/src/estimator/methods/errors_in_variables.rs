@@ -13,10 +13,10 @@
 
 use super::arx::ArxOptions;
 use crate::estimator::covariance::{Covariance, Influence};
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::instruments::TwoStages;
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::option_error::OptionError;
-use crate::estimator::start_state::{StartState, StateEstimate};
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use faer::linalg::solvers::SelfAdjointEigen;

@@ -6,6 +6,7 @@ use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::covariance::Covariance;
 use crate::estimator::covariance::freedom;
 use crate::estimator::general_iv::{GeneralIv, GeneralOptions};
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::instruments::{
     InstrumentalRegression, Instruments as InstrumentsOf, Signals,
 };
@@ -14,11 +15,10 @@ use crate::estimator::iv_options::{
 };
 use crate::estimator::method_kind::{MethodKind, Needs, Output, Problem};
 use crate::estimator::option_error::OptionError;
-use crate::estimator::reading::Reading;
+use crate::estimator::other_tools::Reading;
 use crate::estimator::reflection::{PoleReflection, Stabilise};
 use crate::estimator::regression::Rows;
 use crate::estimator::solver::{Instruments, Solution, SolveInstruments};
-use crate::estimator::start_state::{StartState, StateEstimate};
 use crate::estimator::{
     Estimator, Failure, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10,
     Window,

@@ -4,14 +4,14 @@
 use super::arx::ArxOptions;
 use crate::estimator::autoregression::durbin_step;
 use crate::estimator::covariance::Covariance;
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
 use crate::estimator::method_kind::{MethodKind, Needs, Problem};
 use crate::estimator::option_error::OptionError;
-use crate::estimator::reading::{R_SYSID_RIDGE, Reading};
+use crate::estimator::other_tools::{R_SYSID_RIDGE, Reading};
 use crate::estimator::reflection::stable;
 use crate::estimator::reflection::{Stabilise, reflect_zeros};
 use crate::estimator::regression::{Regression, Rows};
-use crate::estimator::start_state::{StartState, StateEstimate};
 use crate::estimator::{Estimator, FailureKind, InstrumentSource, Pass, SetupError, Window};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders};

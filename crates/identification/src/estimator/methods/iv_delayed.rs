@@ -2,11 +2,11 @@
 
 use super::arx::ArxOptions;
 use crate::estimator::covariance::Covariance;
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::regression::Rows;
-use crate::estimator::start_state::{StartState, StateEstimate};
 use crate::estimator::{Estimator, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 

@@ -2,10 +2,10 @@
 
 use crate::estimator::covariance::Covariance;
 use crate::estimator::covariance::freedom;
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::regression::{Regression, Rows};
 use crate::estimator::solver::{Solution, SolveLeastSquares};
-use crate::estimator::start_state::{StartState, StateEstimate};
 use crate::estimator::{
     Estimator, Failure, FailureKind, IvOptions, Pass, SetupError, Shape, Solver, Stage, Window,
 };

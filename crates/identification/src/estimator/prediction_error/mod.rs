@@ -14,8 +14,8 @@ mod search_starts;
 mod starts;
 
 use super::covariance::Covariance;
+use super::initial_state_choice::{StartState, StateEstimate};
 use super::known_model::KnownModel;
-use super::start_state::{StartState, StateEstimate};
 use super::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;

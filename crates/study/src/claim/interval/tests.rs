@@ -1,9 +1,9 @@
 //! Intervals known by hand, and intervals against the p-values of the same numbers.
 
+use crate::claim::decision_rule::holm;
 use crate::claim::freedom::Freedom;
 use crate::claim::interval::*;
 use crate::claim::statistics::number::Number;
-use crate::claim::verdict::holm;
 
 fn near(found: [f64; 2], truth: [f64; 2]) {
     for (found, truth) in found.into_iter().zip(truth) {

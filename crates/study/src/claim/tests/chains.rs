@@ -3,12 +3,12 @@
 
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
+use crate::claim::decision_rule::{Cells, Verdict, decide};
 use crate::claim::evidence::Evidence;
 use crate::claim::judge::{decides, verdict_at};
 use crate::claim::power::{Open, Undecided};
 use crate::claim::statistics::{Members, Results};
 use crate::claim::tests::*;
-use crate::claim::verdict::{Cells, Verdict, decide};
 use crate::design::file::claim::Holds;
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::rule::TrialRule;

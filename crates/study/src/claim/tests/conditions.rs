@@ -3,9 +3,9 @@
 
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
+use crate::claim::decision_rule::Verdict;
 use crate::claim::judge::verdict_at;
 use crate::claim::tests::*;
-use crate::claim::verdict::Verdict;
 use crate::design::file::experiment_file::ExperimentFile;
 use asobench_identification::signal::{Purpose, stream};
 use rand::RngExt;

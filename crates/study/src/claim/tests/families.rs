@@ -1,9 +1,9 @@
 //! Error rates of claims that are corrected together, by simulation of claims whose true numbers are known.
 
+use crate::claim::decision_rule::Verdict;
 use crate::claim::judge::judge;
 use crate::claim::judged::Judged;
 use crate::claim::tests::*;
-use crate::claim::verdict::Verdict;
 use crate::design::file::experiment_file::ExperimentFile;
 use asobench_identification::signal::normal::fill_standard_normal;
 use asobench_identification::signal::{Purpose, stream};

@@ -4,10 +4,10 @@
 
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
+use crate::claim::decision_rule::PValues;
 use crate::claim::evidence::Evidence;
 use crate::claim::statistics::{Members, Results};
 use crate::claim::tests::*;
-use crate::claim::verdict::PValues;
 use crate::design::file::tables::SlopeTable;
 use crate::outcome::summary::SlopeSummary;
 use asobench_identification::metric::{Jackknife, SlopeOf, slope_of_statistics};

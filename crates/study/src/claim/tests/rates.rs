@@ -5,13 +5,13 @@
 
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
+use crate::claim::decision_rule::{Cells, PValues, Verdict, decide};
 use crate::claim::evidence::{Evidence, Part};
 use crate::claim::freedom::Freedom;
 use crate::claim::known::{Known, Range};
 use crate::claim::power::{Open, Undecided};
 use crate::claim::statistics::{Members, Results};
 use crate::claim::tests::*;
-use crate::claim::verdict::{Cells, PValues, Verdict, decide};
 use crate::design::file::claim::Holds;
 use asobench_identification::signal::normal::fill_standard_normal;
 use asobench_identification::signal::{Purpose, stream};

@@ -1,5 +1,6 @@
 //! Verdicts and their sentences, for a few cells.
 
+use crate::claim::decision_rule::Verdict;
 use crate::claim::freedom::Freedom;
 use crate::claim::judge::judge;
 use crate::claim::judged::Judged;
@@ -7,7 +8,6 @@ use crate::claim::known::{Known, Range};
 use crate::claim::needed::Needed;
 use crate::claim::statistics::Members;
 use crate::claim::tests::*;
-use crate::claim::verdict::Verdict;
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::outcome::summary::{BoundSummary, OutputShare};
 use asobench_identification::metric::tails::{binomial_at_least, binomial_at_most};

@@ -281,10 +281,29 @@ impl MethodTable {
             .collect()
     }
 
+    /// Checks that the name of a method without an estimator is not that of one.
+    fn check_name(&self, index: usize) -> Result<(), FileError> {
+        let named = self
+            .name
+            .as_deref()
+            .and_then(|name| name.parse::<EstimatorName>().ok());
+        match (self.estimator, named) {
+            (None, Some(named)) if named != EstimatorName::default() => Err(FileError::key(
+                &format!("methods[{index}].estimator"),
+                format!(
+                    "a method without an estimator is {}, but this one is named '{named}'; expected estimator = \
+                     \"{named}\", or another name",
+                    EstimatorName::default()
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// Checks that a program has a name, and no estimator and no option of one.
     fn check_program(&self, index: usize) -> Result<(), FileError> {
         let Some(program) = &self.program else {
-            return Ok(());
+            return self.check_name(index);
         };
         let wrong = |key: &str, message: &str| {
             Err(FileError::key(&format!("methods[{index}].{key}"), message))
@@ -390,12 +409,29 @@ impl MethodTable {
 
     /// Returns the labels of the outputs that a table from [`Self::expand`] that is no program reports.
     pub(crate) fn labels(&self) -> Vec<String> {
-        let outputs = self.outputs();
-        let reported = outputs.iter().filter(|output| match &self.report {
-            None => true,
-            Some(passes) => passes.contains(&output.pass),
-        });
-        reported.map(Output::label).collect()
+        self.reported().iter().map(Output::label).collect()
+    }
+
+    /// Returns the table with the reported outputs of these labels alone; `None` if there are none.
+    pub(super) fn with_outputs(&self, is_wanted: impl Fn(String) -> bool) -> Option<Self> {
+        if self.program.is_some() {
+            return None;
+        }
+        let reported = self.reported();
+        let wanted = reported.iter().filter(|output| is_wanted(output.label()));
+        let passes: Vec<usize> = wanted.map(|output| output.pass).collect();
+        (!passes.is_empty()).then(|| Self {
+            report: Some(passes),
+            ..self.clone()
+        })
+    }
+
+    fn reported(&self) -> Vec<Output> {
+        let mut outputs = self.outputs();
+        if let Some(passes) = &self.report {
+            outputs.retain(|output| passes.contains(&output.pass));
+        }
+        outputs
     }
 
     fn outputs(&self) -> Vec<Output> {

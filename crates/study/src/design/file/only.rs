@@ -7,13 +7,14 @@ use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::key::StudyKind;
 use crate::design::file::method::MethodTable;
 use crate::text::folded;
+use asobench_identification::estimator::EstimatorName;
 use asobench_identification::names::UnknownName;
 use std::collections::BTreeSet;
 
 impl ExperimentFile {
-    /// Keeps the methods (in continuous time the observers) with one of these names: the name of the method, its
-    /// estimator's, or the label of an output. Claims and comparisons that need another method are left out; the second
-    /// part names them.
+    /// Keeps the methods (in continuous time the observers) with one of these names: the name of the method, or its
+    /// estimator's, with all its outputs; or the label of an output, without the others. Claims and comparisons that need
+    /// another method are left out; the second part names them.
     ///
     /// # Errors
     /// A name that no method has; a method whose options contradict each other.
@@ -54,8 +55,15 @@ impl ExperimentFile {
         for name in &names {
             if !is_known(name) {
                 let all: Vec<&str> = all.iter().copied().collect();
-                let unknown = UnknownName::new("method", name, &all);
-                return Err(FileError::key(name, unknown.to_string()));
+                let unknown = match name.parse::<EstimatorName>() {
+                    Ok(estimator) => format!(
+                        "an estimator, but no method of this file has it; expected {}, or [[methods]] with estimator = \
+                         \"{estimator}\" in the file",
+                        all.join(", ")
+                    ),
+                    Err(_) => UnknownName::new("method", name, &all).to_string(),
+                };
+                return Err(FileError::key(name, unknown));
             }
         }
         let wanted = |of: &[String]| {
@@ -63,10 +71,14 @@ impl ExperimentFile {
                 .iter()
                 .any(|name| of.iter().any(|own| folded(own) == folded(name)))
         };
-        let kept: BTreeSet<&str> = of_method
+        self.methods = methods
             .iter()
-            .chain(&of_observer)
-            .filter(|of| wanted(of))
+            .filter_map(|method| method.part(&wanted))
+            .collect();
+        let of_kept: Vec<Vec<String>> = self.methods.iter().map(MethodTable::names).collect();
+        let kept: BTreeSet<&str> = of_kept
+            .iter()
+            .chain(of_observer.iter().filter(|of| wanted(of)))
             .flatten()
             .map(String::as_str)
             .collect();
@@ -107,11 +119,6 @@ impl ExperimentFile {
             [one] => left_out.push(format!("claim {one} of another method")),
             several => left_out.push(format!("claims {} of other methods", listed(several))),
         }
-        let methods = methods.into_iter().zip(&of_method);
-        self.methods = methods
-            .filter(|(_, of)| wanted(of))
-            .map(|(method, _)| method)
-            .collect();
         let observers = std::mem::take(&mut self.observers)
             .into_iter()
             .zip(&of_observer);
@@ -124,12 +131,28 @@ impl ExperimentFile {
 }
 
 impl MethodTable {
+    /// Returns what of a table from [`Self::expand`] has a wanted name: the whole, or the outputs that have it.
+    fn part(&self, wanted: &impl Fn(&[String]) -> bool) -> Option<Self> {
+        if wanted(&self.own_names()) {
+            return Some(self.clone());
+        }
+        self.with_outputs(|label| wanted(&[label]))
+    }
+
     /// Returns the names of a table from [`Self::expand`]: its own, its estimator's, and the labels of its outputs.
     fn names(&self) -> Vec<String> {
+        let mut names = self.own_names();
+        if self.program().is_none() {
+            names.extend(self.labels());
+        }
+        names
+    }
+
+    /// Returns its own name and its estimator's.
+    fn own_names(&self) -> Vec<String> {
         let mut names = vec![self.base_name()];
         if self.program().is_none() {
             names.push(self.estimator().name().to_owned());
-            names.extend(self.labels());
         }
         names
     }
@@ -183,12 +206,16 @@ mod tests {
         ];
         assert_eq!(left_out, compared);
         assert!(crate::design::experiment::Experiment::new(file).is_ok());
-        let (_, left_out) = only(&["iv"]).unwrap();
-        let compared = [
-            "claim B, which compares with ls",
-            "claim A of another method",
-        ];
-        assert_eq!(left_out[1..], compared);
+        let (file, left_out) = only(&["iv(4)"]).unwrap();
+        assert_eq!(file.methods[0].labels(), ["iv(4)"]);
+        assert_eq!(
+            left_out,
+            [
+                "the comparison of iv(4) with ls",
+                "claim B, which compares with ls",
+                "claim A of another method"
+            ]
+        );
         let many = ["a", "b", "c", "d", "e"];
         assert_eq!(
             [listed(&many), listed(&many[..3])],
@@ -205,7 +232,13 @@ mod tests {
     fn a_name_that_no_method_has_is_refused() {
         let error = only(&["oe"]).unwrap_err().to_string();
         assert!(
-            error.contains("unknown method 'oe'") && error.contains("ls"),
+            error.contains("an estimator, but no method of this file has it")
+                && error.contains("ls"),
+            "{error}"
+        );
+        let error = only(&["lss"]).unwrap_err().to_string();
+        assert!(
+            error.contains("unknown method 'lss', did you mean 'ls'?"),
             "{error}"
         );
     }

@@ -37,10 +37,15 @@ impl SampledPlant<'_> {
              plant in q^-1 has the polynomials A and B",
         )?;
         let [num, den] = self.in_s()?;
+        // Elsewhere a transfer function with a sampling time is one in z.
+        let hold = self.hold.ok_or(
+            "expected hold = \"zero\" or \"linear\" beside Ts: num and den, zeros and poles are in s; a plant in q^-1 has \
+             the polynomials A and B",
+        )?;
         let sampling = Sampling {
             interval,
             delay: self.delay.unwrap_or(0.0),
-            hold: Hold::from(self.hold.unwrap_or_default()),
+            hold: Hold::from(hold),
         };
         sampling
             .polynomials(&num, &den)
@@ -117,8 +122,8 @@ mod tests {
     #[test]
     fn transfer_functions_and_poles() {
         for text in [
-            "num = [104]\nden = [1, 4, 104]\nTs = 0.05",
-            "poles = [\"-2+10i\", \"-2 - 10i\"]\ngain = 104\nTs = 0.05",
+            "num = [104]\nden = [1, 4, 104]\nTs = 0.05\nhold = \"zero\"",
+            "poles = [\"-2+10i\", \"-2 - 10i\"]\ngain = 104\nTs = 0.05\nhold = \"zero\"",
             "num = [0, 208]\nden = [2, 8, 208]\nTs = 0.05\nhold = \"zero\"\ndelay = 0",
         ] {
             let plant = table(text).plant().unwrap();
@@ -134,7 +139,7 @@ mod tests {
             }
         }
         // 3 samples of delay, of which one is the hold's own, and a part of one.
-        let text = "poles = [-1]\nzeros = []\ngain = 1\nTs = 0.5\ndelay = 1.2";
+        let text = "poles = [-1]\nzeros = []\ngain = 1\nTs = 0.5\nhold = \"zero\"\ndelay = 1.2";
         let plant = table(text).plant().unwrap();
         assert_eq!((plant.order(), &plant.h()[..2]), (4, &[0.0; 2][..]));
         let gain = plant.h().iter().sum::<f64>() / (1.0 - (-0.5_f64).exp());
@@ -145,6 +150,7 @@ mod tests {
     fn mistakes_are_told() {
         for (text, part) in [
             ("num = [1]\nden = [1, 1]", "the sampling time Ts in seconds"),
+            ("num = [1]\nden = [1, 1]\nTs = 1", "expected hold ="),
             (
                 "num = [1]\nTs = 1",
                 "expected num and den, or poles and gain",
@@ -164,7 +170,7 @@ mod tests {
             ),
             ("num = [1]\nden = [1, 1]\nTs = 1\nA = [1]", "one of them"),
             (
-                "num = [1, 0]\nden = [1, 1]\nTs = 1",
+                "num = [1, 0]\nden = [1, 1]\nTs = 1\nhold = \"zero\"",
                 "y(k) would depend on u(k)",
             ),
         ] {

@@ -58,7 +58,7 @@ pub struct PlantTable {
     /// The delay in seconds of a plant in s, a multiple of `Ts` or not; 0 if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub delay: Option<f64>,
-    /// What u(t) is between two samples: "zero" (the last sample, the default), or "linear".
+    /// What u(t) is between two samples of a plant in s: "zero" (the last sample) or "linear".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hold: Option<HoldName>,
     /// Initial state, used if the setting x0 is "plant".

@@ -4,8 +4,8 @@ use super::{
     AdaptiveObserver, JointEkf, JointEkfSettings, Kreisselmeier, KreisselmeierSettings, Zhang,
     ZhangSettings,
 };
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::recursive::batch::along;
-use crate::estimator::start_state::{StartState, StateEstimate};
 use crate::estimator::{
     Estimator, FailureKind, MethodKind, OptionError, Pass, Problem, SetupError, Visit, Window,
 };

@@ -1,7 +1,7 @@
 //! A recursive estimator on a whole window: what it has found after the last sample.
 
 use super::RecursiveEstimator;
-use crate::estimator::start_state::{StartState, StateEstimate};
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::{Estimator, FailureKind, Pass, Visit, Window};
 use crate::model::LinearModel;
 

@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::{Coefficients, RecursiveEstimator, RecursiveSettings};
-use crate::estimator::start_state::StartState;
+use crate::estimator::initial_state_choice::StartState;
 use crate::estimator::{Estimator, OptionError, Problem, SetupError};
 use crate::model::Orders;
 
@@ -62,7 +62,7 @@ macro_rules! recursive_options {
             $($(#[$start_about])* pub $start: $start_type,)*
             $($(#[$then_about])* pub $then: $then_type,)*
             /// The initial state: estimate (stage 6 for the model found), or zero.
-            pub initial_state: $crate::estimator::start_state::StartState,
+            pub initial_state: $crate::estimator::initial_state_choice::StartState,
         }
 
         impl super::options::SharedOptions for $name {
@@ -82,7 +82,7 @@ macro_rules! recursive_options {
                 self.forgetting
             }
 
-            fn initial_state(&self) -> $crate::estimator::start_state::StartState {
+            fn initial_state(&self) -> $crate::estimator::initial_state_choice::StartState {
                 self.initial_state
             }
 

@@ -1,7 +1,7 @@
 //! Uncertainty of a model's poles, zeros and static gain. The covariance of the parameters is propagated by their
 //! derivatives (the delta method).
 
-use super::roots::{Cancellation, Root, Roots};
+use super::root_errors::{Cancellation, Root, Roots};
 use crate::model::LinearModel;
 use faer::c64;
 

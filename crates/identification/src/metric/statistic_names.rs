@@ -1,45 +1,39 @@
 //! The statistics of a measure by name: one list, from which the columns of every table follow.
 
 use super::{Estimate, Statistics};
-use crate::names::named_enum;
+use crate::names::named_table;
 
-named_enum! {
-    /// A statistic of a measure over trials that has a standard error. Its name is its column in `summary.parquet`.
-    Statistic, "statistic" {
+named_table! {
+    /// A statistic of a measure over trials that has a standard error. Its name is its column in `summary.parquet`, its
+    /// entry that of CSV files.
+    Statistic, "statistic", &'static str {
         /// Arithmetic mean.
-        Mean = "mean",
+        Mean = "mean": "mean",
         /// Standard deviation.
-        Sd = "sd",
+        Sd = "sd": "SD",
         /// Mean of the squares.
-        Mse = "mse",
+        Mse = "mse": "MSE",
         /// Root of the mean of the squares.
-        Rmse = "rmse",
+        Rmse = "rmse": "RMSE",
         /// Mean without the largest and smallest 5 %.
-        Trimmed = "trimmed",
+        Trimmed = "trimmed": "trimmed mean",
         /// 5 % quantile.
-        Q05 = "q05",
+        Q05 = "q05": "q05",
         /// Lower quartile.
-        Q25 = "q25",
+        Q25 = "q25": "q25",
         /// Median.
-        Q50 = "q50",
+        Q50 = "q50": "median",
         /// Upper quartile.
-        Q75 = "q75",
+        Q75 = "q75": "q75",
         /// 95 % quantile.
-        Q95 = "q95",
+        Q95 = "q95": "q95",
     }
 }
 
 impl Statistic {
     /// Returns the name of its column in CSV files.
     pub fn title(self) -> &'static str {
-        match self {
-            Self::Sd => "SD",
-            Self::Mse => "MSE",
-            Self::Rmse => "RMSE",
-            Self::Trimmed => "trimmed mean",
-            Self::Q50 => "median",
-            other => other.name(),
-        }
+        self.entry()
     }
 
     /// Whether it is a quantile, which counts all trials, with those without the measure ranked last.
