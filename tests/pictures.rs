@@ -53,6 +53,77 @@ fn refused(at: &Path, arguments: &[&str]) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// A PDF of one page is the picture that the SVG is: its texts, its size in points of 1/96 inch, and its title.
+#[test]
+fn a_picture_is_written_as_pdf_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(
+        at.join("s.toml"),
+        STUDY.replace("trials = 300", "trials = 20"),
+    )
+    .expect("a file");
+    said(at, &["run", "s.toml", "--out", "all"]);
+    let title = ["--title", "Gr\u{f6}\u{df}e \u{3c3} (x)", "--width", "600"];
+    for file in ["f.svg", "f.pdf"] {
+        said(at, &[&["plot", "all", "--out", file], &title[..]].concat());
+    }
+    let svg = std::fs::read_to_string(at.join("f.svg")).expect("a figure");
+    let pdf = std::fs::read(at.join("f.pdf")).expect("a figure");
+    let text: String = pdf.iter().map(|byte| char::from(*byte)).collect();
+    let height: f64 = svg
+        .split(" height=\"")
+        .nth(1)
+        .and_then(|rest| rest.split('"').next()?.parse().ok())
+        .expect("it");
+    assert!(
+        text.contains(&format!("/MediaBox [0 0 450 {}]", 0.75 * height)),
+        "{text}"
+    );
+    // Each object begins where the table of the file says.
+    let (_, tail) = text.split_once("xref\n").expect("a table");
+    let entries = tail.lines().filter(|line| line.trim_end().ends_with(" n"));
+    let mut objects = 0;
+    for (number, entry) in (1..).zip(entries) {
+        let place: usize = entry
+            .split(' ')
+            .next()
+            .expect("it")
+            .parse()
+            .expect("a number");
+        let begin = format!("{number} 0 obj");
+        assert!(pdf[place..].starts_with(begin.as_bytes()), "{entry}");
+        objects += 1;
+    }
+    assert!(objects > 8, "{tail}");
+    // The texts of the SVG.
+    for words in svg
+        .split("</text>")
+        .filter_map(|part| part.rsplit('>').next())
+    {
+        let plain = words
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || " .,%/-".contains(c));
+        assert!(!plain || text.contains(&format!("({words})")), "{words}");
+    }
+    // The codes of WinAnsi.
+    for words in [
+        "/B 18 Tf\n<4772F6DF6520> Tj",
+        "/S 18 Tf\n(s) Tj",
+        "( (x)) Tj",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    assert!(text.contains("/Creator (asobench)"));
+    let line = refused(at, &["plot", "all", "--title", "\u{416}", "--out", "f.pdf"]);
+    assert!(
+        line.contains("'\u{416}'") && line.lines().count() == 1,
+        "{line}"
+    );
+    std::fs::write(at.join("mine.pdf"), "%PDF-1.7").expect("a file");
+    assert!(refused(at, &["plot", "all", "--out", "mine.pdf"]).contains("not written by asobench"));
+}
+
 /// The share above each panel of a zip plot is the coverage that summary.json has, which was counted while the study ran.
 #[test]
 fn a_zip_plot_counts_the_intervals_that_the_summary_counted() {
@@ -127,7 +198,10 @@ fn figures_of_many_settings_marks_and_held_settings() {
     };
     let loops = svg(&["--nested-loop"]);
     assert!(
-        loops.contains("the 12 cells") && loops.contains("noise: 1/A, white"),
+        loops.contains("the 12 cells")
+            && [">noise<", ">1/A<", ">white<"]
+                .iter()
+                .all(|name| loops.contains(name)),
         "{loops}"
     );
     let held = svg(&[

@@ -624,8 +624,8 @@ fn other_forms_name_the_way() {
         ),
         (&["my.mat", "--order", "2"], "save -ascii"),
         (
-            &["my.csv", "--order", "2", "--plot", "fit.pdf"],
-            "--plot fit.pdf: expected a name that ends in .svg; rsvg-convert -f pdf -o fit.pdf fit.svg converts it",
+            &["my.csv", "--order", "2", "--plot", "fit.png"],
+            "--plot fit.png: expected a name that ends in .svg or .pdf; rsvg-convert -f png -o fit.png fit.svg converts one",
         ),
     ] {
         let output = Command::new(PROGRAM).arg("estimate").args(flags).output();

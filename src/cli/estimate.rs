@@ -2,7 +2,7 @@
 
 use super::error::Error;
 use super::exit_code::FAILED;
-use super::files::check_output;
+use super::files::{PICTURES, check_output};
 use super::output::{Format, note, print, print_json};
 use crate::files::Kind;
 use crate::observer::Gain;
@@ -36,8 +36,13 @@ pub(super) use arguments::Arguments;
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     check_output("--states", arguments.states.as_deref(), Kind::States)?;
-    check_drawing("--plot", arguments.plot.as_deref(), "svg", Kind::Figure)?;
-    check_drawing("--report", arguments.report.as_deref(), "html", Kind::Page)?;
+    check_drawing("--plot", arguments.plot.as_deref(), PICTURES, Kind::Figure)?;
+    check_drawing(
+        "--report",
+        arguments.report.as_deref(),
+        &["html"],
+        Kind::Page,
+    )?;
     let orders = orders(arguments)?;
     let mut report = load(arguments, orders)?;
     if let Some((order, delay)) = ranges(arguments) {

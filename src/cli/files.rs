@@ -2,6 +2,7 @@
 
 use super::error::Error;
 use crate::files::{Kind, PathError, Staged, replaceable};
+use crate::report::plot::Drawing;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -39,27 +40,42 @@ pub(super) fn write_whole(
     attempt().map_err(refused(flag))
 }
 
-/// Checks that the name of a picture or a page ends as it must. Of an SVG, one command makes a PDF or a PNG.
-pub(super) fn check_extension(flag: &str, path: &Path, expected: &str) -> Result<(), Error> {
+/// The forms of a picture, by the ends of their files' names.
+pub(super) const PICTURES: &[&str] = &["svg", "pdf"];
+
+/// Checks that the name of a picture or a page ends as it must. Of an SVG, one command makes a PNG.
+pub(super) fn check_extension(flag: &str, path: &Path, expected: &[&str]) -> Result<(), Error> {
     let own = path.extension().unwrap_or_default();
-    if own == expected {
+    if expected.iter().any(|form| own.eq_ignore_ascii_case(form)) {
         return Ok(());
     }
-    let way = ["pdf", "png", "eps", "ps"]
+    let way = ["png", "eps", "ps"]
         .into_iter()
         .find(|form| own.eq_ignore_ascii_case(form));
     let way = way
-        .filter(|_| expected == "svg")
+        .filter(|_| expected == PICTURES)
         .map_or_else(String::new, |form| {
             let svg = path.with_extension("svg");
             format!(
-                "; rsvg-convert -f {form} -o {} {} converts it",
+                "; rsvg-convert -f {form} -o {} {} converts one",
                 path.display(),
                 svg.display()
             )
         });
+    let ends: Vec<String> = expected.iter().map(|form| format!(".{form}")).collect();
     Err(Error::Input(format!(
-        "{flag} {}: expected a name that ends in .{expected}{way}",
-        path.display()
+        "{flag} {}: expected a name that ends in {}{way}",
+        path.display(),
+        ends.join(" or ")
     )))
+}
+
+/// A picture in the form that the name of its file ends in.
+pub(super) fn drawn(flag: &str, path: &Path, picture: &Drawing) -> Result<Vec<u8>, Error> {
+    match path.extension() {
+        Some(form) if form.eq_ignore_ascii_case("pdf") => picture
+            .pdf()
+            .map_err(|why| Error::Input(format!("{flag} {}: {why}", path.display()))),
+        _ => Ok(picture.svg().into_bytes()),
+    }
 }

@@ -140,14 +140,8 @@ const ARGUMENTS: &[Answer] = &[
     (
         &["--pdf", "--png", "--eps", "--svg"],
         &[
-            (
-                "--zip",
-                "--out FILE.svg; rsvg-convert -f pdf -o FILE.pdf FILE.svg converts it",
-            ),
-            (
-                "--plot",
-                "--plot FILE.svg; rsvg-convert -f pdf -o FILE.pdf FILE.svg converts it",
-            ),
+            ("--zip", "--out FILE.svg or FILE.pdf"),
+            ("--plot", "--plot FILE.svg or FILE.pdf"),
         ],
     ),
     (

@@ -1,7 +1,7 @@
 //! `asobench plot`: one figure of a study, as it is asked for.
 
 use super::error::Error;
-use super::files::check_extension;
+use super::files::{PICTURES, check_extension, drawn};
 use super::output::print;
 use crate::files::{self, Kind};
 use crate::metric::Statistic;
@@ -12,7 +12,7 @@ use crate::study::file::Key;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Draw one figure of a study as SVG: a measure over a setting, for some outputs
+/// Draw one figure of a study as SVG or PDF: a measure over a setting, for some outputs
 ///
 /// As the report draws it, with bounds and theory where they are known.
 #[derive(clap::Args)]
@@ -71,7 +71,7 @@ pub(super) struct Arguments {
     /// A linear y axis
     #[arg(long)]
     linear: bool,
-    /// The SVG file [default: STUDY-MEASURE.svg here]
+    /// The file, .svg or .pdf [default: STUDY-MEASURE.svg here]
     #[arg(long, alias = "output", short_alias = 'o', value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -96,7 +96,7 @@ fn measure(given: &str) -> Result<Measure, String> {
 
 pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.out {
-        check_extension("--out", path, "svg")?;
+        check_extension("--out", path, PICTURES)?;
     }
     let study = Study::read(&arguments.folder).map_err(|error| Error::Input(error.to_string()))?;
     let chosen = Chosen {
@@ -118,11 +118,12 @@ pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
         title: arguments.title,
         logarithmic: (arguments.log || arguments.linear).then_some(arguments.log),
     };
-    let [name, svg, caption] = chosen_figure(&study, &chosen).map_err(Error::Input)?;
+    let (name, picture, caption) = chosen_figure(&study, &chosen).map_err(Error::Input)?;
     let path = arguments
         .out
         .unwrap_or_else(|| format!("{name}.svg").into());
-    files::replace(&path, Kind::Figure, svg.as_bytes())
+    let content = drawn("--out", &path, &picture)?;
+    files::replace(&path, Kind::Figure, &content)
         .map_err(|error| Error::Input(error.to_string()))?;
     print(&format!(
         "{}\n{}\n",

@@ -77,7 +77,7 @@ impl StudyArguments {
             if !left_out.is_empty() {
                 note(&format!(
                     "--method: left out because they need other methods: {}",
-                    left_out.join(", ")
+                    left_out.join("; ")
                 ));
             }
         }

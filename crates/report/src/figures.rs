@@ -211,5 +211,7 @@ pub fn draw(cell: &CellSummary, one: &OneTrial) -> String {
     let what = "Left: medians of e_x(k), e_a and e_b over k, bands hold the middle 90 % of the trials; quantiles of \
         e_x(k) come from bins of 6 %. Middle: trial 0, whatever it is. Right: the same trial, by Eq. (7) as printed, \
         undefined where a sum of states is not above 0. Before k = N there is no estimate.";
-    small_multiples(&title, what, &panels, 3, Sharing { x: true, y: false }).wide
+    small_multiples(&title, what, &panels, 3, Sharing { x: true, y: false })
+        .wide
+        .svg()
 }

@@ -215,14 +215,14 @@ impl Section {
     pub fn figure(&mut self, picture: &Picture, caption: &str) {
         self.figures += 1;
         let (number, caption) = (self.figures.to_string(), inline(caption));
-        let wide = inline_svg(&picture.wide);
+        let wide = inline_svg(&picture.wide.svg());
         self.add(&["<figure>\n"]);
         match &picture.narrow {
             Some(narrow) => self.add(&[
                 "<div class=\"broad\">\n",
                 &wide,
                 "\n</div>\n<div class=\"narrow\">\n",
-                &inline_svg(narrow),
+                &inline_svg(&narrow.svg()),
                 "\n</div>\n",
             ]),
             None => self.add(&[
@@ -295,9 +295,7 @@ impl Section {
 
 /// An SVG document for a page, which contains its style once.
 fn inline_svg(svg: &str) -> String {
-    let start = svg.find("<svg").unwrap_or(svg.len());
-    let svg = svg[start..].replace(plot::STYLE, "");
-    svg.trim_end().to_owned()
+    svg.replace(plot::STYLE, "").trim_end().to_owned()
 }
 
 /// Escapes a text and turns pairs of backticks into code.

@@ -34,7 +34,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "STATES.csv")]
     pub(super) states: Option<PathBuf>,
     /// Draw measured and simulated output, and prediction errors; for a range of orders, the criteria
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg|FILE.pdf")]
     pub(super) plot: Option<PathBuf>,
     /// Write a page: the record, models with intervals, residuals, poles and zeros, responses
     #[arg(long, value_name = "FILE.html")]

@@ -3,7 +3,7 @@
 use super::arguments::Arguments;
 use super::report::Report;
 use crate::cli::error::Error;
-use crate::cli::files::{check_extension, check_output, write_whole};
+use crate::cli::files::{check_extension, check_output, drawn, write_whole};
 use crate::cli::output::note;
 use crate::data::csv;
 use crate::files::Kind;
@@ -17,11 +17,11 @@ use std::path::Path;
 pub(super) fn check_drawing(
     flag: &str,
     path: Option<&Path>,
-    extension: &str,
+    extensions: &[&str],
     kind: Kind,
 ) -> Result<(), Error> {
     if let Some(path) = path {
-        check_extension(flag, path, extension)?;
+        check_extension(flag, path, extensions)?;
     }
     check_output(flag, path, kind)
 }
@@ -32,14 +32,15 @@ pub(super) fn write_drawings(
     picture: impl FnOnce() -> Picture,
     page: impl FnOnce() -> String,
 ) -> Result<(), Error> {
-    let write = |flag: &str, path: &Path, kind: Kind, text: String| {
-        write_whole(flag, path, kind, |to| to.write_all(text.as_bytes()))
+    let write = |flag: &str, path: &Path, kind: Kind, content: &[u8]| {
+        write_whole(flag, path, kind, |to| to.write_all(content))
     };
     if let Some(path) = &arguments.plot {
-        write("--plot", path, Kind::Figure, picture().wide)?;
+        let content = drawn("--plot", path, &picture().wide)?;
+        write("--plot", path, Kind::Figure, &content)?;
     }
     if let Some(path) = &arguments.report {
-        write("--report", path, Kind::Page, page())?;
+        write("--report", path, Kind::Page, page().as_bytes())?;
     }
     Ok(())
 }

@@ -52,7 +52,7 @@ pub(super) fn bound_grid(study: &Study) -> Option<Drawn> {
     };
     Some(Drawn {
         name: "map".to_owned(),
-        picture: only(heat.svg()),
+        picture: only(heat.drawing()),
         caption: what,
     })
 }

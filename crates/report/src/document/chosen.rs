@@ -8,7 +8,7 @@ use super::layout::{Form, Layout, x_of};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
 use super::nested_loop::nested_loop;
 use super::zip_plot::{Zipped, zip_plot};
-use crate::plot::{Plot, Point, Scale, Series, Style};
+use crate::plot::{Drawing, Plot, Point, Scale, Series, Style};
 use crate::results::Study;
 use asobench_identification::metric::Statistic;
 use asobench_identification::names::UnknownName;
@@ -104,11 +104,11 @@ pub fn held(text: &str) -> Result<(Key, String), String> {
     Ok((key, value.trim().to_owned()))
 }
 
-/// Draws a figure of a study; returns its name without extension, the SVG document and its caption.
+/// Draws a figure of a study; returns its name without extension, the picture and its caption.
 ///
 /// # Errors
 /// In words: a measure, a setting or an output that the study does not have, or nothing to draw.
-pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<[String; 3], String> {
+pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<(String, Drawing, String), String> {
     let drawn = match chosen.kind {
         Kind::Zip => zip(study, chosen)?,
         Kind::NestedLoop => {
@@ -126,7 +126,7 @@ pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<[String; 3], Stri
     } else {
         format!("{}-{}", study.name, drawn.name)
     };
-    Ok([name, drawn.picture.wide, drawn.caption])
+    Ok((name, drawn.picture.wide, drawn.caption))
 }
 
 /// The measure that is asked for, or the one with which the report begins.

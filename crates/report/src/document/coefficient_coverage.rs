@@ -3,15 +3,39 @@
 use super::figure::{Drawn, Figure, WHOSE, level, over, series_of, share_point};
 use super::layout::{Layout, x_key};
 use super::lead::lead_outputs;
-use crate::plot::{PlotAxis, Style};
+use crate::plot::{Plot, PlotAxis, Series, Style};
 use crate::results::Study;
 use asobench_identification::metric::Coverage;
 
 /// The nominal coverage of the intervals.
 const NOMINAL: f64 = 0.95;
 
+/// More outputs than these have a panel each, if the panels would otherwise be fewer.
+const CROWD: usize = 3;
 /// Largest number of outputs that can be distinguished.
 const OUTPUTS: usize = 6;
+
+/// The same points with a panel for each series, and in it a series for each panel.
+fn by_series(plots: &[Plot]) -> Vec<Plot> {
+    let first = plots
+        .first()
+        .into_iter()
+        .flat_map(|plot| plot.series.iter().enumerate());
+    let panel = |(i, of): (usize, &Series)| {
+        let mut panel = plots[0].clone();
+        panel.title.clone_from(&of.label);
+        let all = plots.iter().enumerate();
+        panel.series = all
+            .map(|(slot, plot)| Series {
+                label: plot.title.clone(),
+                slot: Some(slot),
+                ..plot.series[i].clone()
+            })
+            .collect();
+        panel
+    };
+    first.map(panel).collect()
+}
 
 /// The coverage for the worst coefficient of each output, along the setting with the most values. If nothing varies,
 /// the coverage for every coefficient.
@@ -84,6 +108,12 @@ pub(super) fn coverage(study: &Study) -> Option<Drawn> {
             all.filter_map(point).collect()
         },
         guides: &level("95 %", 100.0 * NOMINAL),
+        finish: &|plots| {
+            if along.is_some() && outputs.len() > CROWD.max(plots.len()) {
+                *plots = by_series(plots);
+            }
+            true
+        },
         ..Figure::new(
             &layout,
             PlotAxis::linear("intervals that hold the truth, %"),

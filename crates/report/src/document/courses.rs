@@ -70,7 +70,7 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
 pub fn course_figures(summary: &Summary) -> Files {
     let drawn = courses(summary).into_iter();
     drawn
-        .map(|drawn| (format!("{}.svg", drawn.name), drawn.picture.wide))
+        .map(|drawn| (format!("{}.svg", drawn.name), drawn.picture.wide.svg()))
         .collect()
 }
 

@@ -167,7 +167,7 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
                 section.figure(&picture, &caption);
                 let path = format!("figures/{name}{number}.svg");
                 links.push((format!("claim-{}{number}.svg", claim.id), path.clone()));
-                files.push((path, picture.wide));
+                files.push((path, picture.wide.svg()));
             }
             if claim.cells.is_empty() {
                 return;

@@ -2,7 +2,8 @@
 
 use super::extremes::{crowded, extremes};
 use crate::plot::{
-    Course, Picture, Plot, PlotAxis, Scale, Sharing, Style, multiples_of_width, small_multiples,
+    Course, Drawing, Picture, Plot, PlotAxis, Scale, Sharing, Style, multiples_of_width,
+    small_multiples,
 };
 use crate::results::{Study, axis_label, place, value_name, words};
 use asobench_study::study::file::Key;
@@ -293,7 +294,7 @@ pub(super) struct Form {
 }
 
 /// A picture that is drawn in one way.
-pub(super) fn only(wide: String) -> Picture {
+pub(super) fn only(wide: Drawing) -> Picture {
     Picture { wide, narrow: None }
 }
 
@@ -331,7 +332,7 @@ pub(super) fn sheet(
             title.clone_into(&mut plot.title);
             description.clone_into(&mut plot.description);
             let picture = match form.width {
-                Some(width) => only(plot.svg_of_width(width)),
+                Some(width) => only(plot.of_width(width)),
                 None => plot.picture(),
             };
             Some((picture, note))
@@ -342,8 +343,11 @@ pub(super) fn sheet(
             let alike = plots
                 .windows(2)
                 .all(|pair| pair[0].y.scale == pair[1].y.scale);
+            let one_range = plots
+                .windows(2)
+                .all(|pair| pair[0].x.range == pair[1].x.range);
             let sharing = Sharing {
-                x: true,
+                x: one_range,
                 y: !apart && alike,
             };
             let words = [title, description];

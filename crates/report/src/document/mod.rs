@@ -164,7 +164,7 @@ fn figure(
     section.figure(&picture, &caption);
     let path = format!("figures/{}-{name}.svg", study.name);
     links.push((format!("{name}.svg"), path.clone()));
-    files.push((path, picture.wide));
+    files.push((path, picture.wide.svg()));
 }
 
 /// A longer table is hidden until a click.

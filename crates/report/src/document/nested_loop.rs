@@ -4,7 +4,7 @@
 use super::figure::{Drawn, Figure, is_shown, left_out, quantile_note, series_of, subject, y_axis};
 use super::layout::{Form, Layout, x_of};
 use super::lead::lead_outputs;
-use crate::plot::{Plot, PlotAxis, Point, Series, Style};
+use crate::plot::{NARROW, Plot, PlotAxis, Point, Series, Style, widest_note};
 use crate::results::{Study, value_name};
 use asobench_study::study::file::Key;
 use asobench_study::study::{CellSummary, Measure};
@@ -14,6 +14,8 @@ use std::collections::HashMap;
 const MOST_CELLS: usize = 400;
 /// Values of a setting that its name lists.
 const VALUES: usize = 5;
+/// The share of a picture's width that the axis of cells has at least.
+const AXES: f64 = 0.55;
 /// The place in the palette of the lines of settings.
 const SETTING_SLOT: usize = 6;
 
@@ -66,9 +68,9 @@ pub(super) fn nested_loop(
         "the {} cells, in nested loops over their settings",
         order.len()
     ));
-    let below = settings(study, &keys, &order, x.clone());
+    let below = settings(study, &keys, &order, x.clone(), width);
     let what = "Medians in every cell as steps; where several are equal, those behind are wider. Below are the settings of the cells: from the outermost loop at the top to \
-                the innermost, the smallest value of each at the bottom of its row.";
+                the innermost, the smallest value of each at the bottom of its row; values stand on their steps where there is room.";
     Figure {
         name: "nested-loop",
         title: &format!("median {} in every cell", subject(measure)),
@@ -107,22 +109,40 @@ pub(super) fn nested_loop(
     .draw(study)
 }
 
-/// A row for each setting: a line whose height is the place of the cell's value among the values.
-fn settings(study: &Study, keys: &[Key], order: &[&CellSummary], x: PlotAxis) -> Plot {
-    let name = |key: &Key| {
-        let values: Vec<String> = study
-            .values(*key)
-            .iter()
-            .map(|of| value_name(*key, of))
-            .collect();
+/// A row for each setting: a line whose height is the place of the cell's value among the values. The values of a row
+/// stand on their steps if they fit there, otherwise beside its name.
+fn settings(
+    study: &Study,
+    keys: &[Key],
+    order: &[&CellSummary],
+    x: PlotAxis,
+    width: Option<f64>,
+) -> Plot {
+    let values_of = |key: Key| -> Vec<String> {
+        let values = study.values(key).iter();
+        values.map(|of| value_name(key, of)).collect()
+    };
+    let mut steps = 1;
+    let mut named = Vec::new();
+    for key in keys {
+        let values = values_of(*key);
+        steps *= values.len();
+        named.push(steps as f64 * widest_note(&values) < AXES * width.unwrap_or(NARROW));
+    }
+    let name = |(key, named): (&Key, &bool)| {
+        if *named {
+            return key.title().to_owned();
+        }
+        let values = values_of(*key);
         let listed = match values.as_slice() {
             [first, .., last] if values.len() > VALUES => format!("{first} ... {last}"),
             _ => values.join(", "),
         };
         format!("{}: {listed}", key.title())
     };
-    let names: Vec<String> = keys.iter().map(name).collect();
+    let names: Vec<String> = keys.iter().zip(&named).map(name).collect();
     let mut points = Vec::new();
+    let (mut middles, mut notes) = (Vec::new(), Vec::new());
     for (row, key) in keys.iter().enumerate() {
         let last = study.values(*key).len().saturating_sub(1).max(1) as f64;
         let value = |i: usize| order.get(i).map(|cell| study.place(cell, *key));
@@ -135,9 +155,16 @@ fn settings(study: &Study, keys: &[Key], order: &[&CellSummary], x: PlotAxis) ->
             let y = row as f64 + 0.32 - 0.64 * height;
             points.extend([from, to].map(|end| Point::new(end as f64 + 0.5, y)));
             points.push(Point::new(f64::NAN, f64::NAN));
+            if let (true, Some(value)) = (named[row], value(from)) {
+                middles.push(Point::new(f64::midpoint(from as f64, to as f64) + 0.5, y));
+                notes.extend(values_of(*key).get(value).cloned());
+            }
             from = to;
         }
     }
     let lines = Series::new("", Style::Region, points).slot(SETTING_SLOT);
-    Plot::new("", x, PlotAxis::categories("", &names)).series(lines)
+    let mut on_steps = Series::new("", Style::Notes, middles);
+    on_steps.notes = notes;
+    let plot = Plot::new("", x, PlotAxis::categories("", &names));
+    plot.series(lines).series(on_steps)
 }

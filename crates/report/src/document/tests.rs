@@ -162,7 +162,7 @@ fn a_band_that_is_open_at_the_top_says_why() {
         "{}",
         open.caption
     );
-    let svg = open.picture.wide;
+    let svg = open.picture.wide.svg();
     assert!(
         !svg.contains("NaN") && !svg.contains("inf") && !svg.contains("e305"),
         "{svg}"

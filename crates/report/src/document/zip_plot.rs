@@ -58,6 +58,7 @@ pub(super) fn zip_plot(study: &Study, wanted: &Zipped<'_>) -> Result<Drawn, Stri
             plots.push(panel(label, coefficient, &pairs));
         }
     }
+    let own = own_ranges(&mut plots);
     let at = match place(cell, &study.varying()).as_str() {
         "" => String::new(),
         place => format!(" at {place}"),
@@ -75,7 +76,7 @@ pub(super) fn zip_plot(study: &Study, wanted: &Zipped<'_>) -> Result<Drawn, Stri
         "Each line is the 95 % interval of {coefficient} in one trial{at}, less the true value. They are sorted by the \
          distance of the estimate from the truth in its standard errors, the farthest at the top. Intervals that miss the \
          truth lie above the line at 95 % if there are as many of them as there should be. Above each panel stands the \
-         share that holds it; its 95 % interval is shaded."
+         share that holds it; its 95 % interval is shaded.{own}"
     );
     let (picture, note) = sheet(&title, &what, plots, wanted.form)
         .ok_or_else(|| format!("no output has intervals of {coefficient}{at}"))?;
@@ -119,6 +120,40 @@ fn rows_of(study: &Study, cell: &CellSummary) -> CellRows {
         first: cells.take_while(|of| of.cell < cell.cell).map(rows).sum(),
         count: rows(cell),
     }
+}
+
+/// The largest ratio of the widths of panels that have one axis.
+const WIDER: f64 = 3.0;
+
+/// Gives each panel its own range of x where one range would make the intervals of some too short to be seen; says so.
+fn own_ranges(plots: &mut [Plot]) -> &'static str {
+    let range = |plot: &Plot| {
+        let points = plot.series.iter().flat_map(|series| &series.points);
+        let ends = points.flat_map(|point| [point.low, point.high]);
+        ends.filter(|end| end.is_finite())
+            .fold((0.0_f64, 0.0_f64), |(low, high), end| {
+                (low.min(end), high.max(end))
+            })
+    };
+    let ranges: Vec<(f64, f64)> = plots.iter().map(range).collect();
+    let widths = || {
+        ranges
+            .iter()
+            .map(|(low, high)| high - low)
+            .filter(|width| *width > 0.0)
+    };
+    let (least, most) = (
+        widths().fold(f64::INFINITY, f64::min),
+        widths().fold(0.0, f64::max),
+    );
+    if most <= WIDER * least {
+        return "";
+    }
+    for (plot, (low, high)) in plots.iter_mut().zip(ranges) {
+        let room = 0.03 * (high - low);
+        plot.x.range = Some((low - room, high + room));
+    }
+    " Each panel has its own range of x, since some intervals are more than three times as wide as others."
 }
 
 /// The intervals of an output, with its coverage in the title.

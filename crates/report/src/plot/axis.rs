@@ -151,7 +151,8 @@ impl Span {
         self.ends.1 - self.ends.0
     }
 
-    fn share(&self, value: f64) -> f64 {
+    /// Where a value lies, as a share of the axis.
+    pub(super) fn share(&self, value: f64) -> f64 {
         let place = self.coordinate(value).unwrap_or(self.ends.0);
         (place - self.ends.0) / self.length()
     }

@@ -1,7 +1,8 @@
 //! Draws one plot: plotters' chart and mesh, with series and reference lines.
 
 use super::axis::Span;
-use super::backend::{Canvas, Drawn, FAINT, GRID, NOTE, Svg, TEXT, TICK, plain, px};
+use super::backend::{Canvas, Drawn, Marks, NOTE, TICK, plain, px};
+use super::inks::{FAINT, GRID, TEXT};
 use super::legend::{Legend, Look};
 use super::metrics;
 use super::thin::{envelope, thin};
@@ -20,7 +21,7 @@ const SHADE: usize = 2;
 pub(super) struct Chart<'a> {
     plot: &'a Plot,
     canvas: &'a Canvas,
-    context: ChartContext<'static, Svg, Cartesian2d<Span, Span>>,
+    context: ChartContext<'static, Marks, Cartesian2d<Span, Span>>,
     x: Span,
     y: Span,
     /// Left, top, right, bottom.
@@ -220,8 +221,8 @@ impl<'a> Chart<'a> {
     /// A note on what is not visible.
     pub(super) fn note(&self) -> String {
         let series = self.plot.series.iter();
-        let series = series.filter(|series| series.style != Style::Region);
-        if self.plot.series.iter().all(|of| of.style == Style::Region) {
+        let series = series.filter(|series| !matches!(series.style, Style::Region | Style::Notes));
+        if series.clone().next().is_none() && !self.plot.series.is_empty() {
             return String::new();
         }
         // A step has two points.
@@ -304,6 +305,7 @@ impl Pen<'_> {
             Style::Steps => self.steps(points),
             Style::Band => self.band(points).and_then(|()| self.polyline(points, 20)),
             Style::Region => self.regions(points),
+            Style::Notes => Ok(()),
             Style::ErrorBars | Style::Marks => self.error_bars(series),
             Style::Spans => points.iter().try_for_each(|point| self.span(point)),
             Style::Boxes => points.iter().try_for_each(|point| self.quartiles(point)),

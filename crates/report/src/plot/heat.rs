@@ -5,7 +5,7 @@ use super::axis::{Span, WIDEST_NAME};
 use super::backend::{Canvas, Drawn, LABEL, TICK, TITLE, WIDTH, bold, finish, plain, px};
 use super::legend::{EDGE, Look};
 use super::metrics::{LINE, widest, wrap};
-use super::{PlotAxis, Scale};
+use super::{Drawing, PlotAxis, Scale};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -37,8 +37,8 @@ pub struct Heat {
 }
 
 impl Heat {
-    /// The grid as an SVG document, wider than usual if its columns need it.
-    pub fn svg(&self) -> String {
+    /// The grid as a picture, wider than usual if its columns need it.
+    pub fn drawing(&self) -> Drawing {
         finish(self.draw())
     }
 
@@ -46,7 +46,7 @@ impl Heat {
         self.cells.iter().flatten().flatten()
     }
 
-    fn draw(&self) -> Drawn<String> {
+    fn draw(&self) -> Drawn<Drawing> {
         let canvas = Canvas::new(WIDTH);
         let title = wrap(&self.title, 1.1 * TITLE, WIDTH - 2.0 * EDGE);
         let mut top = 24.0 + canvas.text(&title, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;

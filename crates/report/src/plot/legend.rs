@@ -1,6 +1,7 @@
 //! The legend above the plots, and the look of each series. (plotters' own legend is a box that covers data.)
 
-use super::backend::{COLOURS, Canvas, Drawn, LABEL, PAPER, at, plain, reference_ink, series_ink};
+use super::backend::{Canvas, Drawn, LABEL, at, plain};
+use super::inks::{COLOURS, PAPER, reference_ink, series_ink};
 use super::metrics::{widest, wrap};
 use super::{Plot, Style};
 use plotters::prelude::*;
@@ -76,6 +77,7 @@ impl Look {
                     _ => canvas.line([(left, y), (right, y)], line),
                 }
             }
+            Style::Notes => Ok(()),
             Style::Spans => {
                 let style = self.ink().stroke_width(30);
                 canvas.line([(x - 200, y), (x + 200, y)], style)
@@ -139,8 +141,21 @@ impl<'a> Legend<'a> {
         reference_ink(known.unwrap_or(0)).stroke_width(16)
     }
 
-    /// Draws the legend in rows below `top`; returns its lower end.
-    pub(super) fn draw(&self, canvas: &Canvas, top: f64) -> Drawn<f64> {
+    /// The style of what leads from the end of a line to its name.
+    pub(super) fn lead(&self, label: &str) -> ShapeStyle {
+        if self.references.contains(&label) {
+            return self.reference(label);
+        }
+        self.look(label).ink().stroke_width(10)
+    }
+
+    /// Draws the legend in rows below `top`, without the names that stand elsewhere; returns its lower end.
+    pub(super) fn draw(
+        &self,
+        canvas: &Canvas,
+        top: f64,
+        elsewhere: impl Fn(&str) -> bool,
+    ) -> Drawn<f64> {
         const SAMPLE: f64 = 40.0;
         const TEXT: f64 = SAMPLE + 8.0;
         let series = self
@@ -151,7 +166,7 @@ impl<'a> Legend<'a> {
         let (mut x, mut y, mut end) = (EDGE, top, top);
         for (label, look) in series
             .chain(references)
-            .filter(|(label, _)| !label.is_empty())
+            .filter(|(label, _)| !label.is_empty() && !elsewhere(label))
         {
             let lines = wrap(label, LABEL, canvas.width - 2.0 * EDGE - TEXT);
             let width = TEXT + widest(lines.iter().map(String::as_str), LABEL);

@@ -1,6 +1,8 @@
 //! Widths of text without a font: for each character the larger of the widths in Helvetica and DejaVu Sans, so that no
 //! text overlaps.
 
+use super::backend::NOTE;
+
 /// Distance between two lines of text in units of the font size.
 pub(super) const LINE: f64 = 1.28;
 
@@ -24,6 +26,11 @@ pub(super) fn widest<'a>(texts: impl IntoIterator<Item = &'a str>, size: f64) ->
         .into_iter()
         .map(|text| width(text, size))
         .fold(0.0, f64::max)
+}
+
+/// The largest width of notes beside points, with a space.
+pub fn widest_note(texts: &[String]) -> f64 {
+    widest(texts.iter().map(String::as_str), NOTE) + NOTE
 }
 
 /// Width of one character in units of the font size.

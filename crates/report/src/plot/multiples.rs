@@ -3,9 +3,10 @@
 use super::axis::{self, Span};
 use super::backend::{Canvas, Drawn, LABEL, NARROW, TICK, TITLE, WIDTH, bold, finish, plain};
 use super::chart::{Chart, values};
+use super::ends::Ends;
 use super::legend::{EDGE, Legend};
 use super::metrics::{LINE, wrap};
-use super::{Plot, Style};
+use super::{Drawing, Plot, Style};
 use plotters::style::text_anchor::HPos;
 
 /// The axes that all panels share.
@@ -17,7 +18,7 @@ pub struct Sharing {
     pub y: bool,
 }
 
-/// Draws several plots in a grid of `columns` columns with one legend, as an SVG document. A shared axis has the label
+/// Draws several plots in a grid of `columns` columns with one legend, for a page and for a narrow screen. A shared axis has the label
 /// of the first plot, and should have the same scale in all.
 pub fn small_multiples(
     title: &str,
@@ -33,7 +34,7 @@ pub fn small_multiples(
     }
 }
 
-/// The same as an SVG document of a given width in its own units. Fewer columns are drawn where panels would be
+/// The same as a picture of a given width in its own units. Fewer columns are drawn where panels would be
 /// narrower than `LEAST`.
 pub fn multiples_of_width(
     [title, description]: [&str; 2],
@@ -41,42 +42,53 @@ pub fn multiples_of_width(
     columns: usize,
     sharing: Sharing,
     width: f64,
-) -> String {
+) -> Drawing {
     let fit = (width / LEAST).max(1.0) as usize;
-    let mut columns = columns.clamp(1, panels.len().max(1)).min(fit);
-    let mut sheet = Sheet::new(panels, columns, sharing, true, width);
-    // Beside long names there may be no room for another column.
-    while columns > 1 && sheet.width < LEAST_AXIS {
-        columns -= 1;
-        sheet = Sheet::new(panels, columns, sharing, true, width);
-    }
-    finish(sheet.draw(title, description))
+    let columns = columns.clamp(1, panels.len().max(1)).min(fit);
+    let form = Form {
+        columns,
+        sharing,
+        titled: true,
+        whole: width,
+    };
+    finish(Sheet::fitting(panels, form).draw(title, description))
 }
 
 /// Least width of a panel with its axis.
 const LEAST: f64 = 210.0;
 /// Least length of an x axis beside another panel.
 const LEAST_AXIS: f64 = 110.0;
+/// Least length of an x axis beside names of lines.
+const LEAST_NAMED: f64 = 200.0;
 
-/// A figure as SVG documents: for a page, and where it can be drawn so, for a narrow screen.
-#[derive(Clone, Debug)]
+/// A figure: for a page, and where it can be drawn so, for a narrow screen.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// For a page, and as a file.
-    pub wide: String,
+    pub wide: Drawing,
     /// The same figure with letters of the same size on less than half of the width.
-    pub narrow: Option<String>,
+    pub narrow: Option<Drawing>,
 }
 
 /// Space to the right of the axes, for half of the last label.
 const RIGHT: f64 = 24.0;
 
-struct Sheet<'a> {
-    panels: &'a [Plot],
+/// The form of a sheet.
+#[derive(Clone, Copy)]
+struct Form {
     columns: usize,
     sharing: Sharing,
+    /// Whether panels have titles.
     titled: bool,
     /// Width of the whole figure.
     whole: f64,
+}
+
+struct Sheet<'a> {
+    panels: &'a [Plot],
+    form: Form,
+    /// The names at the ends of lines; all names are in the legend if there are none.
+    ends: Option<Ends<'a>>,
     /// The axes of every panel.
     spans: Vec<[Span; 2]>,
     /// Left margins of the columns.
@@ -87,7 +99,44 @@ struct Sheet<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    fn new(panels: &'a [Plot], columns: usize, sharing: Sharing, titled: bool, whole: f64) -> Self {
+    /// The sheet with names at the ends of lines where they fit, and with fewer columns where panels would be too
+    /// narrow.
+    fn fitting(panels: &'a [Plot], mut form: Form) -> Self {
+        let mut sheet = Self::new(panels, form, None);
+        // Beside long names there may be no room for another column.
+        while form.columns > 1 && sheet.width < LEAST_AXIS {
+            form.columns -= 1;
+            sheet = Self::new(panels, form, None);
+        }
+        let last: Vec<_> = sheet
+            .last()
+            .map(|i| (&panels[i], &sheet.spans[i]))
+            .collect();
+        let ends = Ends::new(panels, &last, form.whole);
+        let Some(ends) =
+            ends.filter(|ends| sheet.width - ends.room / form.columns as f64 >= LEAST_NAMED)
+        else {
+            return sheet;
+        };
+        let named = Self::new(panels, form, Some(ends.clone()));
+        let fit = |i: usize| ends.fit(&panels[i], &named.spans[i], named.height);
+        if named.last().all(fit) { named } else { sheet }
+    }
+
+    /// The last panel of each row.
+    fn last(&self) -> impl Iterator<Item = usize> {
+        let (count, columns) = (self.panels.len(), self.form.columns);
+        (0..count.div_ceil(columns)).map(move |row| ((row + 1) * columns).min(count) - 1)
+    }
+
+    fn new(panels: &'a [Plot], form: Form, ends: Option<Ends<'a>>) -> Self {
+        let Form {
+            columns,
+            sharing,
+            whole,
+            ..
+        } = form;
+        let room = ends.as_ref().map_or(0.0, |ends| ends.room);
         let wanted = ranges(panels, sharing);
         let names = panels.iter().map(|plot| Span::least_height(&plot.y));
         let usual = match (panels.len(), columns) {
@@ -132,7 +181,8 @@ impl<'a> Sheet<'a> {
                 f64::max(EDGE + room, overhangs[column])
             };
             margins = (0..columns).map(margin).collect();
-            width = (whole - margins.iter().sum::<f64>()) / columns as f64 - RIGHT;
+            let axes = whole - room - margins.iter().sum::<f64>();
+            width = axes / columns as f64 - RIGHT;
             x = pairs()
                 .map(|(plot, range)| Span::x(&plot.x, range[0], width))
                 .collect::<Vec<Span>>();
@@ -145,10 +195,8 @@ impl<'a> Sheet<'a> {
         let spans = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
         Self {
             panels,
-            columns,
-            sharing,
-            titled,
-            whole,
+            form,
+            ends,
             spans,
             margins,
             width,
@@ -156,21 +204,22 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    fn draw(&self, title: &str, description: &str) -> Drawn<String> {
-        let canvas = Canvas::new(self.whole);
+    fn draw(&self, title: &str, description: &str) -> Drawn<Drawing> {
+        let canvas = Canvas::new(self.form.whole);
         let legend = Legend::new(self.panels);
-        let lines = wrap(title, 1.1 * TITLE, self.whole - 2.0 * EDGE);
+        let lines = wrap(title, 1.1 * TITLE, self.form.whole - 2.0 * EDGE);
         let mut y = 20.0 + canvas.text(&lines, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;
-        y = 8.0 + legend.draw(&canvas, y)?;
-        for row in 0..self.panels.len().div_ceil(self.columns) {
-            y = self.draw_row(&canvas, &legend, row * self.columns, y)?;
+        let is_named = |name: &str| self.ends.as_ref().is_some_and(|ends| ends.has(name));
+        y = 8.0 + legend.draw(&canvas, y, is_named)?;
+        for row in 0..self.panels.len().div_ceil(self.form.columns) {
+            y = self.draw_row(&canvas, &legend, row * self.form.columns, y)?;
         }
-        Ok(canvas.document(self.whole, y + 6.0, [title, description]))
+        Ok(canvas.document(self.form.whole, y + 6.0, [title, description]))
     }
 
     /// Draws the row that begins with panel `first` below `top`; returns its lower end.
     fn draw_row(&self, canvas: &Canvas, legend: &Legend<'_>, first: usize, top: f64) -> Drawn<f64> {
-        let panels = first..self.panels.len().min(first + self.columns);
+        let panels = first..self.panels.len().min(first + self.form.columns);
         let heads: Vec<[Vec<String>; 2]> = panels.clone().map(|i| self.head(i)).collect();
         let most = |part: usize| heads.iter().map(|head| head[part].len()).max().unwrap_or(0);
         let labels_top = top + LINE * LABEL * most(0) as f64;
@@ -183,6 +232,13 @@ impl<'a> Sheet<'a> {
             canvas.text(label, &plain(LABEL), HPos::Left, place)?;
             let area = [left, axes_top, left + self.width, axes_top + self.height];
             end = self.draw_panel(canvas, legend, i, area)?.max(end);
+            if let Some(ends) = self
+                .ends
+                .as_ref()
+                .filter(|_| self.last().any(|last| last == i))
+            {
+                ends.draw(canvas, legend, (&self.panels[i], &self.spans[i]), area)?;
+            }
             start = left + self.width + RIGHT;
         }
         Ok(end + 12.0)
@@ -191,17 +247,20 @@ impl<'a> Sheet<'a> {
     /// The lines of a panel's title and of its y label.
     fn head(&self, i: usize) -> [Vec<String>; 2] {
         let (plot, shown) = (&self.panels[i], self.labelled(i)[1]);
-        let room = self.width + self.margins[i % self.columns] - EDGE;
-        let title = if self.titled { &plot.title } else { "" };
+        let room = self.width + self.margins[i % self.form.columns] - EDGE;
+        let title = if self.form.titled { &plot.title } else { "" };
         let label = if shown { &plot.y.label } else { "" };
         [wrap(title, 1.1 * LABEL, room), wrap(label, LABEL, room)]
     }
 
     /// Which axes of a panel are labelled.
     fn labelled(&self, i: usize) -> [bool; 2] {
-        let lowest = i + self.columns >= self.panels.len();
-        let first = i.is_multiple_of(self.columns);
-        [!self.sharing.x || lowest, !self.sharing.y || first]
+        let lowest = i + self.form.columns >= self.panels.len();
+        let first = i.is_multiple_of(self.form.columns);
+        [
+            !self.form.sharing.x || lowest,
+            !self.form.sharing.y || first,
+        ]
     }
 
     /// Draws one panel; returns its lower end.
@@ -261,7 +320,9 @@ fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
 /// Space beside the values of x: none for lines, some for markers, more for boxes.
 fn room_of_x(plot: &Plot) -> f64 {
     let rooms = plot.series.iter().map(|series| match series.style {
-        Style::Line | Style::Steps | Style::Band | Style::Region | Style::Spans => 0.0,
+        Style::Line | Style::Steps | Style::Band | Style::Region | Style::Notes | Style::Spans => {
+            0.0
+        }
         Style::ErrorBars | Style::Marks => 0.06,
         Style::Boxes => 0.12,
     });
@@ -269,28 +330,28 @@ fn room_of_x(plot: &Plot) -> f64 {
 }
 
 impl Plot {
-    /// The plot as an SVG document of a given width in its own units, of which a letter of its labels has 15.
-    pub fn svg_of_width(&self, width: f64) -> String {
-        let sheet = Sheet::new(
-            std::slice::from_ref(self),
-            1,
-            Sharing::default(),
-            false,
-            width,
-        );
+    /// The plot as a picture of a given width in its own units, of which a letter of its labels has 15.
+    pub fn of_width(&self, width: f64) -> Drawing {
+        let form = Form {
+            columns: 1,
+            sharing: Sharing::default(),
+            titled: false,
+            whole: width,
+        };
+        let sheet = Sheet::fitting(std::slice::from_ref(self), form);
         finish(sheet.draw(&self.title, &self.description))
     }
 
     /// The plot as an SVG document.
     pub fn svg(&self) -> String {
-        self.svg_of_width(WIDTH)
+        self.of_width(WIDTH).svg()
     }
 
     /// The plot for a page and for a narrow screen.
     pub fn picture(&self) -> Picture {
         Picture {
-            wide: self.svg(),
-            narrow: Some(self.svg_of_width(NARROW)),
+            wide: self.of_width(WIDTH),
+            narrow: Some(self.of_width(NARROW)),
         }
     }
 }

@@ -115,6 +115,8 @@ pub enum Style {
     /// The area that the points enclose, or a line if there are two points; gaps separate areas. The points are not
     /// values, so those outside the axes are not reported.
     Region,
+    /// Nothing but the notes of the points.
+    Notes,
     /// Markers with bars, joined by a thin line unless an axis has categories. Bars of several series at one place are
     /// drawn side by side.
     ErrorBars,

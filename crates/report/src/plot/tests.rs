@@ -100,7 +100,9 @@ fn degenerate_series_of_every_style_are_well_formed_and_say_so() {
             assert!(!svg.contains("No defined value."));
         }
     }
-    let empty = small_multiples("t", "", &[], 3, Sharing::default()).wide;
+    let empty = small_multiples("t", "", &[], 3, Sharing::default())
+        .wide
+        .svg();
     assert_eq!(count(&empty, "title"), 1);
 }
 
@@ -120,28 +122,30 @@ fn crowded() -> Vec<String> {
     let all = axes
         .iter()
         .flat_map(|axes| levels.map(|level| (axes, level)));
-    let figures = all.flat_map(|((x, y), (least, factor))| {
+    let all =
+        all.flat_map(|all| [Style::Boxes, Style::Line, Style::ErrorBars].map(|style| (all, style)));
+    let figures = all.flat_map(|(((x, y), (least, factor)), style)| {
         let value = |i: usize| least * f64::powi(factor, i as i32);
         let points = (0..14).map(|i| match &y.scale {
             Scale::Categories(_) => Point::new(value(i), i as f64),
             _ => Point::quantiles(i as f64, quantiles(value(i))),
         });
         let points: Vec<Point> = points.collect();
-        let series = |name| Series::new(name, Style::Boxes, points.clone());
+        let series = |name| Series::new(name, style, points.clone());
         let mut plot = Plot::new(names.concat(), x.clone(), y.clone());
         plot.series = names[..8].iter().map(series).collect();
         let panels = vec![plot.clone(); 5];
         let panels = |sharing| small_multiples(long, "", &panels, 3, sharing);
         let shared = Sharing { x: true, y: true };
         let pictures = [plot.picture(), panels(Sharing::default()), panels(shared)];
-        pictures.map(|of| [of.wide, of.narrow.expect("it is drawn")])
+        pictures.map(|of| [of.wide.svg(), of.narrow.expect("it is drawn").svg()])
     });
     figures.flatten().collect()
 }
 
 #[test]
 fn no_texts_overlap_or_leave_the_figure() {
-    for svg in crowded().into_iter().chain([grid().svg()]) {
+    for svg in crowded().into_iter().chain([grid().drawing().svg()]) {
         let (right, bottom) = (number(&svg, "width"), number(&svg, "height"));
         let texts = texts(&svg);
         assert!(texts.len() > 8);
@@ -162,7 +166,7 @@ fn no_texts_overlap_or_leave_the_figure() {
 #[test]
 fn on_a_narrow_screen_letters_are_as_large() {
     for picture in [bands().picture(), panels_of(1), panels_of(3), panels_of(12)] {
-        let narrow = picture.narrow.expect("it is drawn");
+        let narrow = picture.narrow.expect("it is drawn").svg();
         let scale = 376.0 / number(&narrow, "width");
         let sizes = narrow.split("font-size=\"").skip(1);
         let sizes = sizes.filter_map(|part| part.split('"').next()?.parse().ok());
@@ -227,6 +231,68 @@ fn notes_hide_nothing() {
     }
 }
 
+/// Lines are named at their ends where that fits: then no name is in a legend, and each stands to the right of the axes,
+/// in the order of the ends.
+#[test]
+fn lines_are_named_at_their_ends() {
+    let plot = |names: &[&str], end: f64| {
+        let mut plot = Plot::new(
+            "t",
+            PlotAxis::linear("x"),
+            PlotAxis::linear("y").range(0.0, 10.0),
+        );
+        let lines = (1..).zip(names).map(|(i, name)| {
+            let points = vec![Point::new(0.0, 0.0), Point::new(end, f64::from(i))];
+            Series::new(*name, Style::Line, points)
+        });
+        plot.series = lines.collect();
+        plot.x.range = Some((0.0, 10.0));
+        plot
+    };
+    let place = |svg: &str, name: &str| {
+        let all = texts(svg);
+        let found = all.iter().filter(|(_, text)| *text == name);
+        let [(place, _)] = found.collect::<Vec<_>>()[..] else {
+            panic!("one {name}")
+        };
+        *place
+    };
+    let names = ["low", "middle", "high"];
+    let ended = plot(&names, 10.0).svg();
+    let places = names.map(|name| place(&ended, name));
+    assert!(places.iter().all(|at| at[0] > 800.0), "{places:?}");
+    assert!(
+        places.windows(2).all(|pair| pair[0][1] > pair[1][3]),
+        "{places:?}"
+    );
+    // Lines that end early, and long names, are in the legend above the axes.
+    let early = plot(&names, 5.0).svg();
+    let long = [
+        "a name of more than two lines of text at this width of the picture",
+        "b",
+    ];
+    let long = plot(&long, 10.0).svg();
+    for (svg, name) in [(&early, "low"), (&early, "high"), (&long, "b")] {
+        assert!(place(svg, name)[3] < 80.0, "{name}");
+    }
+    // Of a line that another panel has alone the legend tells.
+    let panels = [
+        plot(&["low", "other", "high"], 10.0),
+        plot(&["low", "high"], 10.0),
+    ];
+    let pair = small_multiples("t", "", &panels, 2, Sharing::default())
+        .wide
+        .svg();
+    assert!(place(&pair, "other")[3] < 80.0 && place(&pair, "low")[0] > 780.0);
+    // Thirty do not fit under each other.
+    let many: Vec<String> = (0..30).map(|i| format!("line{i}")).collect();
+    let many: Vec<&str> = many.iter().map(String::as_str).collect();
+    let mut crowd = plot(&many, 10.0);
+    crowd.y.range = None;
+    let crowd = crowd.svg();
+    assert!(place(&crowd, "line0")[0] < 100.0);
+}
+
 /// A line that is alone in its panel has no dashes; beside another it has them.
 #[test]
 fn a_lone_line_is_solid() {
@@ -274,8 +340,10 @@ fn figures_have_no_id_and_escape_every_text() {
         cells: vec![vec![Some(cell)]],
     };
     let panels = [plot.clone(), plot.clone(), plot.clone()];
-    let sheet = small_multiples(hostile, hostile, &panels, 2, sharing).wide;
-    for svg in [plot.svg(), sheet, heat.svg()] {
+    let sheet = small_multiples(hostile, hostile, &panels, 2, sharing)
+        .wide
+        .svg();
+    for svg in [plot.svg(), sheet, heat.drawing().svg()] {
         assert!(count(&svg, "text") > 4);
         assert!(!svg.contains(" id=") && !svg.contains("<b>"));
         assert!(svg.contains("&lt;b&gt;"));
@@ -400,7 +468,7 @@ fn grid() -> Heat {
 
 #[test]
 fn shades_of_a_grid_follow_the_values() {
-    let svg = grid().svg();
+    let svg = grid().drawing().svg();
     let parts = svg.split("fill-opacity=\"").skip(1);
     let shades: Vec<&str> = parts.map(|part| part.split('"').next().unwrap()).collect();
     assert_eq!(shades, ["0.04", "0.295", "0.55"]);
@@ -425,7 +493,9 @@ fn equal_units_keep_a_square_a_square() {
             .series(Series::new("", Style::Line, vec![Point::new(0.5, 0.5)]));
         plot.equal_units = true;
         let panels = [plot.clone(), plot.clone()];
-        let pair = small_multiples("t", "", &panels, 2, Sharing::default()).wide;
+        let pair = small_multiples("t", "", &panels, 2, Sharing::default())
+            .wide
+            .svg();
         for svg in [plot.svg(), pair] {
             let places = course_of(&svg, "fill-opacity=\"0.16\"");
             let next = places[2..].iter().chain(&places[..2]);

@@ -38,7 +38,7 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
     page.section("all", "All scenarios", |section| {
         for (i, (name, picture, caption)) in pictures::distributions(of).into_iter().enumerate() {
             section.figure(&picture, &caption);
-            files.push((format!("figures/suite-{name}.svg"), picture.wide));
+            files.push((format!("figures/suite-{name}.svg"), picture.wide.svg()));
             if i == 0 {
                 section.table(&scores);
             }

@@ -234,7 +234,7 @@ fn figures() -> Vec<(&'static str, Picture, &'static str)> {
         (
             "grid",
             Picture {
-                wide: grid().svg(),
+                wide: grid().drawing(),
                 narrow: None,
             },
             "Digits in parentheses are standard errors.",
@@ -383,6 +383,6 @@ fn a_page_of_everything_is_well_formed_and_always_the_same() {
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("demo.html"), html).unwrap();
     for (name, svg, _) in figures() {
-        std::fs::write(folder.join(name).with_extension("svg"), svg.wide).unwrap();
+        std::fs::write(folder.join(name).with_extension("svg"), svg.wide.svg()).unwrap();
     }
 }

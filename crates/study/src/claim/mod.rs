@@ -29,6 +29,7 @@ pub use condition::condition;
 pub use decision_rule::Verdict;
 pub use judge::{decides, judge, judge_at};
 pub use judged::{Judged, JudgedCell, JudgedNumber, JudgedTest, Standing};
+pub use moment::FEWEST_FOR_MOMENTS;
 pub use needed::Needed;
 pub use scale::Scale;
 pub use standing::tested;

@@ -21,7 +21,7 @@ use asobench_identification::metric::{DOMINANT_SHARE, Estimate, Statistics};
 
 /// Fewest trials from which an upper bound on a moment is given. One in a hundred trials may be an outlier: with fewer
 /// trials, studies with less than five of them, which say little of their size, are more frequent than 2.5 %.
-pub(crate) const FEWEST_FOR_MOMENTS: u64 = 1000;
+pub const FEWEST_FOR_MOMENTS: u64 = 1000;
 
 /// The least tail index, over the power that is summed, with which the sum is taken to have a mean that trials show.
 const TAIL_MARGIN: f64 = 1.25;

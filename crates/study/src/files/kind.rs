@@ -53,7 +53,7 @@ pub enum Kind {
     Times,
     /// The results of a method in the reference suite.
     Suite,
-    /// An SVG figure.
+    /// A figure as SVG or PDF.
     Figure,
     /// `report.html`.
     Page,
@@ -207,6 +207,7 @@ impl Kind {
             Self::Parquet => head.starts_with(b"PAR1") && has_own_columns(file)?,
             Self::Figure => {
                 text.starts_with(PLOTTERS)
+                    || text.starts_with("%PDF-") && text.contains("/Creator (asobench)")
                     || text.starts_with("<svg ") && text.contains(" class=\"asoplot\" ")
             }
             Self::Page => {

@@ -4,6 +4,7 @@ use super::arguments::Arguments;
 use super::case::{Case, noise_filter};
 use super::methods::{Chosen, Methods};
 use super::places::Places;
+use crate::claim::FEWEST_FOR_MOMENTS;
 use crate::cli::estimate::words::chance;
 use crate::signal::arithmetic::variance;
 use crate::text::{beginning, number, rounded, visible};
@@ -146,7 +147,7 @@ fn write(
     )?;
     writeln!(
         text,
-        "seed = 1\ntrials = 800\nmeasures = [\"e_a\", \"e_b\", \"e_g\", \"fit_fresh\"]\ncoverage = true"
+        "seed = 1\n# The fewest for claims of bias.\ntrials = {FEWEST_FOR_MOMENTS}\nmeasures = [\"e_a\", \"e_b\", \"e_g\", \"fit_fresh\"]\ncoverage = true"
     )?;
     write_settings(text, case, places)?;
     write_tables(text, case, places)?;

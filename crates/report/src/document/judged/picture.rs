@@ -246,10 +246,8 @@ impl<'a> Picture<'a> {
     }
 
     fn draw(&self, study: &Study) -> Option<Drawn> {
-        let title = format!(
-            "{} {}: {} must be {}",
-            self.claim.id, self.claim.verdict, self.what, self.test.must
-        );
+        // What must be what stands once: on the axis, and beside the limit.
+        let title = format!("{} {}", self.claim.id, self.claim.verdict);
         let (plots, how) = if self.marks.len() <= ROWS {
             (vec![self.rows()], "Every cell".to_owned())
         } else if let Some(found) = self.panels(study) {

@@ -91,13 +91,34 @@ impl ExperimentFile {
             }
             stays
         });
+        let mut of_others = Vec::new();
         self.claims.retain(|claim| {
-            let stays = !names_of(claim).any(|name| is_gone(&name));
-            if !stays {
-                left_out.push(format!("claim {}", claim.id));
+            let named: Vec<String> = names_of(claim).collect();
+            let gone: Vec<&str> = named
+                .iter()
+                .map(String::as_str)
+                .filter(|name| is_gone(name))
+                .collect();
+            if gone.is_empty() {
+                return true;
             }
-            stays
+            if named.iter().any(|name| kept.contains(name.as_str())) {
+                left_out.push(format!(
+                    "claim {}, which compares with {}",
+                    claim.id,
+                    listed(&gone)
+                ));
+            } else {
+                of_others.push(claim.id.as_str().to_owned());
+            }
+            false
         });
+        let of_others: Vec<&str> = of_others.iter().map(String::as_str).collect();
+        match of_others.as_slice() {
+            [] => {}
+            [one] => left_out.push(format!("claim {one} of another method")),
+            several => left_out.push(format!("claims {} of other methods", listed(several))),
+        }
         let observers = std::mem::take(&mut self.observers)
             .into_iter()
             .zip(&of_observer);
@@ -137,6 +158,18 @@ impl MethodTable {
     }
 }
 
+/// Names that a list spells out.
+const NAMES: usize = 3;
+
+/// "a, b, c and 4 more".
+fn listed(names: &[&str]) -> String {
+    let first = names[..names.len().min(NAMES)].join(", ");
+    match names.len().saturating_sub(NAMES) {
+        0 => first,
+        more => format!("{first} and {more} more"),
+    }
+}
+
 /// The outputs and methods that the tests of a claim name, and other texts.
 fn names_of(claim: &ClaimTable) -> impl Iterator<Item = String> {
     let tests = claim.test.iter().chain(&claim.given);
@@ -167,13 +200,26 @@ mod tests {
             (file.methods.len(), file.claims.len(), file.compare.len()),
             (1, 1, 0)
         );
-        assert_eq!(left_out, ["the comparison of iv(4) with ls", "claim B"]);
+        let compared = [
+            "the comparison of iv(4) with ls",
+            "claim B, which compares with iv(4)",
+        ];
+        assert_eq!(left_out, compared);
         assert!(crate::design::experiment::Experiment::new(file).is_ok());
         let (file, left_out) = only(&["iv(4)"]).unwrap();
         assert_eq!(file.methods[0].labels(), ["iv(4)"]);
         assert_eq!(
             left_out,
-            ["the comparison of iv(4) with ls", "claim A", "claim B"]
+            [
+                "the comparison of iv(4) with ls",
+                "claim B, which compares with ls",
+                "claim A of another method"
+            ]
+        );
+        let many = ["a", "b", "c", "d", "e"];
+        assert_eq!(
+            [listed(&many), listed(&many[..3])],
+            ["a, b, c and 2 more", "a, b, c"]
         );
         let (file, left_out) = only(&["ls", "iv"]).unwrap();
         assert_eq!(

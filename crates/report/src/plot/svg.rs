@@ -1,0 +1,145 @@
+//! A picture as an SVG document.
+
+use super::inks::{INKS, STYLE, dashes};
+use super::scene::{Anchor, Drawing, Form, Kind, Mark, Paint, Pixel, Text};
+use crate::markup::escape;
+
+impl Drawing {
+    /// The picture as an SVG document whose colours are classes, with a title and a description for assistive software.
+    pub fn svg(&self) -> String {
+        let [width, height] = self.size;
+        let [title, description] = [&self.title, &self.description].map(|text| escape(text));
+        let body = body(&self.marks);
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"asoplot\" role=\"img\" \
+             aria-label=\"{title}\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} \
+             {height}\">\n\
+             <title>{title}</title>\n<desc>{description}</desc>\n{STYLE}\n\
+             <rect class=\"f paper\" width=\"{width}\" height=\"{height}\"/>\n{body}</svg>\n",
+        )
+    }
+}
+
+/// The elements of all marks. Lines that follow each other and look the same are one path.
+fn body(marks: &[Mark]) -> String {
+    const END: &str = "\"/>\n";
+    let mut body = String::new();
+    let mut pen = String::new();
+    for mark in marks {
+        if let Mark::Shape(Form::Line(places), paint) = mark {
+            let (next, course) = (attributes(paint), course(places));
+            if next == pen {
+                body.truncate(body.len() - END.len());
+            } else {
+                body += &format!("<path{next} d=\"");
+                pen = next;
+            }
+            body += &course;
+            body += END;
+            continue;
+        }
+        pen.clear();
+        body += &match mark {
+            Mark::Shape(form, paint) => shape(form, paint),
+            Mark::Text(text) => label(text),
+            Mark::Clip(area) => {
+                let [x, y, width, height] = area.map(tenths);
+                // A nested viewport clips without an id.
+                format!(
+                    "<svg x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" viewBox=\"{x} {y} \
+                     {width} {height}\">"
+                )
+            }
+            Mark::Unclip => "</svg>".to_owned(),
+        };
+        body.push('\n');
+    }
+    body
+}
+
+fn shape(form: &Form, paint: &Paint) -> String {
+    let paint = attributes(paint);
+    match form {
+        Form::Line(places) => format!("<path{paint} d=\"{}\"/>", course(places)),
+        Form::Area(places) => format!("<path{paint} d=\"{}Z\"/>", course(places)),
+        Form::Rectangle(area) => {
+            let [x, y, width, height] = area.map(tenths);
+            format!("<rect{paint} x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>")
+        }
+        Form::Circle((x, y), radius) => {
+            let [x, y, radius] = [*x, *y, *radius].map(tenths);
+            format!("<circle{paint} cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>")
+        }
+    }
+}
+
+fn label(text: &Text) -> String {
+    let [x, y] = [text.at.0, text.at.1].map(tenths);
+    let anchor = match text.anchor {
+        Anchor::Start => "start",
+        Anchor::Middle => "middle",
+        Anchor::End => "end",
+    };
+    let class = if text.bold { " class=\"b\"" } else { "" };
+    let turn = if text.turned {
+        format!(" transform=\"rotate(-45 {x} {y})\"")
+    } else {
+        String::new()
+    };
+    let (size, words) = (text.size, escape(&text.text));
+    format!(
+        "<text{class} x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\"{turn}>{words}</text>"
+    )
+}
+
+/// The attributes of a paint: a class for its kind, one for the ink, and values that differ from the default.
+fn attributes(paint: &Paint) -> String {
+    let kind = match paint.kind {
+        Kind::Line => "l",
+        Kind::Filled => "f",
+        Kind::Edged => "f e",
+        Kind::Area => "a",
+    };
+    let ink = match INKS.get(paint.ink) {
+        Some(ink) if paint.ink > 0 => format!(" {ink}"),
+        _ => String::new(),
+    };
+    let opacity = match paint.alpha {
+        alpha if paint.kind != Kind::Line && alpha < 1.0 => {
+            format!(" fill-opacity=\"{}\"", (1e3 * alpha).round() / 1e3)
+        }
+        _ => String::new(),
+    };
+    let width = match paint.width {
+        width if matches!(paint.kind, Kind::Line | Kind::Edged) && width != 10 => {
+            format!(" stroke-width=\"{}\"", tenths(width as i32))
+        }
+        _ => String::new(),
+    };
+    let dashes = match dashes(paint.dashes) {
+        "" => String::new(),
+        dashes => format!(" stroke-dasharray=\"{dashes}\""),
+    };
+    format!(" class=\"{kind}{ink}\"{opacity}{width}{dashes}")
+}
+
+fn tenths(pixels: i32) -> String {
+    (f64::from(pixels) / 10.0).to_string()
+}
+
+/// The course of a polyline.
+fn course(places: &[Pixel]) -> String {
+    let mut course = String::new();
+    let mut before = None;
+    for &(x, y) in places {
+        let [left, top] = [x, y].map(tenths);
+        course += &match before {
+            None => format!("M{left} {top}"),
+            Some((_, above)) if above == y => format!("H{left}"),
+            Some((beside, _)) if beside == x => format!("V{top}"),
+            Some(_) => format!("L{left} {top}"),
+        };
+        before = Some((x, y));
+    }
+    course
+}
