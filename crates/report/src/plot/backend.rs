@@ -25,8 +25,6 @@ pub(super) const TITLE: f64 = 18.0;
 pub(super) const LABEL: f64 = 15.0;
 /// Size of tick labels and notes below the axes.
 pub(super) const TICK: f64 = 14.0;
-/// Size of notes beside points.
-pub(super) const NOTE: f64 = 12.0;
 
 /// A length in plotters' pixels.
 pub(super) fn px(length: f64) -> i32 {

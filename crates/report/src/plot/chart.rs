@@ -1,10 +1,10 @@
 //! Draws one plot: plotters' chart and mesh, with series and reference lines.
 
 use super::axis::Span;
-use super::backend::{Canvas, Drawn, Marks, NOTE, TICK, plain, px};
+use super::backend::{Canvas, Drawn, Marks, TICK, plain, px};
 use super::inks::{FAINT, GRID, TEXT};
 use super::legend::{Legend, Look};
-use super::metrics;
+use super::metrics::{self, NOTE};
 use super::thin::{envelope, thin};
 use super::{Course, Plot, Point, Scale, Series, Style};
 use plotters::prelude::*;

@@ -1,7 +1,8 @@
 //! Widths of text without a font: for each character the larger of the widths in Helvetica and DejaVu Sans, so that no
 //! text overlaps.
 
-use super::backend::NOTE;
+/// Size of notes beside points.
+pub(super) const NOTE: f64 = 12.0;
 
 /// Distance between two lines of text in units of the font size.
 pub(super) const LINE: f64 = 1.28;
