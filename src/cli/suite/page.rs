@@ -1,7 +1,6 @@
 //! The page of the suite and its numbers: `asobench suite scores`.
 
-use super::part::Part;
-use super::times::TIMES;
+use super::part::{Part, TIMES};
 use crate::cli::error::Error;
 use crate::cli::files::cannot_write;
 use crate::cli::output::print;

@@ -6,6 +6,9 @@ use crate::names::UnknownName;
 use crate::suite::{Competitor, Division, Suite, SuiteError, Tier};
 use std::path::PathBuf;
 
+/// The file with the times of a run's folder.
+pub(super) const TIMES: &str = "times.json";
+
 /// What of the suite.
 #[derive(Clone, clap::Args)]
 pub(super) struct Part {

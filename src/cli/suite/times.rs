@@ -1,7 +1,7 @@
 //! `asobench suite times`: times of the methods, apart from their results.
 
 use super::newcomer::{method, started};
-use super::part::{Part, competitors, wrong};
+use super::part::{Part, TIMES, competitors, wrong};
 use crate::cli::error::{Error, failed};
 use crate::cli::files::cannot_write;
 use crate::cli::output::{note, print};
@@ -14,9 +14,6 @@ use crate::study::Experiment;
 use crate::suite::{Competitor, MethodTimes, REFERENCE, ScenarioTimes, SuiteStudy, Times, time};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-/// The times of a run's folder, or those that the program carries.
-pub(super) const TIMES: &str = "times.json";
 
 /// Time the methods: on one thread, in turns on the same records, as ratios to arx
 #[derive(clap::Args)]

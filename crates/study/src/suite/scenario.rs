@@ -2,7 +2,6 @@
 
 use super::competitor::{Competitor, Told};
 use super::manifest::{Division, Manifest, StudyEntry, Tier, system, systems};
-use super::score::ideal_weights;
 use crate::design::cell::DiscreteCell;
 use crate::design::experiment::Experiment;
 use crate::design::file::axis::{Axis, Scalar};
@@ -355,6 +354,11 @@ fn information(cell: &DiscreteCell, study: &str) -> Result<FisherInformation, Su
         study: study.to_owned(),
         why,
     })
+}
+
+/// Returns the weights whose sum of squares of normal numbers is d of an efficient method in the closed division.
+pub fn ideal_weights(free: usize) -> Vec<f64> {
+    vec![1.0 / free as f64; free]
 }
 
 /// The weights of the law of d of the response.

@@ -41,11 +41,6 @@ pub struct Score {
     pub is_below: bool,
 }
 
-/// Returns the weights whose sum of squares of normal numbers is d of an efficient method in the closed division.
-pub fn ideal_weights(free: usize) -> Vec<f64> {
-    vec![1.0 / free as f64; free]
-}
-
 /// Returns the share of runs of an efficient method with d up to x, scenarios weighted equally.
 pub fn ideal_share<'a>(x: f64, scenarios: impl Iterator<Item = &'a Scenario>) -> f64 {
     let shares = scenarios.map(|scenario| distribution(&scenario.weights, x));
