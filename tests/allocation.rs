@@ -92,8 +92,11 @@ fn a_trial_allocates_nothing() {
         let discrete = Measure::ALL
             .iter()
             .filter(|measure| measure.is_of(asobench::study::file::StudyKind::Discrete));
-        // Lanes do not have the distance d.
-        let has = |measure: &Measure| engine == Engine::Faer || *measure != Measure::Distance;
+        // Lanes do not have the distances d and d_g, and d_g takes room for the states of any model.
+        let distances = [Measure::Distance, Measure::ResponseDistance];
+        let has = |measure: &Measure| {
+            !distances.contains(measure) || engine == Engine::Faer && *measure == Measure::Distance
+        };
         experiment.file.measures = discrete.copied().filter(has).collect();
         if engine == Engine::Faer {
             let orders = Some(Orders::arx(3, 2, 2));

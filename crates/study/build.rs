@@ -37,23 +37,28 @@ fn texts(name: &str, paths: &[PathBuf]) -> String {
 
 fn suite() {
     let suite = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suite");
-    let manifest = suite.join("suite.toml");
+    let single = [
+        ("MANIFEST", suite.join("suite.toml")),
+        ("PUBLISHED", suite.join("published/tables.toml")),
+        ("RECORDS", suite.join("recorded/records.toml")),
+        ("RECORDED", suite.join("recorded/fits.json")),
+        ("TIMES", suite.join("times.json")),
+    ];
     let mut systems = files(&suite, "toml");
-    systems.retain(|path| *path != manifest);
+    systems.retain(|path| single.iter().all(|(_, other)| path != other));
     let mut generated = texts("SYSTEMS", &systems);
     generated += &texts("RESULTS", &files(&suite.join("results"), "json"));
-    let _ = writeln!(
-        generated,
-        "const MANIFEST: &str = include_str!({:?});",
-        manifest.display().to_string()
-    );
-    let published = suite.join("published/tables.toml");
-    println!("cargo::rerun-if-changed={}", published.display());
-    let _ = writeln!(
-        generated,
-        "const PUBLISHED: &str = include_str!({:?});",
-        published.display().to_string()
-    );
+    generated += &texts("OPEN_RESULTS", &files(&suite.join("results/open"), "json"));
+    for (name, path) in single {
+        println!("cargo::rerun-if-changed={}", path.display());
+        // Before they are made for the first time there are none.
+        let content = if path.exists() {
+            format!("include_str!({:?})", path.display().to_string())
+        } else {
+            "\"\"".to_owned()
+        };
+        let _ = writeln!(generated, "const {name}: &str = {content};");
+    }
     let to = std::env::var("OUT_DIR")
         .map(PathBuf::from)
         .unwrap_or_default();

@@ -4,9 +4,11 @@ mod newcomer;
 mod page;
 mod part;
 mod published;
+mod recorded;
 mod run;
 #[allow(clippy::format_push_string, reason = "lines of a terminal")]
 mod show;
+mod times;
 
 use super::error::Error;
 use std::process::ExitCode;
@@ -28,6 +30,8 @@ enum What {
     Show(show::Arguments),
     Scores(page::Arguments),
     Published(published::Arguments),
+    Times(times::Arguments),
+    Recorded(recorded::Arguments),
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -38,5 +42,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Some(What::Show(arguments)) => show::run(arguments),
         Some(What::Scores(arguments)) => page::run(arguments),
         Some(What::Published(arguments)) => published::run(arguments),
+        Some(What::Times(arguments)) => times::run(arguments),
+        Some(What::Recorded(arguments)) => recorded::run(arguments),
     }
 }

@@ -6,7 +6,7 @@ use super::part::{How, Part, wrong};
 use super::run::compute;
 use crate::cli::error::{Error, failed};
 use crate::cli::output::note;
-use crate::cli::programs;
+use crate::cli::programs::{self, Consent};
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{Experiment, Trial};
 use crate::suite::{Competitor, Suite, shipped};
@@ -33,7 +33,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let Arguments { file, part, how } = arguments;
     let Some(path) = file else {
         return Err(Error::Input(
-            "expected an experiment file, or run, list, show, scores".to_owned(),
+            "expected an experiment file, or run, list, show, scores, published, times, recorded"
+                .to_owned(),
         ));
     };
     let suite = part.suite()?;
@@ -48,13 +49,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return Err(Error::Input(format!("{}: {message}", path.display())));
     }
     smoke(&suite, &competitor, path, how)?;
-    let default = || PathBuf::from(format!("results/suite-{}-{name}", part.tier));
+    let default = || PathBuf::from(format!("{}-{name}", part.folder()));
     let out = how.out.clone().unwrap_or_else(default);
     let own = compute(&suite, &[competitor], (how, Some(path)), &out)?;
     methods.splice(0..0, own);
     let beside = Beside {
         methods: &methods,
         newcomer: Some(&name),
+        part,
         command: format!(
             "asobench suite {} {} --out {}",
             path.display(),
@@ -63,12 +65,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ),
     };
     page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside)?;
+    page::print_scores(&suite, &beside, &out)?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// The one method of a file.
-fn method(path: &Path) -> Result<MethodTable, Error> {
+pub(super) fn method(path: &Path) -> Result<MethodTable, Error> {
     let file = ExperimentFile::read(path).map_err(|error| Error::Input(error.to_string()))?;
     let of_file = |message: String| Error::Input(format!("{}: {message}", path.display()));
     let file = file.resolve().map_err(|error| of_file(error.to_string()))?;
@@ -80,6 +82,18 @@ fn method(path: &Path) -> Result<MethodTable, Error> {
             "methods: {count}; expected one, the newcomer"
         ))),
     }
+}
+
+/// The experiment of a user's file, its programs started and told apart by their version.
+pub(super) fn started(
+    experiment: Experiment,
+    path: &Path,
+    consent: Consent,
+) -> Result<Experiment, Error> {
+    let (file, introduced) = programs::introduced(experiment.file, path, consent)?;
+    let experiment = Experiment::new(file).map_err(failed)?;
+    programs::take_over(&experiment, introduced.as_ref());
+    Ok(experiment)
 }
 
 /// Runs the method on a few records of the first study. At least one must leave a model.
@@ -96,9 +110,7 @@ fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, how: &How) -> Resu
             .map_or_else(String::new, |(_, reason)| reason);
         return Err(Error::Input(format!("{}: {reason}", path.display())));
     };
-    let (file, introduced) = programs::introduced(experiment.file, path, how.consent)?;
-    let experiment = Experiment::new(file).map_err(failed)?;
-    programs::take_over(&experiment, introduced.as_ref());
+    let experiment = started(experiment, path, how.consent)?;
     let mut words: BTreeMap<String, u64> = BTreeMap::new();
     let mut trial = Trial::new(&experiment, &experiment.cells[0]).map_err(failed)?;
     for number in 0..RECORDS {
@@ -107,9 +119,7 @@ fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, how: &How) -> Resu
         }
     }
     drop(trial);
-    for program in &experiment.programs {
-        program.end();
-    }
+    experiment.programs.iter().for_each(|program| program.end());
     let found: Vec<String> = words
         .iter()
         .map(|(word, count)| format!("{count} {word}"))

@@ -1,12 +1,14 @@
 //! The page of the suite and its numbers: `asobench suite scores`.
 
-use super::part::Part;
+use super::part::{Part, TIMES};
 use crate::cli::error::Error;
 use crate::cli::files::cannot_write;
 use crate::cli::output::print;
-use crate::files;
+use crate::files::{self, Kind};
 use crate::report::{SuitePage, prepare_report, suite_page, suite_tables, write_report};
-use crate::suite::{MethodResults, ResultsError, Suite, of_folder, shipped};
+use crate::suite::{
+    Division, MethodResults, RecordedFits, ResultsError, Suite, Times, of_folder, shipped,
+};
 use crate::text::visible;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -28,7 +30,85 @@ pub(super) struct Arguments {
 pub(super) struct Beside<'a> {
     pub(super) methods: &'a [MethodResults],
     pub(super) newcomer: Option<&'a str>,
+    pub(super) part: &'a Part,
     pub(super) command: String,
+}
+
+/// What the program carries besides the results of methods.
+struct Shipped {
+    times: Option<Times>,
+    recorded: Option<RecordedFits>,
+    /// The open division of the same part, beside the closed one.
+    open: Option<(Suite, Vec<MethodResults>)>,
+}
+
+impl Shipped {
+    /// `out`: the folder of a run, whose own times come first. The open division and recorded data stand on the page of the
+    /// shipped results alone.
+    fn new(part: &Part, out: Option<&Path>) -> Result<Self, Error> {
+        let own = match out.map(|out| files::read_own(&out.join(TIMES), Kind::Suite)) {
+            Some(Ok(Some(text))) => Some(Times::parse(&String::from_utf8_lossy(&text))),
+            _ => None,
+        };
+        let times = own.map_or_else(Times::shipped, |own| own.map(Some));
+        let times = times.map_err(|error| refused(&error))?;
+        let is_whole = out.is_none() && part.division == Division::Closed;
+        let recorded = RecordedFits::shipped().map_err(|error| refused(&error))?;
+        let open = if is_whole {
+            let part = Part {
+                division: Division::Open,
+                ..part.clone()
+            };
+            let suite = part.suite()?;
+            // Where fewer trials of it are shipped than the tier has, the page is without it.
+            let methods = shipped(&suite).unwrap_or_default();
+            (!methods.is_empty()).then_some((suite, methods))
+        } else {
+            None
+        };
+        Ok(Self {
+            times,
+            recorded: recorded.filter(|_| is_whole),
+            open,
+        })
+    }
+
+    /// Calls a function with the page of some results.
+    fn page<T>(
+        &self,
+        suite: &Suite,
+        beside: &Beside<'_>,
+        has_studies: bool,
+        then: impl FnOnce(&SuitePage<'_>) -> T,
+    ) -> T {
+        let page = SuitePage {
+            suite,
+            methods: beside.methods,
+            newcomer: beside.newcomer,
+            has_studies,
+            command: &beside.command,
+            times: self
+                .times
+                .as_ref()
+                .filter(|_| suite.division == Division::Closed),
+            open: None,
+            recorded: self.recorded.as_ref(),
+        };
+        let Some((suite, methods)) = &self.open else {
+            return then(&page);
+        };
+        let open = SuitePage {
+            suite,
+            methods,
+            times: None,
+            recorded: None,
+            ..page
+        };
+        then(&SuitePage {
+            open: Some(&open),
+            ..page
+        })
+    }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -45,12 +125,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let beside = Beside {
         methods: &methods,
         newcomer: None,
+        part,
         command: format!("asobench suite scores{of} {}", part.flags()),
     };
+    let more = Shipped::new(part, folder.as_deref())?;
     if let Some(out) = page {
-        write(&suite, &beside, out)?;
+        write_page(&suite, &beside, &more, out)?;
     }
-    let tables = suite_tables(&of_page(&suite, &beside, false));
+    let tables = more.page(&suite, &beside, false, suite_tables);
     let texts: Vec<String> = tables
         .iter()
         .map(crate::report::html::Table::markdown)
@@ -63,21 +145,15 @@ pub(super) fn refused(error: &ResultsError) -> Error {
     Error::Input(format!("suite: {error}"))
 }
 
-fn of_page<'a>(suite: &'a Suite, beside: &'a Beside<'_>, has_studies: bool) -> SuitePage<'a> {
-    SuitePage {
-        suite,
-        methods: beside.methods,
-        newcomer: beside.newcomer,
-        has_studies,
-        command: &beside.command,
-    }
+/// Writes the page of a run into its folder, beside the studies.
+pub(super) fn write(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
+    write_page(suite, beside, &Shipped::new(beside.part, Some(out))?, out)
 }
 
-/// Writes the page into a folder, beside the studies of a run if there are any.
-pub(super) fn write(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
+fn write_page(suite: &Suite, beside: &Beside<'_>, more: &Shipped, out: &Path) -> Result<(), Error> {
     let has_studies = files::is_there(&out.join("studies"));
     prepare_report(out).map_err(|error| cannot_write(&error))?;
-    let files = suite_page(&of_page(suite, beside, has_studies));
+    let files = more.page(suite, beside, has_studies, suite_page);
     write_report(out, &files).map_err(|error| cannot_write(&error))?;
     print(&format!(
         "the page is {}\n",
@@ -86,8 +162,9 @@ pub(super) fn write(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<()
 }
 
 /// Prints the first tables as text: the scores, and the newcomer beside the others.
-pub(super) fn print_scores(suite: &Suite, beside: &Beside<'_>) -> Result<(), Error> {
-    let tables = suite_tables(&of_page(suite, beside, false));
+pub(super) fn print_scores(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
+    let more = Shipped::new(beside.part, Some(out))?;
+    let tables = more.page(suite, beside, false, suite_tables);
     let shown = if beside.newcomer.is_some() { 2 } else { 1 };
     for table in tables.iter().take(shown) {
         let rows = table.rows.iter().map(|row| table.text_row(row));

@@ -3,8 +3,11 @@
 use crate::cli::error::Error;
 use crate::cli::programs::Consent;
 use crate::names::UnknownName;
-use crate::suite::{Competitor, Suite, SuiteError, Tier};
+use crate::suite::{Competitor, Division, Suite, SuiteError, Tier};
 use std::path::PathBuf;
+
+/// The file with the times of a run's folder.
+pub(super) const TIMES: &str = "times.json";
 
 /// What of the suite.
 #[derive(Clone, clap::Args)]
@@ -12,6 +15,9 @@ pub(super) struct Part {
     /// How much of it: quick (a minute), standard (a quarter of an hour on two cores) or full
     #[arg(long, value_name = "TIER", default_value_t)]
     pub(super) tier: Tier,
+    /// What methods are told: closed, the orders of the truth, or open, the delay and a largest order
+    #[arg(long, value_name = "DIVISION", default_value_t)]
+    pub(super) division: Division,
     /// Only this system, study or scenario, such as P07 or P07-ar-500; may be repeated
     #[arg(long, value_name = "NAME")]
     pub(super) only: Vec<String>,
@@ -23,7 +29,8 @@ pub(super) struct Part {
 impl Part {
     /// Makes this part of the suite.
     pub(super) fn suite(&self) -> Result<Suite, Error> {
-        let mut suite = Suite::new(self.tier, &self.only).map_err(|error| wrong(&error))?;
+        let suite = Suite::of(self.division, self.tier, &self.only);
+        let mut suite = suite.map_err(|error| wrong(&error))?;
         suite.first = self.first;
         Ok(suite)
     }
@@ -33,14 +40,28 @@ impl Part {
         let only = self.only.iter().map(|name| format!(" --only {name}"));
         let first = self.first.map(|first| format!(" --first {first}"));
         let first = first.unwrap_or_default();
-        format!("--tier {}{}{first}", self.tier, only.collect::<String>())
+        let division = match self.division {
+            Division::Closed => "",
+            Division::Open => " --division open",
+        };
+        let only = only.collect::<String>();
+        format!("--tier {}{division}{only}{first}", self.tier)
+    }
+
+    /// Returns the default folder of results.
+    pub(super) fn folder(&self) -> String {
+        let division = match self.division {
+            Division::Closed => "",
+            Division::Open => "open-",
+        };
+        format!("results/suite-{division}{}", self.tier)
     }
 }
 
 /// How it is computed.
 #[derive(Clone, clap::Args)]
 pub(super) struct How {
-    /// Folder of the results [default: results/suite-TIER, of a newcomer results/suite-TIER-NAME]
+    /// Folder of the results [default: results/suite-TIER, results/suite-open-TIER, of a newcomer with -NAME]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
     /// Threads [default: one per processor]
@@ -54,9 +75,9 @@ pub(super) fn wrong(error: &SuiteError) -> Error {
     Error::Input(format!("suite: {error}"))
 }
 
-/// The competitors with these names, all without names.
-pub(super) fn competitors(names: &[String]) -> Result<Vec<Competitor>, Error> {
-    let all = Competitor::all();
+/// The competitors of a division with these names, all without names.
+pub(super) fn competitors(division: Division, names: &[String]) -> Result<Vec<Competitor>, Error> {
+    let all = Competitor::of(division);
     if names.is_empty() {
         return Ok(all);
     }

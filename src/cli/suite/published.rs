@@ -3,14 +3,12 @@
 use super::part::wrong;
 use crate::cli::error::Error;
 use crate::cli::execute::threads;
+use crate::cli::methods::filled;
 use crate::cli::output::print;
 use crate::number::uncertain;
 use crate::report::html::{CellText, Column, Table};
-use crate::suite::{PublishedTable, Reproduced, published};
+use crate::suite::{Estimated, PublishedTable, Reproduced, published};
 use std::process::ExitCode;
-
-/// Runs where the source has a single one.
-const RUNS: u64 = 500;
 
 /// Reproduce the published Monte-Carlo tables of the suite's systems: printed beside ours, with both standard errors
 #[derive(clap::Args)]
@@ -18,59 +16,86 @@ pub(super) struct Arguments {
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Only this scenario or system, such as P16-white-500 or P13; may be repeated
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let threads = threads(arguments.threads);
+    let (mut rows, mut agree) = (0, 0);
     for table in published().map_err(|error| wrong(&error))? {
-        let runs = if table.runs > 1 { table.runs } else { RUNS };
-        let found = table
-            .reproduce(runs, threads)
-            .map_err(|error| wrong(&error))?;
-        print(&shown(&table, runs, &found))?;
+        if !arguments.only.is_empty() && !arguments.only.contains(&table.scenario) {
+            continue;
+        }
+        let found = table.reproduce(threads).map_err(|error| wrong(&error))?;
+        rows += found.len();
+        agree += found.iter().filter(|row| row.agrees()).count();
+        print(&shown(&table, &found))?;
     }
+    print(&format!(
+        "{agree} of {rows} rows agree: neither mean nor standard deviation differs by more than four standard errors\n"
+    ))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// A table with its source.
-fn shown(of: &PublishedTable, runs: u64, found: &[Reproduced]) -> String {
+/// A table with its source, and what is known of its differences.
+fn shown(of: &PublishedTable, found: &[Reproduced]) -> String {
     let columns = vec![
-        Column::text("").width(4),
-        Column::number("printed mean", "").width(13),
-        Column::number("ours", "").width(13),
-        Column::number("printed SD", "").width(12),
-        Column::number("ours", "").width(12),
-        Column::number("bound", "").width(8),
+        Column::text("").width(7),
+        Column::number("printed mean", "").width(15),
+        Column::number("ours", "").width(15),
+        Column::number("printed SD", "").width(14),
+        Column::number("ours", "").width(14),
+        Column::number("bound", "").width(10),
         Column::text("").width(7),
     ];
     let mut table = Table::new("", columns);
+    let number = |of: Estimated| CellText::number(uncertain(of.value, of.error), of.value);
+    let exact = |x: f64| CellText::number(format!("{x:.3e}"), x);
     for row in found {
         let ((mean, sd), (our_mean, our_sd)) = (row.printed, row.ours);
-        let number =
-            |of: crate::suite::Estimated| CellText::number(uncertain(of.value, of.error), of.value);
         table.row([
             CellText::text(row.name.clone()),
             number(mean),
             number(our_mean),
             sd.map_or(CellText::text("-"), number),
             number(our_sd),
-            row.bound.map_or(CellText::text("-"), |sd| {
-                CellText::number(format!("{sd:.3e}"), sd)
-            }),
+            row.bound.map_or(CellText::text("-"), exact),
             CellText::text(if row.agrees() { "agrees" } else { "DIFFERS" }),
         ]);
     }
     let kept = found.first().map_or(0, |row| row.kept);
     let rows = table.rows.iter().map(|row| table.text_row(row));
-    format!(
-        "{}, {} ({}), {} runs; ours {}, {kept} of {runs} runs\n{}\n{}{}\n",
+    let mut text = format!(
+        "{}, {} ({}){}; ours {}, {kept} of {} runs\n{}\n{}{}",
         of.scenario,
         of.printed_as,
         of.method,
-        of.runs,
+        if of.rounding.is_some() {
+            String::new()
+        } else {
+            format!(", {} runs", of.runs)
+        },
         of.method,
+        of.our_runs(),
         of.source,
         table.text_head(),
         rows.collect::<String>()
-    )
+    );
+    if !found.iter().all(Reproduced::agrees) {
+        for row in found {
+            if let Some(error) = row.of_one_input {
+                text += &format!(
+                    "{}: means differ by {:.1} standard errors; if the printed runs had one input, by {:.1}\n",
+                    row.name,
+                    row.apart(row.printed.0.error),
+                    row.apart(error)
+                );
+            }
+        }
+        let why = of.why.as_deref().unwrap_or("not known");
+        text += &filled("why: ", why, 5);
+    }
+    text + "\n"
 }

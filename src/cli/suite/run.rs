@@ -33,17 +33,20 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let Arguments { part, method, how } = arguments;
-    let (suite, competitors) = (part.suite()?, competitors(method)?);
-    let default = || PathBuf::from(format!("results/suite-{}", part.tier));
-    let out = how.out.clone().unwrap_or_else(default);
+    let (suite, competitors) = (part.suite()?, competitors(part.division, method)?);
+    let out = how
+        .out
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(part.folder()));
     let methods = compute(&suite, &competitors, (how, None), &out)?;
     let beside = Beside {
         methods: &methods,
         newcomer: None,
+        part,
         command: format!("asobench suite scores {} {}", out.display(), part.flags()),
     };
     page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside)?;
+    page::print_scores(&suite, &beside, &out)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -59,6 +62,7 @@ pub(super) fn compute(
         .iter()
         .map(|competitor| MethodResults {
             suite: suite.manifest.edition.clone(),
+            division: suite.division,
             method: competitor.name(),
             seed: suite.manifest.seed,
             not_for: Vec::new(),

@@ -63,7 +63,9 @@ fn described(study: &SuiteStudy, suite: &Suite) -> String {
     let entry = &study.entry;
     let mut text = format!(
         "\n{}, from tier {} on; methods are told {}\n",
-        study.name, entry.tier, study.truth
+        study.name,
+        entry.tier,
+        study.truth()
     );
     for (key, value) in &study.file().settings {
         let value = serde_json::to_string(value).unwrap_or_default();

@@ -76,6 +76,18 @@ impl FisherInformation {
         na + nb + nf
     }
 
+    /// The places of the free coefficients among `alpha_1 ... alpha_n, beta_1 ... beta_n`, and F about them.
+    pub(super) fn of_free(&self) -> (Vec<usize>, Mat<f64>) {
+        let n = self.matrix.nrows() / 2;
+        let Orders { na, nb, nf, nk, .. } = self.orders;
+        let first = (n + nk).saturating_sub(1);
+        let free: Vec<usize> = (0..(na + nf).min(n)).chain(first..first + nb).collect();
+        let part = Mat::from_fn(free.len(), free.len(), |i, j| {
+            self.matrix[(free[i], free[j])]
+        });
+        (free, part)
+    }
+
     /// F about `alpha_1 ... alpha_n, beta_1 ... beta_n`.
     pub fn matrix(&self) -> &Mat<f64> {
         &self.matrix
@@ -85,17 +97,9 @@ impl FisherInformation {
     /// not free.
     pub fn deviation(&self, i: usize) -> Option<f64> {
         let n = self.matrix.nrows() / 2;
-        let Orders { na, nb, nf, nk, .. } = self.orders;
-        // a_i = -alpha_(n+1-i).
-        let alpha = n - (na + nf).min(n)..n;
-        let free: Vec<usize> = alpha
-            .chain((n + nk).saturating_sub(1)..(n + nk + nb).saturating_sub(1))
-            .collect();
         let column = |i: usize| if i < n { n - 1 - i } else { i };
-        let place = free.iter().position(|of| *of == i)?;
-        let part = Mat::<f64>::from_fn(free.len(), free.len(), |i, j| {
-            self.matrix[(column(free[i]), column(free[j]))]
-        });
+        let (free, part) = self.of_free();
+        let place = free.iter().position(|of| *of == column(i))?;
         let unit = Mat::<f64>::from_fn(free.len(), 1, |i, _| f64::from(u8::from(i == place)));
         let variance = part.partial_piv_lu().solve(&unit)[(place, 0)];
         (variance > 0.0).then(|| variance.sqrt())

@@ -29,6 +29,7 @@ mod noise_model;
 mod passes;
 mod population;
 mod quadratic_form;
+mod response_bound;
 mod signal;
 mod smooth_measure;
 mod spectrum;
@@ -40,6 +41,7 @@ pub use fisher_information::FisherInformation;
 pub use missing::{LARGEST, Missing, NoTheory};
 pub use population::Population;
 pub use quadratic_form::{distribution, quantile};
+pub use response_bound::ResponseBound;
 pub use signal::{Signal, Source};
 pub use smooth_measure::{Figure, SmoothMeasure};
 

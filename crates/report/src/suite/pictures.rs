@@ -3,7 +3,7 @@
 use super::subject::SuitePage;
 use crate::plot::{Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use asobench_study::suite::{
-    Estimated, IDEAL, MethodResults, Scenario, ScenarioResults, ideal_share, share_within,
+    Division, Estimated, IDEAL, MethodResults, Scenario, ScenarioResults, ideal_share, share_within,
 };
 
 /// The decades of d that are drawn, and points in each.
@@ -18,71 +18,152 @@ fn grid() -> impl Iterator<Item = f64> {
     (POINTS * from..=POINTS * to).map(|i| 10.0_f64.powf(f64::from(i) / f64::from(POINTS)))
 }
 
+/// One method of each kind for the first picture: least squares, instrumental variables, prediction errors, a subspace, a kernel,
+/// an adaptive observer.
+const KINDS: [&str; 6] = ["arx", "iv4", "bj", "ssarx", "kernel-fir", "zhang"];
+
+/// A part of a page: the scenarios in open or in closed loop.
+struct Loop<'a> {
+    of: &'a SuitePage<'a>,
+    is_closed: bool,
+    /// The word in the names of files, and the words of captions.
+    word: &'static str,
+    words: &'static str,
+}
+
+impl<'a> Loop<'a> {
+    /// Those that have scenarios.
+    fn all(of: &'a SuitePage<'a>) -> impl Iterator<Item = Self> {
+        let loops = [
+            ("open", "in open loop", false),
+            ("loop", "in closed loop", true),
+        ];
+        let loops = loops.into_iter().map(move |(word, words, is_closed)| Self {
+            of,
+            is_closed,
+            word,
+            words,
+        });
+        loops.filter(|of| of.scenarios().next().is_some())
+    }
+
+    fn scenarios(&self) -> impl Iterator<Item = &'a Scenario> {
+        let is_closed = self.is_closed;
+        self.of
+            .suite
+            .scenarios()
+            .filter(move |of| of.is_closed == is_closed)
+    }
+
+    /// The results of a method that is for such scenarios.
+    fn results(&self, method: &MethodResults) -> Vec<ScenarioResults> {
+        let both = self.of.suite.scenarios().zip(&method.scenarios);
+        let both =
+            both.filter(|(scenario, of)| scenario.is_closed == self.is_closed && of.has_runs());
+        both.map(|(_, results)| results.clone()).collect()
+    }
+
+    /// A plot with both ideals.
+    fn plot(&self, title: &str) -> Plot {
+        let x = PlotAxis::log("d").range(10.0_f64.powi(DECADES.0), 10.0_f64.powi(DECADES.1));
+        let y = PlotAxis::linear("share of runs").range(0.0, 1.0);
+        let law = match self.of.suite.division {
+            Division::Closed => "efficient: chi-squared(p)/p",
+            Division::Open => "efficient",
+        };
+        let ideal = grid().map(|d| Point::new(d, ideal_share(d, self.scenarios())));
+        let plot = Plot::new(title, x, y);
+        let plot = plot.series(Series::new(law, Style::Line, ideal.collect()).slot(2));
+        let truth = self.of.methods.iter().find(|method| method.method == IDEAL);
+        match truth.map(|method| curve(&self.results(method))) {
+            None => plot,
+            Some(points) => plot.series(Series::new(IDEAL, Style::Line, points).slot(1)),
+        }
+    }
+
+    fn count(&self) -> String {
+        let count = self.scenarios().count();
+        format!("{count} scenario{}", if count == 1 { "" } else { "s" })
+    }
+}
+
+/// The first picture, with its caption: one method of each kind and the newcomer, a panel for each kind of loop.
+pub(super) fn overview(of: &SuitePage<'_>) -> (Picture, String) {
+    let title = "Share of runs within d of the truth";
+    let newcomer = of
+        .methods
+        .iter()
+        .filter(|method| of.newcomer == Some(&method.method));
+    let kinds = KINDS
+        .iter()
+        .filter_map(|kind| of.methods.iter().find(|of| of.method == *kind));
+    let drawn: Vec<&MethodResults> = newcomer.chain(kinds).collect();
+    let panels = Loop::all(of).map(|part| {
+        let mut plot = part.plot(&format!("{}, {}", part.words, part.count()));
+        for (place, method) in drawn.iter().enumerate() {
+            let results = part.results(method);
+            if results.is_empty() {
+                continue;
+            }
+            // The ideals have the places 1 and 2.
+            let slot = if place == 0 { 0 } else { place + 2 };
+            let points = band(&results);
+            plot = plot.series(Series::new(method.method.clone(), Style::Band, points).slot(slot));
+        }
+        plot
+    });
+    let panels: Vec<Plot> = panels.collect();
+    let description = format!("{title}, a panel for open and for closed loops");
+    let sharing = Sharing { x: true, y: true };
+    let picture = small_multiples(title, &description, &panels, 2, sharing);
+    let caption = format!(
+        "{title}, scenarios weighted equally: one method of each kind, all others are in the part Method by method. A curve ends at \
+         the share of runs that was kept. Dotted: the law of an efficient method; dashed: `{IDEAL}`, the prediction error method \
+         of the true structure started at the truth. Band: 95 % Monte-Carlo interval."
+    );
+    (picture, caption)
+}
+
 /// Name, picture and caption for open and closed loops: a panel for each method.
-pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(&'static str, Picture, String)> {
-    let loops = [
-        ("open", "in open loop", false),
-        ("loop", "in closed loop", true),
-    ];
-    let drawn = loops.into_iter().filter_map(|(name, words, closed)| {
-        let count = of.suite.scenarios().filter(|of| of.is_closed == closed).count();
-        (count > 0).then(|| {
-            let title = format!("Share of runs within d of the truth, {words}");
-            let scenarios = if count == 1 { "scenario" } else { "scenarios" };
-            let caption = format!(
-                "{title}: {count} {scenarios}, weighted equally. Beside each method the law of an efficient \
-                 one, and `{IDEAL}`, the prediction error method started at the truth. Band: 95 % Monte-Carlo interval."
-            );
-            (name, sheet(of, &title, closed), caption)
-        })
+pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(String, Picture, String)> {
+    let division = match of.suite.division {
+        Division::Closed => "",
+        Division::Open => "choosing-",
+    };
+    let drawn = Loop::all(of).map(|part| {
+        let title = format!("Share of runs within d of the truth, {}", part.words);
+        let caption = format!(
+            "{title}: {}, weighted equally. Beside each method the law of an efficient one, and `{IDEAL}`. Band: 95 % \
+             Monte-Carlo interval.",
+            part.count()
+        );
+        let others = of.methods.iter().filter(|method| method.method != IDEAL);
+        let panels = others.filter_map(|method| {
+            let results = part.results(method);
+            let plot = part.plot(&method.method);
+            let own = Series::new("the method", Style::Band, band(&results)).slot(0);
+            (!results.is_empty()).then(|| plot.series(own))
+        });
+        let panels: Vec<Plot> = panels.collect();
+        let description = format!("{title}, a panel for each method");
+        let sharing = Sharing { x: true, y: true };
+        let picture = small_multiples(&title, &description, &panels, COLUMNS, sharing);
+        (format!("{division}{}", part.word), picture, caption)
     });
     drawn.collect()
 }
 
-fn sheet(of: &SuitePage<'_>, title: &str, closed: bool) -> Picture {
-    let scenarios: Vec<&Scenario> = of.suite.scenarios().collect();
-    let chosen = || {
-        scenarios
-            .iter()
-            .copied()
-            .filter(|of| of.is_closed == closed)
-    };
-    let part = |method: &MethodResults| -> Vec<ScenarioResults> {
-        let both = scenarios.iter().zip(&method.scenarios);
-        let chosen = both.filter(|(scenario, of)| scenario.is_closed == closed && of.has_runs());
-        chosen.map(|(_, results)| results.clone()).collect()
-    };
-    let ideal: Vec<Point> = grid()
-        .map(|d| Point::new(d, ideal_share(d, chosen())))
-        .collect();
-    let truth = of.methods.iter().find(|method| method.method == IDEAL);
-    let truth = truth.map(|method| curve(&part(method), Point::new));
-    let others = of.methods.iter().filter(|method| method.method != IDEAL);
-    let others = others.filter(|method| !part(method).is_empty());
-    let panels = others.map(|method| {
-        let x = PlotAxis::log("d").range(10.0_f64.powi(DECADES.0), 10.0_f64.powi(DECADES.1));
-        let y = PlotAxis::linear("share of runs").range(0.0, 1.0);
-        let mut plot = Plot::new(method.method.clone(), x, y);
-        plot = plot
-            .series(Series::new("efficient: chi-squared(p)/p", Style::Line, ideal.clone()).slot(2));
-        if let Some(truth) = &truth {
-            plot = plot.series(Series::new(IDEAL, Style::Line, truth.clone()).slot(1));
-        }
-        let own = part(method);
-        let points = grid().map(|d| {
-            let Estimated { value, error } = share_within(d, own.iter());
-            let [low, high] = [-1.96, 1.96].map(|z| (value + z * error).clamp(0.0, 1.0));
-            Point::interval(d, value, low, high)
-        });
-        plot.series(Series::new("the method", Style::Band, points.collect()).slot(0))
+/// The share of runs within d, with its interval.
+fn band(results: &[ScenarioResults]) -> Vec<Point> {
+    let points = grid().map(|d| {
+        let Estimated { value, error } = share_within(d, results.iter());
+        let [low, high] = [-1.96, 1.96].map(|z| (value + z * error).clamp(0.0, 1.0));
+        Point::interval(d, value, low, high)
     });
-    let panels: Vec<Plot> = panels.collect();
-    let description = format!("{title}, a panel for each method");
-    let sharing = Sharing { x: true, y: true };
-    small_multiples(title, &description, &panels, COLUMNS, sharing)
+    points.collect()
 }
 
-fn curve(results: &[ScenarioResults], point: impl Fn(f64, f64) -> Point) -> Vec<Point> {
-    let points = grid().map(|d| point(d, share_within(d, results.iter()).value));
+fn curve(results: &[ScenarioResults]) -> Vec<Point> {
+    let points = grid().map(|d| Point::new(d, share_within(d, results.iter()).value));
     points.collect()
 }

@@ -1,10 +1,11 @@
 //! What the suite's page is about.
 
-use asobench_study::suite::{MethodResults, Suite};
+use asobench_study::suite::{MethodResults, RecordedFits, Suite, Times};
 
 /// What a page of the suite is made of.
+#[derive(Clone, Copy)]
 pub struct SuitePage<'a> {
-    /// The suite.
+    /// A division of the suite.
     pub suite: &'a Suite,
     /// The results of all methods, each with every scenario of the suite.
     pub methods: &'a [MethodResults],
@@ -14,4 +15,10 @@ pub struct SuitePage<'a> {
     pub has_studies: bool,
     /// The command that prints the page's numbers.
     pub command: &'a str,
+    /// The times of the methods, if they were measured.
+    pub times: Option<&'a Times>,
+    /// The open division, if the page shows it too.
+    pub open: Option<&'a SuitePage<'a>>,
+    /// The FIT of recorded data, if the page shows it.
+    pub recorded: Option<&'a RecordedFits>,
 }

@@ -4,17 +4,31 @@ use super::subject::SuitePage;
 use crate::table::{CellText, Column, Table};
 use asobench_identification::number::uncertain_within;
 use asobench_study::suite::{
-    Estimated, IDEAL, MethodResults, Scenario, ScenarioResults, Score, efficiency, paired, score,
+    Division, Estimated, IDEAL, MethodResults, RecordedFits, Scenario, ScenarioResults, Score,
+    efficiency, paired, score,
 };
 
 /// Methods beside each other in a table of scenarios.
 const BESIDE: usize = 8;
 /// Digits of a number.
 const DIGITS: i32 = 4;
+/// Efficiencies below it are not told apart.
+const LEAST: f64 = 0.001;
+/// A lower FIT is not told apart: the model explains nothing.
+const LEAST_FIT: f64 = -100.0;
 
 pub(super) struct Tables<'a> {
     of: &'a SuitePage<'a>,
     scenarios: Vec<&'a Scenario>,
+}
+
+/// An efficiency. One that is certainly below [`LEAST`] is not told apart from others.
+fn efficient(number: Estimated) -> CellText {
+    if number.value + 4.0 * number.error < LEAST {
+        CellText::number(format!("< {LEAST}"), number.value)
+    } else {
+        cell(number, 1.0)
+    }
 }
 
 /// A number of a table, times a factor.
@@ -49,9 +63,9 @@ impl<'a> Tables<'a> {
         (!both.is_empty()).then(|| (both.len(), score(&both)))
     }
 
-    /// Each method over all scenarios.
+    /// Each method over all scenarios, with its times if they were measured.
     pub(super) fn scores(&self) -> Table {
-        let columns = vec![
+        let mut columns = vec![
             Column::text("method").width(15),
             Column::number("scenarios", "").width(9),
             Column::number("lost", "%").width(9),
@@ -60,10 +74,16 @@ impl<'a> Tables<'a> {
             Column::number("coverage", "%").width(9),
             Column::number("FIT", "%").width(8),
         ];
-        let mut table = Table::new(
-            "Each method over the scenarios that it is for, weighted equally",
-            columns,
-        );
+        if self.of.times.is_some() {
+            columns.push(Column::number("time, of arx", "").width(12));
+        }
+        let caption = match self.of.suite.division {
+            Division::Closed => "Each method over the scenarios that it is for, weighted equally",
+            Division::Open => {
+                "Each method that chooses its order, over all scenarios, weighted equally; d is that of the response"
+            }
+        };
+        let mut table = Table::new(caption, columns);
         for method in self.of.methods {
             let Some((count, score)) = self.score(method, |_| true) else {
                 continue;
@@ -74,17 +94,29 @@ impl<'a> Tables<'a> {
             }
             let [typical, worst] = score.efficiency;
             let coverage = score.coverage.map_or_else(none, |of| cell(of, 100.0));
-            table.row([
+            let row = [
                 CellText::text(name),
                 CellText::number(count.to_string(), count as f64),
                 cell(score.lost, 100.0),
-                cell(typical, 1.0),
-                cell(worst, 1.0),
+                efficient(typical),
+                efficient(worst),
                 coverage,
                 cell(score.fit, 1.0),
-            ]);
+            ];
+            table.row(row.into_iter().chain(self.time(method)));
         }
         table
+    }
+
+    /// The cell of a method's time over that of the reference; `None` if no times were measured.
+    fn time(&self, method: &MethodResults) -> Option<CellText> {
+        let times = self.of.times?;
+        let both = self.scenarios.iter().zip(&method.scenarios);
+        let own = both
+            .filter(|(_, of)| of.has_runs())
+            .map(|(scenario, _)| *scenario);
+        let own = times.of(&method.method, own);
+        Some(own.map_or_else(none, |own| cell(own.typical(), 1.0)))
     }
 
     /// The newcomer beside each other method, on the same records.
@@ -123,16 +155,14 @@ impl<'a> Tables<'a> {
     /// Each method in the scenarios of each difficulty: efficiency of a typical run, and lost runs.
     pub(super) fn difficulties(&self) -> Vec<Table> {
         let words = self.of.suite.difficulties();
-        type Number = fn(&Score) -> Estimated;
-        let kinds: [(&str, Number, f64); 2] = [
-            (
-                "Efficiency of a typical run, by what is hard",
-                |of| of.efficiency[0],
-                1.0,
-            ),
-            ("Lost runs, %, by what is hard", |of| of.lost, 100.0),
+        type Number = fn(&Score) -> CellText;
+        let kinds: [(&str, Number); 2] = [
+            ("Efficiency of a typical run, by what is hard", |of| {
+                efficient(of.efficiency[0])
+            }),
+            ("Lost runs, %, by what is hard", |of| cell(of.lost, 100.0)),
         ];
-        let tables = kinds.into_iter().map(|(caption, number, factor)| {
+        let tables = kinds.into_iter().map(|(caption, number)| {
             let mut columns = vec![Column::text("method").width(15)];
             columns.extend(words.iter().map(|word| {
                 let count = self
@@ -146,7 +176,7 @@ impl<'a> Tables<'a> {
             for method in self.of.methods {
                 let numbers = words.iter().map(|word| {
                     let score = self.score(method, |scenario| scenario.hard.contains(word));
-                    score.map_or_else(none, |(_, score)| cell(number(&score), factor))
+                    score.map_or_else(none, |(_, score)| number(&score))
                 });
                 let name = CellText::text(method.method.clone());
                 table.row([name].into_iter().chain(numbers));
@@ -154,6 +184,56 @@ impl<'a> Tables<'a> {
             table
         });
         tables.collect()
+    }
+
+    /// Why runs were lost, in per cent of all runs of a method; `None` if results do not say, as where only the first trials
+    /// of a scenario are taken.
+    pub(super) fn reasons(&self) -> Option<Table> {
+        let mut words: Vec<&str> = Vec::new();
+        let runs =
+            |of: &MethodResults| of.scenarios.iter().map(|of| of.d.len() as u64).sum::<u64>();
+        let told = |of: &MethodResults| -> u64 {
+            let scenarios = of.scenarios.iter().flat_map(|of| of.lost.values());
+            scenarios.sum()
+        };
+        let lost = |of: &MethodResults| {
+            of.scenarios
+                .iter()
+                .map(|of| of.lost_runs() as u64)
+                .sum::<u64>()
+        };
+        if self.of.methods.iter().any(|of| told(of) != lost(of)) {
+            return None;
+        }
+        for scenario in self.of.methods.iter().flat_map(|of| &of.scenarios) {
+            for word in scenario.lost.keys() {
+                if !words.contains(&word.as_str()) {
+                    words.push(word);
+                }
+            }
+        }
+        words.sort_unstable();
+        let mut columns = vec![Column::text("method").width(15)];
+        columns.extend(
+            words
+                .iter()
+                .map(|word| Column::number(*word, "").width(word.len().max(6))),
+        );
+        let mut table = Table::new("Why runs were lost, % of the runs of a method", columns);
+        for method in self.of.methods.iter().filter(|of| lost(of) > 0) {
+            let shares = words.iter().map(|word| {
+                let own = method.scenarios.iter().filter_map(|of| of.lost.get(*word));
+                let share = 100.0 * own.sum::<u64>() as f64 / runs(method) as f64;
+                if share > 0.0 {
+                    CellText::number(format!("{share:.1}"), share)
+                } else {
+                    none()
+                }
+            });
+            let name = CellText::text(method.method.clone());
+            table.row([name].into_iter().chain(shares));
+        }
+        (!words.is_empty()).then_some(table)
     }
 
     /// The scenarios.
@@ -217,7 +297,7 @@ impl<'a> Tables<'a> {
                     if !results.has_runs() {
                         return none();
                     }
-                    let number = cell(efficiency(scenario, results, 0.5), 1.0);
+                    let number = efficient(efficiency(scenario, results, 0.5));
                     let lost = results.lost_runs();
                     if method.method == IDEAL || !self.of.has_studies || lost == results.d.len() {
                         return number;
@@ -231,4 +311,45 @@ impl<'a> Tables<'a> {
         });
         tables.collect()
     }
+}
+
+/// The FIT of each method on each recorded file over the samples that it has not seen: simulated, and one step ahead.
+pub fn recorded(fits: &RecordedFits) -> Vec<Table> {
+    let kinds = [
+        "FIT on recorded data, %, simulated over the samples that were not used",
+        "FIT on recorded data, %, predicted one step ahead over the samples that were not used",
+    ];
+    let tables = kinds.into_iter().enumerate().map(|(place, caption)| {
+        let mut columns = vec![
+            Column::text("record").width(26),
+            Column::number("samples", "").width(8),
+            Column::number("used", "").width(5),
+        ];
+        let methods = fits.methods.iter();
+        columns
+            .extend(methods.map(|name| Column::number(name.clone(), "").width(name.len().max(6))));
+        let mut table = Table::new(caption, columns);
+        for record in &fits.records {
+            let [samples, first] = record.samples;
+            let numbers = record.fits.iter().map(|fit| {
+                fit.map_or_else(none, |fit| {
+                    let fit = fit[place];
+                    let text = if fit < LEAST_FIT {
+                        format!("< {LEAST_FIT}")
+                    } else {
+                        format!("{fit:.1}")
+                    };
+                    CellText::number(text, fit)
+                })
+            });
+            let head = [
+                CellText::text(record.file.clone()),
+                CellText::number(samples.to_string(), samples as f64),
+                CellText::number(first.to_string(), first as f64),
+            ];
+            table.row(head.into_iter().chain(numbers));
+        }
+        table
+    });
+    tables.collect()
 }

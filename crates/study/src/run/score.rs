@@ -15,7 +15,7 @@ use asobench_identification::observer::ObservedModel;
 use asobench_identification::plant::PoleFinder;
 use asobench_identification::real::with_fma;
 use asobench_identification::signal::{Input, Purpose, stream};
-use asobench_identification::theory::FisherInformation;
+use asobench_identification::theory::{FisherInformation, ResponseBound};
 
 /// Measures passes of one cell, with its own buffers.
 pub(crate) struct Scorer {
@@ -33,6 +33,8 @@ pub(crate) struct Scorer {
     response: Response,
     /// The information of a record, if d is wanted and there is one.
     information: Option<FisherInformation>,
+    /// The bound of the response, if `d_g` is wanted and there is one.
+    bound: Option<ResponseBound>,
     /// Room for the state of the plant or of a model.
     x: Vec<f64>,
     wanted: Wanted,
@@ -67,6 +69,11 @@ impl Scorer {
             .any(|method| method.order(cell.order) == process.order());
         let largest = methods.clone().map(|method| method.order(cell.order)).max();
         let largest = largest.unwrap_or(cell.order).max(process.order());
+        let wanted = any(&[F::Distance, F::ResponseDistance]);
+        let information = || {
+            let of_record = || FisherInformation::new(process, cell.eta, cell.window).ok();
+            wanted.then(of_record).flatten()
+        };
         let observers: Result<_, SetupError> = methods
             .map(|method| CellObserver::new(cell, method))
             .collect();
@@ -84,9 +91,14 @@ impl Scorer {
             poles: PoleFinder::new(cell.order),
             input: process.input().clone(),
             response: Response::new(RESPONSE_SAMPLES),
-            information: any(&[F::Distance])
-                .then(|| FisherInformation::new(process, cell.eta, cell.window).ok())
-                .flatten(),
+            information: information().filter(|_| any(&[F::Distance])),
+            bound: process
+                .plant()
+                .filter(|_| any(&[F::ResponseDistance]))
+                .and_then(|plant| {
+                    let information = information()?;
+                    ResponseBound::new(&information, plant).ok()
+                }),
             x: vec![0.0; largest],
             fed_back: StateError::default(),
             wanted: Wanted {
@@ -196,6 +208,9 @@ impl Scorer {
                 #[inline(always)]
                 || response.fresh_fit(model, x),
             );
+        }
+        if let Some(bound) = &self.bound {
+            row[Measure::ResponseDistance] = bound.distance(a, b, *direct);
         }
         if truth.a.len() != pass.a.len() {
             return;

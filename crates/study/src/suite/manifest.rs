@@ -20,6 +20,27 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// What methods are told.
+    Division, "division" {
+        /// The orders of the truth (the default).
+        Closed = "closed",
+        /// The delay and a largest order: methods choose.
+        Open = "open",
+    }
+}
+
+impl Division {
+    /// Whether it is the closed one.
+    #[expect(
+        clippy::trivially_copy_pass_by_ref,
+        reason = "serde asks with a reference"
+    )]
+    pub(super) fn is_closed(&self) -> bool {
+        *self == Self::Closed
+    }
+}
+
 impl Tier {
     /// Whether a run of this tier has what belongs to another.
     pub fn contains(self, other: Self) -> bool {
@@ -87,6 +108,21 @@ pub(super) fn published() -> &'static str {
     PUBLISHED
 }
 
+/// The list of recorded data.
+pub(super) fn records() -> &'static str {
+    RECORDS
+}
+
+/// The shipped FIT of recorded data; empty without any.
+pub(super) fn recorded() -> &'static str {
+    RECORDED
+}
+
+/// The shipped times; empty without any.
+pub(super) fn times() -> &'static str {
+    TIMES
+}
+
 /// Returns the text of a system's file.
 pub(super) fn system(name: &str) -> Option<&'static str> {
     let found = SYSTEMS.iter().find(|(of, _)| *of == name);
@@ -98,7 +134,11 @@ pub(super) fn systems() -> impl Iterator<Item = &'static str> {
     SYSTEMS.iter().map(|(name, _)| *name)
 }
 
-/// The shipped results, one text for each method.
-pub(super) fn results() -> impl Iterator<Item = &'static str> {
-    RESULTS.iter().map(|(_, text)| *text)
+/// The shipped results of a division, one text for each method.
+pub(super) fn results(division: Division) -> impl Iterator<Item = &'static str> {
+    let all = match division {
+        Division::Closed => RESULTS,
+        Division::Open => OPEN_RESULTS,
+    };
+    all.iter().map(|(_, text)| *text)
 }

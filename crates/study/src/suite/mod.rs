@@ -6,21 +6,28 @@
 //! information F of the scenario ([`asobench_identification::theory::FisherInformation`]); a lost run is infinitely far.
 //! No number depends on who else takes part.
 
+mod competitor;
 mod manifest;
 mod paired;
 mod published;
+mod recorded;
+mod records;
 mod results;
 mod scenario;
 mod score;
+mod times;
 
-pub use manifest::{Manifest, StudyEntry, Tier, VALUES};
+pub use competitor::Competitor;
+pub use manifest::{Division, Manifest, StudyEntry, Tier, VALUES};
 pub use paired::{Paired, paired};
 pub use published::{PublishedTable, Reproduced, published};
+pub use recorded::{RecordEntry, RecordFits, RecordedFits, choosing, recorded_entries};
 pub use results::{
     METHODS, MethodResults, ResultsError, ScenarioResults, collect, declined, of_folder, shipped,
 };
-pub use scenario::{Competitor, Made, Scenario, Suite, SuiteError, SuiteStudy};
-pub use score::{Estimated, Score, efficiency, ideal_share, ideal_weights, score, share_within};
+pub use scenario::{Made, Scenario, Suite, SuiteError, SuiteStudy, ideal_weights};
+pub use score::{Estimated, Score, efficiency, ideal_share, score, share_within};
+pub use times::{MethodTimes, REFERENCE, ScenarioTimes, TIME_LIMIT, Times, time};
 
 /// The name under which the prediction error method started at the truth stands in results.
 pub const IDEAL: &str = "pem-from-truth";

@@ -1,7 +1,8 @@
 //! What is kept of a method: for every run its d, its FIT and how many intervals hold the truth, in a few digits.
 
-use super::manifest;
-use super::scenario::{Competitor, Scenario, Suite, SuiteStudy};
+use super::competitor::Competitor;
+use super::manifest::{self, Division};
+use super::scenario::{Scenario, Suite, SuiteStudy};
 use crate::design::experiment::Experiment;
 use crate::design::measure::Measure;
 use crate::files::{self, Kind, PathError};
@@ -18,6 +19,9 @@ use std::path::Path;
 pub struct MethodResults {
     /// The edition of the suite.
     pub suite: String,
+    /// What methods are told.
+    #[serde(default, skip_serializing_if = "Division::is_closed")]
+    pub division: Division,
     /// The method's name.
     pub method: String,
     /// The seed of the records.
@@ -38,7 +42,7 @@ pub struct ScenarioResults {
     pub name: String,
     /// The checksum of what it is.
     pub content: String,
-    /// d of every trial, to four digits; null where the run is lost.
+    /// d of every trial, to four digits; null where the run is lost. In the open division that of the response.
     pub d: Vec<Option<f64>>,
     /// Simulated FIT on fresh data in per cent, to a tenth; null where the run is lost.
     pub fit: Vec<Option<f64>>,
@@ -97,6 +101,12 @@ impl MethodResults {
         if self.suite != manifest.edition {
             let (found, here) = (&self.suite, &manifest.edition);
             return Err(other(format!("of suite {found}; expected suite {here}")));
+        }
+        if self.division != suite.division {
+            let (found, here) = (self.division, suite.division);
+            return Err(other(format!(
+                "of the {found} division; expected the {here} one"
+            )));
         }
         if self.seed != manifest.seed {
             let (found, here) = (self.seed, manifest.seed);
@@ -178,7 +188,7 @@ impl ScenarioResults {
 /// # Errors
 /// [`ResultsError`].
 pub fn shipped(suite: &Suite) -> Result<Vec<MethodResults>, ResultsError> {
-    let read = manifest::results().map(|text| MethodResults::parse(text)?.of(suite));
+    let read = manifest::results(suite.division).map(|text| MethodResults::parse(text)?.of(suite));
     Ok(in_order(read.collect::<Result<_, _>>()?))
 }
 
@@ -213,7 +223,10 @@ pub const METHODS: &str = "methods";
 /// Those that have runs, in the order of the registry, others last.
 fn in_order(mut methods: Vec<MethodResults>) -> Vec<MethodResults> {
     methods.retain(MethodResults::has_runs);
-    let names: Vec<String> = Competitor::all().iter().map(Competitor::name).collect();
+    let all = Division::ALL
+        .iter()
+        .flat_map(|division| Competitor::of(*division));
+    let names: Vec<String> = all.map(|of| of.name()).collect();
     let place = |of: &MethodResults| names.iter().position(|name| *name == of.method);
     methods.sort_by_key(|of| (place(of).unwrap_or(names.len()), of.method.clone()));
     methods
@@ -241,25 +254,35 @@ pub fn collect(
             continue;
         };
         let cell = block.span.cell;
-        let free = study.scenarios[cell].free;
+        let scenario = &study.scenarios[cell];
         for (output, (_, scenarios)) in all.iter_mut().enumerate() {
-            append(&rows, output, free, &mut scenarios[cell]);
+            append(
+                &rows,
+                output,
+                (study.distance(), scenario.free),
+                &mut scenarios[cell],
+            );
         }
     }
     Ok(all)
 }
 
-/// Appends the runs of an output.
-fn append(rows: &Rows, output: usize, free: usize, to: &mut ScenarioResults) {
+/// Appends the runs of an output, with what d is and the number of free coefficients.
+fn append(
+    rows: &Rows,
+    output: usize,
+    (distance, free): (Measure, usize),
+    to: &mut ScenarioResults,
+) {
     for place in 0..rows.trial_count() {
         let row = rows.row(place, output);
-        let (d, fit) = (row[Measure::Distance], row[Measure::FreshFit]);
-        let lost = if row.failure.is_some() {
-            Some(row.status())
-        } else if row.is_lost() {
-            Some("unstable")
-        } else {
+        let (d, fit) = (row[distance], row[Measure::FreshFit]);
+        let lost = if !row.is_lost() {
             (!d.is_finite()).then_some("other orders")
+        } else if row.failure.is_some() {
+            Some(row.status())
+        } else {
+            Some("unstable")
         };
         if let Some(reason) = lost {
             *to.lost.entry(reason.to_owned()).or_default() += 1;

@@ -1,22 +1,22 @@
 //! The experiments of the suite, and the scenarios in them.
 
-use super::manifest::{Manifest, StudyEntry, Tier, system, systems};
+use super::competitor::{Competitor, Told};
+use super::manifest::{Division, Manifest, StudyEntry, Tier, system, systems};
+use crate::design::cell::DiscreteCell;
 use crate::design::experiment::Experiment;
 use crate::design::file::axis::{Axis, Scalar};
 use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::{ExperimentFile, Store};
+use crate::design::file::experiment_file::{ExperimentFile, Store, Unfinished};
 use crate::design::file::key::Key;
 use crate::design::file::method::MethodTable;
 use crate::design::file::rule::TrialRule;
 use crate::design::measure::Measure;
 use crate::files::checksum;
-use crate::suite::IDEAL;
 use asobench_identification::data::{Feedback, Process};
-use asobench_identification::estimator::{EstimatorName, Needs};
 use asobench_identification::model::Orders;
 use asobench_identification::names::UnknownName;
-use asobench_identification::theory::{FisherInformation, Missing};
-use serde_json::{Map, Value, json};
+use asobench_identification::theory::{FisherInformation, Missing, ResponseBound};
+use serde_json::json;
 
 /// Records of at most this many samples are short.
 const SHORT: usize = 200;
@@ -48,133 +48,6 @@ pub enum SuiteError {
     Unknown(#[from] UnknownName),
 }
 
-/// What takes part in the suite.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Competitor {
-    /// An estimator of the registry with its default options.
-    Estimator(EstimatorName),
-    /// The same, told the structure of the truth too: for estimators of several structures, whose default is B/F.
-    Structured(EstimatorName),
-    /// The prediction error method of the scenario's own structure, started at the truth.
-    Ideal,
-    /// A method of a user's file.
-    Own(Box<MethodTable>),
-}
-
-impl Competitor {
-    /// All that take part by default: the estimators of the registry, those that are told the structure, and the ideal.
-    pub fn all() -> Vec<Self> {
-        let estimates = |name: &&EstimatorName| **name != EstimatorName::Known;
-        let estimators = EstimatorName::ALL.iter().filter(estimates);
-        let estimators = estimators.map(|name| Self::Estimator(*name));
-        let structured = [EstimatorName::Wnsf, EstimatorName::Rpem].map(Self::Structured);
-        estimators.chain(structured).chain([Self::Ideal]).collect()
-    }
-
-    /// Its name in results.
-    pub fn name(&self) -> String {
-        match self {
-            Self::Estimator(name) => name.name().to_owned(),
-            Self::Structured(name) => format!("{name}-structure"),
-            Self::Ideal => IDEAL.to_owned(),
-            Self::Own(table) => table.output_name(0),
-        }
-    }
-
-    /// What it needs besides a record.
-    fn needs(&self) -> Needs {
-        match self {
-            Self::Estimator(estimator) | Self::Structured(estimator) => {
-                let default = estimator.parse(Map::new());
-                default.map_or_else(|_| Needs::default(), |options| options.needs())
-            }
-            Self::Ideal => Needs::default(),
-            Self::Own(table) => table.needs(),
-        }
-    }
-
-    /// The tables of the method for a study, the preferred one first: told the orders if it takes any, and the controller
-    /// if it needs it.
-    fn tables(&self, study: &SuiteStudy) -> Vec<Value> {
-        let (name, n, truth) = (self.name(), study.order, study.truth);
-        let told = study.controller.clone().filter(|_| self.needs().controller);
-        let told = told.map(|law| ("controller".to_owned(), law));
-        let told: Map<String, Value> = told.into_iter().collect();
-        match self {
-            Self::Estimator(estimator) => of_estimator(*estimator, &name, told, n, truth),
-            Self::Structured(estimator) => {
-                // The structure of the truth, or the smallest ARMAX model that holds it.
-                let common = Orders {
-                    nc: 1,
-                    ..Orders::arx(1, 1, 1)
-                };
-                let orders = [truth, truth.holding(common)];
-                let table =
-                    |orders| json!({ "name": name, "estimator": estimator, "orders": orders });
-                orders.map(table).to_vec()
-            }
-            Self::Ideal => {
-                let (estimator, starts) = match truth {
-                    Orders {
-                        na: 1..,
-                        nf: 0,
-                        nc: 0,
-                        ..
-                    } => ("arx", None),
-                    Orders { na: 1.., nf: 0, .. } => ("armax", Some("truth")),
-                    Orders { nc: 0, nd: 0, .. } => ("oe", Some("truth")),
-                    _ => ("bj", Some("truth")),
-                };
-                let mut options = json!({ "name": name, "estimator": estimator, "orders": truth });
-                if let Some(starts) = starts {
-                    options["starts"] = json!(starts);
-                }
-                vec![options]
-            }
-            Self::Own(table) => {
-                let Ok(Value::Object(given)) = serde_json::to_value(&**table) else {
-                    return Vec::new();
-                };
-                if given.contains_key("orders") {
-                    return vec![Value::Object(given)];
-                }
-                if table.program().is_some() {
-                    let mut told = given;
-                    told.insert("orders".to_owned(), json!(truth));
-                    return vec![Value::Object(told)];
-                }
-                let told = told.into_iter().chain(given).collect();
-                of_estimator(table.estimator(), &name, told, n, truth)
-            }
-        }
-    }
-}
-
-/// The tables of an estimator with some options: with the smallest orders of its form that hold the truth, and without.
-fn of_estimator(
-    estimator: EstimatorName,
-    name: &str,
-    options: Map<String, Value>,
-    n: usize,
-    truth: Orders,
-) -> Vec<Value> {
-    let mut plain = options;
-    plain.insert("name".to_owned(), json!(name));
-    plain.insert("estimator".to_owned(), json!(estimator.name()));
-    let Ok(default) = estimator.parse(Map::new()) else {
-        return Vec::new();
-    };
-    if let Some(last) = default.outputs("").last().filter(|last| last.pass > 0) {
-        plain.entry("report").or_insert(json!([last.pass]));
-    }
-    let told = default.model_orders(n).map(|form| {
-        let mut told = plain.clone();
-        told.insert("orders".to_owned(), json!(truth.holding(form)));
-        Value::Object(told)
-    });
-    told.into_iter().chain([Value::Object(plain)]).collect()
-}
-
 /// The experiment of a study, if a method can serve it, and the names of those that cannot, with the reason.
 pub type Made = (Option<Experiment>, Vec<(String, String)>);
 
@@ -182,6 +55,8 @@ pub type Made = (Option<Experiment>, Vec<(String, String)>);
 pub struct Suite {
     /// The manifest.
     pub manifest: Manifest,
+    /// What methods are told.
+    pub division: Division,
     /// The tier.
     pub tier: Tier,
     /// Take only so many trials of each scenario, the first; all of the tier if `None`.
@@ -198,12 +73,8 @@ pub struct SuiteStudy {
     pub entry: StudyEntry,
     /// The experiment without methods.
     file: ExperimentFile,
-    /// The order of the plant.
-    order: usize,
-    /// The controller of the loop, as methods take it.
-    controller: Option<Value>,
-    /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
-    pub truth: Orders,
+    /// What methods may be told.
+    told: Told,
     /// Its scenarios, one for each N.
     pub scenarios: Vec<Scenario>,
 }
@@ -219,6 +90,8 @@ pub struct Scenario {
     pub window: usize,
     /// The number p of free coefficients.
     pub free: usize,
+    /// The weights of the law of d of an efficient method, a sum of squares of normal numbers.
+    pub weights: Vec<f64>,
     /// Whether there is feedback.
     pub is_closed: bool,
     /// What is hard about it.
@@ -226,16 +99,24 @@ pub struct Scenario {
 }
 
 impl Suite {
-    /// Makes the suite of a tier. `only`: systems, studies or scenarios; all if empty.
+    /// Makes the closed division of a tier. `only`: systems, studies or scenarios; all if empty.
     ///
     /// # Errors
     /// [`SuiteError`].
     pub fn new(tier: Tier, only: &[String]) -> Result<Self, SuiteError> {
+        Self::of(Division::Closed, tier, only)
+    }
+
+    /// Makes a division of a tier. `only`: systems, studies or scenarios; all if empty.
+    ///
+    /// # Errors
+    /// [`SuiteError`].
+    pub fn of(division: Division, tier: Tier, only: &[String]) -> Result<Self, SuiteError> {
         let manifest = Manifest::read().map_err(SuiteError::Manifest)?;
         let mut studies = Vec::new();
         let entries = manifest.studies.iter();
         for entry in entries.filter(|entry| tier.contains(entry.tier)) {
-            studies.push(SuiteStudy::new(&manifest, entry)?);
+            studies.push(SuiteStudy::new(&manifest, entry, division)?);
         }
         for wanted in only {
             let names = |study: &SuiteStudy| study.names();
@@ -253,6 +134,7 @@ impl Suite {
         }
         Ok(Self {
             manifest,
+            division,
             tier,
             first: None,
             studies,
@@ -288,7 +170,11 @@ impl Suite {
 }
 
 impl SuiteStudy {
-    fn new(manifest: &Manifest, entry: &StudyEntry) -> Result<Self, SuiteError> {
+    fn new(
+        manifest: &Manifest,
+        entry: &StudyEntry,
+        division: Division,
+    ) -> Result<Self, SuiteError> {
         let name = format!("{}-{}", entry.system, entry.variant);
         let wrong = |error: FileError| SuiteError::Study {
             study: name.clone(),
@@ -312,42 +198,60 @@ impl SuiteStudy {
         file.settings.insert(Key::Window, Axis::Many(windows));
         file.trials = TrialRule::Fixed(manifest.trials_of(entry.tier));
         file.store = Store::Trials;
-        file.coverage = true;
-        file.measures = vec![Measure::Distance, Measure::FreshFit];
+        if !division.is_closed() {
+            // A model that a search left without a minimum is a response like any other.
+            file.unfinished = Unfinished::Counted;
+        }
+        file.coverage = division.is_closed();
+        file.measures = vec![distance(division), Measure::FreshFit];
         let experiment = Experiment::new(file.clone()).map_err(wrong)?;
         let first = experiment.cells.first().and_then(|cell| cell.discrete());
         let cell = first.ok_or_else(|| wrong(FileError::key("window", "no N")))?;
         let process = &cell.process;
-        let information = FisherInformation::new(process, cell.eta, cell.window);
-        let information = information.map_err(|why| SuiteError::NoInformation {
-            study: name.clone(),
-            why,
-        })?;
-        let (truth, free) = (information.orders(), information.free());
-        let scenarios = entry
-            .window
-            .iter()
-            .zip(contents)
-            .map(|(window, content)| Scenario {
+        let information = information(cell, &name)?;
+        let truth = information.orders();
+        let mut scenarios = Vec::new();
+        for ((window, content), cell) in entry.window.iter().zip(contents).zip(&experiment.cells) {
+            let weights = match (division, cell.discrete()) {
+                (Division::Open, Some(cell)) => response_weights(cell, &name)?,
+                _ => ideal_weights(information.free()),
+            };
+            scenarios.push(Scenario {
                 name: format!("{name}-{window}"),
                 content,
                 window: *window,
-                free,
+                free: information.free(),
+                weights,
                 is_closed: is_closed(process),
                 hard: hard(entry, process, truth, *window),
             });
+        }
         Ok(Self {
-            scenarios: scenarios.collect(),
-            order: process.order(),
-            controller: match &process.settings().feedback {
-                Feedback::Output(law) => serde_json::to_value(law).ok(),
-                _ => None,
+            told: Told {
+                order: process.order(),
+                truth,
+                controller: match &process.settings().feedback {
+                    Feedback::Output(law) => serde_json::to_value(law).ok(),
+                    _ => None,
+                },
+                shortest: entry.window.iter().copied().min().unwrap_or(0),
+                division,
             },
-            truth,
+            scenarios,
             entry: entry.clone(),
             file,
             name,
         })
+    }
+
+    /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
+    pub fn truth(&self) -> Orders {
+        self.told.truth
+    }
+
+    /// The measure that is d.
+    pub(super) fn distance(&self) -> Measure {
+        distance(self.told.division)
     }
 
     /// The names that choose it or a part of it.
@@ -409,14 +313,14 @@ impl SuiteStudy {
         let needs = competitor.needs();
         let is_closed = self.scenarios.iter().all(|scenario| scenario.is_closed);
         (needs.reference.is_none() || is_closed)
-            && (!needs.controller || self.controller.is_some())
+            && (!needs.controller || self.told.controller.is_some())
             && (!needs.hold || self.entry.sampled)
     }
 
     /// Returns the table of a method that serves the study. The error says why none does.
     fn method(&self, competitor: &Competitor) -> Result<MethodTable, String> {
         let mut reason = "no table of it can be made".to_owned();
-        for table in competitor.tables(self) {
+        for table in competitor.tables(&self.told) {
             let parsed = serde_json::from_value::<MethodTable>(table);
             let made = parsed.map_err(|error| error.to_string()).and_then(|table| {
                 let file = ExperimentFile {
@@ -433,6 +337,40 @@ impl SuiteStudy {
         }
         Err(reason)
     }
+}
+
+/// The measure that is d in a division.
+fn distance(division: Division) -> Measure {
+    match division {
+        Division::Closed => Measure::Distance,
+        Division::Open => Measure::ResponseDistance,
+    }
+}
+
+/// The information of a record of a study.
+fn information(cell: &DiscreteCell, study: &str) -> Result<FisherInformation, SuiteError> {
+    let information = FisherInformation::new(&cell.process, cell.eta, cell.window);
+    information.map_err(|why| SuiteError::NoInformation {
+        study: study.to_owned(),
+        why,
+    })
+}
+
+/// Returns the weights whose sum of squares of normal numbers is d of an efficient method in the closed division.
+pub fn ideal_weights(free: usize) -> Vec<f64> {
+    vec![1.0 / free as f64; free]
+}
+
+/// The weights of the law of d of the response.
+fn response_weights(cell: &DiscreteCell, study: &str) -> Result<Vec<f64>, SuiteError> {
+    let information = information(cell, study)?;
+    let plant = cell.process.plant().ok_or(Missing::Singular);
+    let bound = plant.and_then(|plant| ResponseBound::new(&information, plant));
+    let bound = bound.map_err(|why| SuiteError::NoInformation {
+        study: study.to_owned(),
+        why,
+    })?;
+    Ok(bound.weights().to_vec())
 }
 
 fn is_closed(process: &Process) -> bool {

@@ -41,14 +41,9 @@ pub struct Score {
     pub is_below: bool,
 }
 
-/// Returns the weights whose sum of squares of normal numbers is d of an efficient method.
-pub fn ideal_weights(free: usize) -> Vec<f64> {
-    vec![1.0 / free as f64; free]
-}
-
 /// Returns the share of runs of an efficient method with d up to x, scenarios weighted equally.
 pub fn ideal_share<'a>(x: f64, scenarios: impl Iterator<Item = &'a Scenario>) -> f64 {
-    let shares = scenarios.map(|scenario| distribution(&ideal_weights(scenario.free), x));
+    let shares = scenarios.map(|scenario| distribution(&scenario.weights, x));
     mean(&shares.collect::<Vec<_>>())
 }
 
@@ -60,7 +55,7 @@ pub fn share_within<'a>(x: f64, results: impl Iterator<Item = &'a ScenarioResult
 
 /// Returns the efficiency in one scenario at a quantile, one of [`VALUES`].
 pub fn efficiency(scenario: &Scenario, results: &ScenarioResults, at: f64) -> Estimated {
-    let ideal = quantile(&ideal_weights(scenario.free), at).powi(2);
+    let ideal = quantile(&scenario.weights, at).powi(2);
     let of = |d: &mut [f64]| {
         let found = sample_quantile(d, at);
         if found.is_finite() {
@@ -107,7 +102,7 @@ pub fn score(of: &[(&Scenario, &ScenarioResults)]) -> Score {
 fn is_below(of: &[(&Scenario, &ScenarioResults)]) -> bool {
     let (mut excess, mut runs) = (0.0, 0.0);
     for (scenario, results) in of {
-        let median = quantile(&ideal_weights(scenario.free), 0.5).powi(2);
+        let median = quantile(&scenario.weights, 0.5).powi(2);
         let count = results.distances().filter(|d| *d < median).count();
         excess += count as f64 - 0.5 * results.d.len() as f64;
         runs += results.d.len() as f64;

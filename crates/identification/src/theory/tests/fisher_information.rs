@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::model::Orders;
+use faer::linalg::solvers::Solve;
 
 const ABSOLUTE: LevelReading = LevelReading {
     over: LevelOver::Nothing,
@@ -161,4 +162,65 @@ fn free_coefficients_and_the_distance() {
     assert!(information.distance([&a[1..], &h], [&a, &h]).is_nan());
     let silent = FisherInformation::new(&process, 0.0, 100);
     assert_eq!(silent.unwrap_err(), Missing::Singular);
+}
+
+/// The error of a response over its bound, against sums over a grid of frequencies, which are exact where the responses have
+/// decayed within its points: of one model, and the second moment of the law.
+#[test]
+fn a_response_has_its_bound_over_all_frequencies() {
+    const POINTS: usize = 4096;
+    let (alpha, beta) = ([-1.5, 0.7], [1.0, 0.5]);
+    let white = NoiseColour::from(NoiseFilter::white());
+    let process = of(&alpha, &beta, gaussian(1.0), white, Feedback::None);
+    let information = FisherInformation::new(&process, 100.0, 500).unwrap();
+    let plant = process.plant().unwrap();
+    let bound = ResponseBound::new(&information, plant).unwrap();
+    let inverse = information
+        .matrix()
+        .partial_piv_lu()
+        .solve(Mat::<f64>::identity(4, 4));
+    let response = |alpha: &[f64], beta: &[f64], z: c64| {
+        let denominator = alpha
+            .iter()
+            .rev()
+            .fold(c64::new(0.0, 0.0), |sum, a| (sum + *a) * z);
+        let numerator = beta
+            .iter()
+            .rev()
+            .fold(c64::new(0.0, 0.0), |sum, b| (sum + *b) * z);
+        [numerator, denominator + 1.0]
+    };
+    let other = ([-1.48, 0.69], [1.02, 0.45]);
+    let (mut square, mut gram) = (0.0, Mat::<f64>::zeros(4, 4));
+    for point in 0..POINTS {
+        let angle = -std::f64::consts::TAU * point as f64 / POINTS as f64;
+        let z = c64::new(angle.cos(), angle.sin());
+        let [b, a] = response(&alpha, &beta, z);
+        let [other_b, other_a] = response(&other.0, &other.1, z);
+        square += (b / a - other_b / other_a).norm_sqr() / POINTS as f64;
+        let slope = [-(b * z) / (a * a), -(b * z * z) / (a * a), z / a, z * z / a];
+        for i in 0..4 {
+            for j in 0..4 {
+                gram[(i, j)] += (slope[i] * slope[j].conj()).re / POINTS as f64;
+            }
+        }
+    }
+    let relative = &gram * &inverse;
+    let trace = |of: &Mat<f64>| (0..4).map(|i| of[(i, i)]).sum::<f64>();
+    let h: Vec<f64> = other.1.to_vec();
+    let model = TransferFunction::from_polynomials(&other.0, &h).unwrap();
+    let model = StateSpace::from(model);
+    let found = bound.distance(model.a(), model.b(), 0.0);
+    let expected = square / trace(&relative);
+    assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    let second: f64 = bound.weights().iter().map(|w| w * w).sum();
+    let expected = trace(&(&relative * &relative)) / trace(&relative).powi(2);
+    assert!(
+        (second / expected - 1.0).abs() < 1e-9,
+        "{second} {expected}"
+    );
+    assert!((bound.weights().iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    // A direct term adds its square.
+    let with_direct = bound.distance(plant.a(), plant.b(), 0.5) * trace(&relative);
+    assert!((with_direct - 0.25).abs() < 1e-9, "{with_direct}");
 }

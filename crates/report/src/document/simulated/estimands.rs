@@ -75,7 +75,7 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
             "a and h",
             "the plant's coefficients, weighted by the information of the record",
         ),
-        M::ImpulseResponse => ("impulse response", "that of the plant"),
+        M::ImpulseResponse | M::ResponseDistance => ("impulse response", "that of the plant"),
         M::FreshFit => (
             "noise-free output",
             "that of the plant from rest, under an input of its own",

@@ -1,0 +1,210 @@
+//! What takes part in the suite, and what it is told of a system.
+
+use super::manifest::Division;
+use crate::design::file::method::MethodTable;
+use crate::suite::IDEAL;
+use asobench_identification::estimator::{EstimatorName, Needs, OrderRule};
+use asobench_identification::model::Orders;
+use serde_json::{Map, Value, json};
+
+/// In the open division the largest order to choose from.
+const MOST: usize = 6;
+/// There the taps of an impulse response, but for short records.
+const TAPS: usize = 100;
+
+/// What takes part in the suite.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Competitor {
+    /// An estimator of the registry with its default options.
+    Estimator(EstimatorName),
+    /// The same, told the structure of the truth too: for estimators of several structures, whose default is B/F.
+    Structured(EstimatorName),
+    /// An estimator that chooses its order.
+    Choosing(EstimatorName),
+    /// The prediction error method of the scenario's own structure, started at the truth.
+    Ideal,
+    /// A method of a user's file.
+    Own(Box<MethodTable>),
+}
+
+/// What methods may be told of a study.
+#[derive(Clone, Debug)]
+pub(super) struct Told {
+    /// The order of the plant.
+    pub(super) order: usize,
+    /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
+    pub(super) truth: Orders,
+    /// The controller of the loop, as methods take it.
+    pub(super) controller: Option<Value>,
+    /// The smallest N.
+    pub(super) shortest: usize,
+    /// What is told of it.
+    pub(super) division: Division,
+}
+
+impl Competitor {
+    /// All that take part in a division by default, the ideal last. Closed: the estimators of the registry, and those that are
+    /// told the structure. Open: the estimators that choose their order by themselves.
+    pub fn of(division: Division) -> Vec<Self> {
+        let estimators = EstimatorName::ALL.iter().copied();
+        let mut all: Vec<Self> = match division {
+            Division::Closed => {
+                let structured = [EstimatorName::Wnsf, EstimatorName::Rpem].map(Self::Structured);
+                let estimators = estimators.filter(|name| *name != EstimatorName::Known);
+                estimators.map(Self::Estimator).chain(structured).collect()
+            }
+            Division::Open => estimators
+                .filter(|name| chooses(*name))
+                .map(Self::Choosing)
+                .collect(),
+        };
+        all.push(Self::Ideal);
+        all
+    }
+
+    /// Its name in results.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Estimator(name) | Self::Choosing(name) => name.name().to_owned(),
+            Self::Structured(name) => format!("{name}-structure"),
+            Self::Ideal => IDEAL.to_owned(),
+            Self::Own(table) => table.output_name(0),
+        }
+    }
+
+    /// What it needs besides a record.
+    pub(super) fn needs(&self) -> Needs {
+        match self {
+            Self::Estimator(estimator)
+            | Self::Structured(estimator)
+            | Self::Choosing(estimator) => {
+                let default = estimator.parse(Map::new());
+                default.map_or_else(|_| Needs::default(), |options| options.needs())
+            }
+            Self::Ideal => Needs::default(),
+            Self::Own(table) => table.needs(),
+        }
+    }
+
+    /// The tables of the method for a study, the preferred one first: told the orders if it takes any, and the controller
+    /// if it needs it.
+    pub(super) fn tables(&self, told: &Told) -> Vec<Value> {
+        let (name, truth) = (self.name(), told.truth);
+        let controller = told.controller.clone().filter(|_| self.needs().controller);
+        let controller = controller.map(|law| ("controller".to_owned(), law));
+        let mut options: Map<String, Value> = controller.into_iter().collect();
+        let with_orders = |orders: Orders, estimator: &str| json!({ "name": name, "estimator": estimator, "orders": orders });
+        match self {
+            Self::Estimator(estimator) => of_estimator(*estimator, &name, options, told),
+            Self::Structured(estimator) => {
+                // The structure of the truth, or the smallest ARMAX model that holds it.
+                let common = Orders {
+                    nc: 1,
+                    ..Orders::arx(1, 1, 1)
+                };
+                let orders = [truth, truth.holding(common)];
+                orders
+                    .map(|orders| with_orders(orders, estimator.name()))
+                    .to_vec()
+            }
+            Self::Choosing(EstimatorName::KernelFir) => {
+                // The response is the model.
+                let orders = Orders {
+                    nb: TAPS.min(told.shortest / 2),
+                    nk: truth.nk,
+                    ..Orders::default()
+                };
+                vec![with_orders(orders, EstimatorName::KernelFir.name())]
+            }
+            Self::Choosing(estimator) => {
+                options.insert("choose".to_owned(), json!(OrderRule::default()));
+                of_estimator(*estimator, &name, options, told)
+            }
+            Self::Ideal => {
+                let (estimator, is_searched) = of_structure(truth);
+                let mut table = with_orders(truth, estimator);
+                if is_searched {
+                    table["starts"] = json!("truth");
+                }
+                vec![table]
+            }
+            Self::Own(table) => {
+                let Ok(Value::Object(mut given)) = serde_json::to_value(&**table) else {
+                    return Vec::new();
+                };
+                if given.contains_key("orders") {
+                    return vec![Value::Object(given)];
+                }
+                if table.program().is_some() {
+                    let orders = match told.division {
+                        Division::Closed => truth,
+                        Division::Open => Orders::arx(MOST, MOST, truth.nk),
+                    };
+                    given.insert("orders".to_owned(), json!(orders));
+                    return vec![Value::Object(given)];
+                }
+                let options = options.into_iter().chain(given).collect();
+                of_estimator(table.estimator(), &name, options, told)
+            }
+        }
+    }
+}
+
+/// Whether an estimator chooses its order: by an option, or as an impulse response that needs none.
+fn chooses(estimator: EstimatorName) -> bool {
+    let rule = Map::from_iter([("choose".to_owned(), json!(OrderRule::default()))]);
+    estimator == EstimatorName::KernelFir || estimator.parse(rule).is_ok()
+}
+
+/// The prediction error method of a structure, and whether it searches.
+fn of_structure(truth: Orders) -> (&'static str, bool) {
+    match truth {
+        Orders {
+            na: 1..,
+            nf: 0,
+            nc: 0,
+            ..
+        } => ("arx", false),
+        Orders { na: 1.., nf: 0, .. } => ("armax", true),
+        Orders { nc: 0, nd: 0, .. } => ("oe", true),
+        _ => ("bj", true),
+    }
+}
+
+/// The tables of an estimator with some options, with orders and without: in the closed division the smallest orders of its
+/// form that hold the truth, in the open one the largest to choose from and the delay.
+fn of_estimator(
+    estimator: EstimatorName,
+    name: &str,
+    options: Map<String, Value>,
+    told: &Told,
+) -> Vec<Value> {
+    let mut plain = options;
+    plain.insert("name".to_owned(), json!(name));
+    plain.insert("estimator".to_owned(), json!(estimator.name()));
+    let Ok(default) = estimator.parse(Map::new()) else {
+        return Vec::new();
+    };
+    if let Some(last) = default.outputs("").last().filter(|last| last.pass > 0) {
+        plain.entry("report").or_insert(json!([last.pass]));
+    }
+    let orders = match told.division {
+        Division::Closed => {
+            let form = default.model_orders(told.order);
+            form.map(|form| told.truth.holding(form))
+        }
+        Division::Open => {
+            let form = default.default_orders(MOST);
+            form.map(|form| Orders {
+                nk: told.truth.nk,
+                ..form
+            })
+        }
+    };
+    let told = orders.map(|orders| {
+        let mut told = plain.clone();
+        told.insert("orders".to_owned(), json!(orders));
+        Value::Object(told)
+    });
+    told.into_iter().chain([Value::Object(plain)]).collect()
+}
