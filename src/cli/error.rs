@@ -1,37 +1,23 @@
-//! Maps every error to a line and an exit code.
-
-use super::exit_code::{AGAIN, BAD_INPUT, FAILED, INTERRUPTED};
-use std::process::ExitCode;
+//! The errors that end the program early, each a line; `exit_code.rs` has their exit codes.
 
 /// An error that ends the program early.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Error {
-    /// Bad input: [`BAD_INPUT`]. The line names the file, key or flag and what was expected.
+    /// Bad input: [`super::exit_code::BAD_INPUT`]. The line names the file, key or flag and what was expected.
     #[error("{0}")]
     Input(String),
-    /// The run itself failed: [`FAILED`].
+    /// The run itself failed: [`super::exit_code::FAILED`].
     #[error("{0}")]
     Failed(String),
-    /// Ctrl-C: [`INTERRUPTED`].
+    /// Ctrl-C: [`super::exit_code::INTERRUPTED`].
     #[error("{0}")]
     Interrupted(String),
-    /// Stopped before the end, or trials are missing, and the same command resumes: [`AGAIN`].
+    /// Stopped before the end, or trials are missing, and the same command resumes: [`super::exit_code::AGAIN`].
     #[error("{0}")]
     Again(String),
-    /// Standard output failed: [`FAILED`].
+    /// Standard output failed: [`super::exit_code::FAILED`].
     #[error("cannot write to standard output: {0}")]
     Output(std::io::Error),
-}
-
-impl Error {
-    pub(super) fn exit_code(&self) -> ExitCode {
-        ExitCode::from(match self {
-            Self::Failed(_) | Self::Output(_) => FAILED,
-            Self::Input(_) => BAD_INPUT,
-            Self::Again(_) => AGAIN,
-            Self::Interrupted(_) => INTERRUPTED,
-        })
-    }
 }
 
 /// Makes the error of a failed run.

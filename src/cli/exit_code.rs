@@ -1,4 +1,7 @@
-//! The exit codes. 0: done, whatever failed numerically or was refuted.
+//! The exit codes, and those of each error. 0: done, whatever failed numerically or was refuted.
+
+use super::error::Error;
+use std::process::ExitCode;
 
 /// The run itself, or a single estimate, failed.
 pub(super) const FAILED: u8 = 1;
@@ -10,3 +13,14 @@ pub(super) const AGAIN: u8 = 75;
 pub(super) const PANIC: u8 = 101;
 /// Interrupted (Ctrl-C).
 pub(super) const INTERRUPTED: u8 = 130;
+
+impl Error {
+    pub(super) fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            Self::Failed(_) | Self::Output(_) => FAILED,
+            Self::Input(_) => BAD_INPUT,
+            Self::Again(_) => AGAIN,
+            Self::Interrupted(_) => INTERRUPTED,
+        })
+    }
+}

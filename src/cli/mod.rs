@@ -1,5 +1,5 @@
 //! The command line: `commands.rs` lists the subcommands, each of which has a file of its own; `output.rs` prints, and
-//! `error.rs` maps every error to a line and an exit code.
+//! `error.rs` has the errors, each a line, `exit_code.rs` their exit codes.
 
 #![allow(
     clippy::print_stdout,

@@ -37,7 +37,7 @@ pub use crate::outcome::theory_summary::{LimitError, OfBounds, TheorySummary};
 pub use crate::outcome::traces::{OutputTrace, Traces};
 pub use crate::outcome::trial_table::StoreError;
 pub use crate::outcome::trials::Trials;
-pub use crate::run::blocks::{BlockError, Done, done};
+pub use crate::run::blocks::BlockError;
 #[doc(hidden)]
 pub use crate::run::blocks::{BlockFolder, Content};
 pub use crate::run::campaign::{Campaign, RunOptions};
@@ -50,6 +50,7 @@ pub use crate::run::kernels;
 pub use crate::run::machine_peak::fma_peak;
 pub use crate::run::pack::PackTrial;
 pub use crate::run::pilot::{Pilot, pilot_seed};
+pub use crate::run::resume::{Done, done};
 pub use crate::run::runner::{Block, RunError, Span, block_size, run, run_and_forget};
 pub use crate::run::trial::{Trial, TrialRecord};
 pub use crate::run::trial_worker::{Worker, WorkerError};

@@ -16,7 +16,7 @@ use crate::design::file::rule::TRIAL_LIMIT;
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;
-use crate::outcome::results_folder::{BLOCKS, DESIGN, span_of};
+use crate::outcome::results_folder::{BLOCKS, span_of};
 use crate::outcome::rows;
 use crate::outcome::rows::Rows;
 use crate::outcome::tally::{CellTally, outcomes};
@@ -376,62 +376,6 @@ impl<'e> BlockFolder<'e> {
 pub(crate) fn name_of(span: &Span) -> String {
     let Span { cell, trials } = span;
     format!("c{cell:05}-{:010}-{:010}.block", trials.start, trials.end)
-}
-
-/// Moves a damaged file out of the way: removes it, or renames it if it does not begin like a block.
-///
-/// # Errors
-/// If it is not a regular file, or cannot be removed.
-pub fn discard(path: &Path) -> Result<(), BlockError> {
-    if files::is_own(path, Kind::Block)? {
-        files::remove(path, Kind::Block)?;
-    } else {
-        files::set_aside(path)?;
-    }
-    Ok(())
-}
-
-/// How much of a study is already computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Done {
-    /// Trials, over all cells.
-    pub trials: u64,
-    /// Bytes of their blocks.
-    pub bytes: u64,
-}
-
-/// Returns how much of an experiment a results folder holds, by the names of its block files. Nothing if there are
-/// none, or of another design. Writes nothing and reads no block.
-pub fn done(results: &Path, experiment: &Experiment) -> Done {
-    let path = results.join(BLOCKS);
-    let design = files::read_own(&path.join(DESIGN), Kind::Design)
-        .ok()
-        .flatten();
-    let design = design.and_then(|text| files::parsed(&text).ok());
-    let (Some(true), Ok(paths)) = (
-        design.map(|design| design == experiment.stamped_design()),
-        files::list(&path),
-    ) else {
-        return Done::default();
-    };
-    let mut spans: Vec<(usize, u64, u64)> = Vec::new();
-    let mut done = Done::default();
-    for path in paths {
-        if let Some(span) = span_of(&path) {
-            spans.push(span);
-            done.bytes += path.symlink_metadata().map_or(0, |metadata| metadata.len());
-        }
-    }
-    spans.sort_unstable();
-    let mut reached = (0, 0);
-    for (cell, start, end) in spans {
-        if cell != reached.0 {
-            reached = (cell, 0);
-        }
-        done.trials += end.saturating_sub(start.max(reached.1));
-        reached.1 = reached.1.max(end);
-    }
-    done
 }
 
 /// Returns a field of the head: N bytes from `at` on.

@@ -14,9 +14,10 @@ use crate::outcome::summary_table::write_summary;
 use crate::outcome::tally::{CellSeries, CellTally};
 use crate::outcome::trial_table::{StoreError, TrialTable, TrialWriter};
 use crate::outcome::trials::Trials;
-use crate::run::blocks::{BlockError, BlockFolder, StoredBlock, discard};
+use crate::run::blocks::{BlockFolder, StoredBlock};
 use crate::run::compute::Work;
 use crate::run::event::{CampaignError, Event, go_on};
+use crate::run::resume::stored;
 use crate::run::rounds::Rounds;
 use crate::run::runner::{Span, pool};
 use rayon::prelude::*;
@@ -102,27 +103,7 @@ impl<'e> Campaign<'e> {
             folder.claim_design(&design, options.figures)?;
         }
         let blocks = BlockFolder::open(path, experiment)?;
-        let (mut found, mut damaged) = blocks.list()?;
-        if options.repair {
-            // An intact file may still hold content that this program cannot decode.
-            found.retain(|block| match blocks.read(block) {
-                Err(error @ BlockError::Damaged { .. }) => {
-                    damaged.push(error);
-                    false
-                }
-                _ => true,
-            });
-        }
-        for error in damaged {
-            match &error {
-                BlockError::Damaged { path, .. } if options.repair => discard(path)?,
-                _ => return Err(error.into()),
-            }
-        }
-        let mut stored = vec![Vec::new(); experiment.cells.len()];
-        for block in found {
-            stored[block.span.cell].push(block);
-        }
+        let stored = stored(&blocks, experiment.cells.len(), options.repair)?;
         let looks = Looks::read(path)?;
         let campaign = Self {
             looks,

@@ -18,11 +18,11 @@ use crate::outcome::results_folder::{
 };
 use crate::outcome::tally::CellTally;
 use crate::outcome::trials::Trials;
-use crate::run::blocks::{BlockError, BlockFolder, Content, StoredBlock, discard};
+use crate::run::blocks::{BlockError, BlockFolder, Content, StoredBlock};
 use crate::run::campaign::RunOptions;
 use crate::run::compute::Work;
 use crate::run::event::{CampaignError, Event, go_on};
-use crate::run::rounds::gaps;
+use crate::run::resume::{discard_damaged, gaps};
 use crate::run::runner::Span;
 use serde_json::Value;
 use std::ops::Range;
@@ -343,12 +343,7 @@ impl<'e> Change<'e> {
         on_event: &mut impl FnMut(Event),
     ) -> Result<(), CampaignError> {
         let (blocks, damaged) = BlockFolder::at(path.join(BLOCKS), &self.old).list()?;
-        for error in damaged {
-            match &error {
-                BlockError::Damaged { path, .. } if options.repair => discard(path)?,
-                _ => return Err(error.into()),
-            }
-        }
+        discard_damaged(damaged, options.repair)?;
         let Some(added) = &self.added else {
             return Ok(());
         };

@@ -13,6 +13,7 @@ pub mod kernels;
 pub(crate) mod machine_peak;
 pub(crate) mod pack;
 pub(crate) mod pilot;
+pub(crate) mod resume;
 pub(crate) mod rounds;
 pub(crate) mod runner;
 pub(crate) mod score;

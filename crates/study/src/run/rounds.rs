@@ -4,8 +4,8 @@ use crate::design::experiment::Experiment;
 use crate::design::file::rule::{TrialRule, Until, UntilDecided, UntilStatistic};
 use crate::run::blocks::{BlockFolder, StoredBlock};
 use crate::run::event::{CampaignError, go_on};
+use crate::run::resume::missing;
 use crate::run::runner::Span;
-use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
 /// The stored blocks of a study, and the rule for its trials.
@@ -125,21 +125,8 @@ impl Rounds<'_> {
 
     /// Returns the ranges of a cell's trials below `target` that no block covers.
     pub(crate) fn missing(&self, cell: usize, target: u64) -> impl Iterator<Item = Span> {
-        let stored = self.stored[cell].iter();
-        let trials = stored.map(|block| block.span.trials.clone());
-        gaps(trials, 0..target).map(move |trials| Span { cell, trials })
+        missing(&self.stored[cell], cell, target)
     }
-}
-
-/// Returns the gaps in a whole that ascending ranges without overlap leave.
-pub(crate) fn gaps(
-    ranges: impl Iterator<Item = Range<u64>> + Clone,
-    whole: Range<u64>,
-) -> impl Iterator<Item = Range<u64>> {
-    let ends = std::iter::once(whole.start).chain(ranges.clone().map(|range| range.end));
-    let starts = ranges.map(|range| range.start).chain([whole.end]);
-    let between = ends.zip(starts).map(|(from, to)| from..to);
-    between.filter(|range| range.start < range.end)
 }
 
 fn next_step(trials: u64, until: &Until) -> u64 {

@@ -1,4 +1,5 @@
-//! The score of a method: shares and quantiles of d in each scenario, averaged over scenarios with equal weights.
+//! The score of a method: shares and quantiles of d in each scenario, averaged over scenarios with equal weights. d itself
+//! is the `distance` of `FisherInformation` in the crate of identification.
 //!
 //! Scenarios have records of their own settings, so the errors of their numbers are independent. Nothing here depends
 //! on another method.

@@ -12,7 +12,7 @@ use crate::run::cluster::collect::{Collection, Process, RUN, Run};
 use crate::run::cluster::shard_plan::ShardPlan;
 use crate::run::compute::Work;
 use crate::run::event::Event;
-use crate::run::rounds::gaps;
+use crate::run::resume::gaps;
 use crate::run::runner::{Span, pool};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

@@ -2,7 +2,7 @@
 
 use crate::run::cluster::collect::Collection;
 use crate::run::cluster::shard_plan::ShardPlan;
-use crate::run::rounds::gaps;
+use crate::run::resume::gaps;
 use crate::run::runner::Span;
 use std::ops::Range;
 
