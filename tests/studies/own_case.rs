@@ -273,7 +273,7 @@ fn mistakes_with_given_inputs_are_told() {
         "[noises.coloured]\n",
         "[noises.coloured]\nresiduals = \"file:mine.csv#e\"\n",
     );
-    assert!(drawn.is_some_and(|e| e.contains("drawn from given numbers")));
+    assert!(drawn.is_some_and(|e| e.contains("not Gaussian")));
 }
 
 /// The numbers of a list in a TOML or JSON value.

@@ -58,9 +58,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         newcomer: Some(&name),
         part,
         command: format!(
-            "asobench suite {} {} --out {}",
+            "asobench suite {} {}{} --out {}",
             path.display(),
             part.flags(),
+            how.consent.flag(),
             out.display()
         ),
     };

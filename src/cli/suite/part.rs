@@ -18,6 +18,9 @@ pub(super) struct Part {
     /// What methods are told: closed, the orders of the truth, or open, the delay and a largest order
     #[arg(long, value_name = "DIVISION", default_value_t)]
     pub(super) division: Division,
+    /// Edition of the suite, such as 1.0 [default: the newest]
+    #[arg(long, value_name = "E")]
+    pub(super) edition: Option<String>,
     /// Only this system, study or scenario, such as P07 or P07-ar-500; may be repeated
     #[arg(long, value_name = "NAME")]
     pub(super) only: Vec<String>,
@@ -29,7 +32,12 @@ pub(super) struct Part {
 impl Part {
     /// Makes this part of the suite.
     pub(super) fn suite(&self) -> Result<Suite, Error> {
-        let suite = Suite::of(self.division, self.tier, &self.only);
+        let suite = Suite::of(
+            self.edition.as_deref(),
+            self.division,
+            self.tier,
+            &self.only,
+        );
         let mut suite = suite.map_err(|error| wrong(&error))?;
         suite.first = self.first;
         Ok(suite)
@@ -45,7 +53,9 @@ impl Part {
             Division::Open => " --division open",
         };
         let only = only.collect::<String>();
-        format!("--tier {}{division}{only}{first}", self.tier)
+        let edition = self.edition.as_ref();
+        let edition = edition.map_or_else(String::new, |edition| format!(" --edition {edition}"));
+        format!("--tier {}{division}{edition}{only}{first}", self.tier)
     }
 
     /// Returns the default folder of results.
@@ -54,7 +64,9 @@ impl Part {
             Division::Closed => "",
             Division::Open => "open-",
         };
-        format!("results/suite-{division}{}", self.tier)
+        let edition = self.edition.as_ref();
+        let edition = edition.map_or_else(String::new, |edition| format!("{edition}-"));
+        format!("results/suite-{division}{edition}{}", self.tier)
     }
 }
 

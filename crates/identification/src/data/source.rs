@@ -4,7 +4,9 @@ use super::DrawFailure;
 use super::process_error::ProcessError;
 use crate::model::polynomial::{self, multiply};
 use crate::plant::{ORDER_LIMIT, StateSpace, random_stable};
-use crate::signal::{Input, NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, stream};
+use crate::signal::{
+    Input, NoiseFilter, NoiseFilterError, NoiseLaw, ProcessVariances, Purpose, stream,
+};
 #[cfg(feature = "json")]
 use serde_json::{Value, json};
 use std::borrow::Cow;
@@ -66,8 +68,13 @@ impl NoiseColour {
         let coefficients = |filter: &NoiseFilter| {
             let mut described =
                 json!({ "numerator": filter.numerator(), "denominator": filter.denominator() });
-            if !filter.is_gaussian() {
-                described["drive"] = json!("drawn from given numbers");
+            match filter.law() {
+                NoiseLaw::Gaussian => {}
+                NoiseLaw::StudentT(freedom) => {
+                    described["drive"] =
+                        json!(format!("Student's t with {freedom} degrees of freedom"));
+                }
+                NoiseLaw::Drawn(_) => described["drive"] = json!("drawn from given numbers"),
             }
             described
         };

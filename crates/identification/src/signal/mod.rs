@@ -15,7 +15,7 @@ mod wave_sum;
 
 pub use input::{Input, InputLaw, RandomSigns, Sequence, fill_white};
 pub use level::{LevelOf, LevelOver, LevelReading, ProcessVariances};
-pub use noise::{NoiseFilter, NoiseFilterError};
+pub use noise::{NoiseFilter, NoiseFilterError, NoiseLaw};
 pub use random_stream::state_of;
 pub use random_stream::{Purpose, Stream, stream};
 pub use wave::{Hold, SignalError, Wave};

@@ -1,5 +1,5 @@
-//! Coloured noise: white noise, Gaussian or drawn from given numbers, through a rational filter. It is stationary from
-//! its first sample.
+//! Coloured noise: white noise, Gaussian, of heavy tails or drawn from given numbers, through a rational filter. It is
+//! stationary from its first sample.
 
 use super::arithmetic::{mean, variance, with_fma};
 use super::normal::fill_standard_normal;
@@ -9,8 +9,63 @@ use crate::step_down::StepDown;
 use rand::Rng;
 use std::sync::Arc;
 
-/// The noise filter `C(q) / D(q)`: `f(k) = sum_i c_i v(k-i)`, `v(k) = w(k) - sum_i d_i v(k-i)`, with w white, Gaussian,
-/// of unit variance.
+/// The most degrees of freedom of Student's t: beyond, the law is as good as normal.
+const MOST_FREEDOM: u16 = 100;
+
+/// What the white noise w is drawn from. Its mean is 0, its variance 1.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum NoiseLaw {
+    /// Normal numbers.
+    #[default]
+    Gaussian,
+    /// Student's t with so many degrees of freedom, at least 3, scaled to variance 1: a normal number z over the root of the
+    /// mean of as many squares of others, `w = z sqrt((nu - 2) / (z_1^2 + ... + z_nu^2))`.
+    StudentT(u16),
+    /// Given numbers, with replacement.
+    Drawn(Arc<[f64]>),
+}
+
+impl NoiseLaw {
+    /// The Fisher information of one number about a shift of it, `E[(f' / f)^2]` with f the density: 1 for normal numbers,
+    /// `nu (nu + 1) / ((nu - 2) (nu + 3))` for Student's t (Lange, Little and Taylor, *Robust statistical modeling using
+    /// the t distribution*, JASA 84, 1989). `None` for given numbers, which have no density.
+    pub fn information(&self) -> Option<f64> {
+        match self {
+            Self::Gaussian => Some(1.0),
+            Self::StudentT(freedom) => {
+                let nu = f64::from(*freedom);
+                Some(nu * (nu + 1.0) / ((nu - 2.0) * (nu + 3.0)))
+            }
+            Self::Drawn(_) => None,
+        }
+    }
+
+    /// Draws white numbers. A longer w extends a shorter one.
+    fn fill(&self, stream: &mut Stream, w: &mut [f64]) {
+        match self {
+            Self::Gaussian => fill_standard_normal(stream, w),
+            Self::StudentT(freedom) => {
+                let mut normals = [0.0; 1 + MOST_FREEDOM as usize];
+                let z = &mut normals[..=usize::from(*freedom)];
+                for w in w {
+                    fill_standard_normal(stream, z);
+                    let squares: f64 = z[1..].iter().map(|z| z * z).sum();
+                    *w = z[0] * ((f64::from(*freedom) - 2.0) / squares).sqrt();
+                }
+            }
+            Self::Drawn(numbers) => {
+                for w in w {
+                    // Each number has the probability 1/count, up to 2^-64.
+                    let index = (u128::from(stream.next_u64()) * numbers.len() as u128) >> 64;
+                    *w = numbers[index as usize];
+                }
+            }
+        }
+    }
+}
+
+/// The noise filter `C(q) / D(q)`: `f(k) = sum_i c_i v(k-i)`, `v(k) = w(k) - sum_i d_i v(k-i)`, with w white, of unit
+/// variance, Gaussian unless another [`NoiseLaw`] is given.
 ///
 /// v is stationary: its samples before k = 0 are an exact draw, not a burn-in. Let `v_1, v_2, ...` be the samples in
 /// order of time. Given its predecessors, `v_j` is normal with mean `-sum_i d^(j-1)_i v_(j-i)` and variance
@@ -24,8 +79,8 @@ pub struct NoiseFilter {
     denominator: Vec<f64>,
     /// Predictors of order 0 ... p for the start.
     predictors: StepDown,
-    /// Numbers of mean zero and variance 1 from which w is drawn; Gaussian if absent.
-    residuals: Option<Arc<[f64]>>,
+    /// What w is drawn from.
+    law: NoiseLaw,
 }
 
 /// Why a noise filter was refused.
@@ -43,6 +98,9 @@ pub enum NoiseFilterError {
     /// The numbers to draw from have no spread, or are not finite.
     #[error("the numbers that noise is drawn from must be finite and not all the same")]
     Residuals,
+    /// Student's t has no variance, or is too near to the normal law for its cost.
+    #[error("{0} degrees of freedom of Student's t; expected 3 to {MOST_FREEDOM}")]
+    Freedom(u16),
 }
 
 impl NoiseFilter {
@@ -62,7 +120,7 @@ impl NoiseFilter {
             numerator: numerator.to_vec(),
             denominator: denominator[1..].to_vec(),
             predictors,
-            residuals: None,
+            law: NoiseLaw::Gaussian,
         })
     }
 
@@ -78,13 +136,31 @@ impl NoiseFilter {
             return Err(NoiseFilterError::Residuals);
         }
         let scaled = residuals.iter().map(|e| (e - mean) / deviation);
-        self.residuals = Some(scaled.collect());
+        self.law = NoiseLaw::Drawn(scaled.collect());
         Ok(self)
+    }
+
+    /// Changes w to white noise of Student's t with so many degrees of freedom. The stationary start is still Gaussian: its
+    /// mean and covariance are right, its higher moments are not.
+    ///
+    /// # Errors
+    /// If they are not 3 to 100.
+    pub fn student_t(mut self, freedom: u16) -> Result<Self, NoiseFilterError> {
+        if !(3..=MOST_FREEDOM).contains(&freedom) {
+            return Err(NoiseFilterError::Freedom(freedom));
+        }
+        self.law = NoiseLaw::StudentT(freedom);
+        Ok(self)
+    }
+
+    /// Returns what w is drawn from.
+    pub fn law(&self) -> &NoiseLaw {
+        &self.law
     }
 
     /// Returns whether w is Gaussian.
     pub fn is_gaussian(&self) -> bool {
-        self.residuals.is_none()
+        self.law == NoiseLaw::Gaussian
     }
 
     /// Makes white noise: the filter 1.
@@ -123,7 +199,7 @@ impl NoiseFilter {
         v.resize(memory + f.len(), 0.0);
         fill_standard_normal(start, &mut v[..memory]);
         self.start(&mut v[..memory]);
-        self.draw(drive, &mut v[memory..]);
+        self.law.fill(drive, &mut v[memory..]);
         self.colour(v);
         f.copy_from_slice(&v[memory..]);
     }
@@ -137,18 +213,6 @@ impl NoiseFilter {
         self.start(&mut v[..memory]);
         self.colour(&mut v);
         f.copy_from_slice(&v[memory..]);
-    }
-
-    /// Draws white numbers w of variance 1.
-    fn draw(&self, stream: &mut Stream, w: &mut [f64]) {
-        let Some(residuals) = &self.residuals else {
-            return fill_standard_normal(stream, w);
-        };
-        for w in w {
-            // Each number has the probability 1/count, up to 2^-64.
-            let index = (u128::from(stream.next_u64()) * residuals.len() as u128) >> 64;
-            *w = residuals[index as usize];
-        }
     }
 
     /// Colours white numbers. On entry, v holds [`Self::memory`] numbers of the stationary start followed by the drive
@@ -379,6 +443,29 @@ mod tests {
             let refused = NoiseFilter::white().drawn_from(same);
             assert_eq!(refused, Err(NoiseFilterError::Residuals));
         }
+    }
+
+    /// Mean 0, variance 1, and the share beyond 3 of Student's t with 4 degrees of freedom: P(|t| > 3 sqrt(2)) = 0.01324 (R:
+    /// `2 * pt(-3 * sqrt(2), 4)`), five times the normal one. A longer draw extends a shorter one.
+    #[test]
+    fn heavy_tails_are_those_of_student() {
+        let filter = NoiseFilter::white().student_t(4).unwrap();
+        let w = realise(&filter, 0, 200_000);
+        let count = w.len() as f64;
+        assert!((w.iter().sum::<f64>() / count).abs() < 4.0 / count.sqrt());
+        let beyond = w.iter().filter(|w| w.abs() > 3.0).count() as f64 / count;
+        let error = (0.01324 * (1.0 - 0.01324) / count).sqrt();
+        assert!((beyond - 0.01324).abs() < 4.0 * error, "{beyond}");
+        // The median of |t| with 4 degrees of freedom is 0.740697.
+        let half = 0.740_697 / 2.0_f64.sqrt();
+        let within = w.iter().filter(|w| w.abs() < half).count() as f64 / count;
+        assert!((within - 0.5).abs() < 4.0 * 0.5 / count.sqrt(), "{within}");
+        assert_eq!(realise(&filter, 0, 1000), w[..1000]);
+        for refused in [0, 2, 101] {
+            assert!(NoiseFilter::white().student_t(refused).is_err());
+        }
+        let information = NoiseLaw::StudentT(3).information();
+        assert_eq!(information, Some(2.0));
     }
 
     #[test]

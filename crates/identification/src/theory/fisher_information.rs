@@ -1,11 +1,13 @@
 //! The Fisher information of a record, and the distance of an estimate from the truth in its metric.
 
 use super::cramer_rao::TrueModel;
+use super::errors_in_variables::errors_in_variables;
 use super::joint_state::covariance;
-use super::missing::Missing;
+use super::linear::without_noise;
+use super::missing::{Missing, NoTheory};
 use super::population::{NOISE, Population, REFERENCE};
 use super::signal::Signal;
-use crate::data::Process;
+use crate::data::{NoiseColour, Process};
 use crate::model::Orders;
 use crate::model::polynomial::extent;
 use crate::signal::Input;
@@ -25,6 +27,10 @@ use faer::linalg::solvers::Solve;
 ///
 /// is chi-squared with p degrees of freedom over p as N grows, of mean 1.
 ///
+/// Innovations of heavy tails say more: F is that times [`NoiseLaw::information`] of their density. Where the input is
+/// measured with noise, F is that of the spectra of u and y, with the variances of input and noises unknown:
+/// `errors_in_variables.rs`.
+///
 /// Source: Ljung, System Identification, 2nd ed., sections 7.4 and 9.3.
 #[derive(Clone, Debug)]
 pub struct FisherInformation {
@@ -41,6 +47,12 @@ impl FisherInformation {
     /// [`Missing`].
     pub fn new(process: &Process, eta: f64, window: usize) -> Result<Self, Missing> {
         let population = Population::of_record(process, eta)?;
+        if process.settings().input_noise > 0.0 {
+            return Ok(Self {
+                matrix: errors_in_variables(process, &population, window)?,
+                orders: output_error_orders(&population),
+            });
+        }
         let model = TrueModel::new(&population)?;
         if !(model.variance > 0.0) {
             return Err(Missing::Singular);
@@ -52,7 +64,12 @@ impl FisherInformation {
         let unit = Mat::<f64>::identity(count, count);
         let inverse = model.slopes.partial_piv_lu().solve(&unit);
         let about_p = inverse.transpose() * &of_plant * &inverse;
-        let scale = 0.5 * window as f64 / model.variance;
+        let density = match &process.settings().noise {
+            NoiseColour::InverseDenominator => Some(1.0),
+            NoiseColour::Filter(filter) => filter.law().information(),
+        };
+        let density = density.ok_or(NoTheory::NotGaussian)?;
+        let scale = 0.5 * window as f64 * density / model.variance;
         let matrix = Mat::from_fn(count, count, |i, j| {
             scale * (about_p[(i, j)] + about_p[(j, i)])
         });
@@ -148,18 +165,17 @@ fn moments(
     Ok(moments)
 }
 
-/// The Schur complement of all but the first `count` rows and columns.
-fn without_noise(moments: &Mat<f64>, count: usize) -> Result<Mat<f64>, Missing> {
-    let (all, rest) = (moments.nrows(), moments.nrows() - count);
-    let plant = moments.as_ref().get(..count, ..count);
-    if rest == 0 {
-        return Ok(plant.to_owned());
+/// The orders of `y = B/F u + e`.
+fn output_error_orders(population: &Population) -> Orders {
+    let n = population.plant.order();
+    let Orders { na, nb, nk, .. } = without_zeros(Orders::arx(n, n, 1), population);
+    Orders {
+        na: 0,
+        nf: na,
+        nb,
+        nk,
+        ..Orders::default()
     }
-    let noise = moments.as_ref().get(count..all, count..all).to_owned();
-    super::linear::is_regular(&noise)?;
-    let across = moments.as_ref().get(count..all, ..count);
-    let solved = noise.partial_piv_lu().solve(across);
-    Ok(plant - across.transpose() * solved)
 }
 
 /// The orders without the zeros that pad alpha and beta to the plant's order.

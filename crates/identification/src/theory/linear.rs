@@ -209,3 +209,17 @@ pub fn are_orthogonal(sources: &[Source], z: &[Signal], error: &Signal) -> Resul
     }
     Ok(true)
 }
+
+/// The Schur complement of all but the first `count` rows and columns.
+pub(super) fn without_noise(moments: &Mat<f64>, count: usize) -> Result<Mat<f64>, Missing> {
+    let (all, rest) = (moments.nrows(), moments.nrows() - count);
+    let plant = moments.as_ref().get(..count, ..count);
+    if rest == 0 {
+        return Ok(plant.to_owned());
+    }
+    let noise = moments.as_ref().get(count..all, count..all).to_owned();
+    is_regular(&noise)?;
+    let across = moments.as_ref().get(count..all, ..count);
+    let solved = noise.partial_piv_lu().solve(across);
+    Ok(plant - across.transpose() * solved)
+}

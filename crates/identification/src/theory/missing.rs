@@ -33,9 +33,9 @@ pub enum NoTheory {
     /// A long period.
     #[error("the input has a period of {0} samples; theory is for 16,384 at most")]
     LongPeriod(usize),
-    /// Noise drawn from given numbers.
-    #[error("noise drawn from given numbers is not covered")]
-    DrawnNoise,
+    /// Noise drawn from given numbers, or of heavy tails.
+    #[error("noise that is not Gaussian is not covered")]
+    NotGaussian,
     /// A controller based on an estimate.
     #[error("the state feedback depends on an estimate, so the record is not stationary")]
     Controlled,
@@ -77,6 +77,11 @@ pub enum Missing {
     /// There is other noise than the measurement noise.
     #[error("no bound with process noise or noise on the input")]
     OtherNoise,
+    /// Noise on the input beside what the information does not cover.
+    #[error(
+        "noise on the input has an information in open loop alone, with a white Gaussian input and white noise on the output"
+    )]
+    NoisyInput,
     /// The noise has a zero on the unit circle.
     #[error("the noise has a zero on the unit circle")]
     NoNoiseModel,

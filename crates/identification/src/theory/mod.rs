@@ -20,6 +20,7 @@
 
 mod canonical;
 mod cramer_rao;
+mod errors_in_variables;
 mod estimator_limits;
 mod fisher_information;
 pub mod joint_state;

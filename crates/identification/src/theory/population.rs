@@ -7,7 +7,7 @@ use super::spectrum::Spectrum;
 use crate::data::{Feedback, NoiseColour, PlantSource, Process};
 use crate::model::polynomial::multiply;
 use crate::plant::StateSpace;
-use crate::signal::{Input, LevelOf, LevelOver, Sequence};
+use crate::signal::{Input, LevelOf, LevelOver, NoiseLaw, Sequence};
 
 /// Source of the reference; in open loop this is the input.
 pub const REFERENCE: usize = 0;
@@ -16,7 +16,7 @@ pub const NOISE: usize = 1;
 /// Source of the reference's mean, where it has one: the level of the noise is taken about the mean of the output.
 const MEAN: usize = 2;
 /// Source of the input-measurement noise; the sources of the process noise follow it.
-const INPUT_NOISE: usize = 3;
+pub(super) const INPUT_NOISE: usize = 3;
 
 /// A process in its stationary state; n is the plant's order.
 #[derive(Clone, Debug)]
@@ -56,21 +56,30 @@ impl Population {
     /// # Errors
     /// The reason why the process has no theory.
     pub fn new(process: &Process, eta: f64) -> Result<Self, NoTheory> {
-        Self::of_reference(process, eta, Reference::new(process.input())?)
+        let is_gaussian = |law: &NoiseLaw| *law == NoiseLaw::Gaussian;
+        Self::of_reference(process, eta, Reference::new(process.input())?, is_gaussian)
     }
 
-    /// As [`Self::new`], but what comes from a reference that is given sample by sample is not to be averaged: it is no
-    /// stationary source here.
+    /// As [`Self::new`] for what takes second moments alone, so noise may be of any density. What comes from a reference
+    /// that is given sample by sample is not to be averaged: it is no stationary source here.
     pub(super) fn of_record(process: &Process, eta: f64) -> Result<Self, NoTheory> {
-        if !matches!(process.input(), Input::Samples(_)) {
-            return Self::new(process, eta);
-        }
-        process.common_scale(eta).ok_or(NoTheory::GivenInput)?;
-        let white = Source::white(process.input().amplitude().powi(2), 0.0);
-        Self::of_reference(process, eta, Reference::of(white))
+        let has_density = |law: &NoiseLaw| law.information().is_some();
+        let reference = if matches!(process.input(), Input::Samples(_)) {
+            process.common_scale(eta).ok_or(NoTheory::GivenInput)?;
+            Reference::of(Source::white(process.input().amplitude().powi(2), 0.0))
+        } else {
+            Reference::new(process.input())?
+        };
+        Self::of_reference(process, eta, reference, has_density)
     }
 
-    fn of_reference(process: &Process, eta: f64, reference: Reference) -> Result<Self, NoTheory> {
+    /// `covers`: which noises are covered.
+    fn of_reference(
+        process: &Process,
+        eta: f64,
+        reference: Reference,
+        covers: impl Fn(&NoiseLaw) -> bool,
+    ) -> Result<Self, NoTheory> {
         let settings = process.settings();
         let PlantSource::Fixed(plant) = &settings.plant else {
             return Err(NoTheory::RandomPlant);
@@ -91,8 +100,8 @@ impl Population {
         let beta = [&[0.0], plant.h().as_slice()].concat();
         let noise = match &settings.noise {
             NoiseColour::InverseDenominator => (vec![1.0], alpha.clone()),
-            NoiseColour::Filter(filter) if !filter.is_gaussian() => {
-                return Err(NoTheory::DrawnNoise);
+            NoiseColour::Filter(filter) if !covers(filter.law()) => {
+                return Err(NoTheory::NotGaussian);
             }
             NoiseColour::Filter(filter) => (filter.numerator().to_vec(), filter.denominator()),
         };

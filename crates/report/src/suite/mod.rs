@@ -40,9 +40,12 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
         Division::Closed => "",
         Division::Open => ", open division",
     };
+    let newcomer = of.newcomer.map(|name| format!(", with {name}"));
     let title = format!(
-        "asobench report: reference suite {}, tier {}{division}",
-        suite.manifest.edition, suite.tier
+        "asobench report: reference suite {}, tier {}{division}{}",
+        suite.manifest.edition,
+        suite.tier,
+        newcomer.unwrap_or_default()
     );
     let mut page = Page::new(title);
     page.introduction(|section| introduction(section, of));
@@ -53,11 +56,12 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
     page.section("all", "All scenarios", |section| {
         section.figure(&picture, &caption);
         section.table(&scores);
-        section.paragraph(
-            "A method that is *below the bound* has d smaller than an unbiased estimate can have: it is biased \
-             towards the truth, or knows what it should not. A method that serves a scenario's structure only in part \
-             is told the smallest orders of its own form that hold the truth.",
-        );
+        if tables.has_below() {
+            section.paragraph(
+                "Below the bound: certainly more than half of a method's runs, over all or in one scenario, are nearer to the \
+                 truth than the median of an efficient method. It is biased towards the truth, or knows what it should not.",
+            );
+        }
     });
     if let Some(against) = tables.against() {
         page.section("newcomer", "The newcomer beside the others", |section| {
@@ -74,14 +78,14 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
             choosing(section, open, &mut files)
         });
     }
-    page.section("methods", "Method by method", |section| {
-        pictured(section, of, &mut files);
-    });
     page.section("scenarios", "Scenario by scenario", |section| {
         section.table(&tables.scenarios());
         for table in tables.efficiencies() {
             section.table(&table);
         }
+    });
+    page.section("methods", "Method by method", |section| {
+        pictured(section, of, &mut files);
     });
     if let Some(fits) = of.recorded {
         page.section("recorded", "Recorded data", |section| {
@@ -101,7 +105,8 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
     let told = match suite.division {
         Division::Closed => {
             "The distance d of an estimate from the truth is measured with the Fisher information of the record: for a \
-             method that reaches the Cramer-Rao bound it is 1 on average in a long record. Every method is told the same orders."
+             method that reaches the Cramer-Rao bound it is 1 on average in a long record. Each method is told the orders of the \
+             truth in its own form; one that takes the order alone is not told the delay."
         }
         Division::Open => {
             "Methods choose their order. d is the squared error of the response over what it is on average at the Cramer-Rao \
@@ -109,17 +114,23 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
         }
     };
     section.paragraph(told);
-    section.paragraph(
-        "A run that fails or leaves an \
-         unstable model is lost: infinitely far, and in every denominator. Options are the defaults. No number depends on who else takes part. 0.88(3) is 0.88 with Monte-Carlo standard error 0.03.",
-    );
+    let unfinished = match suite.division {
+        Division::Closed => {
+            "ends its search without a minimum, or leaves an unstable model or one of another order"
+        }
+        Division::Open => "leaves an unstable model",
+    };
+    section.paragraph(&format!(
+        "A run that fails, {unfinished} is lost: infinitely far, and in every denominator. Options are the defaults. No number \
+         depends on who else takes part. 0.88(3) is 0.88 with Monte-Carlo standard error 0.03; methods share their records, so \
+         differences between them are known better than two such errors say."
+    ));
     let scenarios = suite.scenarios().count();
-    let runs = scenarios as u64 * suite.trials();
     section.settings(&[
         ("suite", suite.manifest.edition.clone()),
         ("tier", suite.tier.to_string()),
         ("scenarios", scenarios.to_string()),
-        ("runs of each method", grouped(runs)),
+        ("runs in each", grouped(suite.trials())),
         (
             "methods",
             of.methods
@@ -130,7 +141,7 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
         ),
         ("program", format!("asobench {}", env!("CARGO_PKG_VERSION"))),
     ]);
-    section.paragraph("This command prints every number of the page:");
+    section.paragraph("This command prints every number of the tables:");
     section.code(of.command);
 }
 
@@ -191,19 +202,25 @@ fn reading(section: &mut Section, of: &SuitePage<'_>) {
     section.list(&[
         "d = (theta_hat - theta)' F (theta_hat - theta) / p, with F the Fisher information of the record about the p free \
          coefficients of the plant, the noise's unknown.",
-        "Pictures: the share of runs within d. A curve ends at the share of runs that was kept. One curve is \
+        "Pictures: the share of runs within d. A curve ends at the share of runs that are within d = 10,000. One curve is \
          the law of an efficient method, chi-squared(p)/p; `pem-from-truth` is the prediction error \
          method of the scenario's structure that starts its search at the truth: where it leaves the law, the record is too \
-         short for the law, and where a method leaves it, the method is at fault. Bands are 95 % Monte-Carlo intervals.",
-        "Lost: the share of runs that failed or left an unstable model. `boundary` and `iteration-limit`: a search came to no minimum; \
-         `declined`: the method cannot serve the scenario; `other orders`: its model has another order than it was told.",
+         short for the law, or its search ends at a boundary. Bands are 95 % Monte-Carlo intervals.",
+        "A method of another structure than the truth's has a bound of its own, which may be far from 1. In noise 1/A the bound \
+         knows that plant and noise share A: `arx` is efficient there, and methods with separate polynomials, such as `oe` and \
+         `bj`, cannot be. In white noise it is the other way round.",
+        "Lost, by reason: `boundary` and `iteration-limit`, a search came to no minimum, which one-step methods cannot; \
+         `declined`, the method cannot serve the scenario; `other orders`, its model has another order than it was told.",
         "Methods with the same numbers are the same here: `rls` without forgetting is `arx`, and so is `iv-compensated`, which \
          is told that u and y have none. `wnsf` and `rpem` are told a model B/F; with `-structure` they are told that of the truth too.",
         "Efficiency: the quantile of d that the bound has over that of the method, for a typical run (median) and for the \
          worst tenth (90 % quantile), averaged over scenarios with equal weights: 1 is the bound, 0 says that half (or a tenth) \
-         of the runs is lost.",
-        "Coverage: how many of the 95 % intervals of the coefficients hold the truth, none in a lost run.",
+         of the runs is lost. Values above 1 are Monte-Carlo error or bias towards the truth.",
+        "Coverage: how many of the 95 % intervals of the coefficients hold the truth, none in a lost run, over the scenarios in \
+         which the method gives intervals.",
         "FIT: the median of the simulated FIT on fresh data without noise, 0 where it is below.",
-        "What it does not say: what an expert's options would give.",
+        "What it does not say: what an expert's options would give; anything of outliers, unknown delays or irregular sampling. All \
+         that is said of closed loops rests on two systems.",
+        "The page of `asobench suite run` has a report of every study, and links each number of a scenario to it.",
     ]);
 }

@@ -11,6 +11,8 @@ const DECADES: (i32, i32) = (-2, 4);
 const POINTS: i32 = 12;
 /// Panels beside each other.
 const COLUMNS: usize = 4;
+/// From so many runs on a curve has a band beside others.
+const FEW: usize = 100;
 
 /// The values of d.
 fn grid() -> impl Iterator<Item = f64> {
@@ -35,8 +37,8 @@ impl<'a> Loop<'a> {
     /// Those that have scenarios.
     fn all(of: &'a SuitePage<'a>) -> impl Iterator<Item = Self> {
         let loops = [
-            ("open", "in open loop", false),
-            ("loop", "in closed loop", true),
+            ("open-loop", "in open loop", false),
+            ("closed-loop", "in closed loop", true),
         ];
         let loops = loops.into_iter().map(move |(word, words, is_closed)| Self {
             of,
@@ -90,25 +92,28 @@ impl<'a> Loop<'a> {
 /// The first picture, with its caption: one method of each kind and the newcomer, a panel for each kind of loop.
 pub(super) fn overview(of: &SuitePage<'_>) -> (Picture, String) {
     let title = "Share of runs within d of the truth";
-    let newcomer = of
-        .methods
-        .iter()
-        .filter(|method| of.newcomer == Some(&method.method));
-    let kinds = KINDS
-        .iter()
-        .filter_map(|kind| of.methods.iter().find(|of| of.method == *kind));
-    let drawn: Vec<&MethodResults> = newcomer.chain(kinds).collect();
+    // The ideals have the colours 1 and 2, the newcomer 0: a kind has the same on every page.
+    let newcomer = of.newcomer.map(|name| (0, name));
+    let kinds = KINDS.iter().enumerate();
+    let kinds = kinds.map(|(place, kind)| (place + 3, *kind));
+    let named = newcomer.into_iter().chain(kinds);
+    let found = named.filter_map(|(slot, name)| {
+        let method = of.methods.iter().find(|of| of.method == name);
+        method.map(|method| (slot, method))
+    });
+    let drawn: Vec<(usize, &MethodResults)> = found.collect();
     let panels = Loop::all(of).map(|part| {
         let mut plot = part.plot(&format!("{}, {}", part.words, part.count()));
-        for (place, method) in drawn.iter().enumerate() {
+        for (slot, method) in &drawn {
             let results = part.results(method);
-            if results.is_empty() {
-                continue;
-            }
-            // The ideals have the places 1 and 2.
-            let slot = if place == 0 { 0 } else { place + 2 };
-            let points = band(&results);
-            plot = plot.series(Series::new(method.method.clone(), Style::Band, points).slot(slot));
+            let runs: usize = results.iter().map(|of| of.d.len()).sum();
+            let (style, points) = match runs {
+                0 => continue,
+                // The bands of so few runs would cover each other.
+                1..FEW => (Style::Line, curve(&results)),
+                _ => (Style::Band, band(&results)),
+            };
+            plot = plot.series(Series::new(method.method.clone(), style, points).slot(*slot));
         }
         plot
     });
@@ -118,8 +123,8 @@ pub(super) fn overview(of: &SuitePage<'_>) -> (Picture, String) {
     let picture = small_multiples(title, &description, &panels, 2, sharing);
     let caption = format!(
         "{title}, scenarios weighted equally: one method of each kind, all others are in the part Method by method. A curve ends at \
-         the share of runs that was kept. Dotted: the law of an efficient method; dashed: `{IDEAL}`, the prediction error method \
-         of the true structure started at the truth. Band: 95 % Monte-Carlo interval."
+         the share of runs that are within d = 10,000. Dotted: the law of an efficient method; dashed: `{IDEAL}`, the prediction error method \
+         of the true structure started at the truth. Band: 95 % Monte-Carlo interval, drawn from {FEW} runs on."
     );
     (picture, caption)
 }
@@ -146,7 +151,7 @@ pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(String, Picture, String)
         });
         let panels: Vec<Plot> = panels.collect();
         let description = format!("{title}, a panel for each method");
-        let sharing = Sharing { x: true, y: true };
+        let sharing = Sharing { x: false, y: true };
         let picture = small_multiples(&title, &description, &panels, COLUMNS, sharing);
         (format!("{division}{}", part.word), picture, caption)
     });

@@ -4,9 +4,10 @@ use super::subject::SuitePage;
 use crate::table::{CellText, Column, Table};
 use asobench_identification::number::uncertain_within;
 use asobench_study::suite::{
-    Division, Estimated, IDEAL, MethodResults, RecordedFits, Scenario, ScenarioResults, Score,
-    efficiency, paired, score,
+    Division, Estimated, IDEAL, MethodResults, NEAR, REFERENCE, RecordedFits, Scenario,
+    ScenarioResults, Score, VALUES, efficiency, paired, score,
 };
+use std::collections::BTreeSet;
 
 /// Methods beside each other in a table of scenarios.
 const BESIDE: usize = 8;
@@ -22,13 +23,15 @@ pub(super) struct Tables<'a> {
     scenarios: Vec<&'a Scenario>,
 }
 
-/// An efficiency. One that is certainly below [`LEAST`] is not told apart from others.
+/// An efficiency. One below [`LEAST`] is not told apart from others, nor is a smaller error.
 fn efficient(number: Estimated) -> CellText {
-    if number.value + 4.0 * number.error < LEAST {
-        CellText::number(format!("< {LEAST}"), number.value)
-    } else {
-        cell(number, 1.0)
+    let Estimated { value, error } = number;
+    if value < LEAST && error < 2.0 * LEAST {
+        return CellText::number(format!("< {LEAST}"), value);
     }
+    let error = error.max(LEAST);
+    let rounded = if value < LEAST { 0.0 } else { value };
+    CellText::number(uncertain_within(rounded, error, DIGITS), value)
 }
 
 /// A number of a table, times a factor.
@@ -67,22 +70,26 @@ impl<'a> Tables<'a> {
     pub(super) fn scores(&self) -> Table {
         let mut columns = vec![
             Column::text("method").width(15),
-            Column::number("scenarios", "").width(9),
-            Column::number("lost", "%").width(9),
-            Column::number("efficiency, typical", "").width(19),
-            Column::number("worst tenth", "").width(11),
-            Column::number("coverage", "%").width(9),
+            Column::number("lost", "%").width(8),
+            Column::number("typical", "").width(9),
+            Column::number("worst", "").width(9),
+            Column::text("near").width(8),
+            Column::number("cover", "%").width(7),
             Column::number("FIT", "%").width(8),
         ];
         if self.of.times.is_some() {
-            columns.push(Column::number("time, of arx", "").width(12));
+            columns.push(Column::number("time", "").width(8));
         }
         let caption = match self.of.suite.division {
             Division::Closed => "Each method over the scenarios that it is for, weighted equally",
             Division::Open => {
-                "Each method that chooses its order, over all scenarios, weighted equally; d is that of the response"
+                "Each method that chooses its order, weighted equally; d is that of the response"
             }
         };
+        let caption = format!(
+            "{caption}. typical, worst: efficiency of a median run and of the worst tenth; near: scenarios in which the \
+             typical one is at least {NEAR}, of those it is for; cover: of 95 % intervals; time: that of `{REFERENCE}` is 1"
+        );
         let mut table = Table::new(caption, columns);
         for method in self.of.methods {
             let Some((count, score)) = self.score(method, |_| true) else {
@@ -96,16 +103,22 @@ impl<'a> Tables<'a> {
             let coverage = score.coverage.map_or_else(none, |of| cell(of, 100.0));
             let row = [
                 CellText::text(name),
-                CellText::number(count.to_string(), count as f64),
                 cell(score.lost, 100.0),
                 efficient(typical),
                 efficient(worst),
+                CellText::text(format!("{} of {count}", score.near)),
                 coverage,
                 cell(score.fit, 1.0),
             ];
             table.row(row.into_iter().chain(self.time(method)));
         }
         table
+    }
+
+    /// Whether some method is below the bound.
+    pub(super) fn has_below(&self) -> bool {
+        let mut scores = self.of.methods.iter();
+        scores.any(|of| self.score(of, |_| true).is_some_and(|(_, of)| of.is_below))
     }
 
     /// The cell of a method's time over that of the reference; `None` if no times were measured.
@@ -152,9 +165,23 @@ impl<'a> Tables<'a> {
         Some(table)
     }
 
+    /// What is hard, with the names of the scenarios. Words of the same scenarios stand together.
+    fn groups(&self) -> Vec<(String, BTreeSet<&str>)> {
+        let mut groups: Vec<(String, BTreeSet<&str>)> = Vec::new();
+        for word in self.of.suite.difficulties() {
+            let of = self.scenarios.iter().filter(|of| of.hard.contains(&word));
+            let members: BTreeSet<&str> = of.map(|of| of.name.as_str()).collect();
+            match groups.iter_mut().find(|(_, others)| *others == members) {
+                Some((words, _)) => *words += &format!(", {word}"),
+                None => groups.push((word, members)),
+            }
+        }
+        groups
+    }
+
     /// Each method in the scenarios of each difficulty: efficiency of a typical run, and lost runs.
     pub(super) fn difficulties(&self) -> Vec<Table> {
-        let words = self.of.suite.difficulties();
+        let groups = self.groups();
         type Number = fn(&Score) -> CellText;
         let kinds: [(&str, Number); 2] = [
             ("Efficiency of a typical run, by what is hard", |of| {
@@ -164,18 +191,15 @@ impl<'a> Tables<'a> {
         ];
         let tables = kinds.into_iter().map(|(caption, number)| {
             let mut columns = vec![Column::text("method").width(15)];
-            columns.extend(words.iter().map(|word| {
-                let count = self
-                    .scenarios
-                    .iter()
-                    .filter(|of| of.hard.contains(word))
-                    .count();
-                Column::number(format!("{word} ({count})"), "").width(word.len().max(9) + 4)
+            columns.extend(groups.iter().map(|(words, members)| {
+                let heading = format!("{words} ({})", members.len());
+                let width = heading.len().max(9);
+                Column::number(heading, "").width(width)
             }));
             let mut table = Table::new(caption, columns);
             for method in self.of.methods {
-                let numbers = words.iter().map(|word| {
-                    let score = self.score(method, |scenario| scenario.hard.contains(word));
+                let numbers = groups.iter().map(|(_, members)| {
+                    let score = self.score(method, |of| members.contains(of.name.as_str()));
                     score.map_or_else(none, |(_, score)| number(&score))
                 });
                 let name = CellText::text(method.method.clone());
@@ -242,19 +266,31 @@ impl<'a> Tables<'a> {
             Column::text("scenario").width(18),
             Column::text("system").width(40),
             Column::number("p", "").width(3),
+            Column::number("law", "").width(9),
             Column::text("content").width(17),
             Column::text("what is hard"),
         ];
         let mut table = Table::new(
-            "The scenarios, each with the checksum of what it is",
+            format!(
+                "The scenarios, each with the checksum of what it is. law: the efficiency of `{IDEAL}`, 1 where the record is \
+                 long enough for the law of d"
+            ),
             columns,
         );
+        let truth = self.of.methods.iter().find(|of| of.method == IDEAL);
+        let mut place = 0..;
         for study in &self.of.suite.studies {
             for scenario in &study.scenarios {
+                let own = place.next().zip(truth);
+                let own = own.map(|(place, truth)| &truth.scenarios[place]);
+                let law = own
+                    .filter(|of| of.has_runs())
+                    .map_or_else(none, |of| efficient(efficiency(scenario, of, VALUES[0])));
                 table.row([
                     self.linked(&study.name, &scenario.name),
                     CellText::text(study.file().title.clone()),
                     CellText::number(scenario.free.to_string(), scenario.free as f64),
+                    law,
                     CellText::text(scenario.content.clone()),
                     CellText::text(scenario.hard.join(", ")),
                 ]);
@@ -297,9 +333,11 @@ impl<'a> Tables<'a> {
                     if !results.has_runs() {
                         return none();
                     }
-                    let number = efficient(efficiency(scenario, results, 0.5));
+                    let number = efficient(efficiency(scenario, results, VALUES[0]));
                     let lost = results.lost_runs();
-                    if method.method == IDEAL || !self.of.has_studies || lost == results.d.len() {
+                    let is_here = self.of.has_studies
+                        && self.of.newcomer.is_none_or(|name| name == method.method);
+                    if method.method == IDEAL || !is_here || lost == results.d.len() {
                         return number;
                     }
                     number.link(format!("studies/{study}/report.html"))

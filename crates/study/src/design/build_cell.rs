@@ -248,9 +248,8 @@ impl SettingsReader<'_> {
             let unknown = UnknownName::new(Key::Input.name(), name, &known);
             FileError::key(place, unknown.to_string())
         })?;
-        if table.residuals.is_some() {
-            let message =
-                format!("noise '{name}' is drawn from residuals; expected one that is Gaussian");
+        if table.residuals.is_some() || table.student_t.is_some() {
+            let message = format!("noise '{name}' is not Gaussian; expected one that is");
             return Err(FileError::key(place, message));
         }
         filter(name, table)
@@ -375,6 +374,13 @@ impl SettingsReader<'_> {
                 let table = self.file.noises.get(&name);
                 let table = table.ok_or_else(|| unknown(Key::Noise, &name, &known))?;
                 let white = filter(&name, table)?;
+                if let Some(freedom) = table.student_t {
+                    let place = format!("noises.{name}.student_t");
+                    let heavy = white.student_t(freedom);
+                    return Ok(heavy
+                        .map_err(|error| FileError::key(&place, error.to_string()))?
+                        .into());
+                }
                 let Some(column) = &table.residuals else {
                     return Ok(white.into());
                 };

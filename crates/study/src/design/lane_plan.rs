@@ -162,7 +162,7 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
     let has = [
         (input, "an input through a filter"),
         (change.is_none(), "a plant that changes"),
-        (gaussian, "noise that is drawn from given numbers"),
+        (gaussian, "noise that is not Gaussian"),
         (matches!(feedback, Feedback::None), "feedback"),
         (matches!(plant, PlantSource::Fixed(_)), "random plants"),
         (*input_noise == 0.0, "input noise"),

@@ -2,7 +2,7 @@
 
 use crate::design::file::axis::Axis;
 use crate::design::file::key::Key;
-use asobench_identification::names::named_enum;
+use asobench_identification::names::{UnknownName, named_enum};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -53,8 +53,11 @@ impl Tier {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// The edition.
+    /// The edition that was asked for, the newest if none was.
+    #[serde(skip)]
     pub edition: String,
+    /// All editions, the first one first. Each has the scenarios of those before it.
+    pub editions: Vec<String>,
     /// The seed of all records.
     pub seed: u64,
     /// Trials of a scenario in each tier. The trials of a smaller tier are the first of a larger one.
@@ -73,6 +76,9 @@ pub struct StudyEntry {
     pub variant: String,
     /// The smallest tier that has it.
     pub tier: Tier,
+    /// The first edition that has it; the first of all if absent.
+    #[serde(default)]
+    pub since: Option<String>,
     /// The sizes N.
     pub window: Vec<usize>,
     /// What is hard about it, in the suite's words; colour, loop, delay and short records are added.
@@ -94,7 +100,33 @@ impl Manifest {
     /// # Errors
     /// What is wrong with it.
     pub fn read() -> Result<Self, String> {
-        toml::from_str(MANIFEST).map_err(|error| format!("suite/suite.toml: {error}"))
+        let read = toml::from_str(MANIFEST).map_err(|error| format!("suite/suite.toml: {error}"));
+        let mut manifest: Self = read?;
+        manifest.edition = manifest.editions.last().cloned().unwrap_or_default();
+        Ok(manifest)
+    }
+
+    /// The place of an edition among all; `None` if there is no such one.
+    pub(super) fn place_of(&self, edition: &str) -> Option<usize> {
+        self.editions.iter().position(|of| of == edition)
+    }
+
+    /// Takes the manifest as it is in an edition. Later editions stay known, since their results serve an earlier one.
+    ///
+    /// # Errors
+    /// If there is no such edition.
+    pub fn of_edition(mut self, edition: &str) -> Result<Self, UnknownName> {
+        let Some(place) = self.place_of(edition) else {
+            let known: Vec<&str> = self.editions.iter().map(String::as_str).collect();
+            return Err(UnknownName::new("edition", edition, &known));
+        };
+        let mut studies = std::mem::take(&mut self.studies);
+        studies.retain(|of| {
+            let since = of.since.as_deref().map(|since| self.place_of(since));
+            since.is_none_or(|since| since.is_some_and(|since| since <= place))
+        });
+        edition.clone_into(&mut self.edition);
+        Ok(Self { studies, ..self })
     }
 
     /// Returns the number of trials of a scenario in a tier.

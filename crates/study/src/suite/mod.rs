@@ -26,7 +26,7 @@ pub use results::{
     METHODS, MethodResults, ResultsError, ScenarioResults, collect, declined, of_folder, shipped,
 };
 pub use scenario::{Made, Scenario, Suite, SuiteError, SuiteStudy, ideal_weights};
-pub use score::{Estimated, Score, efficiency, ideal_share, score, share_within};
+pub use score::{Estimated, NEAR, Score, efficiency, ideal_share, score, share_within};
 pub use times::{MethodTimes, REFERENCE, ScenarioTimes, TIME_LIMIT, Times, time};
 
 /// The name under which the prediction error method started at the truth stands in results.

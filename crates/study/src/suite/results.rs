@@ -46,8 +46,12 @@ pub struct ScenarioResults {
     pub d: Vec<Option<f64>>,
     /// Simulated FIT on fresh data in per cent, to a tenth; null where the run is lost.
     pub fit: Vec<Option<f64>>,
-    /// How many of the 95 % intervals of the p free coefficients hold the truth; null without standard errors.
+    /// How many of the 95 % intervals hold the truth; null without any.
     pub hits: Vec<Option<u16>>,
+    /// How many intervals a run has, the most of all runs. A method that estimates more than the p free coefficients, such as
+    /// those before the delay, has more than p.
+    #[serde(default)]
+    pub intervals: u16,
     /// How many runs were lost, by reason.
     pub lost: BTreeMap<String, u64>,
 }
@@ -98,9 +102,14 @@ impl MethodResults {
         let manifest = &suite.manifest;
         let other =
             |what: String| ResultsError::Other(format!("results of '{}': {what}", self.method));
-        if self.suite != manifest.edition {
+        // A later edition has the scenarios of an earlier one.
+        if manifest.place_of(&self.suite) < manifest.place_of(&manifest.edition) {
             let (found, here) = (&self.suite, &manifest.edition);
-            return Err(other(format!("of suite {found}; expected suite {here}")));
+            let message = match manifest.place_of(found) {
+                Some(_) => format!("of suite {found}; expected suite {here}, or --edition {found}"),
+                None => format!("of suite {found}; expected suite {here}"),
+            };
+            return Err(other(message));
         }
         if self.division != suite.division {
             let (found, here) = (self.division, suite.division);
@@ -254,26 +263,15 @@ pub fn collect(
             continue;
         };
         let cell = block.span.cell;
-        let scenario = &study.scenarios[cell];
         for (output, (_, scenarios)) in all.iter_mut().enumerate() {
-            append(
-                &rows,
-                output,
-                (study.distance(), scenario.free),
-                &mut scenarios[cell],
-            );
+            append(&rows, output, study.distance(), &mut scenarios[cell]);
         }
     }
     Ok(all)
 }
 
-/// Appends the runs of an output, with what d is and the number of free coefficients.
-fn append(
-    rows: &Rows,
-    output: usize,
-    (distance, free): (Measure, usize),
-    to: &mut ScenarioResults,
-) {
+/// Appends the runs of an output, with what d is.
+fn append(rows: &Rows, output: usize, distance: Measure, to: &mut ScenarioResults) {
     for place in 0..rows.trial_count() {
         let row = rows.row(place, output);
         let (d, fit) = (row[distance], row[Measure::FreshFit]);
@@ -294,17 +292,20 @@ fn append(
         to.d.push(Some(rounded(d, 4)));
         to.fit
             .push(fit.is_finite().then(|| (10.0 * fit).round() / 10.0));
-        to.hits.push(hits(&rows.parameters(place, output), free));
+        let (held, count) = hits(&rows.parameters(place, output));
+        to.hits.push((count > 0).then_some(held));
+        to.intervals = to.intervals.max(count);
     }
 }
 
-/// How many intervals hold the truth, from errors and standard errors; `None` unless each free coefficient has one.
-fn hits(parameters: &[f64], free: usize) -> Option<u16> {
+/// How many intervals hold the truth, of how many, from errors and standard errors.
+fn hits(parameters: &[f64]) -> (u16, u16) {
     let (errors, rest) = parameters.split_at(parameters.len().min(2 * (parameters.len() / 4)));
     let both = errors.iter().zip(rest);
     let known = both.filter(|(_, se)| **se > 0.0 && se.is_finite());
-    let held: Vec<bool> = known.map(|(error, se)| error.abs() <= Z * se).collect();
-    (held.len() == free).then(|| held.iter().filter(|held| **held).count() as u16)
+    known.fold((0, 0), |(held, count), (error, se)| {
+        (held + u16::from(error.abs() <= Z * se), count + 1)
+    })
 }
 
 /// A number to some significant digits.

@@ -12,7 +12,7 @@ use crate::design::file::method::MethodTable;
 use crate::design::file::rule::TrialRule;
 use crate::design::measure::Measure;
 use crate::files::checksum;
-use asobench_identification::data::{Feedback, Process};
+use asobench_identification::data::{Feedback, NoiseColour, Process};
 use asobench_identification::model::Orders;
 use asobench_identification::names::UnknownName;
 use asobench_identification::theory::{FisherInformation, Missing, ResponseBound};
@@ -75,6 +75,8 @@ pub struct SuiteStudy {
     file: ExperimentFile,
     /// What methods may be told.
     told: Told,
+    /// Whether the input is measured with noise.
+    has_noisy_input: bool,
     /// Its scenarios, one for each N.
     pub scenarios: Vec<Scenario>,
 }
@@ -104,15 +106,23 @@ impl Suite {
     /// # Errors
     /// [`SuiteError`].
     pub fn new(tier: Tier, only: &[String]) -> Result<Self, SuiteError> {
-        Self::of(Division::Closed, tier, only)
+        Self::of(None, Division::Closed, tier, only)
     }
 
-    /// Makes a division of a tier. `only`: systems, studies or scenarios; all if empty.
+    /// Makes a division of a tier, of an edition or the newest one. `only`: systems, studies or scenarios; all if empty.
     ///
     /// # Errors
     /// [`SuiteError`].
-    pub fn of(division: Division, tier: Tier, only: &[String]) -> Result<Self, SuiteError> {
-        let manifest = Manifest::read().map_err(SuiteError::Manifest)?;
+    pub fn of(
+        edition: Option<&str>,
+        division: Division,
+        tier: Tier,
+        only: &[String],
+    ) -> Result<Self, SuiteError> {
+        let mut manifest = Manifest::read().map_err(SuiteError::Manifest)?;
+        if let Some(edition) = edition {
+            manifest = manifest.of_edition(edition)?;
+        }
         let mut studies = Vec::new();
         let entries = manifest.studies.iter();
         for entry in entries.filter(|entry| tier.contains(entry.tier)) {
@@ -210,6 +220,7 @@ impl SuiteStudy {
         let process = &cell.process;
         let information = information(cell, &name)?;
         let truth = information.orders();
+        let has_noisy_input = process.settings().input_noise > 0.0;
         let mut scenarios = Vec::new();
         for ((window, content), cell) in entry.window.iter().zip(contents).zip(&experiment.cells) {
             let weights = match (division, cell.discrete()) {
@@ -237,6 +248,7 @@ impl SuiteStudy {
                 shortest: entry.window.iter().copied().min().unwrap_or(0),
                 division,
             },
+            has_noisy_input,
             scenarios,
             entry: entry.clone(),
             file,
@@ -312,7 +324,10 @@ impl SuiteStudy {
     pub fn is_for(&self, competitor: &Competitor) -> bool {
         let needs = competitor.needs();
         let is_closed = self.scenarios.iter().all(|scenario| scenario.is_closed);
-        (needs.reference.is_none() || is_closed)
+        // No prediction error method has the structure of a noisy input.
+        let has_truth = *competitor != Competitor::Ideal || !self.has_noisy_input;
+        has_truth
+            && (needs.reference.is_none() || is_closed)
             && (!needs.controller || self.told.controller.is_some())
             && (!needs.hold || self.entry.sampled)
     }
@@ -392,13 +407,20 @@ fn content(file: &ExperimentFile, window: usize) -> String {
     checksum(of.to_string().as_bytes())[..16].to_owned()
 }
 
-/// What is hard: colour, loop, delay and a short record by themselves, then the words of the manifest.
+/// What is hard: the noises (white, 1/A as least squares has it, or another colour; heavy tails; on the input too), loop,
+/// delay and a short record by themselves, then the words of the manifest.
 fn hard(entry: &StudyEntry, process: &Process, truth: Orders, window: usize) -> Vec<String> {
     let Orders { na, nc, nd, nk, .. } = truth;
-    let is_white = na + nc + nd == 0;
+    let settings = process.settings();
+    let is_noisy = settings.input_noise > 0.0;
+    let is_heavy = matches!(&settings.noise, NoiseColour::Filter(filter) if !filter.is_gaussian());
+    let (is_white, is_shaped) = (na + nc + nd == 0 && !is_noisy, nc + nd > 0);
     let own = [
         (is_white, "white"),
-        (!is_white, "coloured"),
+        (na > 0 && !is_shaped, "1/A"),
+        (is_shaped, "coloured"),
+        (is_noisy, "errors in variables"),
+        (is_heavy, "heavy tails"),
         (window <= SHORT, "short"),
         (nk > 1, "delay"),
         (is_closed(process), "closed loop"),

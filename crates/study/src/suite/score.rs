@@ -16,6 +16,8 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 const RESAMPLES: usize = 200;
 /// So many standard errors make a difference from the bound certain.
 const CERTAIN: f64 = 4.0;
+/// From this efficiency on a method is near the bound.
+pub const NEAR: f64 = 0.5;
 
 /// A number with its Monte-Carlo standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,11 +36,15 @@ pub struct Score {
     /// For each of [`VALUES`], the quantile of d that the bound has over that of the method: 1 if it is efficient, 0 if
     /// that many runs are not kept.
     pub efficiency: [Estimated; 2],
-    /// The share of 95 % intervals that hold the truth, none in a lost run; `None` without standard errors.
+    /// The share of 95 % intervals that hold the truth, none in a lost run, over the scenarios in which the method gives
+    /// intervals or loses every run; `None` where it never gives any.
     pub coverage: Option<Estimated>,
     /// The median FIT on fresh data, per cent, 0 where it is below.
     pub fit: Estimated,
-    /// Whether d is certainly smaller than the bound allows: more runs than chance below the bound's median.
+    /// In how many scenarios the efficiency of a typical run is at least [`NEAR`].
+    pub near: usize,
+    /// Whether d is certainly smaller than the bound allows, in some scenario or over all: more runs below the bound's
+    /// median than chance has.
     pub is_below: bool,
 }
 
@@ -75,17 +81,27 @@ pub fn score(of: &[(&Scenario, &ScenarioResults)]) -> Score {
         let numbers: Vec<Estimated> = of.iter().map(|(of, results)| number(of, results)).collect();
         average(&numbers)
     };
-    let has_intervals = of
+    let covered: Vec<Estimated> = of
         .iter()
-        .any(|(_, results)| results.hits.iter().any(Option::is_some));
+        .filter(|(_, results)| results.intervals > 0 || results.lost_runs() == results.d.len())
+        .map(|(_, results)| coverage(results))
+        .collect();
+    let has_intervals = of.iter().any(|(_, results)| results.intervals > 0);
+    let efficiencies = VALUES.map(|at| -> Vec<Estimated> {
+        let each = of.iter();
+        each.map(|(of, results)| efficiency(of, results, at))
+            .collect()
+    });
+    let typical = efficiencies[0].iter();
+    let near = typical.filter(|of| of.value >= NEAR).count();
     let lost = of
         .iter()
         .map(|(_, results)| (results.lost_runs(), results.d.len()));
     let lost: Vec<(usize, usize)> = lost.collect();
     Score {
         lost: share(&lost),
-        efficiency: VALUES.map(|at| each(&|of, results| efficiency(of, results, at))),
-        coverage: has_intervals.then(|| each(&|of, results| coverage(of.free, results))),
+        efficiency: efficiencies.map(|each| average(&each)),
+        coverage: has_intervals.then(|| average(&covered)),
         fit: each(&|of, results| {
             let fit = results
                 .fit
@@ -95,28 +111,33 @@ pub fn score(of: &[(&Scenario, &ScenarioResults)]) -> Score {
                 sample_quantile(fit, 0.5).max(0.0)
             })
         }),
+        near,
         is_below: is_below(of),
     }
 }
 
-/// Whether the number of runs below the bound's median is certainly more than half.
+/// Whether the number of runs below the bound's median is certainly more than half, in a scenario or over all.
 fn is_below(of: &[(&Scenario, &ScenarioResults)]) -> bool {
-    let (mut excess, mut runs) = (0.0, 0.0);
+    let is_certain = |excess: f64, runs: f64| excess > CERTAIN * (0.25 * runs).sqrt();
+    let (mut excess, mut runs, mut any) = (0.0, 0.0, false);
     for (scenario, results) in of {
         let median = quantile(&scenario.weights, 0.5).powi(2);
-        let count = results.distances().filter(|d| *d < median).count();
-        excess += count as f64 - 0.5 * results.d.len() as f64;
-        runs += results.d.len() as f64;
+        let count = results.distances().filter(|d| *d < median).count() as f64;
+        let own = results.d.len() as f64;
+        any |= is_certain(count - 0.5 * own, own);
+        excess += count - 0.5 * own;
+        runs += own;
     }
-    excess > CERTAIN * (0.25 * runs).sqrt()
+    any || is_certain(excess, runs)
 }
 
 /// The share of intervals that hold the truth, over all runs.
-fn coverage(free: usize, results: &ScenarioResults) -> Estimated {
+fn coverage(results: &ScenarioResults) -> Estimated {
+    let intervals = f64::from(results.intervals.max(1));
     let held = results
         .hits
         .iter()
-        .map(|hits| f64::from(hits.unwrap_or(0)) / free as f64);
+        .map(|hits| f64::from(hits.unwrap_or(0)) / intervals);
     let held: Vec<f64> = held.collect();
     let (value, count) = (mean(&held), held.len() as f64);
     let squares: f64 = held.iter().map(|held| (held - value).powi(2)).sum();

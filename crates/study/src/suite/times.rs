@@ -212,11 +212,10 @@ impl Times {
             let mut own = found.scenarios.iter();
             own.find(|of| of.content == scenario.content).cloned()
         };
-        let own: Option<Vec<ScenarioTimes>> = scenarios.map(one).collect();
-        own.filter(|own| !own.is_empty())
-            .map(|scenarios| MethodTimes {
-                method: method.to_owned(),
-                scenarios,
-            })
+        let own: Vec<ScenarioTimes> = scenarios.filter_map(one).collect();
+        (!own.is_empty()).then(|| MethodTimes {
+            method: method.to_owned(),
+            scenarios: own,
+        })
     }
 }

@@ -224,3 +224,83 @@ fn a_response_has_its_bound_over_all_frequencies() {
     let with_direct = bound.distance(plant.a(), plant.b(), 0.5) * trace(&relative);
     assert!((with_direct - 0.25).abs() < 1e-9, "{with_direct}");
 }
+
+/// Noise on the measured input: the information of N samples more by covariances in time
+/// (`errors_in_variables.py` beside this file), and what has none.
+#[test]
+fn a_noisy_input_has_the_information_of_its_spectra() {
+    let with_noise = |a: &[f64], b: &[f64], input: Input, noise: NoiseColour, percent: f64| {
+        let settings = of(a, b, input, noise, Feedback::None);
+        let settings = ProcessSettings {
+            input_noise: percent,
+            ..settings.settings().clone()
+        };
+        Process::from_settings(settings).unwrap()
+    };
+    let white = || NoiseColour::from(NoiseFilter::white());
+    let cases: [(&[f64], &[f64], f64, &[f64]); 2] = [
+        (
+            &[-1.5, 0.7],
+            &[1.0, 0.5],
+            0.1,
+            &[
+                7.928384839e+01,
+                7.242320267e+01,
+                -1.971706656,
+                -4.704925837,
+                7.242320267e+01,
+                7.953632992e+01,
+                -6.566721728e-02,
+                -1.783401891,
+                -1.971706656,
+                -6.566721728e-02,
+                1.403112374,
+                1.052006042,
+                -4.704925837,
+                -1.783401891,
+                1.052006042,
+                1.420334242,
+            ],
+        ),
+        (
+            &[-0.9],
+            &[0.8],
+            0.25,
+            &[19.094875504, -1.949302172, -1.949302172, 0.93755493],
+        ),
+    ];
+    for (a, b, variance, expected) in cases {
+        let percent = 100.0 * f64::sqrt(variance);
+        let process = with_noise(a, b, gaussian(1.0), white(), percent);
+        let information = FisherInformation::new(&process, 100.0, 1).unwrap();
+        assert_eq!(information.free(), 2 * a.len());
+        let n = 2 * a.len();
+        for (place, expected) in expected.iter().enumerate() {
+            let found = information.matrix()[(place / n, place % n)];
+            // The script's central differences have some 1e-9 of the largest entry.
+            assert!(
+                (found - expected).abs() < 1e-7 * information.matrix().norm_max(),
+                "{found} {expected}"
+            );
+        }
+    }
+    let coloured = NoiseColour::InverseDenominator;
+    let process = with_noise(&[-0.9], &[0.8], gaussian(1.0), coloured, 50.0);
+    let refused = FisherInformation::new(&process, 100.0, 100);
+    assert_eq!(refused.err(), Some(Missing::NoisyInput));
+}
+
+/// Innovations of heavy tails tell more: `nu (nu + 1) / ((nu - 2) (nu + 3))` times as much, 2 for three degrees of freedom.
+#[test]
+fn heavy_tails_have_more_information() {
+    let made = |noise: NoiseFilter| {
+        let (a, b) = ([-1.5, 0.7], [1.0, 0.5]);
+        let process = of(&a, &b, gaussian(1.0), noise.into(), Feedback::None);
+        FisherInformation::new(&process, 50.0, 300).unwrap()
+    };
+    let filter = || NoiseFilter::new(&[1.0, 0.6], &[1.0, -0.8]).unwrap();
+    let heavy = made(filter().student_t(3).unwrap());
+    let normal = made(filter());
+    let (heavy, normal) = (heavy.matrix(), normal.matrix());
+    assert!((heavy - 2.0 * normal).norm_max() < 1e-12 * heavy.norm_max());
+}

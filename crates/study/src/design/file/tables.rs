@@ -219,6 +219,10 @@ pub struct NoiseTable {
     /// and its variance made 1; Gaussian if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residuals: Option<String>,
+    /// The white noise has heavy tails: Student's t with so many degrees of freedom, 3 to 100, scaled to variance 1; Gaussian
+    /// if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub student_t: Option<u16>,
 }
 
 impl NoiseTable {
@@ -230,7 +234,11 @@ impl NoiseTable {
             numerator,
             denominator,
             residuals,
+            student_t,
         } = self;
+        if residuals.is_some() && student_t.is_some() {
+            return Err("both residuals and student_t are given; expected one of them".to_owned());
+        }
         let polynomials = c.is_some() || d.is_some();
         let (numerator, denominator) = match (polynomials, numerator, denominator) {
             (true, None, None) => (monic("C", c.as_deref())?, monic("D", d.as_deref())?),
@@ -243,6 +251,9 @@ impl NoiseTable {
                         .to_owned(),
                 );
             }
+            (false, None, None) if residuals.is_some() || student_t.is_some() => {
+                (vec![1.0], vec![1.0])
+            }
             (false, None, _) => {
                 return Err("expected C = [1, ...] and D = [1, ...], or numerator".to_owned());
             }
@@ -251,6 +262,7 @@ impl NoiseTable {
             numerator: Some(numerator),
             denominator: Some(denominator),
             residuals,
+            student_t,
             ..Self::default()
         })
     }

@@ -1,0 +1,137 @@
+//! The Fisher information of a record whose input is measured with noise.
+
+use super::linear::without_noise;
+use super::missing::Missing;
+use super::population::{INPUT_NOISE, NOISE, Population, REFERENCE};
+use super::spectrum::value;
+use crate::data::{Feedback, Process};
+use crate::signal::Input;
+use faer::{Mat, c64};
+use std::f64::consts::TAU;
+
+/// Frequencies of the mean: the sums converge as `rho^POINTS`, with rho the modulus of the largest pole.
+const POINTS: usize = 1 << 14;
+/// The variances that are not known: of the input, its noise, and the output's.
+const VARIANCES: usize = 3;
+
+/// The information `F` of N samples of `u = r + w_u`, `y = G r + e` about `alpha_1 ... alpha_n, beta_1 ... beta_n`, all of
+/// r, w_u and e white and Gaussian and their variances unknown: the Schur complement of their block of
+///
+/// ```text
+/// F_ij = N / (4 pi) int tr(S^-1 S_i S^-1 S_j) d omega,   S = [s_r + s_u, s_r G*; s_r G, s_r |G|^2 + s_e]
+/// ```
+///
+/// with S the spectrum of (u, y) and S_i its derivatives. Source: Whittle 1953; Soderstrom, *Errors-in-Variables Methods in
+/// System Identification*, 2018, section 4.4.
+///
+/// # Errors
+/// [`Missing`].
+pub(super) fn errors_in_variables(
+    process: &Process,
+    population: &Population,
+    window: usize,
+) -> Result<Mat<f64>, Missing> {
+    let settings = process.settings();
+    let is_white = population.noise.0.len() == 1 && population.noise.1.len() == 1;
+    let is_covered = matches!(process.input(), Input::Gaussian { .. })
+        && matches!(settings.feedback, Feedback::None)
+        && settings.process_noise == 0.0
+        && is_white;
+    if !is_covered {
+        return Err(Missing::NoisyInput);
+    }
+    let n = population.plant.order();
+    let variance = |source: usize| population.sources[source].variance;
+    let lead = population.noise.0[0];
+    let spectra = Spectra {
+        input: variance(REFERENCE),
+        input_noise: variance(INPUT_NOISE),
+        output_noise: variance(NOISE) * lead * lead,
+    };
+    let count = 2 * n + VARIANCES;
+    let mut sum = Mat::<f64>::zeros(count, count);
+    for point in 0..POINTS {
+        let delay = c64::cis(-TAU * point as f64 / POINTS as f64);
+        let f = value(&population.alpha, delay);
+        let g = value(&population.beta, delay) / f;
+        let lag = |i: usize| delay.powi(i as i32) / f;
+        let slopes = (1..=n).map(|i| -g * lag(i)).chain((1..=n).map(lag));
+        let slopes: Vec<c64> = slopes.collect();
+        spectra.add(g, &slopes, &mut sum);
+    }
+    let scale = 0.5 * window as f64 / POINTS as f64;
+    let all = Mat::from_fn(count, count, |i, j| scale * sum[(i, j)]);
+    let matrix = without_noise(&all, 2 * n)?;
+    if matrix.is_all_finite() {
+        Ok(matrix)
+    } else {
+        Err(Missing::Singular)
+    }
+}
+
+/// A Hermitian matrix `[a, b*; b, d]`.
+#[derive(Clone, Copy)]
+struct Hermitian {
+    a: f64,
+    b: c64,
+    d: f64,
+}
+
+impl Hermitian {
+    /// The real trace of the product of `S^-1 X` and `S^-1 Y`, given `S^-1`.
+    fn trace(inverse: Self, x: Self, y: Self) -> f64 {
+        let times = |m: Self| {
+            let row = |p: c64, q: c64| [p * m.a + q * m.b, p * m.b.conj() + q * m.d];
+            [
+                row(inverse.a.into(), inverse.b.conj()),
+                row(inverse.b, inverse.d.into()),
+            ]
+        };
+        let (x, y) = (times(x), times(y));
+        let sum: c64 = (0..2)
+            .flat_map(|i| (0..2).map(move |j| (i, j)))
+            .map(|(i, j)| x[i][j] * y[j][i])
+            .sum();
+        sum.re
+    }
+}
+
+/// The levels of the three white spectra.
+struct Spectra {
+    input: f64,
+    input_noise: f64,
+    output_noise: f64,
+}
+
+impl Spectra {
+    /// Adds `tr(S^-1 S_i S^-1 S_j)` at a frequency, given G and its derivatives by the plant's parameters.
+    fn add(&self, g: c64, slopes: &[c64], sum: &mut Mat<f64>) {
+        let s = self.input;
+        let power = g.norm_sqr();
+        let of = Hermitian {
+            a: s + self.input_noise,
+            b: s * g,
+            d: s * power + self.output_noise,
+        };
+        let determinant = of.a * of.d - of.b.norm_sqr();
+        let inverse = Hermitian {
+            a: of.d / determinant,
+            b: -of.b / determinant,
+            d: of.a / determinant,
+        };
+        let plant = slopes.iter().map(|slope| Hermitian {
+            a: 0.0,
+            b: s * *slope,
+            d: 2.0 * s * (g.conj() * *slope).re,
+        });
+        let zero = c64::new(0.0, 0.0);
+        let variances = [(1.0, g, power), (1.0, zero, 0.0), (0.0, zero, 1.0)];
+        let variances = variances.map(|(a, b, d)| Hermitian { a, b, d });
+        let all: Vec<Hermitian> = plant.chain(variances).collect();
+        for (i, x) in all.iter().enumerate() {
+            for (j, y) in all.iter().enumerate() {
+                sum[(i, j)] += Hermitian::trace(inverse, *x, *y);
+            }
+        }
+    }
+}
