@@ -283,7 +283,7 @@ fn times_are_apart_from_results() {
     assert!(Times::parse(&runs.read("one/times.json").replace("arx", "arz")).is_err());
     runs.run("one", "1", &["arx", "oe"]);
     assert_eq!(before, runs.result("one", "oe"));
-    assert!(runs.read("one/report.html").contains("time, of arx"));
+    assert!(runs.read("one/report.html").contains("time: that of arx is 1"));
 }
 
 /// The FIT of `arx` on recorded data, simulated and one step ahead, against a numpy transcription: least squares, n by AICc over

@@ -3,6 +3,7 @@
 use super::part::{Part, TIMES};
 use crate::cli::error::Error;
 use crate::cli::files::cannot_write;
+use crate::cli::methods::filled;
 use crate::cli::output::print;
 use crate::files::{self, Kind};
 use crate::report::{SuitePage, prepare_report, suite_page, suite_tables, write_report};
@@ -169,8 +170,8 @@ pub(super) fn print_scores(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Re
     for table in tables.iter().take(shown) {
         let rows = table.rows.iter().map(|row| table.text_row(row));
         let text = format!(
-            "{}\n{}{}",
-            table.caption,
+            "{}{}{}",
+            filled("", &table.caption, 0),
             table.text_head(),
             rows.collect::<String>()
         );

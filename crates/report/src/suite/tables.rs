@@ -88,7 +88,7 @@ impl<'a> Tables<'a> {
         };
         let caption = format!(
             "{caption}. typical, worst: efficiency of a median run and of the worst tenth; near: scenarios in which the \
-             typical one is at least {NEAR}, of those it is for; cover: of 95 % intervals; time: that of `{REFERENCE}` is 1"
+             typical one is at least {NEAR}, of those it is for; cover: of 95 % intervals; time: that of {REFERENCE} is 1"
         );
         let mut table = Table::new(caption, columns);
         for method in self.of.methods {
@@ -272,7 +272,7 @@ impl<'a> Tables<'a> {
         ];
         let mut table = Table::new(
             format!(
-                "The scenarios, each with the checksum of what it is. law: the efficiency of `{IDEAL}`, 1 where the record is \
+                "The scenarios, each with the checksum of what it is. law: the efficiency of {IDEAL}, 1 where the record is \
                  long enough for the law of d"
             ),
             columns,
