@@ -128,9 +128,17 @@ fn shipped_results_serve_two_tiers() {
             assert_eq!(results.d, longer.d[..20]);
         }
     }
-    let files = std::fs::read_dir(root("suite/results")).unwrap();
-    let sizes = files.map(|file| file.unwrap().metadata().unwrap().len());
-    assert!(sizes.sum::<u64>() < 3_000_000);
+    let open = Suite::of(None, Division::Open, Tier::Standard, &[]).unwrap();
+    let choosing = Competitor::of(Division::Open).into_iter();
+    let choosing: Vec<String> = choosing.map(|of| of.name()).collect();
+    assert_eq!(names(&shipped(&open).unwrap()), choosing);
+    let size = |folder: &str| -> u64 {
+        let files = std::fs::read_dir(root(folder)).unwrap();
+        files
+            .map(|file| file.unwrap().metadata().unwrap().len())
+            .sum()
+    };
+    assert!(size("suite/results") + size("suite/results/open") < 3_000_000);
     assert_eq!([quick.0.trials(), standard.0.trials()], [20, 50]);
 }
 
@@ -283,7 +291,10 @@ fn times_are_apart_from_results() {
     assert!(Times::parse(&runs.read("one/times.json").replace("arx", "arz")).is_err());
     runs.run("one", "1", &["arx", "oe"]);
     assert_eq!(before, runs.result("one", "oe"));
-    assert!(runs.read("one/report.html").contains("time: that of arx is 1"));
+    assert!(
+        runs.read("one/report.html")
+            .contains("time: that of arx is 1")
+    );
 }
 
 /// The FIT of `arx` on recorded data, simulated and one step ahead, against a numpy transcription: least squares, n by AICc over

@@ -74,9 +74,13 @@ impl<'a> Tables<'a> {
             Column::number("typical", "").width(9),
             Column::number("worst", "").width(9),
             Column::text("near").width(8),
-            Column::number("cover", "%").width(7),
-            Column::number("FIT", "%").width(8),
         ];
+        // Responses of the open division have no intervals.
+        let is_covered = self.of.suite.division == Division::Closed;
+        if is_covered {
+            columns.push(Column::number("cover", "%").width(7));
+        }
+        columns.push(Column::number("FIT", "%").width(8));
         if self.of.times.is_some() {
             columns.push(Column::number("time", "").width(8));
         }
@@ -86,10 +90,16 @@ impl<'a> Tables<'a> {
                 "Each method that chooses its order, weighted equally; d is that of the response"
             }
         };
-        let caption = format!(
+        let mut caption = format!(
             "{caption}. typical, worst: efficiency of a median run and of the worst tenth; near: scenarios in which the \
-             typical one is at least {NEAR}, of those it is for; cover: of 95 % intervals; time: that of {REFERENCE} is 1"
+             typical one is at least {NEAR}, of those it is for"
         );
+        if is_covered {
+            caption += "; cover: of 95 % intervals";
+        }
+        if self.of.times.is_some() {
+            caption += &format!("; time: that of {REFERENCE} is 1");
+        }
         let mut table = Table::new(caption, columns);
         for method in self.of.methods {
             let Some((count, score)) = self.score(method, |_| true) else {
@@ -107,10 +117,10 @@ impl<'a> Tables<'a> {
                 efficient(typical),
                 efficient(worst),
                 CellText::text(format!("{} of {count}", score.near)),
-                coverage,
-                cell(score.fit, 1.0),
             ];
-            table.row(row.into_iter().chain(self.time(method)));
+            let coverage = is_covered.then_some(coverage);
+            let rest = coverage.into_iter().chain([cell(score.fit, 1.0)]);
+            table.row(row.into_iter().chain(rest).chain(self.time(method)));
         }
         table
     }
