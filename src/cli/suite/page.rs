@@ -44,8 +44,8 @@ struct Shipped {
 }
 
 impl Shipped {
-    /// `out`: the folder of a run, whose own times come first. The open division and recorded data stand on the page of the
-    /// shipped results alone.
+    /// `out`: the folder of a run, whose own times come first. The open division and recorded data stand on the page of
+    /// the shipped results alone.
     fn new(part: &Part, out: Option<&Path>) -> Result<Self, Error> {
         let own = match out.map(|out| files::read_own(&out.join(TIMES), Kind::Suite)) {
             Some(Ok(Some(text))) => Some(Times::parse(&String::from_utf8_lossy(&text))),

@@ -15,8 +15,8 @@ use std::process::ExitCode;
 /// The results beside the page.
 const FITS: &str = "fits.json";
 
-/// Estimate models of recorded data with the methods that choose their order, and print their FIT over samples that they have
-/// not seen: an appendix without claims
+/// Estimate models of recorded data with the methods that choose their order, and print their FIT over samples that
+/// they have not seen: an appendix without claims
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Folder with the records

@@ -58,8 +58,9 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
         section.table(&scores);
         if tables.has_below() {
             section.paragraph(
-                "Below the bound: certainly more than half of a method's runs, over all or in one scenario, are nearer to the \
-                 truth than the median of an efficient method. It is biased towards the truth, or knows what it should not.",
+                "Below the bound: certainly more than half of a method's runs, over all or in one scenario, are nearer \
+                 to the truth than the median of an efficient method. It is biased towards the truth, or knows what it \
+                 should not.",
             );
         }
     });
@@ -105,12 +106,12 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
     let told = match suite.division {
         Division::Closed => {
             "The distance d of an estimate from the truth is measured with the Fisher information of the record: for a \
-             method that reaches the Cramer-Rao bound it is 1 on average in a long record. Each method is told the orders of the \
-             truth in its own form; one that takes the order alone is not told the delay."
+             method that reaches the Cramer-Rao bound it is 1 on average in a long record. Each method is told the \
+             orders of the truth in its own form; one that takes the order alone is not told the delay."
         }
         Division::Open => {
-            "Methods choose their order. d is the squared error of the response over what it is on average at the Cramer-Rao \
-             bound."
+            "Methods choose their order. d is the squared error of the response over what it is on average at the \
+             Cramer-Rao bound."
         }
     };
     section.paragraph(told);
@@ -121,9 +122,9 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
         Division::Open => "leaves an unstable model",
     };
     section.paragraph(&format!(
-        "A run that fails, {unfinished} is lost: infinitely far, and in every denominator. Options are the defaults. No number \
-         depends on who else takes part. 0.88(3) is 0.88 with Monte-Carlo standard error 0.03; methods share their records, so \
-         differences between them are known better than two such errors say."
+        "A run that fails, {unfinished} is lost: infinitely far, and in every denominator. Options are the defaults. \
+         No number depends on who else takes part. 0.88(3) is 0.88 with Monte-Carlo standard error 0.03; methods share \
+         their records, so differences between them are known better than two such errors say."
     ));
     let scenarios = suite.scenarios().count();
     section.settings(&[
@@ -148,9 +149,10 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
 /// The open division.
 fn choosing(section: &mut Section, open: &SuitePage<'_>, files: &mut Files) {
     section.paragraph(
-        "Here methods are told the delay and that the order is at most 6, and choose by AICc; `kernel-fir` needs no order. There is \
-         no common theta, so d is the squared error of the impulse response, or of the frequency response over all frequencies, \
-         over what it is on average at the Cramer-Rao bound of the true structure. `pem-from-truth` is told that structure.",
+        "Here methods are told the delay and that the order is at most 6, and choose by AICc; `kernel-fir` needs no \
+         order. There is no common theta, so d is the squared error of the impulse response, or of the frequency \
+         response over all frequencies, over what it is on average at the Cramer-Rao bound of the true structure. \
+         `pem-from-truth` is told that structure.",
     );
     let tables = Tables::new(open);
     let scores = tables.scores();
@@ -176,9 +178,9 @@ fn pictured(section: &mut Section, of: &SuitePage<'_>, files: &mut Files) {
 /// The appendix of recorded data.
 fn recorded(section: &mut Section, fits: &RecordedFits) {
     section.paragraph(
-        "Models of the methods that choose their order, from the first samples of records of real plants, and their FIT over the \
-         rest. One record has one noise, so these numbers have no Monte-Carlo error and rank no method. Their command is \
-         `asobench suite recorded`.",
+        "Models of the methods that choose their order, from the first samples of records of real plants, and their \
+         FIT over the rest. One record has one noise, so these numbers have no Monte-Carlo error and rank no method. \
+         Their command is `asobench suite recorded`.",
     );
     for table in recorded_tables(fits) {
         section.table(&table);
@@ -193,34 +195,36 @@ fn recorded(section: &mut Section, fits: &RecordedFits) {
 fn reading(section: &mut Section, of: &SuitePage<'_>) {
     if let Some(times) = of.times {
         section.paragraph(&format!(
-            "Time: that of an estimate on one thread over that of `{REFERENCE}` in the same scenario, all methods in turns; the \
-             geometric mean over scenarios of the median over rounds. A run of more than {TIME_LIMIT} s is lost. Measured by {}, \
-             apart from the results, which hold no times: `asobench suite times`.",
+            "Time: that of an estimate on one thread over that of `{REFERENCE}` in the same scenario, all methods in \
+             turns; the geometric mean over scenarios of the median over rounds. A run of more than {TIME_LIMIT} s is \
+             lost. Measured by {}, apart from the results, which hold no times: `asobench suite times`.",
             times.program
         ));
     }
     section.list(&[
-        "d = (theta_hat - theta)' F (theta_hat - theta) / p, with F the Fisher information of the record about the p free \
-         coefficients of the plant, the noise's unknown.",
-        "Pictures: the share of runs within d. A curve ends at the share of runs that are within d = 10,000. One curve is \
-         the law of an efficient method, chi-squared(p)/p; `pem-from-truth` is the prediction error \
-         method of the scenario's structure that starts its search at the truth: where it leaves the law, the record is too \
-         short for the law, or its search ends at a boundary. Bands are 95 % Monte-Carlo intervals.",
-        "A method of another structure than the truth's has a bound of its own, which may be far from 1. In noise 1/A the bound \
-         knows that plant and noise share A: `arx` is efficient there, and methods with separate polynomials, such as `oe` and \
-         `bj`, cannot be. In white noise it is the other way round.",
-        "Lost, by reason: `boundary` and `iteration-limit`, a search came to no minimum, which one-step methods cannot; \
-         `declined`, the method cannot serve the scenario; `other orders`, its model has another order than it was told.",
-        "Methods with the same numbers are the same here: `rls` without forgetting is `arx`, and so is `iv-compensated`, which \
-         is told that u and y have none. `wnsf` and `rpem` are told a model B/F; with `-structure` they are told that of the truth too.",
-        "Efficiency: the quantile of d that the bound has over that of the method, for a typical run (median) and for the \
-         worst tenth (90 % quantile), averaged over scenarios with equal weights: 1 is the bound, 0 says that half (or a tenth) \
-         of the runs is lost. Values above 1 are Monte-Carlo error or bias towards the truth.",
-        "Coverage: how many of the 95 % intervals of the coefficients hold the truth, none in a lost run, over the scenarios in \
-         which the method gives intervals.",
+        "d = (theta_hat - theta)' F (theta_hat - theta) / p, with F the Fisher information of the record about the p \
+         free coefficients of the plant, the noise's unknown.",
+        "Pictures: the share of runs within d. A curve ends at the share of runs that are within d = 10,000. One curve \
+         is the law of an efficient method, chi-squared(p)/p; `pem-from-truth` is the prediction error \
+         method of the scenario's structure that starts its search at the truth: where it leaves the law, the record \
+         is too short for the law, or its search ends at a boundary. Bands are 95 % Monte-Carlo intervals.",
+        "A method of another structure than the truth's has a bound of its own, which may be far from 1. In noise 1/A \
+         the bound knows that plant and noise share A: `arx` is efficient there, and methods with separate \
+         polynomials, such as `oe` and `bj`, cannot be. In white noise it is the other way round.",
+        "Lost, by reason: `boundary` and `iteration-limit`, a search came to no minimum, which one-step methods \
+         cannot; `declined`, the method cannot serve the scenario; `other orders`, its model has another order than it \
+         was told.",
+        "Methods with the same numbers are the same here: `rls` without forgetting is `arx`, and so is \
+         `iv-compensated`, which is told that u and y have none. `wnsf` and `rpem` are told a model B/F; with \
+         `-structure` they are told that of the truth too.",
+        "Efficiency: the quantile of d that the bound has over that of the method, for a typical run (median) and for \
+         the worst tenth (90 % quantile), averaged over scenarios with equal weights: 1 is the bound, 0 says that half \
+         (or a tenth) of the runs is lost. Values above 1 are Monte-Carlo error or bias towards the truth.",
+        "Coverage: how many of the 95 % intervals of the coefficients hold the truth, none in a lost run, over the \
+         scenarios in which the method gives intervals.",
         "FIT: the median of the simulated FIT on fresh data without noise, 0 where it is below.",
-        "What it does not say: what an expert's options would give; anything of outliers, unknown delays or irregular sampling. All \
-         that is said of closed loops rests on two systems.",
+        "What it does not say: what an expert's options would give; anything of outliers, unknown delays or irregular \
+         sampling. All that is said of closed loops rests on two systems.",
         "The page of `asobench suite run` has a report of every study, and links each number of a scenario to it.",
     ]);
 }

@@ -20,8 +20,8 @@ fn grid() -> impl Iterator<Item = f64> {
     (POINTS * from..=POINTS * to).map(|i| 10.0_f64.powf(f64::from(i) / f64::from(POINTS)))
 }
 
-/// One method of each kind for the first picture: least squares, instrumental variables, prediction errors, a subspace, a kernel,
-/// an adaptive observer.
+/// One method of each kind for the first picture: least squares, instrumental variables, prediction errors, a subspace,
+/// a kernel, an adaptive observer.
 const KINDS: [&str; 6] = ["arx", "iv4", "bj", "ssarx", "kernel-fir", "zhang"];
 
 /// A part of a page: the scenarios in open or in closed loop.
@@ -122,9 +122,10 @@ pub(super) fn overview(of: &SuitePage<'_>) -> (Picture, String) {
     let sharing = Sharing { x: true, y: true };
     let picture = small_multiples(title, &description, &panels, 2, sharing);
     let caption = format!(
-        "{title}, scenarios weighted equally: one method of each kind, all others are in the part Method by method. A curve ends at \
-         the share of runs that are within d = 10,000. Dotted: the law of an efficient method; dashed: `{IDEAL}`, the prediction error method \
-         of the true structure started at the truth. Band: 95 % Monte-Carlo interval, drawn from {FEW} runs on."
+        "{title}, scenarios weighted equally: one method of each kind, all others are in the part Method by method. A \
+         curve ends at the share of runs that are within d = 10,000. Dotted: the law of an efficient method; dashed: \
+         `{IDEAL}`, the prediction error method of the true structure started at the truth. Band: 95 % Monte-Carlo \
+         interval, drawn from {FEW} runs on."
     );
     (picture, caption)
 }

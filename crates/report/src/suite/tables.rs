@@ -91,8 +91,8 @@ impl<'a> Tables<'a> {
             }
         };
         let mut caption = format!(
-            "{caption}. typical, worst: efficiency of a median run and of the worst tenth; near: scenarios in which the \
-             typical one is at least {NEAR}, of those it is for"
+            "{caption}. typical, worst: efficiency of a median run and of the worst tenth; near: scenarios in which \
+             the typical one is at least {NEAR}, of those it is for"
         );
         if is_covered {
             caption += "; cover: of 95 % intervals";
@@ -220,8 +220,8 @@ impl<'a> Tables<'a> {
         tables.collect()
     }
 
-    /// Why runs were lost, in per cent of all runs of a method; `None` if results do not say, as where only the first trials
-    /// of a scenario are taken.
+    /// Why runs were lost, in per cent of all runs of a method; `None` if results do not say, as where only the first
+    /// trials of a scenario are taken.
     pub(super) fn reasons(&self) -> Option<Table> {
         let mut words: Vec<&str> = Vec::new();
         let runs =
@@ -282,8 +282,8 @@ impl<'a> Tables<'a> {
         ];
         let mut table = Table::new(
             format!(
-                "The scenarios, each with the checksum of what it is. law: the efficiency of {IDEAL}, 1 where the record is \
-                 long enough for the law of d"
+                "The scenarios, each with the checksum of what it is. law: the efficiency of {IDEAL}, 1 where the \
+                 record is long enough for the law of d"
             ),
             columns,
         );

@@ -43,8 +43,8 @@ pub(super) struct Told {
 }
 
 impl Competitor {
-    /// All that take part in a division by default, the ideal last. Closed: the estimators of the registry, and those that are
-    /// told the structure. Open: the estimators that choose their order by themselves.
+    /// All that take part in a division by default, the ideal last. Closed: the estimators of the registry, and those
+    /// that are told the structure. Open: the estimators that choose their order by themselves.
     pub fn of(division: Division) -> Vec<Self> {
         let estimators = EstimatorName::ALL.iter().copied();
         let mut all: Vec<Self> = match division {
@@ -86,8 +86,8 @@ impl Competitor {
         }
     }
 
-    /// The tables of the method for a study, the preferred one first: told the orders if it takes any, and the controller
-    /// if it needs it.
+    /// The tables of the method for a study, the preferred one first: told the orders if it takes any, and the
+    /// controller if it needs it.
     pub(super) fn tables(&self, told: &Told) -> Vec<Value> {
         let (name, truth) = (self.name(), told.truth);
         let controller = told.controller.clone().filter(|_| self.needs().controller);
@@ -171,8 +171,8 @@ fn of_structure(truth: Orders) -> (&'static str, bool) {
     }
 }
 
-/// The tables of an estimator with some options, with orders and without: in the closed division the smallest orders of its
-/// form that hold the truth, in the open one the largest to choose from and the delay.
+/// The tables of an estimator with some options, with orders and without: in the closed division the smallest orders of
+/// its form that hold the truth, in the open one the largest to choose from and the delay.
 fn of_estimator(
     estimator: EstimatorName,
     name: &str,

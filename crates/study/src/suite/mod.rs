@@ -1,10 +1,10 @@
 //! The reference suite: published systems under one manifest, the score of a method, and results that a newcomer is
 //! measured against.
 //!
-//! A scenario is one cell of an ordinary experiment: a system of `suite/NAME.toml` with the settings of `suite/suite.toml`
-//! and one N. The score of a run is the measure d, `(theta_hat - theta)' F (theta_hat - theta) / p` with the Fisher
-//! information F of the scenario ([`asobench_identification::theory::FisherInformation`]); a lost run is infinitely far.
-//! No number depends on who else takes part.
+//! A scenario is one cell of an ordinary experiment: a system of `suite/NAME.toml` with the settings of
+//! `suite/suite.toml` and one N. The score of a run is the measure d, `(theta_hat - theta)' F (theta_hat - theta) / p`
+//! with the Fisher information F of the scenario ([`asobench_identification::theory::FisherInformation`]); a lost run
+//! is infinitely far. No number depends on who else takes part.
 
 mod competitor;
 mod manifest;

@@ -4,8 +4,8 @@ use super::results::{MethodResults, ScenarioResults};
 use super::score::Estimated;
 use std::cmp::Ordering;
 
-/// Shares of the runs in which one method is nearer to the truth than another, scenarios weighted equally. A lost run is
-/// farther than any other; two lost runs, and two equal d, are ties.
+/// Shares of the runs in which one method is nearer to the truth than another, scenarios weighted equally. A lost run
+/// is farther than any other; two lost runs, and two equal d, are ties.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Paired {
     /// The first is nearer.

@@ -1,4 +1,5 @@
-//! Published Monte-Carlo tables, reproduced: our mean and standard deviation of each coefficient beside the printed ones.
+//! Published Monte-Carlo tables, reproduced: our mean and standard deviation of each coefficient beside the printed
+//! ones.
 
 use super::competitor::Competitor;
 use super::manifest::{self, Manifest, Tier};
@@ -40,8 +41,8 @@ pub struct PublishedTable {
     pub ours: Option<u64>,
     /// The numbers are of theory, and printed to this error.
     pub rounding: Option<f64>,
-    /// What was estimated: coefficients such as f1; E, the relative error of the noise-free output; E<0.05, the share of runs
-    /// with less.
+    /// What was estimated: coefficients such as f1; E, the relative error of the noise-free output; E<0.05, the share
+    /// of runs with less.
     pub coefficients: Vec<String>,
     /// Their means.
     pub mean: Vec<f64>,
@@ -70,7 +71,8 @@ pub struct Reproduced {
     pub bound: Option<f64>,
     /// Runs that left a model.
     pub kept: usize,
-    /// The standard error of the printed mean if all its runs had one input, where ours have many and the source does not say.
+    /// The standard error of the printed mean if all its runs had one input, where ours have many and the source does
+    /// not say.
     pub of_one_input: Option<f64>,
 }
 
@@ -197,7 +199,8 @@ impl PublishedTable {
         })
     }
 
-    /// The printed mean and standard deviation. Where no deviation is printed, ours stands for it in the error of the mean.
+    /// The printed mean and standard deviation. Where no deviation is printed, ours stands for it in the error of the
+    /// mean.
     fn printed(&self, i: usize, our_sd: f64, is_share: bool) -> (Estimated, Option<Estimated>) {
         let runs = self.runs as f64;
         let sd = self.sd.get(i).copied();
@@ -213,8 +216,8 @@ impl PublishedTable {
     }
 }
 
-/// Mean and standard deviation with their standard errors, the latter from the fourth moment. `shared` runs in a row have one
-/// input. The error of a mean is at least what one run more makes of a share of all.
+/// Mean and standard deviation with their standard errors, the latter from the fourth moment. `shared` runs in a row
+/// have one input. The error of a mean is at least what one run more makes of a share of all.
 fn moments(x: &[f64], shared: usize) -> (Estimated, Estimated) {
     let n = x.len() as f64;
     let mean = x.iter().sum::<f64>() / n;
@@ -247,8 +250,8 @@ fn deviation(x: &[f64]) -> f64 {
     (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
 }
 
-/// The standard error of the mean of `runs` runs with one input, from groups of `shared` runs with one input each: analysis of
-/// variance.
+/// The standard error of the mean of `runs` runs with one input, from groups of `shared` runs with one input each:
+/// analysis of variance.
 fn of_one_input(x: &[f64], shared: usize, runs: u64) -> f64 {
     let groups: Vec<&[f64]> = x.chunks_exact(shared).collect();
     let means = groups

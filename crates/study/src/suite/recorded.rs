@@ -1,5 +1,5 @@
-//! Recorded data beside the simulated suite: the FIT of methods that choose their orders, on the part of a record that they
-//! have not seen. There is no truth and no Monte-Carlo error, so nothing is claimed.
+//! Recorded data beside the simulated suite: the FIT of methods that choose their orders, on the part of a record that
+//! they have not seen. There is no truth and no Monte-Carlo error, so nothing is claimed.
 
 use super::competitor::{Competitor, Told};
 use super::manifest::{self, Division};
@@ -49,8 +49,8 @@ pub struct RecordFits {
     pub about: Vec<String>,
     /// The samples of the record, and of them the first, which models are estimated from.
     pub samples: [usize; 2],
-    /// For each method the FIT in per cent over the rest, to a tenth: simulated, and predicted one step ahead; null without a
-    /// model, or if its output overflows.
+    /// For each method the FIT in per cent over the rest, to a tenth: simulated, and predicted one step ahead; null
+    /// without a model, or if its output overflows.
     pub fits: Vec<Option<[f64; 2]>>,
 }
 

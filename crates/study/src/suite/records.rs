@@ -1,4 +1,5 @@
-//! Runs behind published tables: estimates of systems that no scenario of the suite has, on records drawn as their sources say.
+//! Runs behind published tables: estimates of systems that no scenario of the suite has, on records drawn as their
+//! sources say.
 
 use asobench_identification::estimator::{OeOptions, SrivcOptions};
 use asobench_identification::model::polynomial::{divide, filter};
@@ -24,8 +25,8 @@ const STEP: f64 = 0.1;
 /// Samples of a record of P27.
 const LONG: usize = 200_000;
 
-/// Returns the estimates of a system by its name, in the order of the published table; `None` if there is no such system
-/// here.
+/// Returns the estimates of a system by its name, in the order of the published table; `None` if there is no such
+/// system here.
 ///
 /// # Errors
 /// If a method cannot serve a record.
@@ -37,8 +38,8 @@ pub(super) fn drawn(name: &str, runs: u64, seed: u64) -> Option<Result<Estimates
     }
 }
 
-/// a_1, a_2, b_0, b_1 of `(s - 1)/(s + 1)^2` by `srivc`, which does not know that u is noisy. The input is skewed and joined by
-/// straight lines, the noises of u and y are coloured and correlated, 10 dB each.
+/// a_1, a_2, b_0, b_1 of `(s - 1)/(s + 1)^2` by `srivc`, which does not know that u is noisy. The input is skewed and
+/// joined by straight lines, the noises of u and y are coloured and correlated, 10 dB each.
 ///
 /// Source: Thil, Garnier, Gilson, *Third-order cumulants based methods for continuous-time errors-in-variables model
 /// identification*, Automatica 44 (2008), and its demonstration in CONTSID.
@@ -139,8 +140,8 @@ fn standardised(mut x: Vec<f64>) -> Vec<f64> {
     x
 }
 
-/// b_0 and f_1 of the best first-order model of a plant of second order without noise, by `oe`. Its criterion has a second
-/// minimum at b_0 = 0.114, f_1 = 0.519.
+/// b_0 and f_1 of the best first-order model of a plant of second order without noise, by `oe`. Its criterion has a
+/// second minimum at b_0 = 0.114, f_1 = 0.519.
 fn reduced(runs: u64, seed: u64) -> Result<Estimates, FitError> {
     let mut plant = LinearModel::zero(Orders {
         nb: 2,

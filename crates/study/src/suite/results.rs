@@ -48,8 +48,8 @@ pub struct ScenarioResults {
     pub fit: Vec<Option<f64>>,
     /// How many of the 95 % intervals hold the truth; null without any.
     pub hits: Vec<Option<u16>>,
-    /// How many intervals a run has, the most of all runs. A method that estimates more than the p free coefficients, such as
-    /// those before the delay, has more than p.
+    /// How many intervals a run has, the most of all runs. A method that estimates more than the p free coefficients,
+    /// such as those before the delay, has more than p.
     #[serde(default)]
     pub intervals: u16,
     /// How many runs were lost, by reason.

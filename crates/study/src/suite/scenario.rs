@@ -109,7 +109,8 @@ impl Suite {
         Self::of(None, Division::Closed, tier, only)
     }
 
-    /// Makes a division of a tier, of an edition or the newest one. `only`: systems, studies or scenarios; all if empty.
+    /// Makes a division of a tier, of an edition or the newest one. `only`: systems, studies or scenarios; all if
+    /// empty.
     ///
     /// # Errors
     /// [`SuiteError`].
@@ -293,8 +294,8 @@ impl SuiteStudy {
         &self.file
     }
 
-    /// Returns the experiment with the methods that are for it and can serve it, and the names of those that cannot, with
-    /// the reason.
+    /// Returns the experiment with the methods that are for it and can serve it, and the names of those that cannot,
+    /// with the reason.
     ///
     /// # Errors
     /// [`SuiteError::Study`].
@@ -319,8 +320,8 @@ impl SuiteStudy {
         Ok((Some(experiment), declined))
     }
 
-    /// Whether the study gives what a method needs: a reference and a controller where there is feedback, a hold where the
-    /// system is in continuous time. A method is for such studies alone; any other that it declines is lost.
+    /// Whether the study gives what a method needs: a reference and a controller where there is feedback, a hold where
+    /// the system is in continuous time. A method is for such studies alone; any other that it declines is lost.
     pub fn is_for(&self, competitor: &Competitor) -> bool {
         let needs = competitor.needs();
         let is_closed = self.scenarios.iter().all(|scenario| scenario.is_closed);
@@ -392,8 +393,8 @@ fn is_closed(process: &Process) -> bool {
     !matches!(process.settings().feedback, Feedback::None)
 }
 
-/// The checksum of what a scenario is: the tables and settings that are given, the seed and N. Words do not enter, nor do
-/// defaults that a later program may add.
+/// The checksum of what a scenario is: the tables and settings that are given, the seed and N. Words do not enter, nor
+/// do defaults that a later program may add.
 fn content(file: &ExperimentFile, window: usize) -> String {
     let of = json!({
         "plants": file.plants,
@@ -407,8 +408,8 @@ fn content(file: &ExperimentFile, window: usize) -> String {
     checksum(of.to_string().as_bytes())[..16].to_owned()
 }
 
-/// What is hard: the noises (white, 1/A as least squares has it, or another colour; heavy tails; on the input too), loop,
-/// delay and a short record by themselves, then the words of the manifest.
+/// What is hard: the noises (white, 1/A as least squares has it, or another colour; heavy tails; on the input too),
+/// loop, delay and a short record by themselves, then the words of the manifest.
 fn hard(entry: &StudyEntry, process: &Process, truth: Orders, window: usize) -> Vec<String> {
     let Orders { na, nc, nd, nk, .. } = truth;
     let settings = process.settings();

@@ -1,5 +1,5 @@
-//! The score of a method: shares and quantiles of d in each scenario, averaged over scenarios with equal weights. d itself
-//! is the `distance` of `FisherInformation` in the crate of identification.
+//! The score of a method: shares and quantiles of d in each scenario, averaged over scenarios with equal weights. d
+//! itself is the `distance` of `FisherInformation` in the crate of identification.
 //!
 //! Scenarios have records of their own settings, so the errors of their numbers are independent. Nothing here depends
 //! on another method.
@@ -36,8 +36,8 @@ pub struct Score {
     /// For each of [`VALUES`], the quantile of d that the bound has over that of the method: 1 if it is efficient, 0 if
     /// that many runs are not kept.
     pub efficiency: [Estimated; 2],
-    /// The share of 95 % intervals that hold the truth, none in a lost run, over the scenarios in which the method gives
-    /// intervals or loses every run; `None` where it never gives any.
+    /// The share of 95 % intervals that hold the truth, none in a lost run, over the scenarios in which the method
+    /// gives intervals or loses every run; `None` where it never gives any.
     pub coverage: Option<Estimated>,
     /// The median FIT on fresh data, per cent, 0 where it is below.
     pub fit: Estimated,

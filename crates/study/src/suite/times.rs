@@ -1,5 +1,5 @@
-//! Times of methods, measured apart from results: on one thread, all methods of a scenario in turns, as ratios to a reference
-//! in the same round.
+//! Times of methods, measured apart from results: on one thread, all methods of a scenario in turns, as ratios to a
+//! reference in the same round.
 
 use super::manifest;
 use super::results::ResultsError;
@@ -16,8 +16,8 @@ use std::time::Duration;
 pub const REFERENCE: &str = "arx";
 /// A run that takes longer, in seconds, is lost.
 pub const TIME_LIMIT: f64 = 60.0;
-/// A turn lasts about so many seconds, within these numbers of runs of a record. The shortest run of a turn counts: other work of
-/// the machine only adds.
+/// A turn lasts about so many seconds, within these numbers of runs of a record. The shortest run of a turn counts:
+/// other work of the machine only adds.
 const TURN: f64 = 5e-3;
 const RUNS: [f64; 2] = [3.0, 50.0];
 /// The standard error of a median over that of a mean, for normal numbers.
@@ -142,8 +142,8 @@ impl ScenarioTimes {
 }
 
 impl MethodTimes {
-    /// The geometric mean over scenarios of the median ratio, with its standard error over rounds; infinite if a run beyond
-    /// the limit is typical of a scenario.
+    /// The geometric mean over scenarios of the median ratio, with its standard error over rounds; infinite if a run
+    /// beyond the limit is typical of a scenario.
     pub fn typical(&self) -> Estimated {
         let each = self.scenarios.iter().map(ScenarioTimes::logarithm);
         let each: Vec<Estimated> = each.collect();
