@@ -256,10 +256,10 @@ mod tests {
                     (Stabilise::None, 3),
                 ] {
                     methods.push(Method::instrumental_variables(IvOptions {
+                        iterations,
                         auxiliary,
                         drive,
                         stabilise,
-                        iterations,
                         ..IvOptions::default()
                     }));
                 }
@@ -282,16 +282,16 @@ mod tests {
         for (earlier, later) in all.into_iter().flat_map(|a| all.map(|b| (a, b))) {
             let oe = |covariance| {
                 let options = OeOptions {
-                    covariance,
                     starts: SearchStarts::Random(2),
+                    covariance,
                     ..OeOptions::default()
                 };
                 Method::named("oe", options)
             };
             let iv = |covariance| {
                 let options = IvOptions {
-                    covariance,
                     iterations: 2,
+                    covariance,
                     ..IvOptions::default()
                 };
                 Method::instrumental_variables(options)

@@ -43,13 +43,13 @@ pub(super) fn invert(a: MatRef<'_, f64>, out: MatMut<'_, f64>) -> Option<Result<
     with_fma(
         #[inline(always)]
         || match a.nrows() {
-            2 => invert_of::<2>(a, out),
-            3 => invert_of::<3>(a, out),
-            4 => invert_of::<4>(a, out),
-            5 => invert_of::<5>(a, out),
-            6 => invert_of::<6>(a, out),
-            7 => invert_of::<7>(a, out),
-            8 => invert_of::<8>(a, out),
+            2 => Some(invert_of::<2>(a, out)),
+            3 => Some(invert_of::<3>(a, out)),
+            4 => Some(invert_of::<4>(a, out)),
+            5 => Some(invert_of::<5>(a, out)),
+            6 => Some(invert_of::<6>(a, out)),
+            7 => Some(invert_of::<7>(a, out)),
+            8 => Some(invert_of::<8>(a, out)),
             _ => None,
         },
     )
@@ -59,16 +59,16 @@ pub(super) fn invert(a: MatRef<'_, f64>, out: MatMut<'_, f64>) -> Option<Result<
 fn invert_of<const N: usize>(
     a: MatRef<'_, f64>,
     mut out: MatMut<'_, f64>,
-) -> Option<Result<(), FailureKind>> {
+) -> Result<(), FailureKind> {
     assert!(out.nrows() == N && out.ncols() == N);
     let mut lu: Square<N> = load(a);
     let places = factorise(&mut lu);
     for (i, column) in lu.iter().enumerate() {
         if column[i] == 0.0 {
-            return Some(Err(FailureKind::RankDeficient));
+            return Err(FailureKind::RankDeficient);
         }
         if !column[i].is_finite() {
-            return Some(Err(FailureKind::NonFinite));
+            return Err(FailureKind::NonFinite);
         }
     }
     let (mut lower, mut upper) = ([[0.0; N]; N], [[0.0; N]; N]);
@@ -82,7 +82,7 @@ fn invert_of<const N: usize>(
             out[(i, place)] = x;
         }
     }
-    Some(Ok(()))
+    Ok(())
 }
 
 /// Replaces A by L, whose diagonal is 1, and U of `P A = L U`; returns which row of A became each row.
@@ -99,7 +99,9 @@ fn factorise<const N: usize>(lu: &mut Square<N>) -> [usize; N] {
         }
         if best != j {
             places.swap(j, best);
-            lu.iter_mut().for_each(|column| column.swap(j, best));
+            for column in &mut *lu {
+                column.swap(j, best);
+            }
         }
         let inverse = lu[j][j].recip();
         for i in j + 1..N {
