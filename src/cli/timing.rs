@@ -11,15 +11,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// The number of records on which each method is timed.
-const RECORDS: u64 = 5;
+const RECORDS: u64 = 6;
 /// The number of rounds on each record. In a round every method has its turn, so that what the machine does besides
 /// slows all of them alike.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 4;
 /// The time of a turn, over which the estimates are counted; exceeded if one takes longer.
 const TURN: Duration = Duration::from_micros(1600);
+/// A method with one estimate as long as this has a turn in the first round of each record alone: an estimate that long
+/// averages over what the machine does besides, and six turns tell the spread of one.
+const LONG: Duration = Duration::from_millis(20);
 
-/// Returns the approximate seconds that [`measure`] takes. `seconds_per_trial` is the time of one trial of every cell
-/// on one thread.
+/// Returns the approximate seconds that [`measure`] takes, at most: as if no estimate were [`LONG`].
+/// `seconds_per_trial` is the time of one trial of every cell on one thread.
 pub(super) fn duration(experiment: &Experiment, seconds_per_trial: f64) -> f64 {
     let measured = experiment.cells.len() * experiment.methods.len();
     let least = measured as f64 * TURN.as_secs_f64();
@@ -82,14 +85,14 @@ pub(super) fn measure(
             let seed = experiment.file.seed;
             cell.realise(seed, trial, &mut record);
             let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
-            for _ in 0..ROUNDS {
+            for round in 0..ROUNDS {
                 for method in &mut timed {
-                    method.turn(window, stop)?;
+                    method.turn(window, round == 0, stop)?;
                 }
             }
         }
         times.extend(timed.into_iter().map(|method| {
-            let mut seconds = method.rounds.clone();
+            let mut seconds: Vec<f64> = method.rounds.iter().copied().flatten().collect();
             seconds.sort_by(f64::total_cmp);
             let at = |q: f64| seconds[((seconds.len() - 1) as f64 * q) as usize];
             json!({
@@ -121,13 +124,19 @@ struct Timed {
     name: String,
     estimator: Box<dyn Estimator>,
     passes: Vec<Pass>,
-    /// Seconds of an estimate in each round.
-    rounds: Vec<f64>,
+    /// Seconds of an estimate in each round; `None` where it had no turn.
+    rounds: Vec<Option<f64>>,
 }
 
 impl Timed {
-    /// Estimates until the turn is over.
-    fn turn(&mut self, window: Window<'_>, stop: &AtomicBool) -> Result<(), Error> {
+    /// Estimates until the turn is over. After the first round of a record a method with long estimates passes.
+    fn turn(&mut self, window: Window<'_>, first: bool, stop: &AtomicBool) -> Result<(), Error> {
+        let of_record = self.rounds.last().copied();
+        let is_long = |of: Option<f64>| of.is_none_or(|seconds| seconds >= LONG.as_secs_f64());
+        if !first && of_record.is_some_and(is_long) {
+            self.rounds.push(None);
+            return Ok(());
+        }
         let begin = Instant::now();
         let mut estimates = 0;
         loop {
@@ -141,7 +150,8 @@ impl Timed {
             estimates += 1;
             let spent = begin.elapsed();
             if spent >= TURN {
-                self.rounds.push(spent.as_secs_f64() / f64::from(estimates));
+                let seconds = spent.as_secs_f64() / f64::from(estimates);
+                self.rounds.push(Some(seconds));
                 return Ok(());
             }
         }

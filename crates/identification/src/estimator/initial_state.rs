@@ -113,6 +113,15 @@ impl InitialState {
         self.start();
         self.gram.fill(0.0);
         rhs.fill(0.0);
+        match n {
+            1 => return accumulate::<1>(a, b, window, rhs, &mut self.gram),
+            2 => return accumulate::<2>(a, b, window, rhs, &mut self.gram),
+            3 => return accumulate::<3>(a, b, window, rhs, &mut self.gram),
+            4 => return accumulate::<4>(a, b, window, rhs, &mut self.gram),
+            5 => return accumulate::<5>(a, b, window, rhs, &mut self.gram),
+            6 => return accumulate::<6>(a, b, window, rhs, &mut self.gram),
+            _ => {}
+        }
         let (row, gram) = (&mut self.row, &mut self.gram);
         simulate(
             a,
@@ -182,6 +191,42 @@ impl InitialState {
         });
         problem.solve(x0)
     }
+}
+
+/// Does [`InitialState::form_normal_equations`] for a constant order: the sums stay in registers.
+fn accumulate<const N: usize>(
+    a: &[f64],
+    b: &[f64],
+    window: Window<'_>,
+    rhs: &mut [f64],
+    gram: &mut Mat<f64>,
+) {
+    let (mut a_hat, mut row) = ([0.0; N], [0.0; N]);
+    a_hat.copy_from_slice(a);
+    row[0] = 1.0;
+    let (mut sums, mut right, mut state) = ([[0.0; N]; N], [0.0; N], [0.0; N]);
+    let y = &window.y[..window.u.len()];
+    simulate(
+        a,
+        b,
+        &mut state,
+        window.u,
+        #[inline(always)]
+        |k, state| {
+            let residual = y[k] - state[0];
+            for j in 0..N {
+                for i in j..N {
+                    sums[j][i] = row[i].mul_add(row[j], sums[j][i]);
+                }
+                right[j] = row[j].mul_add(residual, right[j]);
+            }
+            next_row(&a_hat, &mut row);
+        },
+    );
+    for (j, sums) in sums.iter().enumerate() {
+        gram.col_as_slice_mut(j)[j..].copy_from_slice(&sums[j..]);
+    }
+    rhs.copy_from_slice(&right);
 }
 
 /// Computes `r <- r A`: `r_1 <- r_n a_1`, `r_i <- r_(i-1) + r_n a_i`.

@@ -1,6 +1,7 @@
 //! A method under study: its name, and how workers make their own copy of it.
 
 use super::iv_options::IvOptions;
+use super::kinship::Kinship;
 use super::last_samples::LastSamples;
 use super::method_kind::{Needs, Output, Problem};
 use super::methods::{KnownOptions, LsOptions, MethodOptions};
@@ -197,6 +198,20 @@ impl Method {
             None => made,
             Some(samples) => Box::new(LastSamples::new(made, samples)),
         })
+    }
+
+    /// Returns what the method has in common with an earlier one that estimates the same window, if it saves work.
+    /// `errors`: whether standard errors are wanted from methods that can do without them.
+    pub fn kinship(&self, earlier: &Self, errors: bool) -> Option<Kinship> {
+        let whole = self.last.is_none() && earlier.last.is_none();
+        let found = Kinship::between(earlier.options()?, self.options()?, errors)?;
+        // Standard errors are of the reported passes alone.
+        let reported = !errors || self.reported == earlier.reported;
+        match found {
+            Kinship::Passes { .. } => whole.then_some(found),
+            Kinship::Covariance(_) => (whole && reported).then_some(found),
+            Kinship::Same => (reported && self.last == earlier.last).then_some(found),
+        }
     }
 
     /// Returns the order of the method's models for a value of the setting `order`.

@@ -16,6 +16,7 @@ pub mod initial_state;
 mod initial_state_choice;
 pub mod instruments;
 mod iv_options;
+mod kinship;
 mod known_model;
 mod lag_sums;
 mod last_samples;
@@ -56,6 +57,7 @@ pub use fixed_model::FixedModel;
 pub use general_iv::GeneralIv;
 pub use initial_state_choice::{StartState, StateEstimate};
 pub use iv_options::{Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS};
+pub use kinship::Kinship;
 pub use known_model::KnownModel;
 pub use limit::{LimitError, least_squares_limit};
 pub use method::Method;
@@ -307,6 +309,24 @@ pub trait Estimator: Send {
     /// # Panics
     /// The estimators of this crate panic if the window does not have the shape that they were made for.
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]);
+
+    /// Does the same where another method has found passes that the two have in common ([`Kinship::Passes`]),
+    /// which need not be computed again; by default everything is.
+    fn estimate_from(&mut self, _known: &[Pass], window: Window<'_>, passes: &mut [Pass]) {
+        self.estimate(window, passes);
+    }
+
+    /// Fills `passes` for a method that differs in `covariance` alone, after [`Self::estimate`] of the same window
+    /// found `found`. Returns false if it cannot: `passes` must be estimated then.
+    fn estimate_again(
+        &mut self,
+        _covariance: Covariance,
+        _window: Window<'_>,
+        _found: &[Pass],
+        _passes: &mut [Pass],
+    ) -> bool {
+        false
+    }
 
     /// Runs once over the window, for methods that take a record sample by sample ([`Method::runs_along`]); others do
     /// nothing. Calls `visit(k, pass, state)` for each k of `at`, ascending: the pass has the parameters after the first

@@ -174,6 +174,46 @@ impl Pass {
         self.failure = None;
     }
 
+    /// Takes over all results of another pass, reusing the buffers.
+    pub fn assign(&mut self, other: &Self) {
+        let Self {
+            model,
+            continuous,
+            loss,
+            iterations,
+            minima,
+            singular_values,
+            correlations,
+            a,
+            b,
+            h,
+            direct,
+            x0,
+            condition,
+            unstable,
+            progress,
+            failure,
+            scratch,
+        } = other;
+        self.model.assign(model);
+        self.continuous.clone_from(continuous);
+        self.loss = *loss;
+        self.iterations = *iterations;
+        self.minima = *minima;
+        self.singular_values.clone_from(singular_values);
+        self.correlations.clone_from(correlations);
+        self.a.clone_from(a);
+        self.b.clone_from(b);
+        self.h.clone_from(h);
+        self.direct = *direct;
+        self.x0.clone_from(x0);
+        self.condition = *condition;
+        self.unstable = *unstable;
+        self.progress = *progress;
+        self.failure = *failure;
+        self.scratch.clone_from(scratch);
+    }
+
     /// Sets the model `A = 1 + alpha_1 q^-1 + ...`, `B = beta_1 q^-1 + ...` from `p = (alpha, beta)`, with a, b and h
     /// (stages 4 and 5), and tests stability.
     ///

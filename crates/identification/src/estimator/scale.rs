@@ -1,6 +1,7 @@
 //! The scale of a record: none that can be measured changes a model.
 
-use super::{Estimator, Pass, ProgramError, Records, Visit, Window};
+use super::{Covariance, Estimator, Pass, ProgramError, Records, Visit, Window};
+use crate::real::with_fma;
 
 /// The binary exponents of the largest sample that estimators are given as they are: squares, and products of four
 /// samples, neither overflow nor underflow.
@@ -9,14 +10,39 @@ const BAND: std::ops::RangeInclusive<i32> = -64..=64;
 /// Returns the power of two that brings the largest of some samples to between 1 and 2; 1 for samples that need none,
 /// because it is within 2^-64 to 2^65, zero, or not finite.
 pub fn unit_of(signals: &[&[f64]]) -> f64 {
-    let samples = signals.iter().flat_map(|signal| signal.iter());
-    let largest = samples.fold(0.0_f64, |largest, sample| largest.max(sample.abs()));
+    let largest = with_fma(
+        #[inline(always)]
+        || {
+            let sizes = signals.iter().map(|signal| largest_size(signal));
+            sizes.fold(0.0, larger)
+        },
+    );
     let exponent = ((largest.to_bits() >> 52) as i32) - 1023;
     if largest == 0.0 || largest.is_infinite() || BAND.contains(&exponent) {
         return 1.0;
     }
     // 2^1023 / 2^1023 is 1, and the inverse of a unit is a normal number.
     2.0_f64.powi(exponent.max(-1022))
+}
+
+/// The larger number; `of` where x is not a number.
+#[inline(always)]
+fn larger(of: f64, x: f64) -> f64 {
+    if x > of { x } else { of }
+}
+
+/// Returns the largest size of some samples, those that are not numbers left out.
+#[inline(always)]
+fn largest_size(signal: &[f64]) -> f64 {
+    let mut most = [0.0; 16];
+    let (whole, rest) = signal.as_chunks::<16>();
+    for samples in whole {
+        for (most, x) in most.iter_mut().zip(samples) {
+            *most = larger(*most, x.abs());
+        }
+    }
+    let rest = rest.iter().map(|x| x.abs());
+    most.into_iter().chain(rest).fold(0.0, larger)
 }
 
 /// An estimator that sees records far from 1 in a unit of its own, a power of two that u, y and r share. So no sample
@@ -60,6 +86,26 @@ impl Estimator for Scaled {
         for pass in passes {
             pass.set_unit(unit);
         }
+    }
+
+    fn estimate_from(&mut self, known: &[Pass], window: Window<'_>, passes: &mut [Pass]) {
+        // In another unit the known passes would have to be brought back to it.
+        if unit_of(&[window.u, window.y, window.r]) == 1.0 {
+            self.inner.estimate_from(known, window, passes);
+        } else {
+            self.estimate(window, passes);
+        }
+    }
+
+    fn estimate_again(
+        &mut self,
+        covariance: Covariance,
+        window: Window<'_>,
+        found: &[Pass],
+        passes: &mut [Pass],
+    ) -> bool {
+        unit_of(&[window.u, window.y, window.r]) == 1.0
+            && self.inner.estimate_again(covariance, window, found, passes)
     }
 
     fn run_along(

@@ -175,7 +175,9 @@ impl Results<'_> {
         };
         let (first, second) = (time_of(method)?, time_of(to)?);
         let rounds = first.rounds.iter().zip(&second.rounds);
-        let mut ratios: Vec<f64> = rounds.map(|(first, second)| first / second).collect();
+        let mut ratios: Vec<f64> = rounds
+            .filter_map(|(first, second)| Some((*first)? / (*second)?))
+            .collect();
         ratios.sort_by(f64::total_cmp);
         let spread = |low: f64, high: f64| (high - low) / 1.349;
         let found = if ratios.is_empty() {

@@ -15,7 +15,8 @@ pub struct MethodTime {
     pub q25_seconds: f64,
     /// Upper quartile.
     pub q75_seconds: f64,
-    /// Seconds in each round, in which all methods of the cell had their turns. Older versions did not store them.
+    /// Seconds in each round, in which the methods of the cell had their turns; none where this one passed, since its
+    /// estimates are long. Older versions did not store them.
     #[serde(default)]
-    pub rounds: Vec<f64>,
+    pub rounds: Vec<Option<f64>>,
 }

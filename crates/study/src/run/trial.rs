@@ -12,7 +12,7 @@ use crate::run::score::Scorer;
 use crate::worker::seed_of;
 use asobench_identification::data::Realisation;
 use asobench_identification::estimator::{
-    Estimator, Output, Pass, Progress, Records, SetupError, Window,
+    Estimator, Kinship, Method, Output, Pass, Progress, Records, SetupError, Window,
 };
 use asobench_identification::metric::relative_error;
 
@@ -41,6 +41,65 @@ struct MethodRun<'e> {
     reported: &'e [usize],
     /// Whether the model is the true plant: not an estimate that may be unstable where the plant is not.
     known: bool,
+    /// An earlier method whose passes need not be computed again, and what they have in common.
+    kin: Option<(usize, Kinship)>,
+}
+
+impl MethodRun<'_> {
+    /// Estimates a window, `before` having done so.
+    fn estimate(&mut self, before: &mut [Self], window: Window<'_>) {
+        let Self {
+            estimator, passes, ..
+        } = self;
+        passes.iter_mut().for_each(Pass::clear);
+        match self.kin {
+            None => estimator.estimate(window, passes),
+            Some((kin, Kinship::Same)) => {
+                for (pass, found) in passes.iter_mut().zip(&before[kin].passes) {
+                    pass.assign(found);
+                }
+            }
+            Some((kin, common @ Kinship::Passes { .. })) => {
+                estimator.estimate_from(common.of(&before[kin].passes), window, passes);
+            }
+            Some((kin, Kinship::Covariance(assumed))) => {
+                let kin = &mut before[kin];
+                let found = &kin.passes;
+                if !(kin.estimator).estimate_again(assumed, window, found, passes) {
+                    passes.iter_mut().for_each(Pass::clear);
+                    estimator.estimate(window, passes);
+                }
+            }
+        }
+    }
+}
+
+/// Returns the earlier method with which one has most in common, if it saves work. Over a `[course]` an estimator sees
+/// other windows between.
+fn kin(
+    experiment: &Experiment,
+    before: &[MethodRun<'_>],
+    method: &Method,
+) -> Option<(usize, Kinship)> {
+    let file = &experiment.file;
+    if file.course.is_some() {
+        return None;
+    }
+    let earlier = experiment.methods.iter().zip(before).enumerate();
+    let found = earlier.filter_map(|(index, (earlier, run))| {
+        let found = method.kinship(earlier, file.coverage)?;
+        // Who did not estimate itself cannot do it again.
+        let estimated = matches!(run.kin, None | Some((_, Kinship::Passes { .. })));
+        (estimated || !matches!(found, Kinship::Covariance(_))).then_some((index, found))
+    });
+    found.max_by_key(|(index, found)| {
+        let saved = match *found {
+            Kinship::Same => usize::MAX,
+            Kinship::Covariance(_) => usize::MAX - 1,
+            Kinship::Passes { most, .. } => most,
+        };
+        (saved, usize::MAX - index)
+    })
 }
 
 /// All that one trial computed, for a replay.
@@ -92,6 +151,7 @@ impl<'e> Trial<'e> {
                 passes: vec![Pass::new(cell.order); method.passes()],
                 reported: method.reported(),
                 known: method.needs().plant,
+                kin: kin(experiment, &methods, method),
             });
         }
         Ok(Self {
@@ -168,21 +228,28 @@ impl<'e> Trial<'e> {
         let window = Window::with_reference(&record.u, &record.y, &record.r, cell.window);
         spent.simulation += watch.lap();
         let mut output = 0;
-        for (method, run) in self.methods.iter_mut().enumerate() {
+        for method in 0..self.methods.len() {
+            let (before, rest) = self.methods.split_at_mut(method);
+            let run = &mut rest[0];
+            if let Some(courses) = &mut self.courses {
+                let (estimator, passes) = (run.estimator.as_mut(), &mut run.passes);
+                courses.run(method, estimator, passes, run.reported, record);
+            }
+            match record.failure {
+                None => run.estimate(before, window),
+                Some(failure) => {
+                    for pass in &mut run.passes {
+                        pass.clear();
+                        pass.fail(failure.into());
+                    }
+                }
+            }
             let MethodRun {
-                estimator,
                 passes,
                 reported,
                 known,
+                ..
             } = run;
-            if let Some(courses) = &mut self.courses {
-                courses.run(method, estimator.as_mut(), passes, reported, record);
-            }
-            passes.iter_mut().for_each(Pass::clear);
-            match record.failure {
-                None => estimator.estimate(window, passes),
-                Some(failure) => passes.iter_mut().for_each(|pass| pass.fail(failure.into())),
-            }
             spent.estimation += watch.lap();
             for (place, &number) in reported.iter().enumerate() {
                 let pass = &passes[number];

@@ -207,6 +207,8 @@ struct InstrumentalErrors {
     wanted: Vec<bool>,
     first: LeastSquaresErrors,
     instruments: InstrumentalRegression,
+    /// The pass whose equations were solved last, and the variance of their errors.
+    solved: Option<(usize, f64)>,
 }
 
 impl InstrumentalErrors {
@@ -223,6 +225,7 @@ impl InstrumentalErrors {
             wanted: (0..=passes).map(wanted).collect(),
             first: LeastSquaresErrors::new(shape, kind)?,
             instruments: InstrumentalRegression::new(orders, signal, Rows::Complete, shape.window)?,
+            solved: None,
         })
     }
 
@@ -250,6 +253,22 @@ impl InstrumentalErrors {
         let variance = regression.residual_sum() / freedom;
         pass.model.noise_variance = variance;
         regression.covariance(self.first.kind, variance, &mut pass.model.covariance);
+        self.solved = Some((number, variance));
+    }
+
+    /// Sets the covariances for another assumption, of passes that were copied. Returns false if more was
+    /// solved than is kept.
+    fn set_again(&mut self, kind: Covariance, passes: &mut [Pass]) -> bool {
+        let mut wanted = (0..passes.len()).filter(|number| self.wanted[*number]);
+        let (Some(number @ 1..), None) = (wanted.next(), wanted.next()) else {
+            return false;
+        };
+        if let Some((solved, variance)) = self.solved {
+            debug_assert_eq!(solved, number);
+            let to = &mut passes[number].model.covariance;
+            self.instruments.covariance(kind, variance, to);
+        }
+        true
     }
 }
 
@@ -338,12 +357,32 @@ impl InstrumentalVariables {
         }
         match self.auxiliary {
             Auxiliary::Refresh => self.state.estimate(window, number, pass),
-            Auxiliary::Frozen => pass.set_initial_state(&first.x0),
-            Auxiliary::Literal => {
-                pass.b.copy_from_slice(&first.b);
-                pass.set_initial_state(&first.x0);
+            kept => keep_first(kept, first, pass),
+        }
+    }
+
+    /// Runs the passes from a number on; those before are done.
+    fn run_from(&mut self, number: usize, window: Window<'_>, passes: &mut [Pass]) {
+        for number in number..passes.len() {
+            let (done, rest) = passes.split_at_mut(number);
+            let (first, previous, pass) = (&done[0], &done[number - 1], &mut rest[0]);
+            if previous.progress == Progress::InitialState {
+                self.pass(window, number, first, previous, pass);
+            } else {
+                // Nothing to start from: the failure is passed on.
+                pass.failure = previous.failure;
             }
         }
+    }
+}
+
+/// Gives a pass, whose a is known, what this reading keeps of iteration 0.
+fn keep_first(auxiliary: Auxiliary, first: &Pass, pass: &mut Pass) {
+    if auxiliary == Auxiliary::Literal {
+        pass.b.copy_from_slice(&first.b);
+    }
+    if auxiliary != Auxiliary::Refresh {
+        pass.set_initial_state(&first.x0);
     }
 }
 
@@ -357,20 +396,54 @@ impl Estimator for InstrumentalVariables {
         };
         let (solution, state) = (&mut self.solution, &mut self.state);
         iteration_zero(&mut *self.solver, solution, state, window, first);
-        if let Some(errors) = &mut self.errors
-            && errors.wanted[0]
-        {
-            errors.first.set(window, first);
-        }
-        for number in 1..passes.len() {
-            let (done, rest) = passes.split_at_mut(number);
-            let (first, previous, pass) = (&done[0], &done[number - 1], &mut rest[0]);
-            if previous.progress == Progress::InitialState {
-                self.pass(window, number, first, previous, pass);
-            } else {
-                // Nothing to start from: the failure is passed on.
-                pass.failure = previous.failure;
+        if let Some(errors) = &mut self.errors {
+            errors.solved = None;
+            if errors.wanted[0] {
+                errors.first.set(window, first);
             }
         }
+        self.run_from(1, window, passes);
+    }
+
+    /// Standard errors of known passes are not known: with them everything is estimated.
+    fn estimate_from(&mut self, known: &[Pass], window: Window<'_>, passes: &mut [Pass]) {
+        let count = known.len().min(passes.len());
+        if count == 0 || self.errors.is_some() {
+            return self.estimate(window, passes);
+        }
+        for (pass, known) in passes.iter_mut().zip(known) {
+            pass.assign(known);
+        }
+        let (first, others) = passes[..count].split_at_mut(1);
+        for pass in others {
+            if pass.progress >= Progress::Parameters && self.auxiliary != Auxiliary::Refresh {
+                // What `refresh` could not do with x0 does not matter here.
+                pass.failure = None;
+                keep_first(self.auxiliary, &first[0], pass);
+            }
+        }
+        for pass in &mut passes[count..] {
+            pass.clear();
+        }
+        if count < passes.len() {
+            self.solver.begin(window, &mut self.solution);
+            self.run_from(count, window, passes);
+        }
+    }
+
+    fn estimate_again(
+        &mut self,
+        covariance: Covariance,
+        _: Window<'_>,
+        found: &[Pass],
+        passes: &mut [Pass],
+    ) -> bool {
+        let Some(errors) = &mut self.errors else {
+            return false;
+        };
+        for (pass, found) in passes.iter_mut().zip(found) {
+            pass.assign(found);
+        }
+        errors.set_again(covariance, passes)
     }
 }

@@ -129,6 +129,14 @@ impl Estimator for LeastSquares {
             errors.set(window, pass);
         }
     }
+
+    /// Without standard errors, iteration 0 of another method is all.
+    fn estimate_from(&mut self, known: &[Pass], window: Window<'_>, passes: &mut [Pass]) {
+        match (known.first(), passes.first_mut()) {
+            (Some(known), Some(pass)) if self.errors.is_none() => pass.assign(known),
+            _ => self.estimate(window, passes),
+        }
+    }
 }
 
 /// Runs iteration 0 of every method, stages 1 to 6, into a cleared pass.

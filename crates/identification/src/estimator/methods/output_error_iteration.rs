@@ -8,7 +8,7 @@ use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::{Stabilise, stay_stable};
 use crate::estimator::regression::{Regression, Rows};
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
-use crate::model::polynomial::{divide, filter};
+use crate::model::polynomial::{divide, divide_each, filter};
 use crate::model::{LinearModel, Orders};
 
 /// The largest number of passes of an iteration.
@@ -205,10 +205,9 @@ impl OutputErrorIteration {
             self.passes += 1;
             stay_stable(&mut self.model.f, self.stabilise, &mut self.scratch)?;
             self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
-            for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
-                to.copy_from_slice(from);
-                divide(&self.model.f, to);
-            }
+            self.u.copy_from_slice(u);
+            self.y.copy_from_slice(y);
+            divide_each(&self.model.f, [&mut self.u, &mut self.y]);
             // `self.u` is u/F, so x is B/F u here, and below it is divided by F.
             filter(&self.model.b, &self.u, &mut self.x);
             self.keep_best(y);

@@ -12,7 +12,7 @@ use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::{Stabilise, stay_stable};
 use crate::estimator::regression::Rows;
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
-use crate::model::polynomial::{divide, filter};
+use crate::model::polynomial::{divide, divide_each, filter};
 use crate::model::{LinearModel, Orders};
 
 /// The options of `riv`.
@@ -181,9 +181,9 @@ impl RefinedIv {
     ) -> Result<f64, FailureKind> {
         for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
             filter(&self.model.d, from, to);
-            divide(&self.model.c, to);
-            divide(&self.model.f, to);
         }
+        divide_each(&self.model.c, [&mut self.u, &mut self.y]);
+        divide_each(&self.model.f, [&mut self.u, &mut self.y]);
         let v = self.source.as_ref().map(|source| {
             filter(&self.model.d, &source.hat, &mut self.v);
             divide(&self.model.c, &mut self.v);

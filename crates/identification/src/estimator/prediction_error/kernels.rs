@@ -21,39 +21,88 @@ fn add_multiple(factor: f64, x: &[f64], to: &mut [f64]) {
 
 /// Computes `to(k) = sum_i c_i x(k-i)`, with zeros before the record.
 pub(in crate::estimator) fn filter(c: &[f64], x: &[f64], to: &mut [f64]) {
+    let delay = c.iter().position(|c| *c != 0.0).unwrap_or(c.len());
+    let (begin, delayed) = to.split_at_mut(delay.min(to.len()));
+    begin.fill(0.0);
+    let c = &c[delay..];
     with_fma(
         #[inline(always)]
-        || {
-            to.fill(0.0);
-            for (lag, c) in c.iter().enumerate().take(x.len()) {
-                if *c != 0.0 {
-                    add_multiple(*c, x, &mut to[lag..]);
-                }
-            }
+        || match c.len() {
+            _ if c.contains(&0.0) => filter_by_lags(c, x, delayed),
+            1 => filter_of::<1>(c, x, delayed),
+            2 => filter_of::<2>(c, x, delayed),
+            3 => filter_of::<3>(c, x, delayed),
+            4 => filter_of::<4>(c, x, delayed),
+            5 => filter_of::<5>(c, x, delayed),
+            _ => filter_by_lags(c, x, delayed),
         },
     );
 }
 
+/// A lag after the other; coefficients that are zero are no terms. `to` may be shorter than x.
+#[inline(always)]
+fn filter_by_lags(c: &[f64], x: &[f64], to: &mut [f64]) {
+    to.fill(0.0);
+    for (lag, c) in c.iter().enumerate().take(to.len()) {
+        if *c != 0.0 {
+            add_multiple(*c, x, &mut to[lag..]);
+        }
+    }
+}
+
+/// L coefficients in one run over the signal, with the same sums.
+#[inline(always)]
+fn filter_of<const L: usize>(c: &[f64], x: &[f64], to: &mut [f64]) {
+    let mut coefficients = [0.0; L];
+    coefficients.copy_from_slice(c);
+    let (first, rest) = to.split_at_mut((L - 1).min(to.len()));
+    for (k, to) in first.iter_mut().enumerate() {
+        *to = (0..=k).fold(0.0, |sum, lag| c[lag].mul_add(x[k - lag], sum));
+    }
+    for (to, x) in rest.iter_mut().zip(x.array_windows::<L>()) {
+        let mut sum = 0.0;
+        for lag in 0..L {
+            sum = coefficients[lag].mul_add(x[L - 1 - lag], sum);
+        }
+        *to = sum;
+    }
+}
+
 /// Divides a signal by a monic polynomial, in place: `x(k) <- x(k) - sum_(i >= 1) d_i x(k-i)`.
+pub(in crate::estimator) fn divide(d: &[f64], x: &mut [f64]) {
+    divide_each(d, [x]);
+}
+
+/// Divides several signals of one length by a monic polynomial, in place. Each waits for its own past alone, so
+/// that they take little longer than one.
 ///
 /// The oldest term is subtracted first, so that a sample waits for the one before it during one operation only.
-pub(in crate::estimator) fn divide(d: &[f64], x: &mut [f64]) {
+pub(in crate::estimator) fn divide_each<const K: usize>(d: &[f64], x: [&mut [f64]; K]) {
     #[inline(always)]
-    fn of_order<const N: usize>(d: &[f64], x: &mut [f64]) {
-        let (mut past, mut minus) = ([0.0; N], [0.0; N]);
+    fn of_order<const N: usize, const K: usize>(d: &[f64], x: [&mut [f64]; K]) {
+        let (mut past, mut minus) = ([[0.0; K]; N], [0.0; N]);
         for (minus, d) in minus.iter_mut().zip(&d[1..]) {
             *minus = -d;
         }
-        for x in x {
-            let mut value = *x;
+        let length = x.iter().map(|x| x.len()).min().unwrap_or(0);
+        let mut x = x.map(|x| &mut x[..length]);
+        for k in 0..length {
+            let mut values = [0.0; K];
+            for (value, x) in values.iter_mut().zip(&x) {
+                *value = x[k];
+            }
             for i in (0..N).rev() {
-                value = minus[i].mul_add(past[i], value);
+                for (value, past) in values.iter_mut().zip(past[i]) {
+                    *value = minus[i].mul_add(past, *value);
+                }
             }
             for i in (1..N).rev() {
                 past[i] = past[i - 1];
             }
-            past[0] = value;
-            *x = value;
+            past[0] = values;
+            for (x, value) in x.iter_mut().zip(values) {
+                x[k] = value;
+            }
         }
     }
     #[inline(always)]
@@ -70,13 +119,13 @@ pub(in crate::estimator) fn divide(d: &[f64], x: &mut [f64]) {
         #[inline(always)]
         || match d.len() {
             0 | 1 => {}
-            2 => of_order::<1>(d, x),
-            3 => of_order::<2>(d, x),
-            4 => of_order::<3>(d, x),
-            5 => of_order::<4>(d, x),
-            6 => of_order::<5>(d, x),
-            7 => of_order::<6>(d, x),
-            _ => of_any_order(d, x),
+            2 => of_order::<1, K>(d, x),
+            3 => of_order::<2, K>(d, x),
+            4 => of_order::<3, K>(d, x),
+            5 => of_order::<4, K>(d, x),
+            6 => of_order::<5, K>(d, x),
+            7 => of_order::<6, K>(d, x),
+            _ => x.into_iter().for_each(|x| of_any_order(d, x)),
         },
     );
 }
@@ -224,13 +273,30 @@ mod tests {
             let mut d = vec![1.0];
             d.extend((1..=order).map(|i| 0.5_f64.powi(i) * (1.3 * f64::from(i)).cos()));
             let (mut found, mut expected) = (x.clone(), x.clone());
-            divide(&d, &mut found);
+            let mut other = signal(400, 0.71);
+            let mut alone = other.clone();
+            divide_each(&d, [&mut other, &mut found]);
+            divide(&d, &mut alone);
+            assert_eq!(other, alone, "{order}");
             polynomial::divide(&d, &mut expected);
             let close = |(f, e): (&f64, &f64)| (f - e).abs() < 1e-13;
             assert!(found.iter().zip(&expected).all(close), "{order}");
             filter(&d, &x, &mut found);
             polynomial::filter(&d, &x, &mut expected);
             assert!(found.iter().zip(&expected).all(close), "{order}");
+            // In one run over the signal and by lags: the same bits, delays and zeros among the coefficients too.
+            for c in [
+                d.clone(),
+                [&[0.0, 0.0], &d[..]].concat(),
+                [&d[..], &[0.0, 0.3]].concat(),
+            ] {
+                for length in [0, 1, 2, 4, 7, 400] {
+                    let (mut found, mut expected) = (vec![f64::NAN; length], vec![0.0; length]);
+                    filter(&c, &x[..length], &mut found);
+                    filter_by_lags(&c, &x[..length], &mut expected);
+                    assert_eq!(found, expected, "{c:?} {length}");
+                }
+            }
         }
     }
 

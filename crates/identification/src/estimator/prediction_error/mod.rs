@@ -45,6 +45,8 @@ pub struct PredictionError {
     search: Search,
     model: LinearModel,
     covariance: Covariance,
+    /// The result of the last search.
+    found: Option<Found>,
     /// Estimates x0 if the signals before the record are not taken as zero.
     state: Option<StateEstimate>,
 }
@@ -124,6 +126,7 @@ impl PredictionError {
             search: Search::new(starts, Descent::new(orders, initial, window), window),
             model: LinearModel::zero(orders),
             covariance: Covariance::White,
+            found: None,
             state,
         })
     }
@@ -171,9 +174,29 @@ impl Estimator for PredictionError {
             return;
         };
         let found = self.search.run(window.u, window.y);
+        self.found = Some(found);
         if let Err(kind) = self.report(window, found, pass) {
             pass.fail_for(kind);
         }
+    }
+
+    /// The search does not depend on the covariance.
+    fn estimate_again(
+        &mut self,
+        covariance: Covariance,
+        window: Window<'_>,
+        _: &[Pass],
+        passes: &mut [Pass],
+    ) -> bool {
+        let (Some(found), Some(pass)) = (self.found, passes.first_mut()) else {
+            return false;
+        };
+        let own = std::mem::replace(&mut self.covariance, covariance);
+        if let Err(kind) = self.report(window, found, pass) {
+            pass.fail_for(kind);
+        }
+        self.covariance = own;
+        true
     }
 }
 

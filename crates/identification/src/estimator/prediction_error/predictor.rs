@@ -3,7 +3,7 @@
 //! Each column of `psi = de/dtheta` is one of five signals, delayed (Ljung, *System Identification*, 2nd ed., section
 //! 10.3): `D/C y` for A, `v = D/(C F) u` for B, `e/C` for C, `w/C` for D, `B v/F` for F, with `w = A y - B/F u`.
 
-use super::kernels::{Triangle, divide, filter};
+use super::kernels::{Triangle, divide, divide_each, filter};
 use crate::estimator::FailureKind;
 use crate::estimator::covariance::{Covariance, Influence};
 use crate::estimator::lag_sums::dot;
@@ -179,20 +179,42 @@ impl Predictor {
     /// Computes the signals that make up psi, at the parameters of the last [`Self::sum`].
     fn filter_signals(&mut self, y: &[f64]) {
         let LinearModel { b, c, d, f, .. } = &self.model;
-        let Orders { na, nc, nd, nf, .. } = self.orders;
-        // `x` is not needed any more and serves as scratch.
-        let mut through = |from: &[f64], to: &mut [f64]| {
-            let first: &mut [f64] = if nd > 0 { &mut self.x } else { &mut *to };
-            first.copy_from_slice(from);
-            divide(c, first);
-            if nd > 0 {
-                filter(d, &self.x, to);
-            }
-        };
-        if na > 0 {
-            through(y, &mut self.of_y);
+        let Orders {
+            na, nb, nc, nd, nf, ..
+        } = self.orders;
+        let of_input = nb + nf > 0;
+        if nc > 0 {
+            self.of_e.copy_from_slice(&self.e);
         }
-        through(&self.u, &mut self.of_u);
+        if nd == 0 {
+            self.of_u.copy_from_slice(&self.u);
+            let (of_y, of_u, of_e) = (&mut self.of_y, &mut self.of_u, &mut self.of_e);
+            if na > 0 {
+                of_y.copy_from_slice(y);
+            }
+            // Signals side by side take little longer than one.
+            match (na > 0, of_input) {
+                _ if nc == 0 => {}
+                (false, false) => divide(c, of_e),
+                (true, false) => divide_each(c, [of_y, of_e]),
+                (false, true) => divide_each(c, [of_u, of_e]),
+                (true, true) => divide_each(c, [of_y, of_u, of_e]),
+            }
+        } else {
+            // `x` is not needed any more and serves as scratch.
+            if na > 0 {
+                self.x.copy_from_slice(y);
+                divide(c, &mut self.x);
+                filter(d, &self.x, &mut self.of_y);
+            }
+            self.x.copy_from_slice(&self.u);
+            match of_input {
+                _ if nc == 0 => {}
+                false => divide(c, &mut self.of_e),
+                true => divide_each(c, [&mut self.x, &mut self.of_e]),
+            }
+            filter(d, &self.x, &mut self.of_u);
+        }
         if nf > 0 {
             filter(b, &self.of_u, &mut self.of_x);
             if self.initial > 0 {
@@ -202,10 +224,6 @@ impl Predictor {
                 }
             }
             divide(f, &mut self.of_x);
-        }
-        if nc > 0 {
-            self.of_e.copy_from_slice(&self.e);
-            divide(c, &mut self.of_e);
         }
     }
 

@@ -6,6 +6,7 @@ mod orthogonal;
 mod partitioned;
 pub mod rank;
 mod reduction;
+mod small;
 mod square;
 
 use super::{FailureKind, NAIVE_LIMIT, SetupError, Shape, Window};
@@ -121,6 +122,13 @@ pub trait SolveInstruments: SolveLeastSquares {
         instruments: Instruments<'_>,
         solution: &mut Solution,
     ) -> Result<(), FailureKind>;
+
+    /// Prepares for [`Self::instruments`] instead of [`SolveLeastSquares::least_squares`], where p of iteration 0
+    /// is known. What is left in `solution` says nothing.
+    fn begin(&mut self, window: Window<'_>, solution: &mut Solution) {
+        // A failure shows in the pass that is known.
+        let _ = self.least_squares(window, solution);
+    }
 }
 
 impl Solver {

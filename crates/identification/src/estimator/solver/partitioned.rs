@@ -186,4 +186,9 @@ impl SolveInstruments for Partitioned {
         self.multiply_rhs(&mut solution.p);
         Ok(())
     }
+
+    /// The inverse is not needed.
+    fn begin(&mut self, window: Window<'_>, _: &mut Solution) {
+        self.information.least_squares(window);
+    }
 }
