@@ -9,4 +9,5 @@ mod kalman_bucy;
 mod linear;
 mod measures;
 mod outcomes;
+mod packs;
 mod step_error;

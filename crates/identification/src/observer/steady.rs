@@ -1,6 +1,7 @@
 //! Steady gains of one canonical plant for many process noises, by spectral factorisation.
 
 use crate::plant::canonical::solve_toeplitz;
+use crate::real::{Mask, Real};
 
 /// The steady-state filter of `x(k+1) = A x(k) + w(k)`, `y(k) = x_1(k) + v(k)`, `A = [0 | I; a']`, `E[v v] = 1`,
 /// `E[w w'] = rho I`.
@@ -80,7 +81,7 @@ impl SteadyGain {
             }
             self.next[l] = self.plant[l] + rho * self.states[l] + correlation(&self.c, l);
         }
-        if eliminate(order, &mut self.matrix, &mut [&mut self.next]).is_none() {
+        if !eliminate(order, &mut self.matrix, &mut [&mut self.next]) {
             return self.restart();
         }
         let changes = self.c.iter().zip(&self.next);
@@ -117,46 +118,66 @@ fn correlation(p: &[f64], lag: usize) -> f64 {
 }
 
 /// Replaces the columns b of each matrix by the solutions of `W x = b`, by elimination with row exchanges, which
-/// destroys W. `None` if W is exactly singular.
-pub(super) fn eliminate(n: usize, w: &mut [f64], of: &mut [&mut [f64]]) -> Option<()> {
+/// destroys W. Returns the lanes in which W is not exactly singular; elsewhere the columns are no solutions.
+#[inline(always)]
+pub(super) fn eliminate<R: Real>(n: usize, w: &mut [R], of: &mut [&mut [R]]) -> R::Mask {
+    let mut regular = R::Mask::from_bits(u8::MAX);
     for k in 0..n {
-        let larger = |best: usize, i: usize| {
-            if w[k * n + i].abs() > w[k * n + best].abs() {
-                i
-            } else {
-                best
-            }
-        };
-        let pivot = (k + 1..n).fold(k, larger);
-        if w[k * n + pivot] == 0.0 {
-            return None;
-        }
-        for columns in std::iter::once(&mut *w).chain(of.iter_mut().map(|b| &mut **b)) {
-            for column in columns.chunks_exact_mut(n) {
-                column.swap(k, pivot);
-            }
-        }
+        // The pivot is the first of the largest.
+        let (first, mut largest) = (w[k * n + k].abs(), w[k * n + k].abs());
         for i in k + 1..n {
-            let factor = w[k * n + i] / w[k * n + k];
+            let size = w[k * n + i].abs();
+            largest = R::select(largest.less(size), size, largest);
+        }
+        let mut left = first.less(largest);
+        for i in k + 1..n {
+            let here = left & largest.at_most(w[k * n + i].abs());
+            left = left & !here;
+            if here.any() {
+                exchange(w, n, [k, i], here);
+                for columns in of.iter_mut() {
+                    exchange(columns, n, [k, i], here);
+                }
+            }
+        }
+        let pivot = w[k * n + k];
+        regular = regular & !(pivot.at_most(R::zero()) & R::zero().at_most(pivot));
+        for i in k + 1..n {
+            let factor = w[k * n + i] / pivot;
             for j in k + 1..n {
-                w[j * n + i] -= factor * w[j * n + k];
+                w[j * n + i] = w[j * n + i] - factor * w[j * n + k];
             }
             for columns in of.iter_mut() {
-                for column in columns.chunks_exact_mut(n) {
-                    column[i] -= factor * column[k];
+                for j in 0..columns.len() / n {
+                    columns[j * n + i] = columns[j * n + i] - factor * columns[j * n + k];
                 }
             }
         }
     }
-    for columns in of {
-        for b in columns.chunks_exact_mut(n) {
+    for columns in of.iter_mut() {
+        for c in 0..columns.len() / n {
+            let b = &mut columns[c * n..][..n];
             for i in (0..n).rev() {
-                let sum: f64 = (i + 1..n).map(|j| w[j * n + i] * b[j]).sum();
+                // The sum of nothing is -0.
+                let mut sum = R::splat(-0.0);
+                for j in i + 1..n {
+                    sum = sum + w[j * n + i] * b[j];
+                }
                 b[i] = (b[i] - sum) / w[i * n + i];
             }
         }
     }
-    Some(())
+    regular
+}
+
+/// Exchanges two entries of each column in the lanes chosen.
+#[inline(always)]
+fn exchange<R: Real>(columns: &mut [R], n: usize, [k, i]: [usize; 2], chosen: R::Mask) {
+    for column in columns.chunks_exact_mut(n) {
+        let (upper, lower) = (column[k], column[i]);
+        column[k] = R::select(chosen, lower, upper);
+        column[i] = R::select(chosen, upper, lower);
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! One trial in continuous time: draw the disturbance, run every observer, measure.
+//! Trials in continuous time: draw the disturbances, run every observer, measure.
 
 use crate::design::continuous_cell::ContinuousCell;
 use crate::design::experiment::Experiment;
@@ -9,13 +9,33 @@ use crate::outcome::traces::{Traces, append};
 use crate::outcome::trials::Trials;
 use asobench_identification::estimator::{Failure, FailureKind, Stage};
 use asobench_identification::observer::gpebo::{
-    Cascade, CascadeError, Convergence, ObserverSpec, ObserverSummary, Outcome, Sample, halve,
+    Cascade, CascadeError, Convergence, Halving, ObserverSpec, ObserverSummary, Outcome,
+    Propagators, Sample, halve, halve_pack,
 };
+use asobench_identification::real::Real;
+use asobench_lanes::{Call, Isa};
+use std::ops::Range;
 
-/// Runs trials of one cell; each worker has its own.
+/// Runs trials of one cell, as many in lock step as the machine's registers hold; each worker has its own.
 pub struct ContinuousTrial<'e> {
     cell: &'e ContinuousCell,
     seed: u64,
+    isa: Isa,
+    known: Propagators,
+}
+
+/// Runs trials in lock step.
+struct Halve<'a> {
+    cascades: &'a [Cascade],
+    known: &'a mut Propagators,
+}
+
+impl Call for Halve<'_> {
+    type Output = Vec<Halving>;
+
+    fn with<R: Real, const N: usize>(self) -> Self::Output {
+        halve_pack::<R>(self.cascades, self.known)
+    }
 }
 
 impl ContinuousCell {
@@ -47,25 +67,39 @@ impl<'e> ContinuousTrial<'e> {
         Ok(Self {
             cell,
             seed: experiment.file.seed,
+            isa: Isa::best(),
+            known: Propagators::default(),
         })
     }
 
-    /// Runs a trial and appends its rows, one per observer. For trial 0 also stores its course, if wanted.
-    pub fn run_into(&self, trial: u64, to: &mut Trials) {
-        let every = self.cell.trace_every.filter(|_| trial == 0);
-        self.run_with_course(trial, every, to);
+    /// Runs trials and appends their rows, one per observer. For trial 0 also stores its course, if wanted.
+    pub fn run_into(&mut self, mut trials: Range<u64>, to: &mut Trials) {
+        if self.cell.trace_every.is_some() && trials.start == 0 && !trials.is_empty() {
+            self.run_with_course(0, self.cell.trace_every, to);
+            trials.start = 1;
+        }
+        let mut watch = Watch::start();
+        let drawn = trials.map(|trial| (trial, self.cell.cascade(self.seed, trial)));
+        let drawn: Vec<_> = drawn.collect();
+        let cascades = drawn.iter().filter_map(|(_, drawn)| drawn.as_ref().ok());
+        let cascades: Vec<Cascade> = cascades.cloned().collect();
+        let halve = Halve {
+            cascades: &cascades,
+            known: &mut self.known,
+        };
+        // No code is specialised for an order.
+        let mut found = self.isa.dispatch(1, halve).into_iter();
+        for (trial, drawn) in drawn {
+            let halving = drawn.ok().and_then(|_| found.next());
+            self.append(trial, halving.as_ref(), to);
+        }
+        to.spent.simulation += watch.lap();
     }
 
     /// Does the same, and stores the trial's course with a point every `every` seconds, if given.
     pub fn run_with_course(&self, trial: u64, every: Option<f64>, to: &mut Trials) {
-        let rows = 0..self.cell.observers.len();
-        // `new` checked it, but random phases may lead to steps of too many lengths.
         let Ok(cascade) = self.cell.cascade(self.seed, trial) else {
-            for output in rows {
-                let row = failed(Row::new(trial, output), FailureKind::NotRun);
-                to.rows.push(&row, &[]);
-            }
-            return;
+            return self.append(trial, None, to);
         };
         let mut course = every.map(|every| self.course(every, &cascade));
         let mut watch = Watch::start();
@@ -74,21 +108,32 @@ impl<'e> ContinuousTrial<'e> {
                 course.add(sample);
             }
         });
-        let dbar = found
-            .summary
-            .largest_dbar
-            .iter()
-            .fold(0.0, |most: f64, x| most.max(*x));
+        self.append(trial, Some(&found), to);
+        to.spent.simulation += watch.lap();
+        if let Some(course) = course {
+            to.traces = Some(course.traces);
+        }
+    }
+
+    /// Appends the rows of a trial. It may not have been run: `new` checked it, but random phases may lead to steps of
+    /// too many lengths.
+    fn append(&self, trial: u64, found: Option<&Halving>, to: &mut Trials) {
+        let rows = 0..self.cell.observers.len();
+        let Some(found) = found else {
+            for output in rows {
+                let row = failed(Row::new(trial, output), FailureKind::NotRun);
+                to.rows.push(&row, &[]);
+            }
+            return;
+        };
+        let largest = found.summary.largest_dbar.iter();
+        let dbar = largest.fold(0.0, |most: f64, x| most.max(*x));
         for output in rows {
             let mut row = Row::new(trial, output);
             row[Measure::MixedDisturbance] = dbar;
             row[Measure::Excitation] = found.summary.smallest_eigenvalue.unwrap_or(f64::NAN);
             let (observer, step) = (&found.summary.observers[output], found.observers[output]);
             to.rows.push(&self.row(row, observer, step), &[]);
-        }
-        to.spent.simulation += watch.lap();
-        if let Some(course) = course {
-            to.traces = Some(course.traces);
         }
     }
 

@@ -132,7 +132,11 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
         Store::Trials => TALLIED,
         Store::Summaries => 1 << 20,
     };
-    (work as u64).clamp(1, most)
+    let work = (work as u64).clamp(1, most);
+    match &experiment.cells[cell].source {
+        Source::Discrete(_) => work,
+        Source::Continuous(_) => work.next_multiple_of(MOST_LANES as u64),
+    }
 }
 
 /// Runs trials 0 ... `trials` - 1 of every cell on `threads` threads; a deterministic cell has one trial. `consume`

@@ -10,6 +10,7 @@ use crate::run::pack::PackTrial;
 use crate::run::trial::Trial;
 use asobench_identification::estimator::SetupError;
 use asobench_identification::observer::gpebo::CascadeError;
+use asobench_identification::real::MOST_LANES;
 use asobench_lanes::Isa;
 use std::ops::Range;
 
@@ -33,7 +34,7 @@ pub enum Worker<'e> {
     Faer(Box<Trial<'e>>),
     /// One pack at a time.
     Lanes(Box<dyn PackTrial + 'e>),
-    /// Courses in continuous time, one after the other.
+    /// Courses in continuous time, one pack at a time.
     Continuous(Box<ContinuousTrial<'e>>),
 }
 
@@ -61,7 +62,8 @@ impl<'e> Worker<'e> {
     pub fn stride(&self, cell: &Cell) -> u64 {
         const SAMPLES: usize = 1 << 16;
         match self {
-            Self::Faer(_) | Self::Continuous(_) => 1,
+            Self::Faer(_) => 1,
+            Self::Continuous(_) => MOST_LANES as u64,
             Self::Lanes(pack) => {
                 let (_, _, horizon) = cell.columns();
                 pack.lanes() as u64 * (SAMPLES / horizon).clamp(1, 32) as u64
@@ -77,7 +79,7 @@ impl<'e> Worker<'e> {
         match self {
             Self::Faer(trial) => trials.try_for_each(|index| trial.run_into(index, to))?,
             Self::Lanes(pack) => pack.run_into(trials, to),
-            Self::Continuous(trial) => trials.for_each(|index| trial.run_into(index, to)),
+            Self::Continuous(trial) => trial.run_into(trials, to),
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! The operators H_i that extend a regression, and delays of the nodes of steps.
 
-use super::filter::Nodes;
+use super::filter::{Nodes, no_signal};
+use crate::real::Real;
 
 /// The longest delay in steps: its memory is that of so many steps of every delayed signal.
 pub const LONGEST_DELAY: f64 = 1e4;
@@ -49,30 +50,30 @@ pub(super) fn whole_steps(delay: f64, h: f64) -> Option<usize> {
 /// Signals delayed by a whole number of steps: the nodes of a step are those of an earlier step, exactly, and zero
 /// before t = 0. A jump at the start of a step stays one.
 #[derive(Clone, Debug)]
-pub(super) struct DelayLine {
+pub(super) struct DelayLine<R> {
     signals: usize,
     /// A ring of the nodes of the last steps, all signals of a step together.
-    ring: Vec<Nodes>,
+    ring: Vec<Nodes<R>>,
     oldest: usize,
 }
 
-impl DelayLine {
+impl<R: Real> DelayLine<R> {
     /// Returns the line of so many signals and steps, with zeros in it.
     pub fn new(signals: usize, steps: usize) -> Self {
         Self {
             signals,
-            ring: vec![[0.0; 3]; signals * steps],
+            ring: vec![no_signal(); signals * steps],
             oldest: 0,
         }
     }
 
     /// Returns the delayed signals in the current step.
-    pub fn delayed(&self) -> &[Nodes] {
+    pub fn delayed(&self) -> &[Nodes<R>] {
         &self.ring[self.oldest..self.oldest + self.signals]
     }
 
     /// Returns the same to be replaced by the signals themselves, before [`Self::advance`].
-    pub fn delayed_mut(&mut self) -> &mut [Nodes] {
+    pub fn delayed_mut(&mut self) -> &mut [Nodes<R>] {
         &mut self.ring[self.oldest..self.oldest + self.signals]
     }
 

@@ -1,47 +1,49 @@
 //! The observers of one run.
 
+use super::exponentials::exp_m1;
 use super::filter::Nodes;
 use super::least_squares_mixing::MixedSquares;
 use super::linear::LinearState;
 use super::observer_spec::ObserverSpec;
 use super::proposed::Proposed;
 use super::recursive::{LeastSquares, LeastSquaresIntegrals};
-use super::scalar::{At, ScalarEstimator};
+use super::scalar::{At, Excited, ScalarEstimator};
 use super::summary::{Excitation, ObserverEstimate};
+use crate::real::{MOST_LANES, Real};
 
 /// The first mixing's result and Eq. (9) at the nodes of a step.
 #[derive(Clone, Debug)]
-pub struct MixedNodes {
+pub struct MixedNodes<R> {
     /// Delta.
-    pub delta: Nodes,
+    pub delta: Nodes<R>,
     /// mbar, n of them.
-    pub mbar: Vec<Nodes>,
+    pub mbar: Vec<Nodes<R>>,
     /// phi = C'Phi, n of them.
-    pub phi: Vec<Nodes>,
+    pub phi: Vec<Nodes<R>>,
     /// z.
-    pub z: Nodes,
+    pub z: Nodes<R>,
 }
 
 /// An observer's state.
 #[derive(Clone, Debug)]
-pub enum Estimator {
+pub enum Estimator<R> {
     /// The k-th full-order observer. Its state is part of the linear state.
     Luenberger(usize),
     /// The k-th time-varying filter, whose state is there too.
     Filter(usize),
     /// One scalar estimator for each component of Eq. (10).
-    Gradient(Vec<ScalarEstimator>),
+    Gradient(Vec<ScalarEstimator<R>>),
     /// The same with their estimates corrected: the share that must have been learnt.
-    FiniteTime(Vec<ScalarEstimator>, f64),
+    FiniteTime(Vec<ScalarEstimator<R>>, f64),
     /// Scalar estimators on mixed least squares.
-    LsDrem(Vec<ScalarEstimator>, MixedSquares),
+    LsDrem(Vec<ScalarEstimator<R>>, MixedSquares<R>),
     /// Eqs. (11) to (17).
-    Proposed(Proposed),
+    Proposed(Proposed<R>),
     /// Least squares on Eq. (9).
-    KalmanBucy(LeastSquares),
+    KalmanBucy(LeastSquares<R>),
 }
 
-impl Estimator {
+impl<R: Real> Estimator<R> {
     /// Returns the estimators of checked settings for order n; h is the first step's length, which matters to delays
     /// only.
     pub fn all(specs: &[ObserverSpec], n: usize, h: f64) -> Vec<Self> {
@@ -68,28 +70,32 @@ impl Estimator {
         specs.iter().map(build).collect()
     }
 
-    /// Advances one step of length h, given the nodes and the integrals in the middle and at the end of the step.
-    #[inline]
-    pub fn step(&mut self, h: f64, nodes: &MixedNodes, information: [&LeastSquaresIntegrals; 2]) {
+    /// Advances one step of length h, given the nodes, whether they may have jumped at its start, and the integrals
+    /// in the middle and at the end of the step.
+    #[inline(always)]
+    pub fn step(
+        &mut self,
+        h: R,
+        nodes: &MixedNodes<R>,
+        jump: bool,
+        information: [&LeastSquaresIntegrals<R>; 2],
+    ) {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
             Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
-                for (scalar, mbar) in scalars.iter_mut().zip(&nodes.mbar) {
-                    scalar.step(h, &nodes.delta, mbar);
-                }
+                step_all(scalars, h, &nodes.delta, &nodes.mbar);
             }
             Self::LsDrem(scalars, squares) => {
                 squares.step(information);
-                for (scalar, mixed) in scalars.iter_mut().zip(&squares.mixed) {
-                    scalar.step(h, &squares.delta, mixed);
-                }
+                step_all(scalars, h, &squares.delta, &squares.mixed);
             }
-            Self::Proposed(proposed) => proposed.step(h, &nodes.delta, &nodes.mbar),
+            Self::Proposed(proposed) => proposed.step(h, &nodes.delta, &nodes.mbar, jump),
         }
     }
 
-    /// Notes how much has been learnt by the end t of a step.
-    pub fn record(&mut self, t: f64) {
+    /// Notes how much has been learnt by the ends t of a step, in each lane.
+    #[inline(always)]
+    pub fn record(&mut self, t: &[f64; MOST_LANES]) {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
             Self::Gradient(scalars) | Self::FiniteTime(scalars, _) | Self::LsDrem(scalars, _) => {
@@ -97,18 +103,23 @@ impl Estimator {
                     scalar.record(t);
                 }
             }
-            Self::Proposed(proposed) => proposed.scalars_mut().for_each(|scalar| scalar.record(t)),
+            Self::Proposed(proposed) => {
+                for scalar in proposed.scalars_mut() {
+                    scalar.record(t);
+                }
+            }
         }
     }
 
     /// Computes the estimate at the end or in the middle of the last step, given the linear state and the integrals
     /// there.
+    #[inline(always)]
     pub fn estimate(
         &mut self,
         at: At,
-        linear: &LinearState,
-        information: &LeastSquaresIntegrals,
-        out: &mut ObserverEstimate,
+        linear: &LinearState<R>,
+        information: &LeastSquaresIntegrals<R>,
+        out: &mut ObserverEstimate<R>,
     ) {
         match self {
             Self::Luenberger(k) => {
@@ -121,51 +132,73 @@ impl Estimator {
                 return;
             }
             Self::Gradient(scalars) | Self::LsDrem(scalars, _) => {
-                collect(scalars.iter(), at, &mut out.theta);
-            }
-            Self::FiniteTime(scalars, share) => {
-                for (scalar, theta) in scalars.iter().zip(&mut out.theta) {
-                    let (found, learnt) = scalar.state(at);
-                    *theta = found / (-(-learnt).exp_m1()).max(*share);
+                for i in 0..scalars.len() {
+                    out.theta[i] = scalars[i].state(at).0;
                 }
             }
-            Self::Proposed(proposed) => collect(proposed.scalars(), at, &mut out.theta),
+            Self::FiniteTime(scalars, share) => {
+                for i in 0..scalars.len() {
+                    let (found, learnt) = scalars[i].state(at);
+                    let (learnt, share) = (-exp_m1(-learnt), R::splat(*share));
+                    let enough = share.less(learnt);
+                    out.theta[i] = found / R::select(enough, learnt, share);
+                }
+            }
+            Self::Proposed(proposed) => {
+                for (i, scalar) in proposed.scalars().enumerate() {
+                    out.theta[i] = scalar.state(at).0;
+                }
+            }
             Self::KalmanBucy(squares) => squares.solve(information, &mut out.theta),
         }
         linear.reconstruct(&out.theta, &mut out.x);
     }
 
-    /// Returns what the scalar estimators have learnt over the horizon; empty if there are none.
-    pub fn excitation(&self, horizon: f64) -> Excitation {
+    /// Returns what the scalar estimators have learnt over the horizon, in a lane; empty if there are none.
+    pub fn excitation(&self, horizon: f64, lane: usize) -> Excitation {
+        let (integral, frozen_at) = self
+            .scalars()
+            .into_iter()
+            .map(|scalar| {
+                let integral = scalar.integral().lane(lane);
+                (integral, scalar.frozen_at(horizon, lane))
+            })
+            .unzip();
+        Excitation {
+            integral,
+            frozen_at,
+        }
+    }
+
+    fn scalars(&self) -> Vec<&ScalarEstimator<R>> {
         match self {
-            Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => Excitation::default(),
+            Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => vec![],
             Self::Gradient(scalars) | Self::FiniteTime(scalars, _) | Self::LsDrem(scalars, _) => {
-                excitation(scalars.iter(), horizon)
+                scalars.iter().collect()
             }
-            Self::Proposed(proposed) => excitation(proposed.scalars(), horizon),
+            Self::Proposed(proposed) => proposed.scalars().collect(),
         }
     }
 }
 
-fn scalars(gains: &[f64]) -> Vec<ScalarEstimator> {
+fn scalars<R: Real>(gains: &[f64]) -> Vec<ScalarEstimator<R>> {
     gains
         .iter()
         .map(|gain| ScalarEstimator::new(*gain))
         .collect()
 }
 
-fn collect<'a>(scalars: impl Iterator<Item = &'a ScalarEstimator>, at: At, theta: &mut [f64]) {
-    for (scalar, theta) in scalars.zip(theta) {
-        *theta = scalar.state(at).0;
-    }
-}
-
-fn excitation<'a>(scalars: impl Iterator<Item = &'a ScalarEstimator>, horizon: f64) -> Excitation {
-    let (integral, frozen_at) = scalars
-        .map(|scalar| (scalar.integral(), scalar.frozen_at(horizon)))
-        .unzip();
-    Excitation {
-        integral,
-        frozen_at,
+/// Advances estimators that have Delta in common.
+#[inline(always)]
+fn step_all<R: Real>(
+    scalars: &mut [ScalarEstimator<R>],
+    h: R,
+    delta: &Nodes<R>,
+    mixed: &[Nodes<R>],
+) {
+    let excited = Excited::new(h, delta);
+    let mut decay = None;
+    for i in 0..scalars.len() {
+        scalars[i].step_with(&excited, &mixed[i], &mut decay);
     }
 }

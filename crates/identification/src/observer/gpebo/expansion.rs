@@ -1,5 +1,7 @@
 //! Eq. (17): the regression of the expanded exponential.
 
+use crate::real::Real;
+
 /// The treatment of the factor `g = e^m`. It cancels from the identity of Eq. (16) but weights its terms in time.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Factor {
@@ -14,9 +16,10 @@ pub enum Factor {
 pub const HIGHEST_ORDER: usize = 2;
 
 /// The regression of one component at one time: `values[0]` is zeta, `values[1 ..= q+1]` is psi.
-pub type Regression = [f64; HIGHEST_ORDER + 2];
+pub type Regression<R = f64> = [R; HIGHEST_ORDER + 2];
 
-/// Computes Eq. (17) for one component, with `e^d`, `d = m - phi theta`, expanded to order q (1 or 2):
+/// Computes Eq. (17) for one component from m, m', phi, phi' and the factor g, [`Factor`], with `e^d`,
+/// `d = m - phi theta`, expanded to order q (1 or 2):
 /// `zeta - psi'(theta, ..., theta^(q+1)) = (g / q!) (m - phi theta)^q (m' - phi' theta)`.
 ///
 /// From Eq. (12), `g' = g m'`. From Eq. (15) with `E_q(d) = 1 + d + ... + d^q / q!`, multiplied by E_q,
@@ -25,29 +28,25 @@ pub type Regression = [f64; HIGHEST_ORDER + 2];
 /// belong there (erratum E10).
 ///
 /// An order above 2 is taken as 2, and 0 as 1. Unused entries are zero.
-#[inline]
-pub fn regression(
+#[inline(always)]
+pub fn regression<R: Real>(
     order: usize,
-    m: f64,
-    dm: f64,
-    phi: f64,
-    dphi: f64,
-    factor: Factor,
-) -> Regression {
-    let g = match factor {
-        Factor::Keep => m.exp(),
-        Factor::Drop => 1.0,
-    };
+    [m, dm]: [R; 2],
+    [phi, dphi]: [R; 2],
+    g: R,
+) -> Regression<R> {
     if order < 2 {
-        [g * m * dm, g * (m * dphi + phi * dm), -g * phi * dphi, 0.0]
-    } else {
-        [
-            g * m * m * dm / 2.0,
-            g * (phi * m * dm + m * m * dphi / 2.0),
-            -g * (m * phi * dphi + phi * phi * dm / 2.0),
-            g * phi * phi * dphi / 2.0,
-        ]
+        let first = g * m * dm;
+        return [first, g * (m * dphi + phi * dm), -g * phi * dphi, R::zero()];
     }
+    // Division by a power of two is multiplication by its inverse.
+    let half = R::splat(0.5);
+    [
+        g * m * m * dm * half,
+        g * (phi * m * dm + m * m * dphi * half),
+        -g * (m * phi * dphi + phi * phi * dm * half),
+        g * phi * phi * dphi * half,
+    ]
 }
 
 #[cfg(test)]
@@ -56,8 +55,9 @@ mod tests {
 
     const GRID: [f64; 4] = [-2.0, -1.0, 1.0, 3.0];
 
-    /// Calls `check(m, dm, phi, dphi, theta)` on a grid that has more points per variable than the polynomials' degree
-    /// (3 at most), so polynomials that agree there are equal. All numbers are small multiples of 1/2, so f64 is exact.
+    /// Calls `check(m, dm, phi, dphi, theta)` on a grid that has more points per variable than the polynomials'
+    /// degree (3 at most), so polynomials that agree there are equal. All numbers are small multiples of 1/2, so f64
+    /// is exact.
     fn on_grid(check: impl Fn(f64, f64, f64, f64, f64)) {
         for k in 0..4_usize.pow(5) {
             let at = |digit: u32| GRID[k / 4_usize.pow(digit) % 4];
@@ -73,9 +73,9 @@ mod tests {
     fn residual_is_the_neglected_term() {
         on_grid(|m, dm, phi, dphi, theta| {
             let (d, dd) = (m - phi * theta, dm - dphi * theta);
-            let first = regression(1, m, dm, phi, dphi, Factor::Drop);
+            let first = regression(1, [m, dm], [phi, dphi], 1.0);
             assert_eq!(residual(&first, theta), d * dd);
-            let second = regression(2, m, dm, phi, dphi, Factor::Drop);
+            let second = regression(2, [m, dm], [phi, dphi], 1.0);
             assert_eq!(residual(&second, theta), d * d * dd / 2.0);
         });
     }
@@ -89,7 +89,7 @@ mod tests {
             for q in 1..=2 {
                 let left = e[q] * dm;
                 let right = e[q] * dphi * theta + e[q - 1] * dd;
-                let r = regression(q, m, dm, phi, dphi, Factor::Drop);
+                let r = regression(q, [m, dm], [phi, dphi], 1.0);
                 assert_eq!(residual(&r, theta), left - right);
             }
         });
@@ -99,8 +99,8 @@ mod tests {
     fn g_is_a_common_factor() {
         let (m, dm, phi, dphi) = (0.3, -0.7, 1.1, 0.4);
         for q in 1..=2 {
-            let kept = regression(q, m, dm, phi, dphi, Factor::Keep);
-            let dropped = regression(q, m, dm, phi, dphi, Factor::Drop);
+            let kept = regression(q, [m, dm], [phi, dphi], 0.3_f64.exp());
+            let dropped = regression(q, [m, dm], [phi, dphi], 1.0);
             for (k, d) in kept.iter().zip(dropped) {
                 assert!((k - d * 0.3_f64.exp()).abs() < 1e-15);
             }

@@ -1,18 +1,27 @@
 //! First-order filters, exact for inputs that are parabolas over each step.
 
+use crate::real::{Mask, Real};
+
 /// Values of a signal at 0, h/2 and h of a step.
-pub type Nodes = [f64; 3];
+pub type Nodes<R = f64> = [R; 3];
+
+/// Returns the nodes of a signal that is zero.
+#[inline(always)]
+pub(super) fn no_signal<R: Real>() -> Nodes<R> {
+    [R::zero(); 3]
+}
 
 /// Returns `int a b dt` over a step of length h, by Simpson's rule from the nodes of both signals.
-#[inline]
-pub(super) fn simpson(h: f64, a: &Nodes, b: &Nodes) -> f64 {
-    h / 6.0 * (a[0] * b[0] + 4.0 * a[1] * b[1] + a[2] * b[2])
+#[inline(always)]
+pub(super) fn simpson<R: Real>(h: R, a: &Nodes<R>, b: &Nodes<R>) -> R {
+    h / R::splat(6.0) * (a[0] * b[0] + R::splat(4.0) * a[1] * b[1] + a[2] * b[2])
 }
 
 /// Returns `int a b dt` over the first half of a step of length h: of the parabola that Simpson's rule is of.
-#[inline]
-pub(super) fn half_simpson(h: f64, a: &Nodes, b: &Nodes) -> f64 {
-    h / 24.0 * (5.0 * a[0] * b[0] + 8.0 * a[1] * b[1] - a[2] * b[2])
+#[inline(always)]
+pub(super) fn half_simpson<R: Real>(h: R, a: &Nodes<R>, b: &Nodes<R>) -> R {
+    let (five, eight) = (R::splat(5.0), R::splat(8.0));
+    h / R::splat(24.0) * (five * a[0] * b[0] + eight * a[1] * b[1] - a[2] * b[2])
 }
 
 /// Returns `phi_0 ... phi_3` at z: `phi_0 = e^z`, `phi_(k+1)(z) = (phi_k(z) - 1/k!) / z`, `phi_k(0) = 1/k!`.
@@ -37,40 +46,64 @@ pub fn phi_functions(z: f64) -> [f64; 4] {
 
 /// The filter `a / (p + a)`, i.e. `x' = -a x + a u`, a > 0 in 1/s, advanced by steps of a fixed length h in seconds.
 #[derive(Clone, Copy, Debug)]
-pub struct Filter {
+pub struct Filter<R = f64> {
     pole: f64,
-    step: f64,
-    half: [f64; 4],
-    full: [f64; 4],
+    step: R,
+    half: [R; 4],
+    full: [R; 4],
 }
 
-impl Filter {
+impl<R: Real> Filter<R> {
     /// Returns the filter `a / (p + a)` with `a = pole`. No step length is set yet.
     pub fn new(pole: f64) -> Self {
         Self {
             pole,
-            step: 0.0,
-            half: [1.0, 0.0, 0.0, 0.0],
-            full: [1.0, 0.0, 0.0, 0.0],
+            step: R::zero(),
+            half: [1.0, 0.0, 0.0, 0.0].map(R::splat),
+            full: [1.0, 0.0, 0.0, 0.0].map(R::splat),
         }
     }
 
     /// Prepares steps of length h.
-    pub fn set_step(&mut self, h: f64) {
-        if h != self.step {
-            self.step = h;
-            self.half = weights(self.pole, h, 0.5);
-            self.full = weights(self.pole, h, 1.0);
+    #[inline(always)]
+    pub fn set_step(&mut self, h: R) {
+        let others = h.less(self.step) | self.step.less(h);
+        if others.any() {
+            self.change_step(h, others);
+        }
+    }
+
+    /// Computes the weights of the lanes whose step has changed.
+    #[cold]
+    #[inline(never)]
+    fn change_step(&mut self, h: R, of: R::Mask) {
+        self.step = h;
+        for lane in of.lanes() {
+            let h = h.lane(lane);
+            for (to, s) in [(&mut self.half, 0.5), (&mut self.full, 1.0)] {
+                for (to, weight) in to.iter_mut().zip(weights(self.pole, h, s)) {
+                    *to = to.with_lane(lane, weight);
+                }
+            }
         }
     }
 
     /// Returns the filter's states at 0, h/2 and h, given its state at 0 and the input at these times. Exact if the
     /// input is the parabola through its three values; otherwise the error of one step is O(h^4).
-    #[inline]
-    pub fn step(&self, state: f64, u: &Nodes) -> Nodes {
-        let apply = |w: &[f64; 4]| w[0] * state + w[1] * u[0] + w[2] * u[1] + w[3] * u[2];
-        [state, apply(&self.half), apply(&self.full)]
+    #[inline(always)]
+    pub fn step(&self, state: R, u: &Nodes<R>) -> Nodes<R> {
+        [
+            state,
+            weigh(&self.half, state, u),
+            weigh(&self.full, state, u),
+        ]
     }
+}
+
+/// Returns the sum of the state and the three inputs by their weights.
+#[inline(always)]
+fn weigh<R: Real>(weights: &[R; 4], state: R, u: &Nodes<R>) -> R {
+    weights[0] * state + weights[1] * u[0] + weights[2] * u[1] + weights[3] * u[2]
 }
 
 /// Returns the weights of the state and of the three inputs in the state at `s h`.

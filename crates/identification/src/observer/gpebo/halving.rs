@@ -1,9 +1,12 @@
 //! How far the results depend on the step.
 
-use super::cascade::{Cascade, Run};
+use super::cascade::Cascade;
 use super::grid::REFINEMENTS;
+use super::linear::Propagators;
+use super::runs::Runs;
 use super::score::{Accuracy, THETA};
 use super::summary::{Sample, Summary};
+use crate::real::Real;
 
 /// The influence of the step length on one observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,9 +15,9 @@ pub struct Convergence {
     pub state: StepError,
     /// The error of theta_hat, in the unit of theta; all zero for observers without one.
     pub theta: StepError,
-    /// The largest error of the observer's measures. That of a root mean square is the error of its integration, by the
-    /// same formula with twice the nodes, plus Richardson's estimate from three runs by the same formula on the same
-    /// nodes. It is relative to the root mean square, or, if it is mere rounding, to the size of the estimated
+    /// The largest error of the observer's measures. That of a root mean square is the error of its integration, by
+    /// the same formula with twice the nodes, plus Richardson's estimate from three runs by the same formula on the
+    /// same nodes. It is relative to the root mean square, or, if it is mere rounding, to the size of the estimated
     /// quantity. Richardson's estimate for the relative error of theta at the end is taken as it is.
     pub measures: f64,
 }
@@ -31,11 +34,11 @@ impl Convergence {
 /// The influence of the step length on one vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepError {
-    /// Estimated error of the finest run by Richardson: the largest difference of any component over time between the
-    /// runs with h/2 and h/4, divided by `2^p - 1`. p is the observed order, limited to 0.1 ... 2, or 1/2 if unknown.
-    /// The scalar estimators are of order 2. Where more is observed, steps are too long for an order or differences are
-    /// rounding, and a larger divisor would say too little; where less is, the runs hardly converge. NaN if a run was
-    /// not finite.
+    /// Estimated error of the finest run by Richardson: the largest difference of any component over time between
+    /// the runs with h/2 and h/4, divided by `2^p - 1`. p is the observed order, limited to 0.1 ... 2, or 1/2 if
+    /// unknown. The scalar estimators are of order 2. Where more is observed, steps are too long for an order or
+    /// differences are rounding, and a larger divisor would say too little; where less is, the runs hardly converge.
+    /// NaN if a run was not finite.
     pub error: f64,
     /// The scale to compare with: the largest component over time of the finest run's vector or of the true one.
     pub largest: f64,
@@ -64,16 +67,27 @@ pub struct Halving {
     pub observers: Vec<Convergence>,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Differences {
-    coarse: f64,
-    fine: f64,
-    largest: f64,
+/// The largest differences of the runs' estimates of one vector, and the largest number of the finest and of the
+/// true one.
+#[derive(Clone, Copy, Debug)]
+struct Differences<R> {
+    coarse: R,
+    fine: R,
+    largest: R,
 }
 
 /// Returns the larger number; NaN if one is NaN.
-fn larger(a: f64, b: f64) -> f64 {
-    if b <= a || a.is_nan() { a } else { b }
+#[inline(always)]
+fn larger<R: Real>(a: R, b: R) -> R {
+    let nan = !a.at_most(a);
+    R::select(b.at_most(a) | nan, a, b)
+}
+
+/// Returns the larger number, not NaN if one is a number.
+#[inline(always)]
+fn larger_number<R: Real>(a: R, b: R) -> R {
+    let nan = !b.at_most(b);
+    R::select(b.less(a) | nan, a, b)
 }
 
 /// Returns the possible rounding of two propagations in each of `steps` steps.
@@ -81,16 +95,37 @@ fn rounding(largest: f64, steps: usize) -> f64 {
     f64::EPSILON * largest * 2.0 * steps as f64
 }
 
-impl Differences {
-    /// Compares three vectors and notes the size of the finest and of the true one.
-    fn note(&mut self, [coarse, middle, fine]: [&[f64]; 3], truth: &[f64]) {
-        for (i, truth) in truth.iter().enumerate().take(fine.len()) {
-            self.coarse = larger(self.coarse, (coarse[i] - middle[i]).abs());
-            self.fine = larger(self.fine, (middle[i] - fine[i]).abs());
-            self.largest = larger(self.largest, fine[i].abs().max(truth.abs()));
+impl<R: Real> Differences<R> {
+    fn new() -> Self {
+        Self {
+            coarse: R::zero(),
+            fine: R::zero(),
+            largest: R::zero(),
         }
     }
 
+    /// Compares three vectors and notes the size of the finest and of the true one.
+    #[inline(always)]
+    fn note(&mut self, [coarse, middle, fine]: [&[R]; 3], truth: impl Fn(usize) -> R) {
+        for i in 0..fine.len() {
+            self.coarse = larger(self.coarse, (coarse[i] - middle[i]).abs());
+            self.fine = larger(self.fine, (middle[i] - fine[i]).abs());
+            let size = larger_number(fine[i].abs(), truth(i).abs());
+            self.largest = larger(self.largest, size);
+        }
+    }
+
+    /// Returns those of one lane.
+    fn lane(&self, lane: usize) -> Differences<f64> {
+        Differences {
+            coarse: self.coarse.lane(lane),
+            fine: self.fine.lane(lane),
+            largest: self.largest.lane(lane),
+        }
+    }
+}
+
+impl Differences<f64> {
     fn step_error(&self, steps: usize) -> StepError {
         let rounding = rounding(self.largest, steps);
         StepError {
@@ -114,34 +149,113 @@ fn richardson(coarse: f64, fine: f64, rounding: f64) -> f64 {
 
 /// Runs with steps h, h/2 and h/4 side by side. Calls `visit` with the finest at t = 0 and after each base step.
 pub fn halve(cascade: &Cascade, mut visit: impl FnMut(&Sample<'_>)) -> Halving {
-    let mut runs = REFINEMENTS.map(|refine| cascade.start(refine));
-    let mut differences = vec![[Differences::default(); 2]; cascade.observers()];
-    loop {
-        visit(&runs[2].sample());
-        let samples = runs.each_ref().map(Run::sample);
-        for (observer, [state, theta]) in differences.iter_mut().enumerate() {
-            let estimates = samples.map(|sample| &sample.estimates[observer]);
-            state.note(estimates.map(|estimate| &estimate.x[..]), samples[2].x);
-            theta.note(
-                estimates.map(|estimate| &estimate.theta[..]),
-                cascade.theta(),
-            );
+    let visit = |runs: &Runs<'_, f64>| visit(&runs.sample());
+    let mut found = run_lanes(vec![cascade], &mut Propagators::default(), visit);
+    found.remove(0)
+}
+
+/// Does the same for several trials, as many as there are lanes in lock step, if they fit each other. Each result
+/// has the bits that it has alone.
+pub fn halve_pack<R: Real>(cascades: &[Cascade], known: &mut Propagators) -> Vec<Halving> {
+    let mut found = Vec::with_capacity(cascades.len());
+    for pack in cascades.chunks(R::LANES) {
+        if pack.len() > 1 && pack.iter().all(|cascade| pack[0].fits(cascade)) {
+            found.append(&mut run_lanes::<R>(pack.iter().collect(), known, |_| {}));
+            continue;
         }
-        let [_, _, more] = runs.each_mut().map(Run::advance);
-        if !more {
-            break;
+        for cascade in pack {
+            found.append(&mut run_lanes::<f64>(vec![cascade], known, |_| {}));
         }
     }
-    let [coarse, middle, summary] = runs.each_ref().map(Run::summary);
+    found
+}
+
+/// Runs trials that fit each other, no more than lanes, and returns their results.
+fn run_lanes<R: Real>(
+    cascades: Vec<&Cascade>,
+    known: &mut Propagators,
+    mut visit: impl FnMut(&Runs<'_, R>),
+) -> Vec<Halving> {
+    let [first, ..] = cascades[..] else {
+        return vec![];
+    };
+    let mut found = vec![None; cascades.len()];
+    let mut runs = Runs::<R>::start(cascades, &REFINEMENTS, known);
+    let mut differences = vec![[Differences::new(); 2]; first.observers()];
+    let mut running = (1_u16 << found.len()) - 1;
+    loop {
+        visit(&runs);
+        compare(&runs, first, &mut differences);
+        let left = running & u16::from(runs.going_on());
+        for lane in (0..found.len()).filter(|lane| (running & !left) >> lane & 1 == 1) {
+            let differences = differences.iter().map(|all| all.map(|of| of.lane(lane)));
+            let differences: Vec<_> = differences.collect();
+            found[lane] = Some(conclude(&runs, first, &differences, lane));
+        }
+        running = left;
+        if running == 0 {
+            break;
+        }
+        runs.advance(known);
+    }
+    found.into_iter().flatten().collect()
+}
+
+/// Compares the estimates of the three runs.
+fn compare<R: Real>(
+    runs: &Runs<'_, R>,
+    cascade: &Cascade,
+    differences: &mut [[Differences<R>; 2]],
+) {
+    let [coarse, middle, fine] = &runs.runs[..] else {
+        return;
+    };
+    let (x, theta) = (fine.x(), cascade.theta());
+    R::run(
+        #[inline(always)]
+        || {
+            for i in 0..differences.len() {
+                let of = [
+                    &coarse.estimates[i],
+                    &middle.estimates[i],
+                    &fine.estimates[i],
+                ];
+                let [states, thetas] = &mut differences[i];
+                let [a, b, c] = of;
+                states.note(
+                    [&a.x, &b.x, &c.x],
+                    #[inline(always)]
+                    |k| x[k],
+                );
+                thetas.note(
+                    [&a.theta, &b.theta, &c.theta],
+                    #[inline(always)]
+                    |k| R::splat(theta[k]),
+                );
+            }
+        },
+    );
+}
+
+/// Returns the result of a lane that has ended.
+fn conclude<R: Real>(
+    runs: &Runs<'_, R>,
+    cascade: &Cascade,
+    differences: &[[Differences<f64>; 2]],
+    lane: usize,
+) -> Halving {
+    let summary = runs.summary(lane);
     let size = cascade
         .theta()
         .iter()
         .map(|theta| theta * theta)
         .sum::<f64>();
-    let convergence = |(number, differences): (usize, &[Differences; 2])| {
+    let convergence = |(number, differences): (usize, &[Differences<f64>; 2])| {
         let [state, theta] = differences.map(|runs| runs.step_error(summary.steps));
         let [state_scale, theta_scale] = [state.largest, theta.largest / size.sqrt()];
-        let accuracies = [&coarse, &middle, &summary].map(|run| &run.observers[number].accuracy);
+        let fine = &summary.observers[number].accuracy;
+        let [coarse, middle] = [0, 1].map(|run| runs.runs[run].accuracy(number, lane));
+        let accuracies = [&coarse, &middle, fine];
         Convergence {
             state,
             theta,

@@ -1,64 +1,67 @@
 //! Least squares as the extension of DREM, LS+DREM.
 
-use super::filter::Nodes;
+use super::filter::{Nodes, no_signal};
 use super::mixing::Mixer;
 use super::recursive::{LeastSquares, LeastSquaresIntegrals};
+use crate::real::Real;
 
-/// The scalar regressions `adj(H) theta_g = det(H) theta` at the nodes of a step, with `H = (w I + S)^-1 S` (n x n) and
-/// `theta_g = (w I + S)^-1 s` (n), S and s the integrals of least squares.
+/// The scalar regressions `adj(H) theta_g = det(H) theta` at the nodes of a step, with `H = (w I + S)^-1 S` (n x n)
+/// and `theta_g = (w I + S)^-1 s` (n), S and s the integrals of least squares.
 #[derive(Clone, Debug)]
-pub struct MixedSquares {
+pub struct MixedSquares<R> {
     n: usize,
-    squares: LeastSquares,
-    mixer: Mixer,
+    squares: LeastSquares<R>,
+    mixer: Mixer<R>,
     /// det(H).
-    pub delta: Nodes,
+    pub delta: Nodes<R>,
     /// The components of adj(H) theta_g.
-    pub mixed: Vec<Nodes>,
-    h: Vec<f64>,
-    theta: Vec<f64>,
-    column: Vec<f64>,
-    out: Vec<f64>,
+    pub mixed: Vec<Nodes<R>>,
+    h: Vec<R>,
+    theta: Vec<R>,
+    column: Vec<R>,
+    out: Vec<R>,
 }
 
-impl MixedSquares {
+impl<R: Real> MixedSquares<R> {
     /// Makes the mixing for the weight w = r / p0 and order n.
     pub fn new(weight: f64, n: usize) -> Self {
         Self {
             n,
             squares: LeastSquares::new(1.0, weight, n),
             mixer: Mixer::new(n),
-            delta: [0.0; 3],
-            mixed: vec![[0.0; 3]; n],
-            h: vec![0.0; n * n],
-            theta: vec![0.0; n],
-            column: vec![0.0; n],
-            out: vec![0.0; n],
+            delta: no_signal(),
+            mixed: vec![no_signal(); n],
+            h: vec![R::zero(); n * n],
+            theta: vec![R::zero(); n],
+            column: vec![R::zero(); n],
+            out: vec![R::zero(); n],
         }
     }
 
     /// Computes the nodes of the next step from the integrals in its middle and at its end.
-    pub fn step(&mut self, information: [&LeastSquaresIntegrals; 2]) {
+    #[inline(always)]
+    pub fn step(&mut self, information: [&LeastSquaresIntegrals<R>; 2]) {
         let n = self.n;
         self.delta[0] = self.delta[2];
-        for mixed in &mut self.mixed {
-            mixed[0] = mixed[2];
+        for i in 0..n {
+            self.mixed[i][0] = self.mixed[i][2];
         }
-        for (node, information) in (1..).zip(information) {
+        for node in 1..3 {
+            let information = information[node - 1];
             let (matrix, _) = information.parts();
             self.squares.solve(information, &mut self.theta);
             for j in 0..n {
-                for (i, column) in self.column.iter_mut().enumerate() {
-                    *column = matrix[i.max(j) * n + i.min(j)];
+                for i in 0..n {
+                    self.column[i] = matrix[i.max(j) * n + i.min(j)];
                 }
                 self.squares.substitute(&mut self.column);
-                for (i, column) in self.column.iter().enumerate() {
-                    self.h[i * n + j] = *column;
+                for i in 0..n {
+                    self.h[i * n + j] = self.column[i];
                 }
             }
             self.delta[node] = self.mixer.mix(&self.h, &self.theta, &mut self.out);
-            for (mixed, out) in self.mixed.iter_mut().zip(&self.out) {
-                mixed[node] = *out;
+            for i in 0..n {
+                self.mixed[i][node] = self.out[i];
             }
         }
     }

@@ -1,17 +1,22 @@
 //! Integrates everything linear exactly, by matrix exponentials.
 //!
-//! The base state is `[x; xi; z through the lags; line of u; line of delta; oscillators]`. Each sine in u and delta is
-//! an oscillator with two states `(amplitude sin, amplitude cos)`. All other waves of a signal together form one
-//! straight line over a step, with two states (value, slope). These states are set anew at the start of each step, so
-//! that no phase drifts. No observer feeds back into the base state, so an observer that overflows spoils nothing else.
+//! The base state is `[x; xi; z through the lags; line of u; line of delta; oscillators]`. Each sine in u and delta
+//! is an oscillator with two states `(amplitude sin, amplitude cos)`. All other waves of a signal together form one
+//! straight line over a step, with two states (value, slope). These states are set anew at the start of each step,
+//! so that no phase drifts. No observer feeds back into the base state, so an observer that overflows spoils nothing
+//! else.
 
 use faer::Mat;
+use std::sync::Arc;
 
-use super::matrices::{fill_plant, fill_signals, multiply_add, observer_matrix, regressor_matrix};
+use super::matrices::{
+    add_product, fill_plant, fill_signals, multiply, observer_matrix, regressor_matrix,
+};
 use super::observer_spec::ObserverSpec;
 use super::riccati_filter::{FilterState, FilterSystem};
 use super::scenario::{GpeboOptions, Scenario};
 use crate::plant::{ContinuousPlant, exponential};
+use crate::real::{MOST_LANES, Real};
 use crate::signal::{Signal, Wave};
 
 /// A full-order observer's gain and initial state.
@@ -46,26 +51,96 @@ pub struct LinearSystem {
     regressor: Mat<f64>,
 }
 
-/// Column-major propagators over one step length.
+/// Propagators over one step length, row by row: the base state's, those of the full-order observers and of the
+/// time-varying filters (their own rows), and that of the regressor.
 #[derive(Clone, Debug)]
-pub struct Propagator {
-    base: Vec<f64>,
-    observers: Vec<Vec<f64>>,
-    filters: Vec<Vec<f64>>,
-    regressor: Vec<f64>,
+pub struct Propagator<R = f64> {
+    base: Vec<R>,
+    observers: Vec<Vec<R>>,
+    filters: Vec<Vec<R>>,
+    regressor: Vec<R>,
+}
+
+impl<R> Propagator<R> {
+    fn parts(&self) -> impl Iterator<Item = &Vec<R>> {
+        let others = self.observers.iter().chain(&self.filters);
+        [&self.base, &self.regressor].into_iter().chain(others)
+    }
+
+    fn parts_mut(&mut self) -> impl Iterator<Item = &mut Vec<R>> {
+        let others = self.observers.iter_mut().chain(&mut self.filters);
+        [&mut self.base, &mut self.regressor]
+            .into_iter()
+            .chain(others)
+    }
+}
+
+impl<R: Real> Propagator<R> {
+    /// Returns the same propagators in every lane.
+    pub fn splat(of: &Propagator) -> Self {
+        let splat = |numbers: &Vec<f64>| numbers.iter().map(|x| R::splat(*x)).collect();
+        Self {
+            base: splat(&of.base),
+            observers: of.observers.iter().map(splat).collect(),
+            filters: of.filters.iter().map(splat).collect(),
+            regressor: splat(&of.regressor),
+        }
+    }
+
+    /// Replaces those of some lanes.
+    pub fn set(&mut self, lanes: R::Mask, of: &Propagator) {
+        for (to, from) in self.parts_mut().zip(of.parts()) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = R::select(lanes, R::splat(*from), *to);
+            }
+        }
+    }
+}
+
+/// Propagators that are known already, of systems that are alike.
+#[derive(Debug, Default)]
+pub struct Propagators {
+    of: Option<LinearSystem>,
+    /// With the length of the step.
+    known: Vec<(f64, Arc<Propagator>)>,
+}
+
+impl Propagators {
+    /// So many are kept at most.
+    const MOST: usize = 64;
+
+    /// Returns the propagators of a system over a step of h seconds.
+    pub fn get(&mut self, system: &LinearSystem, h: f64) -> Arc<Propagator> {
+        if let Some((_, propagator)) = self.known.iter().find(|(length, _)| *length == h) {
+            return propagator.clone();
+        }
+        let found = Arc::new(system.propagator(h));
+        if self.known.len() < Self::MOST {
+            self.known.push((h, found.clone()));
+        }
+        found
+    }
+
+    /// Forgets those of systems that are unlike this one.
+    pub fn of(&mut self, system: &LinearSystem) {
+        if self.of.as_ref().is_none_or(|of| !of.is_like(system)) {
+            self.known.clear();
+            self.of = Some(system.clone());
+        }
+    }
 }
 
 /// The state of the linear systems.
 #[derive(Clone, Debug)]
-pub struct LinearState {
-    base: Vec<f64>,
+pub struct LinearState<R> {
+    base: Vec<R>,
     /// n numbers for each full-order observer.
-    observers: Vec<f64>,
+    observers: Vec<R>,
     /// The time-varying filters.
-    pub(super) filters: Vec<FilterState>,
+    pub(super) filters: Vec<FilterState<R>>,
     /// `[Phi; phi through the lags]`, n columns, column-major.
-    regressor: Vec<f64>,
-    scratch: Vec<f64>,
+    regressor: Vec<R>,
+    scratch: Vec<R>,
 }
 
 fn sines(signal: &Signal) -> impl Iterator<Item = &Wave> {
@@ -133,86 +208,137 @@ impl LinearSystem {
     /// Returns the propagators over a step of h seconds.
     pub fn propagator(&self, h: f64) -> Propagator {
         let over = |m: &Mat<f64>| exponential((faer::Scale(h) * m).as_ref());
-        let columns = |m: &Mat<f64>, first_row: usize| -> Vec<f64> {
-            (0..m.ncols())
-                .flat_map(|j| (first_row..m.nrows()).map(move |i| m[(i, j)]))
+        let rows = |m: &Mat<f64>, first_row: usize| -> Vec<f64> {
+            (first_row..m.nrows())
+                .flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)]))
                 .collect()
         };
+        let size = self.base.nrows();
+        let filters = self.filters.iter();
         Propagator {
-            base: columns(&over(&self.base), 0),
+            base: rows(&over(&self.base), 0),
             observers: self
                 .observers
                 .iter()
-                .map(|m| columns(&over(m), self.base.nrows()))
+                .map(|m| rows(&over(m), size))
                 .collect(),
-            filters: self
-                .filters
-                .iter()
-                .map(|filter| columns(&over(&filter.matrix), self.base.nrows()))
+            filters: filters
+                .map(|filter| rows(&over(&filter.matrix), size))
                 .collect(),
-            regressor: columns(&over(&self.regressor), 0),
+            regressor: rows(&over(&self.regressor), 0),
         }
     }
 
+    /// Whether propagators and states of one system are those of the other too: they differ at most in their signals'
+    /// lines, phases and amplitudes.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let filters = |system: &Self| -> Vec<Mat<f64>> {
+            let filters = system.filters.iter();
+            filters.map(|filter| filter.matrix.clone()).collect()
+        };
+        self.base == other.base
+            && self.observers == other.observers
+            && filters(self) == filters(other)
+            && self.regressor == other.regressor
+            && (&self.c, &self.x0, &self.xi0) == (&other.c, &other.x0, &other.xi0)
+            && (&self.disturbance, &self.lag_rows) == (&other.disturbance, &other.lag_rows)
+            && (self.lines, self.oscillators) == (other.lines, other.oscillators)
+    }
+
     /// Returns the states at t = 0; [`Self::start_step`] sets those of the signals.
-    pub fn initial(&self) -> LinearState {
+    pub fn initial<R: Real>(&self) -> LinearState<R> {
         let (n, rows) = (self.n, self.regressor.nrows());
-        let mut base = vec![0.0; self.base.nrows()];
-        base[..n].copy_from_slice(&self.x0);
-        base[n..2 * n].copy_from_slice(&self.xi0);
-        let mut regressor = vec![0.0; rows * n];
+        let splat = |x: &f64| R::splat(*x);
+        let zeros = vec![0.0; self.base.nrows() - 2 * n];
+        let base = self.x0.iter().chain(&self.xi0).chain(&zeros);
+        let base: Vec<R> = base.map(splat).collect();
+        let mut regressor = vec![R::zero(); rows * n];
         for j in 0..n {
-            regressor[j * rows + j] = 1.0;
+            regressor[j * rows + j] = R::splat(1.0);
         }
         LinearState {
-            scratch: vec![0.0; base.len().max(rows * n)],
+            scratch: vec![R::zero(); base.len().max(rows * n)],
             base,
             observers: self
                 .luenberger
                 .iter()
-                .flat_map(|l| l.x0.iter().copied())
+                .flat_map(|l| l.x0.iter().map(splat))
                 .collect(),
             filters: self.filters.iter().map(FilterSystem::initial).collect(),
             regressor,
         }
     }
 
-    /// Sets the states of u and delta at t; the time `inside` selects the piece of each signal.
-    pub fn start_step(&self, state: &mut LinearState, t: f64, inside: f64) {
-        for (signal, &first) in self.signals.iter().zip(&self.lines) {
-            (state.base[first], state.base[first + 1]) = signal.line(t, inside);
+    /// Returns the number of oscillators.
+    pub fn oscillators(&self) -> usize {
+        (self.base.nrows() - self.oscillators) / 2
+    }
+
+    /// Computes the states of the oscillators at t.
+    pub fn oscillate(&self, t: f64, states: &mut [(f64, f64)]) {
+        let waves = self.signals.iter().flat_map(sines);
+        for (state, wave) in states.iter_mut().zip(waves) {
+            *state = wave.sine(t);
         }
-        let all = self.signals.iter().flat_map(sines);
-        for (wave, pair) in all.zip(state.base[self.oscillators..].chunks_exact_mut(2)) {
-            (pair[0], pair[1]) = wave.sine(t);
+    }
+
+    /// Computes the lines of u and delta at t; the time `inside` selects the piece of each signal.
+    pub fn line(&self, t: f64, inside: f64) -> [(f64, f64); 2] {
+        self.signals.each_ref().map(|signal| signal.line(t, inside))
+    }
+
+    /// Sets the states of u and delta at the start of a step: the lines of the lanes, and their oscillators, each with
+    /// all lanes together.
+    #[inline(always)]
+    pub fn start_step<R: Real>(
+        &self,
+        state: &mut LinearState<R>,
+        lines: &[[[f64; MOST_LANES]; 2]; 2],
+        oscillators: &[[[f64; MOST_LANES]; 2]],
+    ) {
+        for (line, &first) in lines.iter().zip(&self.lines) {
+            state.base[first] = R::load(&line[0]);
+            state.base[first + 1] = R::load(&line[1]);
+        }
+        let states = &mut state.base[self.oscillators..];
+        for (k, pair) in oscillators.iter().enumerate() {
+            states[2 * k] = R::load(&pair[0]);
+            states[2 * k + 1] = R::load(&pair[1]);
         }
     }
 
     /// Computes the rows of phi and of lags of M (row-major n x n, rows phi and H_i phi) and of `zbar = [z; H_i z]`,
     /// Eqs. (9), (10).
-    pub fn observe(&self, state: &LinearState, m: &mut [f64], zbar: &mut [f64]) {
+    #[inline(always)]
+    pub fn observe<R: Real>(&self, state: &LinearState<R>, m: &mut [R], zbar: &mut [R]) {
         let (n, rows) = (self.n, self.regressor.nrows());
-        let (x, rest) = state.base.split_at(n);
-        let delta: f64 = self.disturbance.iter().map(|&k| state.base[k]).sum();
-        let error = self
-            .c
-            .iter()
-            .zip(x.iter().zip(rest))
-            .map(|(c, (x, xi))| c * (x - xi));
-        zbar[0] = error.sum::<f64>() + delta;
-        for (&row, filtered) in self.lag_rows.iter().zip(&state.base[2 * n..]) {
-            zbar[row] = *filtered;
+        // The sum of nothing is -0.
+        let (mut delta, mut error) = (R::splat(-0.0), R::splat(-0.0));
+        for &k in &self.disturbance {
+            delta = delta + state.base[k];
         }
-        for (j, column) in state.regressor.chunks_exact(rows).enumerate() {
-            m[j] = self.c.iter().zip(column).map(|(c, phi)| c * phi).sum();
-            for (&row, filtered) in self.lag_rows.iter().zip(&column[n..]) {
-                m[row * n + j] = *filtered;
+        for i in 0..n {
+            error = error + R::splat(self.c[i]) * (state.base[i] - state.base[n + i]);
+        }
+        zbar[0] = error + delta;
+        for (k, &row) in self.lag_rows.iter().enumerate() {
+            zbar[row] = state.base[2 * n + k];
+        }
+        for j in 0..n {
+            let column = &state.regressor[j * rows..][..rows];
+            let mut sum = R::splat(-0.0);
+            for i in 0..n {
+                sum = sum + R::splat(self.c[i]) * column[i];
+            }
+            m[j] = sum;
+            for (k, &row) in self.lag_rows.iter().enumerate() {
+                m[row * n + j] = column[n + k];
             }
         }
     }
 }
 
-impl LinearState {
+impl<R: Real> LinearState<R> {
     /// Takes over the state of the same systems.
     pub fn copy_from(&mut self, other: &Self) {
         self.base.copy_from_slice(&other.base);
@@ -224,55 +350,59 @@ impl LinearState {
     }
 
     /// Advances the state by one propagation. Allocates nothing.
-    pub fn advance(&mut self, by: &Propagator, n: usize) {
-        let rows = self.regressor.len() / n;
+    #[inline(always)]
+    pub fn advance(&mut self, by: &Propagator<R>, n: usize) {
+        let (rows, size) = (self.regressor.len() / n, self.base.len());
+        let Self {
+            base,
+            observers,
+            scratch,
+            regressor,
+            ..
+        } = self;
         // The observers need the base state at the start of the step.
-        for (p, xhat) in by.observers.iter().zip(self.observers.chunks_exact_mut(n)) {
-            let (from_base, own) = p.split_at(self.base.len() * n);
-            let next = &mut self.scratch[..n];
-            next.fill(0.0);
-            multiply_add(from_base, &self.base, next);
-            multiply_add(own, xhat, next);
-            xhat.copy_from_slice(next);
+        for (k, p) in by.observers.iter().enumerate() {
+            let xhat = &mut observers[k * n..][..n];
+            for i in 0..n {
+                let row = &p[i * (size + n)..][..size + n];
+                let sum = add_product(R::zero(), &row[..size], base);
+                scratch[i] = add_product(sum, &row[size..], xhat);
+            }
+            xhat.copy_from_slice(&scratch[..n]);
         }
-        for (filter, by) in self.filters.iter_mut().zip(&by.filters) {
-            filter.advance(by, &self.base);
+        for (k, by) in by.filters.iter().enumerate() {
+            self.filters[k].advance(by, base);
         }
-        let next = &mut self.scratch[..self.base.len()];
-        next.fill(0.0);
-        multiply_add(&by.base, &self.base, next);
-        self.base.copy_from_slice(next);
-        let next = &mut self.scratch[..rows * n];
-        next.fill(0.0);
-        for (column, next) in self
-            .regressor
-            .chunks_exact(rows)
-            .zip(next.chunks_exact_mut(rows))
-        {
-            multiply_add(&by.regressor, column, next);
+        multiply(&by.base, base, &mut scratch[..size]);
+        base.copy_from_slice(&scratch[..size]);
+        for j in 0..n {
+            let column = &mut regressor[j * rows..][..rows];
+            multiply(&by.regressor, column, &mut scratch[..rows]);
+            column.copy_from_slice(&scratch[..rows]);
         }
-        self.regressor.copy_from_slice(next);
     }
 
     /// Returns x, of length n.
-    pub fn x(&self, n: usize) -> &[f64] {
+    pub fn x(&self, n: usize) -> &[R] {
         &self.base[..n]
     }
 
     /// Computes `xhat = xi + Phi theta_hat`, Eq. (8).
-    pub fn reconstruct(&self, theta: &[f64], xhat: &mut [f64]) {
+    #[inline(always)]
+    pub fn reconstruct(&self, theta: &[R], xhat: &mut [R]) {
         let n = theta.len();
-        xhat.copy_from_slice(&self.base[n..2 * n]);
         let rows = self.regressor.len() / n;
-        for (column, theta) in self.regressor.chunks_exact(rows).zip(theta) {
-            for (xhat, phi) in xhat.iter_mut().zip(column) {
-                *xhat += phi * theta;
+        for i in 0..n {
+            let mut sum = self.base[n + i];
+            for j in 0..n {
+                sum = sum + self.regressor[j * rows + i] * theta[j];
             }
+            xhat[i] = sum;
         }
     }
 
     /// Returns the estimate of the k-th full-order observer.
-    pub fn luenberger(&self, k: usize, n: usize) -> &[f64] {
+    pub fn luenberger(&self, k: usize, n: usize) -> &[R] {
         &self.observers[k * n..(k + 1) * n]
     }
 }

@@ -3,6 +3,7 @@
 use faer::Mat;
 
 use crate::plant::ContinuousPlant;
+use crate::real::Real;
 use crate::signal::{Signal, Wave};
 
 /// Fills the rows of x, xi and z through the lags: `zf_i' = a_i (C'x - C'xi + delta - zf_i)`.
@@ -103,12 +104,20 @@ pub(super) fn regressor_matrix(plant: &ContinuousPlant, lags: &[f64]) -> Mat<f64
     m
 }
 
-/// Adds P v to `out`, P column-major.
-#[inline]
-pub(super) fn multiply_add(p: &[f64], v: &[f64], out: &mut [f64]) {
-    for (column, v) in p.chunks_exact(out.len()).zip(v) {
-        for (out, p) in out.iter_mut().zip(column) {
-            *out += p * v;
-        }
+/// Writes P v to `out`, P row by row, each row's terms added to zero in order.
+#[inline(always)]
+pub(super) fn multiply<R: Real>(p: &[R], v: &[R], out: &mut [R]) {
+    for i in 0..out.len() {
+        let row = &p[i * v.len()..][..v.len()];
+        out[i] = add_product(R::zero(), row, v);
     }
+}
+
+/// Returns the sum and the products of a row, added in order.
+#[inline(always)]
+pub(super) fn add_product<R: Real>(mut sum: R, row: &[R], v: &[R]) -> R {
+    for j in 0..v.len().min(row.len()) {
+        sum = sum + row[j] * v[j];
+    }
+    sum
 }

@@ -1,20 +1,22 @@
 //! Determinants and adjugates of small matrices, singular ones included: the mixing step of DREM.
 
+use crate::real::{Mask, Real};
+
 /// Buffers for the adjugates of matrices of one order.
 #[derive(Clone, Debug)]
-pub struct Mixer {
+pub struct Mixer<R = f64> {
     n: usize,
-    minor: Vec<f64>,
-    adjugate: Vec<f64>,
+    minor: Vec<R>,
+    adjugate: Vec<R>,
 }
 
-impl Mixer {
+impl<R: Real> Mixer<R> {
     /// Makes the buffers for n x n matrices, n >= 1.
     pub fn new(n: usize) -> Self {
         Self {
             n,
-            minor: vec![0.0; n.saturating_sub(1).pow(2)],
-            adjugate: vec![0.0; n * n],
+            minor: vec![R::zero(); n.saturating_sub(1).pow(2)],
+            adjugate: vec![R::zero(); n * n],
         }
     }
 
@@ -25,105 +27,158 @@ impl Mixer {
     /// determinant is the expansion along the first row. O(n^5). Errors are of the order `eps norm(M)^(n-1)` for the
     /// adjugate and `eps norm(M)^n` for the determinant.
     ///
-    /// # Panics
     /// If a slice is shorter than n^2.
-    pub fn adjugate(&mut self, m: &[f64], out: &mut [f64]) -> f64 {
-        let n = self.n;
-        for i in 0..n {
-            for j in 0..n {
-                out[i * n + j] = self.cofactor(m, j, i);
-            }
-        }
-        (0..n).map(|j| m[j] * out[j * n]).sum()
+    #[inline(always)]
+    pub fn adjugate(&mut self, m: &[R], out: &mut [R]) -> R {
+        adjugate_of_order(self.n, m, &mut self.minor, out)
     }
 
-    /// Mixes `zbar = M theta + dbar`, Eq. (10): computes `mbar = adj(M) zbar` (n numbers) and returns `Delta = det(M)`.
+    /// Mixes `zbar = M theta + dbar`, Eq. (10): computes `mbar = adj(M) zbar` (n numbers) and returns
+    /// `Delta = det(M)`.
     ///
-    /// # Panics
     /// If a slice is shorter than n^2 (`m`) or n.
-    pub fn mix(&mut self, m: &[f64], zbar: &[f64], mbar: &mut [f64]) -> f64 {
-        let n = self.n;
-        let mut adjugate = std::mem::take(&mut self.adjugate);
-        let delta = self.adjugate(m, &mut adjugate);
-        for (mbar, row) in mbar.iter_mut().zip(adjugate.chunks_exact(n)) {
-            *mbar = row.iter().zip(zbar).map(|(a, z)| a * z).sum();
+    #[inline(always)]
+    pub fn mix(&mut self, m: &[R], zbar: &[R], mbar: &mut [R]) -> R {
+        // An order that is a constant is unrolled.
+        match self.n {
+            2 => self.mix_of_order(2, m, zbar, mbar),
+            3 => self.mix_of_order(3, m, zbar, mbar),
+            n => self.mix_of_order(n, m, zbar, mbar),
         }
-        self.adjugate = adjugate;
+    }
+
+    #[inline(always)]
+    fn mix_of_order(&mut self, n: usize, m: &[R], zbar: &[R], mbar: &mut [R]) -> R {
+        let (m, zbar, mbar) = (&m[..n * n], &zbar[..n], &mut mbar[..n]);
+        let Self {
+            minor, adjugate, ..
+        } = self;
+        let adjugate = &mut adjugate[..n * n];
+        let delta = adjugate_of_order(n, m, minor, adjugate);
+        for i in 0..n {
+            let mut sum = R::splat(-0.0);
+            for j in 0..n {
+                sum = sum + adjugate[i * n + j] * zbar[j];
+            }
+            mbar[i] = sum;
+        }
         delta
     }
 
     /// Returns `(det(M), first component of adj(M) zbar)`: the scalar regression of the first unknown alone.
     ///
-    /// # Panics
     /// If a slice is shorter than n^2 (`m`) or n.
-    pub fn mix_first(&mut self, m: &[f64], zbar: &[f64]) -> (f64, f64) {
-        (0..self.n).fold((0.0, 0.0), |(delta, mixed), i| {
-            let cofactor = self.cofactor(m, i, 0);
-            (delta + m[i * self.n] * cofactor, mixed + zbar[i] * cofactor)
-        })
+    #[inline(always)]
+    pub fn mix_first(&mut self, m: &[R], zbar: &[R]) -> (R, R) {
+        mix_first_of_order(self.n, m, zbar, &mut self.minor)
     }
 
-    /// Returns `(-1)^(row + column)` times the determinant of M without that row and column.
-    #[inline]
-    fn cofactor(&mut self, m: &[f64], row: usize, column: usize) -> f64 {
-        let n = self.n;
-        let sign = if (row + column).is_multiple_of(2) {
-            1.0
-        } else {
-            -1.0
-        };
-        let after = |skipped: usize, k: usize| k + usize::from(k >= skipped);
-        let at = |i: usize, j: usize| m[after(row, i) * n + after(column, j)];
-        let minor = match n {
-            1 => 1.0,
-            2 => at(0, 0),
-            3 => at(0, 0) * at(1, 1) - at(0, 1) * at(1, 0),
-            _ => {
-                for i in 0..n - 1 {
-                    for j in 0..n - 1 {
-                        self.minor[i * (n - 1) + j] = at(i, j);
-                    }
+    /// Does the same, for an order N that is that of the mixer.
+    ///
+    /// If a slice is shorter than N^2 (`m`) or N.
+    #[inline(always)]
+    pub(super) fn mix_first_of<const N: usize>(&mut self, m: &[R], zbar: &[R]) -> (R, R) {
+        mix_first_of_order(N, &m[..N * N], &zbar[..N], &mut self.minor)
+    }
+}
+
+#[inline(always)]
+fn adjugate_of_order<R: Real>(n: usize, m: &[R], minor: &mut [R], out: &mut [R]) -> R {
+    for i in 0..n {
+        for j in 0..n {
+            out[i * n + j] = cofactor(n, m, [j, i], minor);
+        }
+    }
+    // The sum of nothing is -0.
+    let mut sum = R::splat(-0.0);
+    for j in 0..n {
+        sum = sum + m[j] * out[j * n];
+    }
+    sum
+}
+
+#[inline(always)]
+fn mix_first_of_order<R: Real>(n: usize, m: &[R], zbar: &[R], minor: &mut [R]) -> (R, R) {
+    let (mut delta, mut mixed) = (R::zero(), R::zero());
+    for i in 0..n {
+        let cofactor = cofactor(n, m, [i, 0], minor);
+        delta = delta + m[i * n] * cofactor;
+        mixed = mixed + zbar[i] * cofactor;
+    }
+    (delta, mixed)
+}
+
+/// Returns `(-1)^(row + column)` times the determinant of M without that row and column.
+#[inline(always)]
+fn cofactor<R: Real>(n: usize, m: &[R], [row, column]: [usize; 2], minor: &mut [R]) -> R {
+    let after = |skipped: usize, k: usize| k + usize::from(k >= skipped);
+    let at = |i: usize, j: usize| m[after(row, i) * n + after(column, j)];
+    let minor = match n {
+        1 => R::splat(1.0),
+        2 => at(0, 0),
+        3 => at(0, 0) * at(1, 1) - at(0, 1) * at(1, 0),
+        _ => {
+            for i in 0..n - 1 {
+                for j in 0..n - 1 {
+                    minor[i * (n - 1) + j] = at(i, j);
                 }
-                determinant(&mut self.minor, n - 1)
             }
-        };
-        sign * minor
+            determinant(minor, n - 1)
+        }
+    };
+    if (row + column).is_multiple_of(2) {
+        minor
+    } else {
+        -minor
     }
 }
 
 /// Returns the determinant of a row-major n x n matrix by LU with partial pivoting. The matrix is overwritten.
 ///
-/// # Panics
 /// If the slice is shorter than n^2.
-pub fn determinant(m: &mut [f64], n: usize) -> f64 {
-    let mut product = 1.0;
+#[inline(always)]
+pub fn determinant<R: Real>(m: &mut [R], n: usize) -> R {
+    let mut product = R::splat(1.0);
+    let mut regular = R::Mask::from_bits(u8::MAX);
     for k in 0..n {
-        let pivot = (k..n).fold(k, |best, i| {
-            if m[i * n + k].abs() > m[best * n + k].abs() {
-                i
-            } else {
-                best
-            }
-        });
-        if pivot != k {
-            for j in k..n {
-                m.swap(k * n + j, pivot * n + j);
-            }
-            product = -product;
+        let mut largest = m[k * n + k].abs();
+        let mut swapped = R::Mask::from_bits(0);
+        for i in k + 1..n {
+            let better = largest.less(m[i * n + k].abs());
+            largest = R::select(better, m[i * n + k].abs(), largest);
+            swapped = swapped | better;
+        }
+        if swapped.any() {
+            exchange(m, n, k, largest, swapped);
+            product = R::select(swapped, -product, product);
         }
         let diagonal = m[k * n + k];
-        if diagonal == 0.0 {
-            return 0.0;
-        }
-        product *= diagonal;
+        let zero = diagonal.at_most(R::zero()) & R::zero().at_most(diagonal);
+        regular = regular & !zero;
+        product = product * diagonal;
         for i in k + 1..n {
             let factor = m[i * n + k] / diagonal;
             for j in k + 1..n {
-                m[i * n + j] -= factor * m[k * n + j];
+                m[i * n + j] = m[i * n + j] - factor * m[k * n + j];
             }
         }
     }
-    product
+    R::select(regular, product, R::zero())
+}
+
+/// Exchanges row k, in the lanes chosen, with the first row below whose entry in column k is as large as given.
+#[inline(always)]
+fn exchange<R: Real>(m: &mut [R], n: usize, k: usize, largest: R, chosen: R::Mask) {
+    let mut left = chosen;
+    for i in k + 1..n {
+        let here = left & largest.at_most(m[i * n + k].abs());
+        left = left & !here;
+        for j in k..n {
+            let (upper, lower) = (m[k * n + j], m[i * n + j]);
+            m[k * n + j] = R::select(here, lower, upper);
+            m[i * n + j] = R::select(here, upper, lower);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -20,10 +20,10 @@ pub enum ObserverSpec {
         /// gamma, n positive numbers.
         gains: Vec<f64>,
     },
-    /// The same with finite convergence time: `theta_hat_i / max(1 - w_i, share)`, `w_i = exp(-gamma_i int Delta^2)`.
-    /// The gradient's estimate is `(1 - w_i) theta_i` without disturbance, so that this one is theta_i from the time on
-    /// at which `1 - w_i >= share`. Source: Ortega, Aranovskiy, Pyrkin, Astolfi, Bobtsov, IEEE Trans. Automatic Control
-    /// 66 (2021) 2265.
+    /// The same with finite convergence time: `theta_hat_i / max(1 - w_i, share)`,
+    /// `w_i = exp(-gamma_i int Delta^2)`. The gradient's estimate is `(1 - w_i) theta_i` without disturbance, so
+    /// that this one is theta_i from the time on at which `1 - w_i >= share`. Source: Ortega, Aranovskiy, Pyrkin,
+    /// Astolfi, Bobtsov, IEEE Trans. Automatic Control 66 (2021) 2265.
     FiniteTime {
         /// gamma, n positive numbers.
         gains: Vec<f64>,
@@ -127,6 +127,14 @@ impl ObserverSpec {
     /// Whether theta is estimated and the state follows from it, Eq. (8).
     pub fn is_gpebo(&self) -> bool {
         !matches!(self, Self::Luenberger { .. } | Self::Filter { .. })
+    }
+
+    /// Whether a signal is delayed.
+    pub(super) fn delays(&self) -> bool {
+        match self {
+            Self::Proposed { filters, .. } => filters.iter().any(|of| of.delay().is_some()),
+            _ => false,
+        }
     }
 
     /// The adaptation gains; none of an observer without scalar estimators.

@@ -1,45 +1,71 @@
 //! The estimator of Eqs. (11) to (17).
 
 use super::delay::{DelayLine, Operator, whole_steps};
-use super::expansion::{Factor, HIGHEST_ORDER, Regression, regression};
-use super::filter::{Filter, Nodes};
+use super::expansion::{Factor, HIGHEST_ORDER, regression};
+use super::exponentials::exp;
+use super::filter::{Filter, Nodes, no_signal};
 use super::mixing::Mixer;
-use super::scalar::ScalarEstimator;
+use super::scalar::{Excited, ScalarEstimator};
+use crate::real::Real;
+
+/// The numbers of a regression.
+const NUMBERS: usize = HIGHEST_ORDER + 2;
+
+/// The most unknowns of the second mixing.
+const UNKNOWNS: usize = HIGHEST_ORDER + 1;
 
 /// A regression at the nodes of a step, or its filtered version.
-type RegressionNodes = [Nodes; HIGHEST_ORDER + 2];
+type RegressionNodes<R> = [Nodes<R>; NUMBERS];
 
 /// One operator of the second mixing.
 #[derive(Clone, Debug)]
-enum Branch {
-    Lag(Filter),
+enum Branch<R> {
+    Lag(Filter<R>),
     /// The regressions of all components, one after the other.
-    Delay(DelayLine),
+    Delay(DelayLine<R>),
 }
 
 /// The states of one component.
 #[derive(Clone, Debug)]
-struct Component {
-    m: f64,
-    /// Through each lag.
-    filtered: [Regression; HIGHEST_ORDER],
-    scalar: ScalarEstimator,
+struct Component<R> {
+    m: R,
+    /// The factor g at the end of the last step.
+    factor: R,
+    /// The regression, through the operators too, at the nodes of a step.
+    regressions: [RegressionNodes<R>; UNKNOWNS],
+    /// The scalar regression there.
+    delta: Nodes<R>,
+    mixed: Nodes<R>,
+    scalar: ScalarEstimator<R>,
+}
+
+impl<R: Real> Component<R> {
+    fn new(gain: f64) -> Self {
+        Self {
+            m: R::zero(),
+            factor: R::splat(1.0),
+            regressions: [[no_signal(); NUMBERS]; UNKNOWNS],
+            delta: no_signal(),
+            mixed: no_signal(),
+            scalar: ScalarEstimator::new(gain),
+        }
+    }
 }
 
 /// Estimates theta from Eq. (17), each component on its own. All filters start from zero.
 #[derive(Clone, Debug)]
-pub struct Proposed {
+pub struct Proposed<R> {
     k: f64,
     order: usize,
     factor: Factor,
-    smoothing: Filter,
-    branches: Vec<Branch>,
-    phi: f64,
-    components: Vec<Component>,
-    mixer: Mixer,
+    smoothing: Filter<R>,
+    branches: Vec<Branch<R>>,
+    phi: R,
+    components: Vec<Component<R>>,
+    mixer: Mixer<R>,
 }
 
-impl Proposed {
+impl<R: Real> Proposed<R> {
     /// Makes the estimator from checked settings; h is the first step's length, which matters to delays only.
     pub fn new(
         k: f64,
@@ -52,14 +78,9 @@ impl Proposed {
         let branch = |operator: &Operator| match operator {
             Operator::Lag(pole) => Some(Branch::Lag(Filter::new(*pole))),
             Operator::Delay(delay) => Some(Branch::Delay(DelayLine::new(
-                gains.len() * (HIGHEST_ORDER + 2),
+                gains.len() * NUMBERS,
                 whole_steps(*delay, h)?,
             ))),
-        };
-        let component = |gain: &f64| Component {
-            m: 0.0,
-            filtered: [[0.0; HIGHEST_ORDER + 2]; HIGHEST_ORDER],
-            scalar: ScalarEstimator::new(*gain),
         };
         Self {
             k,
@@ -67,37 +88,61 @@ impl Proposed {
             factor,
             smoothing: Filter::new(k),
             branches: filters.iter().filter_map(branch).collect(),
-            phi: 0.0,
-            components: gains.iter().map(component).collect(),
+            phi: R::zero(),
+            components: gains.iter().map(|gain| Component::new(*gain)).collect(),
             mixer: Mixer::new(order + 1),
         }
     }
 
-    /// Advances one step of length h, given the nodes of Delta and of each mbar_i, Eq. (10).
-    pub fn step(&mut self, h: f64, delta: &Nodes, mbar: &[Nodes]) {
+    /// Advances one step of length h, given the nodes of Delta and of each mbar_i, Eq. (10), and whether they may have
+    /// jumped at its start.
+    #[inline(always)]
+    pub fn step(&mut self, h: R, delta: &Nodes<R>, mbar: &[Nodes<R>], jump: bool) {
         self.smoothing.set_step(h);
+        let mut delays = false;
         for branch in &mut self.branches {
-            if let Branch::Lag(filter) = branch {
-                filter.set_step(h);
+            match branch {
+                Branch::Lag(filter) => filter.set_step(h),
+                Branch::Delay(_) => delays = true,
             }
         }
+        // Without a jump the first node is the last one of the step before.
+        let first = usize::from(!jump && !delays);
         let phi = self.smoothing.step(self.phi, delta);
         self.phi = phi[2];
-        for (i, (component, mbar)) in self.components.iter_mut().zip(mbar).enumerate() {
+        for i in 0..self.components.len() {
+            let (component, mbar) = (&mut self.components[i], &mbar[i]);
             let m = self.smoothing.step(component.m, mbar);
             component.m = m[2];
-            let mut own: RegressionNodes = Default::default();
             for node in 0..3 {
-                let dm = self.k * (mbar[node] - m[node]);
-                let dphi = self.k * (delta[node] - phi[node]);
-                let r = regression(self.order, m[node], dm, phi[node], dphi, self.factor);
-                for (own, r) in own.iter_mut().zip(r) {
-                    own[node] = r;
+                if node < first {
+                    for of in &mut component.regressions[0] {
+                        of[0] = of[2];
+                    }
+                    continue;
+                }
+                let factor = match self.factor {
+                    Factor::Keep if node == 0 => component.factor,
+                    Factor::Keep => exp(m[node]),
+                    Factor::Drop => R::splat(1.0),
+                };
+                component.factor = factor;
+                let k = R::splat(self.k);
+                let dm = k * (mbar[node] - m[node]);
+                let dphi = k * (delta[node] - phi[node]);
+                let found = regression(self.order, [m[node], dm], [phi[node], dphi], factor);
+                for number in 0..NUMBERS {
+                    component.regressions[0][number][node] = found[number];
                 }
             }
-            let filtered = extend(&mut self.branches, i, &mut component.filtered, &own);
-            let (delta, mixed) = mix(&mut self.mixer, self.order, &own, &filtered);
-            component.scalar.step(h, &delta, &mixed);
+            extend(&mut self.branches, i, &mut component.regressions);
+            match self.order {
+                1 => mix::<R, 2>(&mut self.mixer, component, first),
+                _ => mix::<R, UNKNOWNS>(&mut self.mixer, component, first),
+            }
+            let excited = Excited::new(h, &component.delta);
+            let mixed = component.mixed;
+            component.scalar.step_with(&excited, &mixed, &mut None);
         }
         for branch in &mut self.branches {
             if let Branch::Delay(line) = branch {
@@ -107,70 +152,61 @@ impl Proposed {
     }
 
     /// Returns the scalar estimators, in the order of theta.
-    pub fn scalars(&self) -> impl Iterator<Item = &ScalarEstimator> {
+    pub fn scalars(&self) -> impl Iterator<Item = &ScalarEstimator<R>> {
         self.components.iter().map(|component| &component.scalar)
     }
 
     /// Returns the scalar estimators mutably, to record what they have learnt.
-    pub fn scalars_mut(&mut self) -> impl Iterator<Item = &mut ScalarEstimator> {
+    pub fn scalars_mut(&mut self) -> impl Iterator<Item = &mut ScalarEstimator<R>> {
         self.components
             .iter_mut()
             .map(|component| &mut component.scalar)
     }
 }
 
-/// Returns the i-th component's regression through the q operators, whose states are updated.
-#[inline]
-fn extend(
-    branches: &mut [Branch],
+/// Computes the i-th component's regression through the q operators, whose states are their last nodes.
+#[inline(always)]
+fn extend<R: Real>(
+    branches: &mut [Branch<R>],
     i: usize,
-    states: &mut [Regression; HIGHEST_ORDER],
-    own: &RegressionNodes,
-) -> [RegressionNodes; HIGHEST_ORDER] {
-    let mut out: [RegressionNodes; HIGHEST_ORDER] = Default::default();
-    for ((branch, states), out) in branches.iter_mut().zip(states).zip(&mut out) {
+    regressions: &mut [RegressionNodes<R>; UNKNOWNS],
+) {
+    let [own, filtered @ ..] = regressions;
+    for (branch, out) in branches.iter_mut().zip(filtered) {
         match branch {
             Branch::Lag(filter) => {
-                for ((state, own), out) in states.iter_mut().zip(own).zip(out) {
-                    *out = filter.step(*state, own);
-                    *state = out[2];
+                for number in 0..NUMBERS {
+                    out[number] = filter.step(out[number][2], &own[number]);
                 }
             }
             Branch::Delay(line) => {
-                let delayed = &mut line.delayed_mut()[i * own.len()..];
-                for ((delayed, own), out) in delayed.iter_mut().zip(own).zip(out) {
-                    *out = std::mem::replace(delayed, *own);
+                let delayed = &mut line.delayed_mut()[i * NUMBERS..];
+                for number in 0..NUMBERS {
+                    out[number] = delayed[number];
+                    delayed[number] = own[number];
                 }
             }
         }
     }
-    out
 }
 
-/// Returns the second mixing at each node: the determinant and the mixed value of the first unknown.
-#[inline]
-fn mix(
-    mixer: &mut Mixer,
-    order: usize,
-    own: &RegressionNodes,
-    filtered: &[RegressionNodes; HIGHEST_ORDER],
-) -> (Nodes, Nodes) {
-    let unknowns = order + 1;
-    let (mut delta, mut mixed) = ([0.0; 3], [0.0; 3]);
-    for node in 0..3 {
-        let mut m = [0.0; (HIGHEST_ORDER + 1) * (HIGHEST_ORDER + 1)];
-        let mut z = [0.0; HIGHEST_ORDER + 1];
-        for (i, row) in std::iter::once(own)
-            .chain(filtered)
-            .take(unknowns)
-            .enumerate()
-        {
+/// Computes the second mixing at the nodes from `first` on: the determinant and the mixed value of the first unknown.
+/// The nodes before are the last of the step before.
+#[inline(always)]
+fn mix<R: Real, const N: usize>(mixer: &mut Mixer<R>, component: &mut Component<R>, first: usize) {
+    component.delta[0] = component.delta[2];
+    component.mixed[0] = component.mixed[2];
+    for node in first..3 {
+        let mut m = [R::zero(); UNKNOWNS * UNKNOWNS];
+        let mut z = [R::zero(); UNKNOWNS];
+        for i in 0..N {
+            let row = &component.regressions[i];
             z[i] = row[0][node];
-            for j in 0..unknowns {
-                m[i * unknowns + j] = row[j + 1][node];
+            for j in 0..N {
+                m[i * N + j] = row[j + 1][node];
             }
         }
-        (delta[node], mixed[node]) = mixer.mix_first(&m, &z);
+        let mixed = mixer.mix_first_of::<N>(&m, &z);
+        (component.delta[node], component.mixed[node]) = mixed;
     }
-    (delta, mixed)
 }

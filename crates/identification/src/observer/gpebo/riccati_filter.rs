@@ -1,15 +1,16 @@
 //! The time-varying Kalman-Bucy filter with process noise, exact from step to step.
 //!
-//! `P' = A P + P A' + Q - P C C'P / r` and `xhat' = A xhat + B u + P C (y - C'xhat) / r` follow from one linear system:
-//! `X' = -A'X + C C'Y / r`, `Y' = Q X + A Y` from X = I, Y = P(t) gives `P(t + h) = Y X^-1`, and
+//! `P' = A P + P A' + Q - P C C'P / r` and `xhat' = A xhat + B u + P C (y - C'xhat) / r` follow from one linear
+//! system: `X' = -A'X + C C'Y / r`, `Y' = Q X + A Y` from X = I, Y = P(t) gives `P(t + h) = Y X^-1`, and
 //! `p' = -A'p + C C'x / r - C y / r`, `x' = Q p + A x + B u` from p = 0, x = xhat(t) gives
 //! `xhat(t + h) = x - P(t + h) p`. For `x - P p - xhat` obeys a homogeneous equation. Started anew in each step,
 //! nothing grows. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
 
-use super::matrices::multiply_add;
+use super::matrices::add_product;
 use super::observer_spec::ObserverSpec;
 use crate::observer::eliminate;
 use crate::plant::ContinuousPlant;
+use crate::real::Real;
 use faer::Mat;
 
 /// The matrix of `[base; p; x]`, and the start.
@@ -23,15 +24,15 @@ pub struct FilterSystem {
 
 /// xhat and P with scratch.
 #[derive(Clone, Debug)]
-pub struct FilterState {
-    x: Vec<f64>,
+pub struct FilterState<R> {
+    x: Vec<R>,
     /// P, n x n, symmetric.
-    p: Vec<f64>,
+    p: Vec<R>,
     /// `[p; x]`, then `[X; Y]` column by column, before and after a step.
-    before: Vec<f64>,
-    after: Vec<f64>,
+    before: Vec<R>,
+    after: Vec<R>,
     /// X' and Y', by columns.
-    transposed: [Vec<f64>; 2],
+    transposed: [Vec<R>; 2],
 }
 
 impl FilterSystem {
@@ -75,22 +76,25 @@ impl FilterSystem {
     }
 
     /// Returns the state at t = 0.
-    pub(super) fn initial(&self) -> FilterState {
+    pub(super) fn initial<R: Real>(&self) -> FilterState<R> {
         let n = self.x0.len();
         let identity = |i: usize| f64::from(u8::from(i % n == i / n));
+        let zeros = |count: usize| vec![R::zero(); count];
         FilterState {
-            x: self.x0.clone(),
-            p: (0..n * n).map(|i| self.p0 * identity(i)).collect(),
-            before: vec![0.0; 2 * n],
-            after: vec![0.0; 2 * n],
-            transposed: [vec![0.0; n * n], vec![0.0; n * n]],
+            x: self.x0.iter().map(|x| R::splat(*x)).collect(),
+            p: (0..n * n)
+                .map(|i| R::splat(self.p0 * identity(i)))
+                .collect(),
+            before: zeros(2 * n),
+            after: zeros(2 * n),
+            transposed: [zeros(n * n), zeros(n * n)],
         }
     }
 }
 
-impl FilterState {
+impl<R: Real> FilterState<R> {
     /// Returns xhat.
-    pub(super) fn x(&self) -> &[f64] {
+    pub(super) fn x(&self) -> &[R] {
         &self.x
     }
 
@@ -101,40 +105,48 @@ impl FilterState {
     }
 
     /// Advances by a propagator: its 2n rows of `[p; x]`, for the base state at the start of the step and `[p; x]`.
-    pub(super) fn advance(&mut self, by: &[f64], base: &[f64]) {
-        let n = self.x.len();
-        let (from_base, own) = by.split_at(base.len() * 2 * n);
+    #[inline(always)]
+    pub(super) fn advance(&mut self, by: &[R], base: &[R]) {
+        let (n, size) = (self.x.len(), base.len());
+        let width = size + 2 * n;
         for j in 0..n {
-            self.before.fill(0.0);
-            self.before[j] = 1.0;
-            self.before[n..].copy_from_slice(&self.p[j * n..(j + 1) * n]);
-            self.after.fill(0.0);
-            multiply_add(own, &self.before, &mut self.after);
-            for (transposed, part) in self.transposed.iter_mut().zip(self.after.chunks_exact(n)) {
-                for (i, value) in part.iter().enumerate() {
-                    transposed[i * n + j] = *value;
-                }
+            for i in 0..n {
+                self.before[i] = R::splat(if i == j { 1.0 } else { 0.0 });
+                self.before[n + i] = self.p[j * n + i];
+            }
+            for i in 0..2 * n {
+                let own = &by[i * width + size..][..2 * n];
+                let value = add_product(R::zero(), own, &self.before);
+                self.transposed[i / n][i % n * n + j] = value;
             }
         }
         // P' = X'^-1 Y'. X is regular; where rounding makes it singular, P is not finite and the observer fails.
         let [x, y] = &mut self.transposed;
-        if eliminate(n, x, &mut [y]).is_none() {
-            y.fill(f64::NAN);
+        let regular = eliminate(n, x, &mut [y]);
+        for i in 0..n * n {
+            y[i] = R::select(regular, y[i], R::splat(f64::NAN));
         }
         for i in 0..n {
             for j in 0..n {
-                self.p[i * n + j] = 0.5 * (y[i * n + j] + y[j * n + i]);
+                self.p[i * n + j] = R::splat(0.5) * (y[i * n + j] + y[j * n + i]);
             }
         }
-        self.before[..n].fill(0.0);
-        self.before[n..].copy_from_slice(&self.x);
-        self.after.fill(0.0);
-        multiply_add(from_base, base, &mut self.after);
-        multiply_add(own, &self.before, &mut self.after);
-        let (adjoint, x) = self.after.split_at(n);
         for i in 0..n {
-            let sum: f64 = (0..n).map(|j| self.p[j * n + i] * adjoint[j]).sum();
-            self.x[i] = x[i] - sum;
+            self.before[i] = R::zero();
+            self.before[n + i] = self.x[i];
+        }
+        for i in 0..2 * n {
+            let row = &by[i * width..][..width];
+            let sum = add_product(R::zero(), &row[..size], base);
+            self.after[i] = add_product(sum, &row[size..], &self.before);
+        }
+        for i in 0..n {
+            // The sum of nothing is -0.
+            let mut sum = R::splat(-0.0);
+            for j in 0..n {
+                sum = sum + self.p[j * n + i] * self.after[j];
+            }
+            self.x[i] = self.after[n + i] - sum;
         }
     }
 }

@@ -1,10 +1,12 @@
 //! Sums up an observer's errors over a run: mean squares, and the times at which theta is reached.
 
+use crate::real::{MOST_LANES, Mask, Real};
+
 /// theta counts as reached if its relative error `|theta - theta_hat| / |theta|` is below this.
 pub const BAND: f64 = 0.1;
 
 /// Squared errors at one time: of x, the relative one of theta, and of x_1 ... x_n. NaN if a quantity does not exist.
-pub type Squares = [f64];
+pub type Squares<R> = [R];
 
 /// Positions of the squared errors of x and of theta, and of the first of those of x_1 ... x_n.
 const STATE: usize = 0;
@@ -57,138 +59,199 @@ const MOST: usize = 4;
 /// degree 1, 2 or 4 through the same nodes. With four parts, their error is that of the estimate itself. The middles
 /// serve [`Accuracy::finer`] alone: with them the formula is Simpson's, Boole's, or Boole's twice.
 #[derive(Clone, Debug)]
-pub struct Score {
+pub struct Score<R> {
     /// The number of steps taken together: 1, 2 or 4.
     together: usize,
+    /// Whether entries into the band are wanted.
+    entries: bool,
     /// Time at the start of these steps.
-    start: f64,
+    start: R,
     /// Squares at the start of these steps, then at the middle and the end of each, `n + 2` numbers a node.
-    nodes: Vec<f64>,
+    nodes: Vec<R>,
     filled: usize,
     /// Integrals over the scored time, `n + 2` numbers.
-    integrals: Vec<f64>,
+    integrals: Vec<R>,
     /// The same through the middles too.
-    finer: Vec<f64>,
-    reached: Option<f64>,
-    settled: Option<f64>,
+    finer: Vec<R>,
+    /// The lanes inside the band, as bits.
+    inside: u8,
+    /// The first and the last entry of each lane; that the last counts, `inside` says.
+    reached: [Option<Entry>; MOST_LANES],
+    settled: [Option<Entry>; MOST_LANES],
 }
 
-impl Score {
-    /// Starts at t = 0, for base steps divided into `refine` parts.
-    pub fn new(refine: usize, squares: &Squares) -> Self {
+/// An entry into the band.
+#[derive(Clone, Copy, Debug)]
+enum Entry {
+    /// At t = 0.
+    AtOnce,
+    /// Between two nodes; where, is found when it is asked for.
+    Between {
+        /// Time of the first node, and the length of a step.
+        start: f64,
+        h: f64,
+        /// The number of the node before the entry.
+        k: usize,
+        /// The squared errors of theta at the ends of the steps taken together.
+        theta: [f64; MOST + 1],
+    },
+}
+
+impl Entry {
+    /// Returns the time, given how many steps were taken together.
+    fn time(&self, together: usize) -> f64 {
+        match self {
+            Self::AtOnce => 0.0,
+            Self::Between { start, h, k, theta } => start + h * entry(*k, &theta[..=together]),
+        }
+    }
+}
+
+/// Returns where the squared error enters the band between nodes k (outside) and k + 1 (inside), in steps from the
+/// first node, by bisection. A NaN is outside.
+fn entry(k: usize, theta: &[f64]) -> f64 {
+    let (mut outside, mut inside) = (k as f64, (k + 1) as f64);
+    for _ in 0..f64::MANTISSA_DIGITS {
+        let middle = 0.5 * (outside + inside);
+        if theta_at(middle, theta) < BAND * BAND {
+            inside = middle;
+        } else {
+            outside = middle;
+        }
+    }
+    inside
+}
+
+/// Returns the squared error of theta `s` steps after the first node, on the Lagrange polynomial through the nodes.
+fn theta_at(s: f64, theta: &[f64]) -> f64 {
+    let nodes = 0..theta.len();
+    let term = |i: usize| {
+        let others = nodes.clone().filter(|j| *j != i);
+        let factor = |j: usize| (s - j as f64) / (i as f64 - j as f64);
+        theta[i] * others.map(factor).product::<f64>()
+    };
+    nodes.clone().map(term).sum()
+}
+
+impl<R: Real> Score<R> {
+    /// Starts at t = 0, for base steps divided into `refine` parts; with or without entries into the band.
+    pub fn new(refine: usize, entries: bool, squares: &Squares<R>) -> Self {
         let together = [MOST, 2, 1]
             .into_iter()
             .find(|count| refine.is_multiple_of(*count));
-        let at_once = is_inside(squares).then_some(0.0);
+        let inside = is_inside(squares).bits();
+        let at_once = |lane| (inside >> lane & 1 == 1).then_some(Entry::AtOnce);
+        let at_once = std::array::from_fn(at_once);
         Self {
             together: together.unwrap_or(1),
-            start: 0.0,
+            entries,
+            start: R::zero(),
             nodes: squares.repeat(2 * MOST + 1),
             filled: 0,
-            integrals: vec![0.0; squares.len()],
-            finer: vec![0.0; squares.len()],
+            integrals: vec![R::zero(); squares.len()],
+            finer: vec![R::zero(); squares.len()],
+            inside,
             reached: at_once,
             settled: at_once,
         }
     }
 
-    /// Adds the node at t, the middle or the end of a step of h seconds. Errors count from the time `from` on, which no
-    /// step crosses.
-    #[inline]
-    pub fn add(&mut self, t: f64, h: f64, from: f64, squares: &Squares) {
+    /// Adds the node at t, the middle or the end of a step of h seconds. Errors count from the time `from` on, which
+    /// no step crosses.
+    #[inline(always)]
+    pub fn add(&mut self, t: R, h: R, from: R, squares: &Squares<R>) {
         self.filled += 1;
         let width = squares.len();
         self.nodes[self.filled * width..][..width].copy_from_slice(squares);
         if self.filled < 2 * self.together {
             return;
         }
-        if self.start + 0.5 * h > from {
-            self.integrate(h);
+        let counts = from.less(self.start + R::splat(0.5) * h);
+        if counts.any() {
+            self.integrate(h, counts);
         }
-        for k in 0..self.together {
-            self.note_entry(k, h);
+        if self.entries {
+            for k in 0..self.together {
+                let inside = is_inside(self.node(k + 1)).bits();
+                let entering = inside & !self.inside;
+                self.inside = inside;
+                if entering != 0 {
+                    self.note_entry(k, h, entering);
+                }
+            }
         }
         self.nodes[..width].copy_from_slice(squares);
         (self.start, self.filled) = (t, 0);
     }
 
     /// Returns the squares at the end of the k-th step; those at the start for k = 0.
-    fn node(&self, k: usize) -> &Squares {
+    #[inline(always)]
+    fn node(&self, k: usize) -> &Squares<R> {
         let width = self.integrals.len();
         &self.nodes[2 * k * width..][..width]
     }
 
-    /// Adds the integrals over the filled nodes.
-    fn integrate(&mut self, h: f64) {
-        let width = self.integrals.len();
-        let ends = self.nodes.chunks_exact(width).step_by(2);
-        newton_cotes(&mut self.integrals, h, self.together, ends);
+    /// Adds the integrals over the filled nodes, in the lanes that count.
+    #[inline(always)]
+    fn integrate(&mut self, h: R, counts: R::Mask) {
+        let Self {
+            nodes,
+            integrals,
+            finer,
+            ..
+        } = self;
+        newton_cotes(integrals, counts, h, self.together, (nodes, 2));
         let intervals = (2 * self.together).min(MOST);
-        for first in (0..2 * self.together).step_by(intervals) {
-            let nodes = self.nodes[first * width..].chunks_exact(width);
-            newton_cotes(&mut self.finer, h / 2.0, intervals, nodes);
+        let half = h / R::splat(2.0);
+        newton_cotes(finer, counts, half, intervals, (nodes, 1));
+        if intervals < 2 * self.together {
+            let nodes = &nodes[intervals * finer.len()..];
+            newton_cotes(finer, counts, half, intervals, (nodes, 1));
         }
     }
 
-    /// Notes whether theta enters or leaves the band between nodes k and k + 1.
-    #[inline]
-    fn note_entry(&mut self, k: usize, h: f64) {
-        if !is_inside(self.node(k + 1)) {
-            self.settled = None;
-        } else if self.settled.is_none() {
-            let entry = self.start + h * self.entry(k);
-            self.settled = Some(entry);
-            self.reached = self.reached.or(Some(entry));
-        }
-    }
-
-    /// Returns where the squared error enters the band between nodes k (outside) and k + 1 (inside), in steps from the
-    /// first node, by bisection. A NaN is outside.
-    fn entry(&self, k: usize) -> f64 {
-        let (mut outside, mut inside) = (k as f64, (k + 1) as f64);
-        for _ in 0..f64::MANTISSA_DIGITS {
-            let middle = 0.5 * (outside + inside);
-            if self.theta_at(middle) < BAND * BAND {
-                inside = middle;
-            } else {
-                outside = middle;
+    /// Notes that theta enters the band between nodes k and k + 1.
+    #[cold]
+    #[inline(never)]
+    fn note_entry(&mut self, k: usize, h: R, lanes: u8) {
+        for lane in R::Mask::from_bits(lanes).lanes() {
+            let mut theta = [0.0; MOST + 1];
+            for (i, theta) in theta.iter_mut().enumerate().take(self.together + 1) {
+                *theta = self.node(i)[THETA].lane(lane);
             }
+            let (start, h) = (self.start.lane(lane), h.lane(lane));
+            let entry = Some(Entry::Between { start, h, k, theta });
+            self.settled[lane] = entry;
+            self.reached[lane] = self.reached[lane].or(entry);
         }
-        inside
     }
 
-    /// Returns the squared error of theta `s` steps after the first node, on the Lagrange polynomial through the nodes.
-    fn theta_at(&self, s: f64) -> f64 {
-        let nodes = 0..=self.together;
-        let term = |i: usize| {
-            let others = nodes.clone().filter(|j| *j != i);
-            let factor = |j: usize| (s - j as f64) / (i as f64 - j as f64);
-            self.node(i)[THETA] * others.map(factor).product::<f64>()
-        };
-        nodes.clone().map(term).sum()
-    }
-
-    /// Returns the accuracy, given the scored time in seconds.
-    pub fn accuracy(&self, time: f64) -> Accuracy {
-        let rms = |integral: &f64| (integral / time).sqrt();
+    /// Returns the accuracy in a lane, given the scored time in seconds.
+    pub fn accuracy(&self, time: f64, lane: usize) -> Accuracy {
+        let rms = |integral: &R| (integral.lane(lane) / time).sqrt();
+        let inside = self.inside >> lane & 1 == 1;
+        let when = |entry: Option<Entry>| entry.map(|entry| entry.time(self.together));
         Accuracy {
             rms_state: rms(&self.integrals[STATE]),
             rms_theta: rms(&self.integrals[THETA]),
             rms_states: self.integrals[STATES..].iter().map(rms).collect(),
-            theta: self.node(0)[THETA].sqrt(),
-            reached: self.reached,
-            settled: self.settled,
+            theta: self.node(0)[THETA].lane(lane).sqrt(),
+            reached: when(self.reached[lane]),
+            settled: when(self.settled[lane].filter(|_| inside)),
             finer: self.finer.iter().map(rms).collect(),
         }
     }
 }
 
-/// Adds the integral over the first nodes, h apart, by the Newton-Cotes formula of 1, 2 or 4 intervals.
-fn newton_cotes<'a>(
-    integrals: &mut [f64],
-    h: f64,
+/// Adds the integral over the first nodes of those given, of which every so many is one, h apart, by the Newton-Cotes
+/// formula of 1, 2 or 4 intervals; in the lanes that count.
+#[inline(always)]
+fn newton_cotes<R: Real>(
+    integrals: &mut [R],
+    counts: R::Mask,
+    h: R,
     intervals: usize,
-    nodes: impl Iterator<Item = &'a Squares>,
+    (nodes, every): (&[R], usize),
 ) {
     let weights: &[f64] = match intervals {
         1 => &[0.5, 0.5],
@@ -201,50 +264,70 @@ fn newton_cotes<'a>(
             14.0 / 45.0,
         ],
     };
-    for (weight, squares) in weights.iter().zip(nodes) {
-        for (integral, square) in integrals.iter_mut().zip(squares) {
-            *integral += h * weight * square;
+    let width = integrals.len();
+    for i in 0..width {
+        let mut sum = integrals[i];
+        for (k, weight) in weights.iter().enumerate() {
+            sum = sum + h * R::splat(*weight) * nodes[every * k * width + i];
         }
+        integrals[i] = R::select(counts, sum, integrals[i]);
     }
 }
 
-fn is_inside(squares: &Squares) -> bool {
-    squares[THETA] < BAND * BAND
+#[inline(always)]
+fn is_inside<R: Real>(squares: &Squares<R>) -> R::Mask {
+    squares[THETA].less(R::splat(BAND * BAND))
 }
 
 /// Writes the squared errors of an estimate, `n + 2` numbers; `theta_hat` is empty if there is none.
-pub fn squares(found: &mut Squares, x: &[f64], x_hat: &[f64], theta: &[f64], theta_hat: &[f64]) {
-    let square = |(a, b): (&f64, &f64)| (a - b) * (a - b);
-    let relative = if theta_hat.is_empty() {
-        f64::NAN
-    } else {
-        let size: f64 = theta.iter().map(|theta| theta * theta).sum();
-        let error: f64 = theta.iter().zip(theta_hat).map(square).sum();
-        if size > 0.0 { error / size } else { f64::NAN }
-    };
-    let states = x.iter().zip(x_hat).map(square);
-    found[STATE] = states.clone().sum();
-    found[THETA] = relative;
-    for (found, square) in found[STATES..].iter_mut().zip(states) {
-        *found = square;
+#[inline(always)]
+pub fn squares<R: Real>(
+    found: &mut Squares<R>,
+    x: &[R],
+    x_hat: &[R],
+    theta: &[f64],
+    theta_hat: &[R],
+) {
+    // The sum of nothing is -0.
+    let nothing = R::splat(-0.0);
+    let mut relative = R::splat(f64::NAN);
+    if !theta_hat.is_empty() {
+        let mut size = -0.0;
+        let mut error = nothing;
+        for i in 0..theta.len().min(theta_hat.len()) {
+            size += theta[i] * theta[i];
+            let difference = R::splat(theta[i]) - theta_hat[i];
+            error = error + difference * difference;
+        }
+        if size > 0.0 {
+            relative = error / R::splat(size);
+        }
     }
+    let mut sum = nothing;
+    for i in 0..x.len() {
+        let square = (x[i] - x_hat[i]) * (x[i] - x_hat[i]);
+        sum = sum + square;
+        found[STATES + i] = square;
+    }
+    found[STATE] = sum;
+    found[THETA] = relative;
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Scores a squared relative error of theta over [0, 6] with base steps of 1, each divided into `refine` parts. The
-    /// squared error of x is twice that of theta.
+    /// Scores a squared relative error of theta over [0, 6] with base steps of 1, each divided into `refine` parts.
+    /// The squared error of x is twice that of theta.
     fn scored(refine: usize, from: f64, theta: impl Fn(f64) -> f64) -> Accuracy {
         let squares = |t: f64| [2.0 * theta(t), theta(t), f64::NAN, 2.0 * theta(t)];
-        let mut score = Score::new(refine, &squares(0.0));
+        let mut score = Score::<f64>::new(refine, true, &squares(0.0));
         let h = 1.0 / refine as f64;
         for k in 1..=12 * refine {
             let t = 0.5 * k as f64 * h;
             score.add(t, h, from, &squares(t));
         }
-        score.accuracy(6.0 - from)
+        score.accuracy(6.0 - from, 0)
     }
 
     /// The integral of t^d / 100 from 2 to 6 is exact up to the degree of the formula, and not beyond.

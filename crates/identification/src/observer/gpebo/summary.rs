@@ -4,11 +4,11 @@ use super::score::Accuracy;
 
 /// An observer's estimate at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ObserverEstimate {
+pub struct ObserverEstimate<R = f64> {
     /// xhat, of length n.
-    pub x: Vec<f64>,
+    pub x: Vec<R>,
     /// theta_hat, of length n; empty for the full-order observer.
-    pub theta: Vec<f64>,
+    pub theta: Vec<R>,
 }
 
 /// The state of a run at one time.
@@ -33,7 +33,8 @@ pub struct Sample<'a> {
 pub enum Outcome {
     /// All numbers were finite at all times.
     Finite,
-    /// Numbers were finite until the given time, in seconds. What was computed at that time and later must not be used.
+    /// Numbers were finite until the given time, in seconds. What was computed at that time and later must not be
+    /// used.
     NotFinite(f64),
 }
 
