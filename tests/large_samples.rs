@@ -182,6 +182,67 @@ fn plants_are_recovered_without_noise() {
     }
 }
 
+/// The order by each rule on records without noise: one too many has no model, or one whose errors are rounding as well, and
+/// one too few has errors; so the chosen order is not below the true one, and the model has its response. Subspace methods
+/// have the true poles among theirs.
+#[test]
+fn chosen_orders_without_noise() {
+    let truth = truth("nb=2,nf=2", &[1.0, 0.5, -1.5, 0.7]);
+    let (u, y) = record(&truth, 0.0, 77, 300);
+    for method in ["oe", "moesp", "n4sid"] {
+        for rule in ["aicc", "aic", "bic", "fpe", "cross-validation"] {
+            let name: EstimatorName = method.parse().expect("an estimator");
+            let mut given = Map::new();
+            given.insert("choose".to_owned(), Value::from(rule));
+            let pass = estimate(&name.parse(given).expect("options"), 3, &u, &y);
+            assert_eq!(pass.failure, None, "{method} {rule}");
+            assert!(pass.a.len() >= 2, "{method} {rule}");
+            let mut simulated = vec![0.0; y.len()];
+            pass.model.simulate(&u, &mut simulated);
+            let off = simulated.iter().zip(&y);
+            let off = off.fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
+            assert!(off < 1e-7, "{method} {rule}: {off}");
+        }
+    }
+}
+
+/// At 20,000 samples the order by BIC is the true one, whose penalty grows with N, and the model is within four standard
+/// errors of the truth.
+#[test]
+fn chosen_orders_at_twenty_thousand_samples() {
+    let cases = [
+        ("oe", truth("nb=2,nf=2", &[1.0, 0.5, -1.5, 0.7])),
+        (
+            "armax",
+            truth("na=2,nb=2,nc=2", &[-1.5, 0.7, 1.0, 0.5, 0.6, 0.2]),
+        ),
+        (
+            "bj",
+            truth(
+                "nb=2,nc=2,nd=2,nf=2",
+                &[1.0, 0.5, 0.6, 0.2, -0.8, 0.3, -1.5, 0.7],
+            ),
+        ),
+    ];
+    for (trial, (method, truth)) in cases.iter().enumerate() {
+        let (u, y) = record(truth, 0.5, 200 + trial as u64, 20_000);
+        let name: EstimatorName = method.parse().expect("an estimator");
+        let mut given = Map::new();
+        given.insert("choose".to_owned(), Value::from("bic"));
+        let pass = estimate(&name.parse(given).expect("options"), 3, &u, &y);
+        assert_eq!(pass.failure, None, "{method}");
+        assert_eq!(pass.model.orders(), truth.orders(), "{method}");
+        let errors = pass.model.standard_errors().expect("standard errors");
+        for ((found, truth), error) in pass.model.parameters().zip(truth.parameters()).zip(errors) {
+            let distance = (found - truth).abs() / error;
+            assert!(
+                distance < 4.0,
+                "{method}: {found} {truth}, {distance} errors"
+            );
+        }
+    }
+}
+
 /// Short records of a plant under heavy noise. Reflected iterations have a model in each, with the kind
 /// "iteration-limit" where they did not converge; without reflection each end of an iteration is reached, and none is a
 /// panic.

@@ -13,6 +13,7 @@ mod determinism;
 mod every_method;
 #[cfg(target_os = "linux")]
 mod external;
+mod failures;
 mod first_guesses;
 mod golden;
 mod gpebo;

@@ -189,6 +189,38 @@ fn errors_in_variables() {
     compare("errors.json", 6);
 }
 
+/// The order by each rule, and the model of that order: scipy's minima are known to the root of its accuracy in the sum.
+#[test]
+fn the_order_by_each_rule() {
+    let cases = cases("choose.json");
+    assert_eq!(cases.len(), 20);
+    for case in &cases {
+        let method = text(case, "method");
+        let given = case["arguments"].as_array().expect("arguments").iter();
+        let given: Vec<&str> = given.filter_map(Value::as_str).collect();
+        let what = format!("{method} {given:?}");
+        let data = format!("../data/{}", text(case, "data"));
+        let found = estimate(&data, &[&["--estimator", method][..], &given].concat());
+        let model = &found["model"];
+        let with_a = ["armax", "cva"].contains(&method);
+        let denominator = &model[if with_a { "A" } else { "F" }];
+        for (found, expected) in [(denominator, "denominator"), (&model["B"], "B")] {
+            let found = numbers(found).expect("a polynomial").split_off(1);
+            let expected = numbers(&case[expected]).expect("numbers");
+            assert_eq!(found.len(), size(&case["order"]), "{what}");
+            for (found, expected) in found.iter().zip(expected) {
+                assert!(
+                    (found - expected).abs() < 1e-6,
+                    "{what}: {found} {expected}"
+                );
+            }
+        }
+        let loss = found["loss"].as_f64().expect("a loss");
+        let ratio = loss / case["loss"].as_f64().expect("a loss");
+        assert!((ratio - 1.0).abs() < 1e-10, "{what}: {ratio}");
+    }
+}
+
 /// A record without a reference is refused in one line; a column of another name can be chosen.
 #[test]
 fn the_reference_is_asked_for() {

@@ -269,7 +269,12 @@ impl Estimator for Indirect {
         let found = self.find(window, &mut taken, &mut condition);
         pass.iterations = Some(taken);
         let set = found.and_then(|()| {
-            pass.loss = self.conclude(window.u, window.y) / window.len() as f64;
+            let loss = self.conclude(window.u, window.y) / window.len() as f64;
+            // The estimate is of r and y; u enters here alone.
+            if !loss.is_finite() {
+                return Err(FailureKind::NonFinite);
+            }
+            pass.loss = loss;
             pass.set_model(&self.model, condition)
         });
         pass.end(found, set);

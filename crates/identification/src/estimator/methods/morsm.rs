@@ -6,6 +6,7 @@
 //! Steiglitz-McBride method", Automatica 89 (2018), 221-234.
 
 use super::output_error_iteration::{OutputErrorIteration, check_output_error, output_error};
+use crate::estimator::lag_sums::check_squares;
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
@@ -131,6 +132,7 @@ impl Morsm {
 
     /// Iterates on the filtered signals. An iteration that does not rest leaves its best model.
     fn find(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
+        check_squares([u, y])?;
         self.high.fit(u, y);
         let order = self.high.order();
         if order == 0 {

@@ -3,6 +3,7 @@
 //! Source: M. Galrinho, C. R. Rojas, H. Hjalmarsson, "Parametric identification using weighted null-space fitting",
 //! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
 
+use crate::estimator::lag_sums::check_squares;
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::{NullSpaceFit, reflect};
 use crate::estimator::numerator::fit_numerator;
@@ -152,9 +153,11 @@ impl NullSpace {
     ///
     /// # Errors
     /// [`FailureKind::IterationLimit`] if no solution was stable: the model is a reflected one, without covariance.
+    /// [`FailureKind::RankDeficient`] if a high-order model of no order has a solution; [`FailureKind::NonFinite`].
     fn find(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
-        let orders = self.fit.begin(u, y);
         self.taken = 0;
+        check_squares([u, y])?;
+        let orders = self.fit.begin(u, y);
         let mut failed = FailureKind::RankDeficient;
         (self.least, self.least_reflected) = (f64::INFINITY, f64::INFINITY);
         for (i, order) in orders.into_iter().enumerate() {

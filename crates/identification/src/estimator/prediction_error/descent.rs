@@ -7,6 +7,7 @@ use crate::estimator::FailureKind;
 use crate::estimator::covariance::Covariance;
 use crate::model::Orders;
 use faer::Mat;
+use std::ops::Range;
 
 /// The largest number of linearisations of a search.
 const MOST_ITERATIONS: usize = 200;
@@ -44,6 +45,10 @@ const MOST_CREEPS: usize = 10;
 /// How often a step that leaves the stable predictors is halved.
 const HALVINGS: usize = 8;
 
+/// Steps are measured in units in which y is so many times as large as u. Of the searches of 366 hard records with a known
+/// minimum one misses it for values below 2, another for values above 5.
+pub(super) const OUTPUT: f64 = 4.0;
+
 /// The result of a search.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::estimator) struct Found {
@@ -79,6 +84,9 @@ pub(in crate::estimator) struct Descent {
     step: Vec<f64>,
     /// The root mean square of y, in whose units the initial numbers are.
     unit: f64,
+    /// Where B stands in theta, and its unit.
+    of_input: Range<usize>,
+    gain: f64,
     damped: Triangle,
     gradient: Vec<f64>,
     squares: Vec<f64>,
@@ -112,6 +120,12 @@ fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> bool {
     true
 }
 
+/// Returns the unit of B given the sums of squares of y and u; 1 where there is none.
+fn gain(of_output: f64, of_input: f64) -> f64 {
+    let ratio = (of_output / of_input).sqrt() / OUTPUT;
+    if ratio.is_normal() { ratio } else { 1.0 }
+}
+
 fn size(values: &[f64]) -> f64 {
     values.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
 }
@@ -127,6 +141,8 @@ impl Descent {
             trial: column(),
             step: column(),
             unit: 1.0,
+            of_input: orders.na..orders.na + orders.nb,
+            gain: 1.0,
             damped: Triangle::new(n),
             gradient: column(),
             squares: column(),
@@ -182,6 +198,7 @@ impl Descent {
     ) -> Result<(), FailureKind> {
         let square = y.iter().map(|y| y * y).sum::<f64>();
         self.unit = (square / y.len() as f64).sqrt();
+        self.gain = gain(square, u.iter().map(|u| u * u).sum());
         let there = self.predictor.sum(u, y, &self.theta);
         let mut sum = there.ok_or(FailureKind::UnstablePredictor)?;
         let mut damping = 1e-3;
@@ -304,6 +321,14 @@ impl Descent {
         None
     }
 
+    /// Returns the size of the largest of some parameters, or of their changes, B in its unit.
+    fn size(&self, parameters: &[f64]) -> f64 {
+        let of_input = size(&parameters[self.of_input.clone()]) / self.gain;
+        let before = size(&parameters[..self.of_input.start]);
+        let after = size(&parameters[self.of_input.end..]);
+        of_input.max(before).max(after)
+    }
+
     /// Takes the step if it does not raise the sum; returns its relative length. A step that leaves the stable
     /// predictors is shortened.
     fn take_step(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
@@ -322,7 +347,8 @@ impl Descent {
             return None;
         }
         let n = self.step.len() - self.predictor.initial;
-        let of_parameters = size(&self.step[..n]) / size(&self.trial[..n]).max(f64::MIN_POSITIVE);
+        let of_parameters =
+            self.size(&self.step[..n]) / self.size(&self.trial[..n]).max(f64::MIN_POSITIVE);
         let initial = size(&self.trial[n..]).max(self.unit);
         let length = of_parameters.max(size(&self.step[n..]) / initial.max(f64::MIN_POSITIVE));
         // Rounding hides whether the last steps lower the sum.

@@ -12,6 +12,7 @@ mod predictor;
 mod search;
 mod search_starts;
 mod starts;
+mod units;
 
 use super::covariance::Covariance;
 use super::initial_state_choice::{StartState, StateEstimate};
@@ -25,6 +26,7 @@ pub use predictor::initial_numbers;
 use search::Search;
 pub use search_starts::SearchStarts;
 use starts::Starts;
+use units::Units;
 
 named_enum! {
     /// The assumption about the signals before the record in prediction error methods.
@@ -43,6 +45,7 @@ named_enum! {
 /// [`FailureKind::IterationLimit`], without covariance.
 pub struct PredictionError {
     search: Search,
+    units: Units,
     model: LinearModel,
     covariance: Covariance,
     /// The result of the last search.
@@ -93,8 +96,16 @@ impl PredictionError {
         window: Window<'_>,
         pass: &mut Pass,
     ) {
-        let start: Vec<f64> = start.parameters().collect();
-        let found = self.search.run_from(window.u, window.y, &start);
+        if let Err(kind) = self.units.take(window.u, window.y) {
+            return pass.fail_for(kind);
+        }
+        let mut start: Vec<f64> = start.parameters().collect();
+        let gain = self.units.gain();
+        start[of_input(self.model.orders())]
+            .iter_mut()
+            .for_each(|b| *b /= gain);
+        let (u, y) = self.units.record();
+        let found = self.search.run_from(u, y, &start);
         if let Err(kind) = self.report(window, found, pass) {
             pass.fail_for(kind);
         }
@@ -124,6 +135,7 @@ impl PredictionError {
         }
         Ok(Self {
             search: Search::new(starts, Descent::new(orders, initial, window), window),
+            units: Units::new(window),
             model: LinearModel::zero(orders),
             covariance: Covariance::White,
             found: None,
@@ -138,27 +150,37 @@ impl PredictionError {
         found: Found,
         pass: &mut Pass,
     ) -> Result<(), FailureKind> {
-        let Window { u, y, .. } = window;
+        let (u, y) = self.units.record();
+        let (gain, square) = (self.units.gain(), self.units.output().powi(2));
         pass.iterations = Some(found.iterations);
         let theta = self.search.theta();
         let (n, d) = (y.len() as f64, theta.len() as f64);
-        let parameters = self.model.orders().parameters();
+        let orders = self.model.orders();
+        let parameters = orders.parameters();
         self.model.set_parameters(&theta[..parameters]);
+        self.model.b.iter_mut().for_each(|b| *b *= gain);
         let variance = found.sum / (n - d);
-        self.model.noise_variance = variance;
+        self.model.noise_variance = variance * square;
         self.model.covariance.clear();
         let mut condition = f64::NAN;
         match found.failure {
             None => {
                 let descent = &mut self.search.descent;
                 condition = descent.condition(u, y, &self.search.theta)?;
-                descent.covariance(self.covariance, variance, &mut self.model.covariance);
+                let covariance = &mut self.model.covariance;
+                descent.covariance(self.covariance, variance, covariance);
+                for i in of_input(orders) {
+                    for j in 0..parameters {
+                        covariance[i * parameters + j] *= gain;
+                        covariance[j * parameters + i] *= gain;
+                    }
+                }
                 pass.minima = Some(self.search.minima());
             }
             Some(kind) if !kind.leaves_a_model() => return Err(kind),
             Some(_) => {}
         }
-        pass.loss = found.sum / n;
+        pass.loss = found.sum / n * square;
         pass.set_model(&self.model, condition)?;
         match &mut self.state {
             None => pass.start_at_zero(),
@@ -168,12 +190,22 @@ impl PredictionError {
     }
 }
 
+/// Where B stands among the parameters of a model.
+fn of_input(orders: Orders) -> std::ops::Range<usize> {
+    orders.na..orders.na + orders.nb
+}
+
 impl Estimator for PredictionError {
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
         let Some(pass) = passes.first_mut() else {
             return;
         };
-        let found = self.search.run(window.u, window.y);
+        self.found = None;
+        if let Err(kind) = self.units.take(window.u, window.y) {
+            return pass.fail_for(kind);
+        }
+        let (u, y) = self.units.record();
+        let found = self.search.run(u, y, self.units.gain());
         self.found = Some(found);
         if let Err(kind) = self.report(window, found, pass) {
             pass.fail_for(kind);

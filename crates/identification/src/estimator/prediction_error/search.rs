@@ -113,13 +113,13 @@ impl Search {
         self.found.len()
     }
 
-    /// Searches for the lowest minimum of a record.
-    pub(super) fn run(&mut self, u: &[f64], y: &[f64]) -> Found {
+    /// Searches for the lowest minimum of a record, in which B is in units of `gain`.
+    pub(super) fn run(&mut self, u: &[f64], y: &[f64], gain: f64) -> Found {
         self.found.clear();
         self.unfinished = None;
         let mut failed = FailureKind::NotIdentifiable;
         let (mut searches, mut iterations) = (0, 0);
-        self.starts.begin();
+        self.starts.begin(gain);
         loop {
             let lowest = self
                 .found

@@ -103,6 +103,8 @@ pub(super) struct Starts {
     recipes: Vec<Recipe>,
     /// The true model if it is the only start.
     truth: Option<LinearModel>,
+    /// The unit of B in the record.
+    gain: f64,
     instrumental: Instrumental,
     null_space: NullSpaceFit,
     /// The orders of the high-order models of the record, once they are known.
@@ -128,6 +130,7 @@ impl Starts {
         Self {
             recipes,
             truth: None,
+            gain: 1.0,
             instrumental: Instrumental::new(orders, window),
             null_space: NullSpaceFit::new(orders, None, window),
             high_orders: None,
@@ -175,9 +178,10 @@ impl Starts {
         Ok(self)
     }
 
-    /// Prepares for a record.
-    pub(super) fn begin(&mut self) {
+    /// Prepares for a record in which B is in units of `gain`.
+    pub(super) fn begin(&mut self, gain: f64) {
         self.turn = 0;
+        self.gain = gain;
         self.high_orders = None;
         self.instrumental.begin();
     }
@@ -214,6 +218,7 @@ impl Starts {
                     return false;
                 };
                 self.model.assign(truth);
+                self.model.b.iter_mut().for_each(|b| *b /= self.gain);
                 if !self.hannan_rissanen(u, y) {
                     self.model.c[1..].fill(0.0);
                     self.model.d[1..].fill(0.0);

@@ -138,6 +138,22 @@ fn the_plant_is_recovered_without_noise() {
     }
 }
 
+/// `indirect` weighs with the covariance of its first stage, which is zero without noise. A noise of a millionth leaves errors
+/// of that size.
+#[test]
+fn hardly_any_noise_leaves_hardly_any_error() {
+    let pass = estimate(indirect(), &record(1e-6, WHITE_IN_LOOP, 1, 600));
+    assert_eq!(pass.failure, None);
+    let (found, errors) = plant_of(&pass);
+    for ((found, truth), error) in found.iter().zip(TRUTH).zip(errors.expect("errors")) {
+        assert!(error < 1e-6, "{error}");
+        assert!(
+            (found - truth).abs() < 4.0 * error,
+            "{found} {truth} {error}"
+        );
+    }
+}
+
 /// At 20,000 samples in coloured noise (`indirect`: noise that is white in the loop): within four standard errors of the truth where a method has them, within eight
 /// of those of `indirect` where it has none; `sriv`, which is for open loops, is further off than four of its own.
 #[test]
