@@ -21,6 +21,7 @@ mod gpebo;
 mod hostile;
 mod lanes;
 mod large_samples;
+mod meant_commands;
 mod observers;
 mod paper;
 mod pictures;

@@ -85,7 +85,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString> + Send + 'static) -> E
 
 fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     errors_of_large_files();
-    let done = match Cli::try_parse_from(arguments) {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let done = match Cli::try_parse_from(&arguments) {
         Ok(Cli { command }) => match command {
             Command::Reproduce(arguments) => reproduce::run(&arguments),
             Command::Run(arguments) => run::run(&arguments),
@@ -104,8 +105,8 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Compare(arguments) => compare::run(&arguments),
             Command::Theory(arguments) => theory::run(&arguments),
             Command::Suite(arguments) => suite::run(&arguments),
-            Command::Estimate(arguments) => estimate::run(&arguments),
-            Command::StudyFrom(arguments) => estimate::study_from::run(&arguments),
+            Command::Estimate(arguments) => estimate::run(arguments),
+            Command::StudyFrom(arguments) => estimate::study_from::run(arguments),
             Command::TestMethod(arguments) => test_method::run(&arguments),
             Command::Guard => {
                 worker::stand(std::io::stdin().lock());
@@ -116,12 +117,14 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Schema(arguments) => schema::run(&arguments),
             Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
         },
-        Err(error) => usage(&error),
+        Err(error) => usage(&error, arguments.get(1..).unwrap_or_default()),
     };
     match done {
         Ok(code) => code,
         Err(error) => {
-            note(&format!("asobench: {error}"));
+            let mut lines = error.lines();
+            note(&format!("asobench: {}", lines.next().unwrap_or_default()));
+            lines.for_each(|line| note(&format!("  {line}")));
             error.exit_code()
         }
     }
@@ -150,8 +153,8 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
     )
 });
 
-/// Prints help and version if requested; turns a usage error into one line.
-fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
+/// Prints help and version if requested; turns a usage error into a line for each thing that is wrong.
+fn usage(error: &clap::Error, given: &[OsString]) -> Result<ExitCode, Error> {
     use clap::error::ErrorKind;
     let text = error.render().to_string();
     match error.kind() {
@@ -165,9 +168,12 @@ fn usage(error: &clap::Error) -> Result<ExitCode, Error> {
             }
             Ok(ExitCode::from(exit_code::BAD_INPUT))
         }
-        _ => Err(Error::Input(
-            first_guess::line(error, &every_command()).unwrap_or_else(|| one_line(&text)),
-        )),
+        _ => Err(Error::Usage(first_guess::lines(
+            error,
+            given,
+            &every_command(),
+            one_line,
+        ))),
     }
 }
 

@@ -1,4 +1,5 @@
-//! The errors that end the program early, each a line; `exit_code.rs` has their exit codes.
+//! The errors that end the program early, each a line, or a line for each part of a command; `exit_code.rs` has their
+//! exit codes.
 
 /// An error that ends the program early.
 #[derive(Debug, thiserror::Error)]
@@ -6,6 +7,9 @@ pub(super) enum Error {
     /// Bad input: [`super::exit_code::BAD_INPUT`]. The line names the file, key or flag and what was expected.
     #[error("{0}")]
     Input(String),
+    /// As [`Error::Input`], with a line for each thing that is wrong, and perhaps what is to be written instead.
+    #[error("{}", .0.join("; "))]
+    Usage(Vec<String>),
     /// The run itself failed: [`super::exit_code::FAILED`].
     #[error("{0}")]
     Failed(String),
@@ -23,4 +27,15 @@ pub(super) enum Error {
 /// Makes the error of a failed run.
 pub(super) fn failed(error: impl std::fmt::Display) -> Error {
     Error::Failed(error.to_string())
+}
+
+impl Error {
+    /// The lines that are printed.
+    pub(super) fn lines(&self) -> impl Iterator<Item = String> {
+        match self {
+            Self::Usage(lines) => lines.clone(),
+            other => vec![other.to_string()],
+        }
+        .into_iter()
+    }
 }

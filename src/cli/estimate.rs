@@ -12,9 +12,12 @@ use one_estimator::estimate;
 use orders::{orders, ranges};
 use outputs::{check_drawing, write_drawings, write_states};
 use report::Report;
+use serde_json::json;
+use span::Span;
 use std::process::ExitCode;
 
 mod arguments;
+mod drawing;
 mod flags;
 mod hints;
 mod json;
@@ -27,16 +30,22 @@ mod pictures;
 mod record;
 mod report;
 mod scan;
+mod span;
 pub(super) mod study_from;
 mod text;
 mod unit;
 mod words;
 
-pub(super) use arguments::Arguments;
+pub(super) use arguments::{Arguments, estimator};
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
+    let is_chosen = !arguments.estimator.is_empty();
+    orders::understand(&mut arguments)?;
+    let arguments = &arguments;
     check_output("--states", arguments.states.as_deref(), Kind::States)?;
-    check_drawing("--plot", arguments.plot.as_deref(), PICTURES, Kind::Figure)?;
+    for drawing in &arguments.plot {
+        check_drawing("--plot", Some(&drawing.path), PICTURES, Kind::Figure)?;
+    }
     check_drawing(
         "--report",
         arguments.report.as_deref(),
@@ -45,15 +54,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     )?;
     let orders = orders(arguments)?;
     let mut report = load(arguments, orders)?;
-    if let Some((order, delay)) = ranges(arguments) {
-        let estimator = orders::of_table(&arguments.estimator)?;
-        let options = arguments.options.taken_by(estimator);
-        let scan = scan::scan(&report, (estimator, options), order, delay)?;
-        report.tell_in_unit_of_file();
-        warn_of_offset(&report);
-        write_drawings(arguments, || scan.picture(), || scan.page(&report))?;
-        scan.print(&report, arguments.format)?;
-        return Ok(ExitCode::SUCCESS);
+    if let Some(ranges) = ranges(arguments) {
+        return tables(arguments, report, ranges);
     }
     for (i, name) in arguments.estimator.iter().enumerate() {
         if !arguments.estimator[..i].contains(name) {
@@ -63,12 +65,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     report.tell_in_unit_of_file();
     warn(&report);
+    let left_out = arguments.options.left_out(&arguments.estimator);
+    for (flag, without) in left_out.iter().filter(|_| is_chosen) {
+        let names: Vec<&str> = without.iter().map(|name| name.name()).collect();
+        note(&format!(
+            "note: {flag} is no option of {}: estimated without it",
+            names.join(", ")
+        ));
+    }
     if let Some(path) = &arguments.states {
         write_states(path, &report)?;
     }
     write_drawings(
         arguments,
-        || pictures::outputs(&report),
+        |kind| drawing::picture(kind, &report),
         || page::render(&report),
     )?;
     match arguments.format {
@@ -85,6 +95,60 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     } else {
         ExitCode::SUCCESS
     })
+}
+
+/// Prints a table of models of several orders for each estimator.
+fn tables(
+    arguments: &Arguments,
+    mut report: Report,
+    (order, delay): (Span, Span),
+) -> Result<ExitCode, Error> {
+    let estimators = orders::of_tables(&arguments.estimator)?;
+    let mut scans = Vec::new();
+    for &estimator in &estimators {
+        let options = arguments.options.taken_by(estimator);
+        scans.push(scan::scan(&report, (estimator, options), order, delay)?);
+    }
+    let one = match scans.as_slice() {
+        [one] => Some(one),
+        _ => None,
+    };
+    let drawn = [
+        ("--plot", !arguments.plot.is_empty()),
+        ("--report", arguments.report.is_some()),
+    ];
+    for (flag, given) in drawn {
+        if given && one.is_none() {
+            return Err(Error::Input(format!(
+                "{flag}: of a range of orders with one estimator; expected one"
+            )));
+        }
+    }
+    let hints: Vec<Option<String>> = scans.iter().map(|scan| scan.start(&report)).collect();
+    report.tell_in_unit_of_file();
+    warn_of_offset(&report);
+    if let Some(scan) = one {
+        let about = "criteria and FIT over the order";
+        let picture = |_| Ok((scan.picture(), about.to_owned()));
+        write_drawings(arguments, picture, || scan.page(&report))?;
+    }
+    match arguments.format {
+        Format::Text => {
+            let texts = scans
+                .iter()
+                .zip(&hints)
+                .map(|(scan, hint)| scan.text(&report, hint.as_deref()));
+            print(&texts.collect::<Vec<String>>().join("\n"))?;
+        }
+        Format::Json => match one {
+            Some(scan) => print_json(&scan.json(&report))?,
+            None => {
+                let tables = scans.iter().map(|scan| scan.json(&report));
+                print_json(&json!({ "tables": tables.collect::<Vec<_>>() }))?;
+            }
+        },
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Warns of an output far from zero: models without an offset do not describe it. A step less its mean is nothing.

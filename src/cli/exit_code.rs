@@ -18,7 +18,7 @@ impl Error {
     pub(super) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::Failed(_) | Self::Output(_) => FAILED,
-            Self::Input(_) => BAD_INPUT,
+            Self::Input(_) | Self::Usage(_) => BAD_INPUT,
             Self::Again(_) => AGAIN,
             Self::Interrupted(_) => INTERRUPTED,
         })

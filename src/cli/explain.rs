@@ -25,17 +25,21 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, commands: &clap::Command) -> Result<ExitCode, Error> {
     let mut all = entries();
     all.extend(flags(commands));
-    let mut texts = Vec::new();
+    let mut texts: Vec<String> = Vec::new();
     for word in &arguments.words {
         let found = all
             .iter()
             .filter(|entry| folded(&entry.word) == folded(word));
-        let found: Vec<&str> = found.map(|entry| entry.text.as_str()).collect();
+        let found: Vec<String> = found.map(|entry| entry.text.clone()).collect();
         let words: Vec<&str> = all.iter().map(|entry| entry.word.as_str()).collect();
         if let (true, Some(here)) = (found.is_empty(), here(word, &words)) {
             let is_here = |entry: &&Entry| entry.word == here;
-            let meanings = all.iter().filter(is_here).map(|entry| entry.text.as_str());
+            let meanings = all.iter().filter(is_here).map(|entry| entry.text.clone());
             texts.extend(meanings);
+            continue;
+        }
+        if let (true, Some(text)) = (found.is_empty(), numbered(word)) {
+            texts.push(text);
             continue;
         }
         if found.is_empty() {
@@ -45,6 +49,36 @@ pub(super) fn run(arguments: &Arguments, commands: &clap::Command) -> Result<Exi
     }
     print(&texts.join("\n"))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// What a letter with a number is: `a_3`.
+fn numbered(word: &str) -> Option<String> {
+    let (letter, number) = word.split_once('_')?;
+    let number: usize = number.parse().ok()?;
+    let polynomial =
+        |name: &str, lag: &str| format!("the coefficient of q^-{number} in {name}, {lag}");
+    let monic = format!("the one of lag {number}");
+    let state = |what: &str| format!("; in studies and claims element {number} of {what}");
+    let about = match letter.to_lowercase().as_str() {
+        "a" => {
+            polynomial("A(q) = 1 + a_1 q^-1 + ...", &monic)
+                + &state("a, the last row of A: a_i = -alpha_(n+1-i)")
+        }
+        "b" => polynomial("B(q) = b_nk q^-nk + ...", &monic) + &state("b, the input vector"),
+        "c" => polynomial("C(q) = 1 + c_1 q^-1 + ... of the noise C/D e", &monic),
+        "d" => polynomial("D(q) = 1 + d_1 q^-1 + ... of the noise C/D e", &monic),
+        "f" => polynomial("F(q) = 1 + f_1 q^-1 + ... of the plant B/F", &monic),
+        "h" => format!("element {number} of h, the coefficients of B(q) after its delay"),
+        "x" => format!("state {number}; x_1 is the output"),
+        "alpha" => polynomial("A(q) = 1 + alpha_1 q^-1 + ...", &monic),
+        "beta" => format!("element {number} of beta, the coefficients of B(q)"),
+        _ => return None,
+    };
+    Some(filled(
+        &format!("{word} (symbol): "),
+        &format!("{about} (docs/conventions.md)"),
+        2,
+    ))
 }
 
 /// One meaning of a word.

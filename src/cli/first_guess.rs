@@ -1,569 +1,318 @@
-//! Commands and flags that other programs have, and what they are called here.
+//! Commands and flags that other programs have, and what they are called here: every unknown one of a command line in
+//! one error, which ends with the line that was meant where the answers determine it.
 
+mod arguments;
+mod commands;
+mod values;
+
+use crate::text::shell_word;
+use arguments::{Answer, Typed};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-
-/// Subcommands.
-const COMMANDS: &[(&[&str], &str)] = &[
-    (
-        &["fit", "identify", "train", "est"],
-        "asobench estimate RECORD.csv --order 2",
-    ),
-    (
-        &[
-            "arx", "oe", "armax", "bj", "iv4", "n4sid", "tfest", "ssest", "pem", "iv", "ls", "riv",
-            "sriv", "moesp", "subspace", "ident", "sysid",
-        ],
-        "asobench estimate RECORD.csv --estimator NAME; asobench methods prints the names",
-    ),
-    (
-        &[
-            "simulate",
-            "sim",
-            "mc",
-            "montecarlo",
-            "monte-carlo",
-            "bench",
-            "benchmark",
-            "start",
-            "execute",
-        ],
-        "asobench run STUDY.toml; of its results asobench replay DIR 0:0 --data FILE.csv writes one record",
-    ),
-    (
-        &[
-            "diff", "show", "view", "open", "results", "summary", "table", "tables",
-        ],
-        "asobench report DIR --open, or asobench compare DIR DIR",
-    ),
-    (
-        &[
-            "bode",
-            "step",
-            "impulse",
-            "pzmap",
-            "resid",
-            "residuals",
-            "nyquist",
-            "freqresp",
-            "poles",
-            "pole",
-            "zpk",
-            "damp",
-            "tf",
-            "ss",
-            "autocorr",
-            "acf",
-        ],
-        "asobench estimate RECORD.csv --order 2 --report my.html has equations, poles, responses in time and frequency \
-         and residuals; no model is read from a file",
-    ),
-    (
-        &["predict", "forecast", "validate-model", "goodness", "gof"],
-        "asobench estimate RECORD.csv --order 2 --validate OTHER.csv, or --window N: FIT of the simulation and one step \
-         ahead, no other horizon",
-    ),
-    (
-        &["order", "select", "selstruc", "arxstruc", "aic", "bic"],
-        "asobench estimate RECORD.csv --estimator arx --order 1:8",
-    ),
-    (
-        &[
-            "list",
-            "estimators",
-            "algorithms",
-            "ls-methods",
-            "measures",
-            "models",
-        ],
-        "asobench methods prints the estimators, asobench explain WORD anything else",
-    ),
-    (
-        &["validate", "lint", "verify", "dry-run", "plan-only", "info"],
-        "asobench check STUDY.toml",
-    ),
-    (
-        &["export", "latex", "tex", "to-latex", "csv", "convert"],
-        "asobench report DIR writes every table of its page as tables/NAME.csv and tables/NAME.tex",
-    ),
-    (
-        &["init", "create", "template", "generate", "example"],
-        "asobench new NAME.toml",
-    ),
-];
-
-/// What an argument is called here: the names, and the answers. An answer is given to a command that has the flag before
-/// it, the first one if there are several.
-type Answer = (
-    &'static [&'static str],
-    &'static [(&'static str, &'static str)],
-);
-
-/// Arguments.
-const ARGUMENTS: &[Answer] = &[
-    (
-        &["-n", "--n", "--nx", "--model-order", "--states-number"],
-        &[
-            ("--order", "--order N"),
-            (
-                "--set",
-                "--trials M is the number of trials; --set window=N of samples, --set order=n the models'",
-            ),
-        ],
-    ),
-    (
-        &[
-            "-o",
-            "--output",
-            "--output-file",
-            "--outfile",
-            "--save",
-            "--save-as",
-            "--export",
-            "--csv",
-            "--tsv",
-            "--xlsx",
-            "--dir",
-            "--outdir",
-            "--output-dir",
-            "-d",
-            "--folder",
-        ],
-        &[
-            (
-                "--validate",
-                "--format json > FILE.json has all numbers of a model; --states FILE.csv, --plot FILE.svg and --report FILE.html",
-            ),
-            ("--out", "--out NAME"),
-            ("--data", "--data FILE.csv writes the record"),
-        ],
-    ),
-    (
-        &["--pdf", "--png", "--eps", "--svg"],
-        &[
-            ("--zip", "--out FILE.svg or FILE.pdf"),
-            ("--plot", "--plot FILE.svg or FILE.pdf"),
-        ],
-    ),
-    (
-        &[
-            "--na", "--nb", "--nc", "--nd", "--nf", "--nk", "--poles", "--zeros",
-        ],
-        &[
-            (
-                "--orders",
-                "--orders na=2,nb=2,nk=1, with nc, nd and nf where a method has them",
-            ),
-            (
-                "--set",
-                "--set order=n, or orders = \"na=2,nb=2,nk=1\" of a method in the file",
-            ),
-        ],
-    ),
-    (
-        &[
-            "--model",
-            "--method",
-            "-m",
-            "--methods",
-            "--algorithm",
-            "-e",
-            "--estimators",
-            "--estimator",
-        ],
-        &[
-            ("--estimator", "--estimator NAME"),
-            (
-                "--method",
-                "--method NAME, a method of the file; a program of your own is one with a name and command = [\"python3\", \"my.py\"]",
-            ),
-        ],
-    ),
-    (
-        &[
-            "--jobs",
-            "-j",
-            "--workers",
-            "--cores",
-            "--n-jobs",
-            "--parallel",
-            "-t",
-        ],
-        &[("--threads", "--threads N")],
-    ),
-    (
-        &[
-            "-M",
-            "--runs",
-            "--repeats",
-            "--mc",
-            "--monte-carlo",
-            "--nsim",
-            "--iterations",
-        ],
-        &[("--trials", "--trials N")],
-    ),
-    (
-        &["--samples", "--length", "-N", "--N", "--window"],
-        &[
-            ("--window", "--window N"),
-            ("--set", "--set window=N"),
-            ("--over", "--over window"),
-        ],
-    ),
-    (
-        &[
-            "--metric",
-            "--metrics",
-            "--figure",
-            "--measures",
-            "--measure",
-        ],
-        &[
-            ("--measure", "--measure NAME"),
-            ("--set", "--set 'measures=[\"e_a\", \"e_b\"]'"),
-        ],
-    ),
-    (
-        &["--x", "--xaxis", "--x-axis", "--along"],
-        &[("--over", "--over SETTING")],
-    ),
-    (
-        &["-y", "--y", "--yaxis", "--y-axis"],
-        &[
-            (
-                "--over",
-                "--measure NAME, and --statistic rmse for another one than medians",
-            ),
-            ("--output", "--output NAME, by name or number"),
-        ],
-    ),
-    (
-        &["--rmse", "--mean", "--median", "--stat", "--quantile"],
-        &[("--statistic", "--statistic NAME")],
-    ),
-    (
-        &[
-            "--dt",
-            "--Ts",
-            "--tsample",
-            "--sampling-time",
-            "--fs",
-            "--sample-time",
-            "--sampling-rate",
-            "--rate",
-            "--freq",
-        ],
-        &[("--ts", "--ts SECONDS, one over the sampling rate")],
-    ),
-    (
-        &[
-            "--delimiter",
-            "--sep",
-            "--separator",
-            "--decimal",
-            "--header",
-            "--encoding",
-            "--format-in",
-            "--no-header",
-        ],
-        &[(
-            "--input",
-            "not needed: separators, decimal commas and headers are recognised, and --input, --output and --time choose columns",
-        )],
-    ),
-    (
-        &["-u", "--u", "--in", "--input-column", "--u-col"],
-        &[("--input", "--input NAME, by name or number")],
-    ),
-    (
-        &["--output-column", "--y-col"],
-        &[("--output", "--output NAME, by name or number")],
-    ),
-    (
-        &["--json", "--output-format", "--as-json"],
-        &[("--format", "--format json")],
-    ),
-    (
-        &[
-            "--train",
-            "--split",
-            "--test",
-            "--train-size",
-            "--test-size",
-            "--estimation",
-            "--test-data",
-        ],
-        &[(
-            "--validate",
-            "--window N leaves the samples after N for validation; --validate FILE is a second record",
-        )],
-    ),
-    (
-        &["--horizon", "--ahead", "--steps", "--predict", "-k"],
-        &[(
-            "--validate",
-            "--validate FILE, or --window N: FIT of the simulation and one step ahead, no other horizon",
-        )],
-    ),
-    (
-        &["--time-unit", "--unit", "--units", "--tunit"],
-        &[(
-            "--time",
-            "the unit of times stands in the column's name, 'Time [ms]' or t_ms; or --time none --ts SECONDS",
-        )],
-    ),
-    (
-        &[
-            "--resample",
-            "--interpolation",
-            "--decimate",
-            "--resampling",
-        ],
-        &[(
-            "--time",
-            "nothing is resampled; --time none --ts SECONDS if samples were equally spaced and the column is not exact",
-        )],
-    ),
-    (
-        &["--lags", "--lag", "--maxlag", "--max-lag", "--nlags"],
-        &[(
-            "--validate",
-            "the tests of residuals over 25 lags are always printed; --report FILE.html draws the correlations",
-        )],
-    ),
-    (
-        &[
-            "--spa",
-            "--etfe",
-            "--frequency-response",
-            "--freqresp",
-            "--spectrum",
-        ],
-        &[(
-            "--validate",
-            "--report FILE.html has the frequency response of the model with intervals; there is no estimate without a model",
-        )],
-    ),
-    (
-        &[
-            "--save-trials",
-            "--keep-trials",
-            "--save-all",
-            "--raw",
-            "--keep",
-        ],
-        &[("--store", "--store trials keeps a row for every trial")],
-    ),
-    (
-        &["--trial", "--cell", "--index", "--case"],
-        &[(
-            "--data",
-            "asobench replay DIR CELL:TRIAL, such as 10:17; asobench failures DIR lists trials that failed",
-        )],
-    ),
-    (
-        &["--save-states", "--state", "--observer-states"],
-        &[("--states", "--states FILE.csv")],
-    ),
-    (
-        &["--dry-run", "--check", "--estimate-only"],
-        &[("--set", "asobench check STUDY.toml")],
-    ),
-    (
-        &["--confidence", "--alpha", "--level", "--ci", "--sd"],
-        &[(
-            "--validate",
-            "intervals are of 95 %; --format json has the standard errors",
-        )],
-    ),
-    (
-        &[
-            "--file",
-            "--data",
-            "--record",
-            "-i",
-            "--csv-file",
-            "--filename",
-        ],
-        &[
-            (
-                "--input",
-                "the file is the first argument: asobench estimate RECORD.csv",
-            ),
-            (
-                "--set",
-                "the file is the first argument: asobench run STUDY.toml",
-            ),
-        ],
-    ),
-    (
-        &[
-            "--noise",
-            "--snr",
-            "--sigma",
-            "--eta",
-            "--noise-level",
-            "--noise_level",
-            "--std",
-        ],
-        &[(
-            "--set",
-            "--set eta=10, the noise in per cent of the output (an SNR of 20 dB), and --set noise=white, its colour; asobench explain \
-             eta",
-        )],
-    ),
-    (
-        &[
-            "--plant",
-            "--system",
-            "--systems",
-            "--input",
-            "--order",
-            "--delay",
-            "--amplitude",
-            "--window",
-        ],
-        &[("--quick", "--set KEY=VALUE, such as --set order=2")],
-    ),
-    (
-        &["--resume", "--continue", "--restart-from"],
-        &[(
-            "--quick",
-            "nothing more: the same command goes on where it was stopped",
-        )],
-    ),
-    (
-        &["--quick", "--fast", "--small", "--smoke"],
-        &[
-            ("--paper", "--paper nikolov --trials 100"),
-            ("--trials", "--trials N"),
-        ],
-    ),
-    (
-        &["paper", "nikolov", "bobtsov", "nikolov2023", "bobtsov2023"],
-        &[("--paper", "--paper nikolov, bobtsov or all")],
-    ),
-    (
-        &["-v", "--verbose", "-q", "--quiet", "--silent", "--debug"],
-        &[(
-            "--help",
-            "warnings and progress go to standard error: 2>/dev/null hides them",
-        )],
-    ),
-    (
-        &[
-            "--bode",
-            "--step",
-            "--impulse",
-            "--residuals",
-            "--resid",
-            "--pzmap",
-            "--poles-zeros",
-            "--figures",
-            "--html",
-            "--show",
-        ],
-        &[(
-            "--validate",
-            "--report FILE.html with responses in time and frequency, residuals, poles and zeros; --plot FILE.svg",
-        )],
-    ),
-    (
-        &[
-            "--offset",
-            "--intercept",
-            "--constant",
-            "--const",
-            "--trend",
-            "--demean",
-            "--center",
-        ],
-        &[(
-            "--detrend",
-            "--detrend mean subtracts the means over the window, --detrend linear straight lines",
-        )],
-    ),
-    (
-        &["--interpolate", "--fill", "--fillna", "--dropna", "--nan"],
-        &[(
-            "--missing",
-            "--missing longest-run takes the longest part without a gap; nothing is interpolated",
-        )],
-    ),
-    (
-        &[
-            "--max-order",
-            "--orders-range",
-            "--scan",
-            "--select",
-            "--criterion",
-            "--aic",
-            "--bic",
-        ],
-        &[(
-            "--estimator",
-            "--order 1:8 compares orders by AIC, AICc, BIC, FPE and FIT",
-        )],
-    ),
-    (
-        &["--force", "--overwrite", "-f", "--restart"],
-        &[("--set", "remove the folder of results, or --out another")],
-    ),
-];
+use commands::Instead;
+use std::ffi::OsString;
 
 /// A flag is suggested if it is as like as this to what was given: "--trails" is 0.75 like "--trials".
 const ALIKE: f64 = 0.6;
 
-/// Returns what a command or an argument that is unknown is called here, as one line. `all` has every command.
-pub(super) fn line(error: &clap::Error, all: &clap::Command) -> Option<String> {
-    let given = |kind: ContextKind| match error.get(kind) {
-        Some(ContextValue::String(given)) => Some(given.as_str()),
-        _ => None,
+/// The name of the program, the first word of a command line.
+const PROGRAM: &str = "asobench";
+
+/// Returns the lines of a usage error: one for each command or argument that is unknown, with what it is called here,
+/// and the command line that was meant, where they determine one. `given` is the command line without the program's
+/// name, `all` has every command, and `plain` tells other errors.
+pub(super) fn lines(
+    error: &clap::Error,
+    given: &[OsString],
+    all: &clap::Command,
+    plain: fn(&str) -> String,
+) -> Vec<String> {
+    let words = given.iter().map(|word| word.to_str().map(str::to_owned));
+    let Some(words) = words.collect::<Option<Vec<String>>>() else {
+        return vec![plain(&error.render().to_string())];
     };
-    if let Some(command) = given(ContextKind::InvalidSubcommand) {
-        let (_, here) = COMMANDS
-            .iter()
-            .find(|(names, _)| names.contains(&command))?;
-        return Some(format!("unexpected command '{command}'; here: {here}"));
+    let mut meant = Meant {
+        line: words,
+        added: Vec::new(),
+        known: true,
+        gap: None,
+        lines: Vec::new(),
+    };
+    meant.command();
+    if !meant.known {
+        return meant.lines;
     }
-    if error.kind() != ErrorKind::UnknownArgument {
-        return None;
+    // Every round takes an unknown word out, or ends.
+    let rounds = given.len() + 8;
+    for round in 0..rounds {
+        // The line as it was typed is parsed already.
+        let parsed = (round > 0 || !meant.lines.is_empty()).then(|| meant.parsed(all));
+        let error = match &parsed {
+            None => error,
+            Some(Err(error)) => error,
+            Some(Ok(())) => break,
+        };
+        match error.kind() {
+            ErrorKind::UnknownArgument if meant.argument(error, all, plain) => {}
+            ErrorKind::InvalidValue | ErrorKind::ValueValidation if meant.value_in_gap(error) => {}
+            // A flag that was taken out is what is missing then.
+            ErrorKind::MissingRequiredArgument | ErrorKind::MissingSubcommand
+                if !meant.lines.is_empty() =>
+            {
+                meant.known = false;
+                break;
+            }
+            ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => break,
+            _ => {
+                meant.lines.push(plain(&error.render().to_string()));
+                meant.known = false;
+                break;
+            }
+        }
     }
-    let argument = given(ContextKind::InvalidArg)?;
-    let usage = error.render().to_string();
-    let (_, usage) = usage.split_once("Usage: asobench ")?;
-    let command = all.find_subcommand(usage.split_whitespace().next()?)?;
-    let answers = ARGUMENTS
-        .iter()
-        .filter(|(names, _)| names.contains(&argument));
-    let mut answers = answers.flat_map(|(_, answers)| *answers);
-    if let Some((_, here)) = answers.find(|(flag, _)| has(command, flag)) {
-        return Some(format!("unexpected argument '{argument}'; here: {here}"));
-    }
-    let others = all.get_subcommands().filter(|other| has(other, argument));
-    let others: Vec<&str> = others.map(clap::Command::get_name).collect();
-    let suggested = given(ContextKind::SuggestedArg);
-    if suggested.is_some_and(|flag| strsim::normalized_damerau_levenshtein(argument, flag) > ALIKE)
-    {
-        return None;
-    }
-    if others.is_empty() {
-        let command = command.get_name();
-        return Some(format!(
-            "unexpected argument '{argument}'; asobench {command} --help lists what there is"
-        ));
-    }
-    Some(format!(
-        "unexpected argument '{argument}': {} does not have it; of asobench {}",
-        command.get_name(),
-        others.join(", ")
-    ))
+    meant.told(all)
 }
 
-/// Whether a command or one below it has a flag.
-fn has(command: &clap::Command, flag: &str) -> bool {
-    let long = |argument: &clap::Arg| argument.get_long() == flag.strip_prefix("--");
-    command.get_arguments().any(long) || command.get_subcommands().any(|below| has(below, flag))
+/// A command line on its way to the one that was meant.
+struct Meant {
+    /// The line without the program's name.
+    line: Vec<String>,
+    /// Flags of an answer to a command, added at the end unless they were given.
+    added: Vec<[&'static str; 2]>,
+    /// Whether the answers so far determine the line.
+    known: bool,
+    /// Where a word stood that was taken out: what follows it may be its value.
+    gap: Option<usize>,
+    /// The lines of the error.
+    lines: Vec<String>,
+}
+
+impl Meant {
+    fn parsed(&self, all: &clap::Command) -> Result<(), clap::Error> {
+        let words = std::iter::once(PROGRAM).chain(self.line.iter().map(String::as_str));
+        all.clone().try_get_matches_from(words).map(|_| ())
+    }
+
+    /// Answers a command of the table.
+    fn command(&mut self) {
+        let Some(answer) = commands::answer(&self.line) else {
+            return;
+        };
+        let commands::Answer {
+            given,
+            words,
+            instead,
+        } = answer;
+        self.lines
+            .push(format!("unexpected command '{given}'; here: {words}"));
+        match instead {
+            Some(Instead { line, added }) => (self.line, self.added) = (line, added),
+            None => self.known = false,
+        }
+    }
+
+    /// Answers an unknown argument, and puts what was meant in its place. Returns whether it was found.
+    fn argument(
+        &mut self,
+        error: &clap::Error,
+        all: &clap::Command,
+        plain: fn(&str) -> String,
+    ) -> bool {
+        let text = |kind: ContextKind| match error.get(kind) {
+            Some(ContextValue::String(text)) => Some(text.clone()),
+            _ => None,
+        };
+        let Some(argument) = text(ContextKind::InvalidArg) else {
+            return false;
+        };
+        let is = |word: &String| {
+            *word == argument
+                || argument.starts_with('-')
+                    && word
+                        .strip_prefix(&argument)
+                        .is_some_and(|rest| rest.starts_with('=') || !argument.starts_with("--"))
+        };
+        let Some(at) = self.line.iter().position(is) else {
+            return false;
+        };
+        if self.gap == Some(at) && !argument.starts_with('-') {
+            self.line.remove(at);
+            return true;
+        }
+        let Some(command) = all.find_subcommand(&self.line[0]) else {
+            return false;
+        };
+        if let Some(list) = self.numbers(at).filter(|_| has(command, "--orders")) {
+            self.lines.push(format!(
+                "unexpected argument '{argument}'; here: --order n, or --orders {list}, in the order of the estimator's \
+                 letters: na nb nc nd nf nk"
+            ));
+            self.put_numbers(at, &list);
+            return true;
+        }
+        let mut answers = arguments::answers(&argument).chain(list_of_orders(&argument));
+        if let Some(Answer { words, typed, .. }) = answers.find(|answer| has(command, answer.of)) {
+            self.lines
+                .push(format!("unexpected argument '{argument}'; here: {words}"));
+            self.put(at, &argument, typed);
+            return true;
+        }
+        let near = text(ContextKind::SuggestedArg)
+            .filter(|flag| strsim::normalized_damerau_levenshtein(&argument, flag) > ALIKE);
+        if let Some(near) = near {
+            self.lines.push(plain(&error.render().to_string()));
+            self.line[at] = self.line[at].replacen(&argument, &near, 1);
+            return true;
+        }
+        self.lines.push(elsewhere(&argument, command, all));
+        self.put(at, &argument, &Typed::Open);
+        true
+    }
+
+    /// Returns the whole numbers that stand alone around a place, `2 2 1`, as a list; those of `--order` among them.
+    fn numbers(&self, at: usize) -> Option<String> {
+        let (first, last) = self.run(at)?;
+        Some(self.line[first..=last].join(","))
+    }
+
+    /// The first and the last place of whole numbers around a place.
+    fn run(&self, at: usize) -> Option<(usize, usize)> {
+        let is = |at: &usize| {
+            self.line
+                .get(*at)
+                .is_some_and(|word| word.parse::<u16>().is_ok())
+        };
+        let first = (0..=at).rev().take_while(is).last()?;
+        let last = (at..self.line.len()).take_while(is).last()?;
+        Some((first, last))
+    }
+
+    /// Puts a list of orders in the place of numbers, or one number as the order.
+    fn put_numbers(&mut self, at: usize, list: &str) {
+        let Some((first, last)) = self.run(at) else {
+            return;
+        };
+        let flag = if list.contains(',') {
+            "--orders"
+        } else {
+            "--order"
+        };
+        let before = first
+            .checked_sub(1)
+            .and_then(|before| self.line.get(before));
+        let own = before.is_some_and(|word| ["--order", "--orders", "-n"].contains(&word.as_str()));
+        let first = first - usize::from(own);
+        let words = [flag.to_owned(), list.to_owned()];
+        self.line.splice(first..=last, words);
+        self.gap = None;
+    }
+
+    /// Takes out a wrong value that follows a flag which was taken out: it was the flag's. Returns whether there is one.
+    fn value_in_gap(&mut self, error: &clap::Error) -> bool {
+        let value = match error.get(ContextKind::InvalidValue) {
+            Some(ContextValue::String(value)) => value,
+            _ => return false,
+        };
+        let in_gap = self.gap.filter(|at| self.line.get(*at) == Some(value));
+        in_gap.map(|at| self.line.remove(at)).is_some()
+    }
+
+    /// Puts what is typed instead of an argument in its place.
+    fn put(&mut self, at: usize, argument: &str, typed: &Typed) {
+        let own = self.line[at]
+            .strip_prefix(argument)
+            .map(|rest| rest.trim_start_matches('='));
+        let own = own.filter(|own| !own.is_empty()).map(str::to_owned);
+        let is_value = |word: &&String| !word.starts_with('-') || word.parse::<f64>().is_ok();
+        let next = self.line.get(at + 1).filter(is_value).cloned();
+        let has_own = own.is_some();
+        // A word that is no flag is its own value.
+        let own = own.or_else(|| (!argument.starts_with('-')).then(|| argument.to_owned()));
+        let takes = usize::from(own.is_none() && next.is_some());
+        let value = own.or(next);
+        let words = |template: &str, value: &str| -> Vec<String> {
+            let words = template.split_whitespace();
+            words.map(|word| word.replace("{}", value)).collect()
+        };
+        let (taken, instead) = match (typed, value) {
+            (Typed::Words(template), value) if !template.contains("{}") => (
+                0,
+                Some(words(template, value.as_deref().unwrap_or_default())),
+            ),
+            (Typed::Words(template), Some(value)) => (takes, Some(words(template, &value))),
+            (Typed::Of(of), Some(value)) => (
+                takes,
+                of(&value).map(|text| text.split(' ').map(str::to_owned).collect()),
+            ),
+            (Typed::Setting, Some(value)) => {
+                let key = argument.trim_start_matches('-');
+                (
+                    takes,
+                    Some(vec!["--set".to_owned(), format!("{key}={value}")]),
+                )
+            }
+            (Typed::Nothing, _) => (takes, Some(Vec::new())),
+            (Typed::Command(name), _) => {
+                (*name).clone_into(&mut self.line[0]);
+                (0, Some(Vec::new()))
+            }
+            _ => (0, None),
+        };
+        let instead = instead.unwrap_or_else(|| {
+            self.known = false;
+            Vec::new()
+        });
+        // A flag that took its value leaves none behind.
+        self.gap = (taken == 0 && !has_own).then_some(at + instead.len());
+        self.line.splice(at..=at + taken, instead);
+    }
+
+    /// Returns the lines, with the command line that was meant as the last one, if it is known and right.
+    fn told(mut self, all: &clap::Command) -> Vec<String> {
+        Instead::complete(&self.added, &mut self.line);
+        if self.known && self.parsed(all).is_ok() {
+            let words = self.line.iter().map(shell_word);
+            let words: Vec<String> = words.collect();
+            self.lines
+                .push(format!("try: {PROGRAM} {}", words.join(" ")));
+        }
+        self.lines
+    }
+}
+
+/// The answer to a list of numbers that stands alone: orders in brackets.
+fn list_of_orders(argument: &str) -> Option<Answer> {
+    let list = argument.strip_prefix('[')?.strip_suffix(']')?;
+    let mut numbers = list.split([' ', ',', ';']).filter(|word| !word.is_empty());
+    numbers.all(|word| word.parse::<usize>().is_ok()).then_some(Answer {
+        of: "--orders",
+        words: "--orders \"[2 2 1]\", in the order of the estimator's letters: na nb nc nd nf nk",
+        typed: &Typed::Words("--orders {}"),
+    })
+}
+
+/// The line of an argument that is not called anything here: the commands that have it.
+fn elsewhere(argument: &str, command: &clap::Command, all: &clap::Command) -> String {
+    let others = all.get_subcommands().filter(|other| has(other, argument));
+    let others: Vec<&str> = others.map(clap::Command::get_name).collect();
+    let own = command.get_name();
+    if others.is_empty() {
+        return format!(
+            "unexpected argument '{argument}'; {PROGRAM} {own} --help lists what there is"
+        );
+    }
+    format!(
+        "unexpected argument '{argument}': {own} does not have it; of {PROGRAM} {}",
+        others.join(", ")
+    )
+}
+
+/// Whether a command or one below it has a flag, or is named so itself.
+fn has(command: &clap::Command, what: &str) -> bool {
+    let Some(flag) = what.strip_prefix("--") else {
+        return command.get_name() == what;
+    };
+    let long = |argument: &clap::Arg| argument.get_long() == Some(flag);
+    command.get_arguments().any(long) || command.get_subcommands().any(|below| has(below, what))
 }
 
 #[cfg(test)]
@@ -573,26 +322,30 @@ pub(super) mod tests {
     /// Every command with every word of the table: an answer names no flag that the command does not have.
     pub(in crate::cli) fn answers_fit(all: &clap::Command) {
         let mut seen = 0;
-        for (names, answers) in ARGUMENTS {
-            for (flag, _) in *answers {
-                assert!(all.get_subcommands().any(|of| has(of, flag)), "{flag}");
-            }
-            for (command, name) in all
-                .get_subcommands()
-                .flat_map(|of| names.iter().map(move |name| (of, name)))
-            {
-                let arguments = ["asobench", command.get_name(), name, "1"];
-                let Err(error) = all.clone().try_get_matches_from(arguments) else {
+        for (name, answer) in arguments::all() {
+            assert!(
+                all.get_subcommands().any(|of| has(of, answer.of)),
+                "{}",
+                answer.of
+            );
+            for command in all.get_subcommands() {
+                let arguments = [command.get_name(), name, "1"].map(OsString::from);
+                let line = [OsString::from(PROGRAM)]
+                    .into_iter()
+                    .chain(arguments.clone());
+                let Err(error) = all.clone().try_get_matches_from(line) else {
                     continue;
                 };
-                let Some(line) = line(&error, all) else {
-                    continue;
-                };
-                let Some((_, here)) = line.split_once("here: --") else {
+                let lines = lines(&error, &arguments, all, str::to_owned);
+                let here = lines.first().and_then(|line| line.split_once("here: --"));
+                let Some((_, here)) = here else {
                     continue;
                 };
                 let flag = here.split([' ', ',', ';']).next().unwrap_or_default();
-                assert!(has(command, &format!("--{flag}")), "{arguments:?}: {line}");
+                assert!(
+                    has(command, &format!("--{flag}")),
+                    "{arguments:?}: {lines:?}"
+                );
                 seen += 1;
             }
         }

@@ -1,6 +1,7 @@
 //! `asobench methods`: prints the estimators with their options, from the registry.
 
 use super::error::Error;
+use super::estimate::estimator;
 use super::output::print;
 use crate::estimator::{EstimatorName, OptionEntry};
 use serde_json::Value;
@@ -18,7 +19,7 @@ const PROGRAMS: &str = "instead of estimator, a program of your own in any langu
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Only these, such as oe
-    #[arg(value_name = "NAME")]
+    #[arg(value_name = "NAME", value_parser = estimator)]
     names: Vec<EstimatorName>,
 }
 

@@ -9,6 +9,7 @@ use crate::names::{UnknownName, here};
 use crate::report::{Chosen, FigureKind, Mark, Study, chosen_figure, held};
 use crate::study::Measure;
 use crate::study::file::Key;
+use crate::text::shell_word;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -97,6 +98,13 @@ fn measure(given: &str) -> Result<Measure, String> {
 pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
     if let Some(path) = &arguments.out {
         check_extension("--out", path, PICTURES)?;
+    }
+    if arguments.folder.is_file() {
+        return Err(Error::Input(format!(
+            "{}: a file; expected a folder of results. Of a record: asobench estimate {} --order 2 --plot bode",
+            arguments.folder.display(),
+            shell_word(arguments.folder.display())
+        )));
     }
     let study = Study::read(&arguments.folder).map_err(|error| Error::Input(error.to_string()))?;
     let chosen = Chosen {

@@ -25,7 +25,7 @@ use std::process::ExitCode;
 pub(super) use printed::Options;
 pub(super) use which::Which;
 
-/// Compute one trial of a results folder again and print every stage.
+/// Compute one trial of a results folder again and print every stage
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Folder of the results, as `asobench run` left it
@@ -36,6 +36,9 @@ pub(super) struct Arguments {
     /// Write that trial's k, u, y to a file for `asobench estimate`
     #[arg(long, aliases = ["out", "output"], short_alias = 'o', value_name = "FILE.csv")]
     data: Option<PathBuf>,
+    /// Print the samples of every stage too, not their first ones alone
+    #[arg(long, aliases = ["verbose", "full"])]
+    samples: bool,
     #[command(flatten)]
     consent: Consent,
     /// Form of the output: text or json
@@ -69,6 +72,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         command,
         data: arguments.data.as_deref(),
         format: arguments.format,
+        samples: arguments.samples,
     };
     show(&experiment, &arguments.which, &options)
 }

@@ -74,6 +74,7 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Study>, Error> {
             ),
             data: arguments.data.as_deref(),
             format: arguments.format,
+            samples: false,
         };
         replay::show(&experiment, which, &options)?;
         return Ok(None);

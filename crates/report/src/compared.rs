@@ -16,7 +16,8 @@ const NUMBER: usize = 16;
 const LONGEST: usize = 30;
 
 /// Compares studies with the first one, as text: the keys in which their files differ, and the medians of a measure in
-/// cells with the same settings, for outputs with the same label. Without a measure the first is taken that all have.
+/// cells with the same settings, for outputs with the same label. A setting that has one value in each study, and another
+/// one, is named and left out of the match. Without a measure the first is taken that all have.
 /// The last column is the difference of the last median from the first in standard errors of independent medians;
 /// studies with the same seed share their trials, and then it is too small.
 ///
@@ -33,10 +34,31 @@ pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, S
     let measure = measure
         .or(common)
         .ok_or("these studies have no measure in common")?;
-    let rows = rows(first, others, measure);
+    let without = never_equal(studies);
+    let rows = rows(first, others, measure, &without);
     if rows.is_empty() {
-        return Err(format!(
-            "no cell with the same settings has {measure} in all of these studies"
+        let differing = never_equal_of(studies, |_| true);
+        let differing: Vec<String> = differing
+            .iter()
+            .map(|key| in_studies(studies, *key))
+            .collect();
+        return Err(match differing.as_slice() {
+            [] => format!("no cell with the same settings has {measure} in all of these studies"),
+            differing => format!("no cell with the same settings: {}", differing.join("; ")),
+        });
+    }
+    if !without.is_empty() {
+        let without: Vec<String> = without
+            .iter()
+            .map(|key| in_studies(studies, *key))
+            .collect();
+        text.push_str(&wrap(
+            &format!(
+                "\nCells are matched without what differs in all of them: {}",
+                without.join("; ")
+            ),
+            WIDTH,
+            "  ",
         ));
     }
     let width = rows
@@ -92,12 +114,51 @@ struct Row {
     medians: Vec<Estimate>,
 }
 
-fn rows(first: &Study, others: &[Study], measure: Measure) -> Vec<Row> {
+/// The values of a setting over the cells of a study.
+fn values_of(study: &Study, key: Key) -> BTreeSet<String> {
+    let cells = study.summary.cells.iter();
+    let values = cells.filter_map(|cell| cell.settings.get(&key));
+    values.map(ToString::to_string).collect()
+}
+
+/// The settings that two studies have and of which no value is common, where `which` takes their numbers of values.
+fn never_equal_of(studies: &[Study], which: impl Fn(usize) -> bool) -> Vec<Key> {
+    let Some((first, others)) = studies.split_first() else {
+        return Vec::new();
+    };
+    let keys = Key::ALL.iter().copied();
+    let differ = |key: &Key| {
+        let own = values_of(first, *key);
+        others.iter().any(|other| {
+            let other = values_of(other, *key);
+            let known = !own.is_empty() && !other.is_empty();
+            known && own.is_disjoint(&other) && which(own.len()) && which(other.len())
+        })
+    };
+    keys.filter(differ).collect()
+}
+
+/// The settings that have one value in each study, and another one: cells are matched without them.
+fn never_equal(studies: &[Study]) -> Vec<Key> {
+    never_equal_of(studies, |count| count == 1)
+}
+
+/// A setting with its values in each study.
+fn in_studies(studies: &[Study], key: Key) -> String {
+    let values = studies.iter().map(|study| {
+        let values: Vec<String> = values_of(study, key).into_iter().collect();
+        format!("{} in {}", values.join(", "), study.name)
+    });
+    format!("{key} is {}", values.collect::<Vec<_>>().join(", "))
+}
+
+fn rows(first: &Study, others: &[Study], measure: Measure, without: &[Key]) -> Vec<Row> {
     // Every setting but those that a study has and another has not.
     let others_cells = || others.iter().flat_map(|study| &study.summary.cells);
     let mut common: BTreeSet<Key> = others_cells()
         .flat_map(|cell| cell.settings.keys().copied())
         .collect();
+    common.retain(|key| !without.contains(key));
     common.retain(|key| others_cells().all(|cell| cell.settings.contains_key(key)));
     let settings = |cell: &CellSummary| -> BTreeMap<Key, String> {
         let settings = cell.settings.iter();

@@ -1,13 +1,15 @@
 //! The arguments of `asobench estimate`.
 
+use super::drawing::Drawing;
 use super::flags::OptionFlags;
+use super::span::{Given, Span};
 use crate::cli::output::Format;
 use crate::data::Detrend;
 use crate::data::csv::Missing;
 use crate::estimator::EstimatorName;
+use crate::names::UnknownName;
 use crate::observer::Gain;
 use std::path::PathBuf;
-use std::str::FromStr;
 
 /// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
 #[derive(clap::Args)]
@@ -18,13 +20,14 @@ use std::str::FromStr;
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     pub(super) record: RecordArguments,
-    /// Estimators, separated by commas; `asobench methods` prints them
+    /// Estimators, separated by commas; `asobench methods` prints them [default: ls,iv; arx for orders of its own
+    /// and for a range of orders]
     #[arg(
         long,
         aliases = ["method", "methods", "estimators"],
         value_name = "LIST",
         value_delimiter = ',',
-        default_value = "ls,iv"
+        value_parser = estimator
     )]
     pub(super) estimator: Vec<EstimatorName>,
     /// The observer's gain: dead-beat, scaled:RHO, poles:LIST
@@ -33,9 +36,10 @@ pub(in crate::cli) struct Arguments {
     /// Write the last estimator's observer states, k = 0 ... K, to a CSV file
     #[arg(long, value_name = "STATES.csv")]
     pub(super) states: Option<PathBuf>,
-    /// Draw measured and simulated output, and prediction errors; for a range of orders, the criteria
-    #[arg(long, value_name = "FILE.svg|FILE.pdf")]
-    pub(super) plot: Option<PathBuf>,
+    /// Draw a picture: output (measured and simulated, and prediction errors; of a range of orders the criteria), bode,
+    /// step, poles or residuals. A file alone is that of output, a kind alone draws KIND.svg; may be repeated
+    #[arg(long, value_name = "KIND=FILE.svg|KIND|FILE.svg|FILE.pdf")]
+    pub(super) plot: Vec<Drawing>,
     /// Write a page: the record, models with intervals, residuals, poles and zeros, responses
     #[arg(long, value_name = "FILE.html")]
     pub(super) report: Option<PathBuf>,
@@ -97,17 +101,17 @@ pub(super) struct RecordArguments {
     )]
     pub(super) skip: usize,
     /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares
-    /// models of these orders, of arx unless --estimator names another
+    /// models of these orders, of arx unless --estimator names others
     #[arg(long, value_name = "n", allow_negative_numbers = true)]
-    pub(super) order: Option<Span>,
+    pub(super) order: Option<Given>,
     /// Delay nk of the input, samples, or a range, beside --order [default: 1]
     #[arg(long, value_name = "nk", allow_negative_numbers = true)]
     pub(super) delay: Option<Span>,
     /// Samples used for estimation, from the first [default: all]; the rest is for validation
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     pub(super) window: Option<usize>,
-    /// Trend to subtract from u and y, fitted on the window: none, mean, linear
-    #[arg(long, value_name = "WHAT", default_value_t)]
+    /// Trend to subtract from u and y, fitted on the window: none, mean (also --detrend alone), linear
+    #[arg(long, value_name = "WHAT", default_value_t, num_args = 0..=1, default_missing_value = "mean")]
     pub(super) detrend: Detrend,
     /// Subtract U from u and Y from y instead, the point about which the record moves
     #[arg(
@@ -145,31 +149,8 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A number, or a range of numbers: `4`, `1:8`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Span {
-    pub(super) first: usize,
-    pub(super) last: usize,
-}
-
-impl Span {
-    pub(super) fn is_range(self) -> bool {
-        self.first < self.last
-    }
-}
-
-impl FromStr for Span {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let number = |text: &str| text.parse().ok().filter(|number| *number >= 1);
-        let (first, last) = text.split_once(':').unwrap_or((text, text));
-        match (number(first), number(last)) {
-            (Some(first), Some(last)) if first <= last => Ok(Self { first, last }),
-            (None, _) if !text.contains(':') => {
-                Err("expected a whole number of at least 1, or a range such as 1:8".to_owned())
-            }
-            _ => Err("expected a range such as 1:8, of whole numbers of at least 1".to_owned()),
-        }
-    }
+/// An estimator, in capitals or not.
+pub(in crate::cli) fn estimator(given: &str) -> Result<EstimatorName, UnknownName> {
+    let lower = given.to_lowercase().parse();
+    lower.or_else(|_| given.parse())
 }

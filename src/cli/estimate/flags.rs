@@ -1,6 +1,8 @@
 //! The flags of `asobench estimate` for options of estimators, one for each option of the registry.
 
+use super::span::Span;
 use crate::estimator::{EstimatorName, OptionEntry, option_keys};
+use crate::model::Orders;
 use crate::names::UnknownName;
 use clap::{Arg, ArgMatches, Command};
 use serde_json::{Map, Value};
@@ -83,9 +85,16 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
         })
     };
     let keys = option_keys().iter().map(String::as_str);
+    let with_letters = |mut flag: Flag| {
+        if flag.key == ORDERS {
+            flag.help.push_str("; also letter by letter, --na 2 --nb 2 --nk 1, or in MATLAB's order, 2,2,1 or \"[2 2 1]\"");
+        }
+        flag
+    };
     let mut flags: Vec<Flag> = keys
         .filter(|key| !OWN.contains(key))
         .filter_map(flag)
+        .map(with_letters)
         .collect();
     // One flag for what the file has under two keys.
     let state = flags.iter().position(|flag| flag.key == STATE);
@@ -101,6 +110,9 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
 /// whichever an estimator has.
 const SIGNALS: &str = "initial";
 const STATE: &str = "initial_state";
+
+/// The key of the orders.
+pub(super) const ORDERS: &str = "orders";
 
 /// Returns the key of an estimator's option that a flag sets.
 fn key_of(flag: &str, estimator: EstimatorName) -> &str {
@@ -119,7 +131,14 @@ pub(super) fn flag_of(key: &str) -> String {
 
 /// The options that were given.
 #[derive(Clone, Debug, Default)]
-pub(super) struct OptionFlags(Map<String, Value>);
+pub(super) struct OptionFlags {
+    options: Map<String, Value>,
+    /// Orders that were given one by one: `--na 2 --nb 2 --nk 1`.
+    pub(super) letters: Vec<(&'static str, Span)>,
+}
+
+/// The orders that are flags of their own too, in MATLAB's order.
+pub(super) const LETTERS: [&str; 6] = ["na", "nb", "nc", "nd", "nf", "nk"];
 
 impl Flag {
     /// Parses a text, if it fits the schema.
@@ -157,7 +176,14 @@ impl Flag {
 
 impl clap::Args for OptionFlags {
     fn augment_args(command: Command) -> Command {
-        FLAGS.iter().fold(command, |command, flag| {
+        // Hidden: the help of --orders has them.
+        let letters = LETTERS.map(|name| {
+            let argument = Arg::new(name).long(name).value_name("N").hide(true);
+            argument
+                .allow_negative_numbers(true)
+                .value_parser(Span::of_orders)
+        });
+        FLAGS.iter().fold(command.args(letters), |command, flag| {
             let argument = Arg::new(flag.key)
                 .long(flag.long.as_str())
                 .value_name("VALUE")
@@ -187,8 +213,12 @@ impl clap::FromArgMatches for OptionFlags {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         for flag in FLAGS.iter() {
             if let Some(value) = matches.get_one::<Value>(flag.key) {
-                self.0.insert(flag.key.to_owned(), value.clone());
+                self.options.insert(flag.key.to_owned(), value.clone());
             }
+        }
+        for name in LETTERS {
+            self.letters
+                .extend(matches.get_one(name).map(|span| (name, *span)));
         }
         Ok(())
     }
@@ -197,18 +227,47 @@ impl clap::FromArgMatches for OptionFlags {
 impl OptionFlags {
     /// Returns one of the given options as a flag; `None` if none was given.
     pub(super) fn first(&self) -> Option<String> {
-        self.0.keys().next().map(|key| flag_of(key))
+        self.options.keys().next().map(|key| flag_of(key))
+    }
+
+    /// Sets the orders as one option.
+    pub(super) fn set_orders(&mut self, orders: Orders) {
+        self.options
+            .insert(ORDERS.to_owned(), Value::from(orders.to_string()));
+        self.letters.clear();
+    }
+
+    /// Returns the orders as they were given as one option.
+    pub(super) fn orders(&self) -> Option<&str> {
+        self.options.get(ORDERS)?.as_str()
+    }
+
+    /// Returns the given options that some estimators of a list do not take, as flags, each with these estimators.
+    pub(super) fn left_out(
+        &self,
+        estimators: &[EstimatorName],
+    ) -> Vec<(String, Vec<EstimatorName>)> {
+        let without = self.options.keys().map(|key| {
+            let takes = |estimator: &&EstimatorName| !estimator.takes(key_of(key, **estimator));
+            (
+                flag_of(key),
+                estimators.iter().filter(takes).copied().collect::<Vec<_>>(),
+            )
+        });
+        without
+            .filter(|(_, estimators)| !estimators.is_empty())
+            .collect()
     }
 
     /// Whether an option was given.
     pub(super) fn has(&self, key: &str) -> bool {
-        self.0.contains_key(key)
+        self.options.contains_key(key)
     }
 
     /// Returns the given options that an estimator takes.
     pub(super) fn taken_by(&self, estimator: EstimatorName) -> Map<String, Value> {
         let named = self
-            .0
+            .options
             .iter()
             .map(|(key, value)| (key_of(key, estimator), value));
         let taken = named.filter(|(key, _)| estimator.takes(key));
@@ -222,7 +281,7 @@ impl OptionFlags {
         let takes = |estimator: &EstimatorName, key: &str| estimator.takes(key_of(key, *estimator));
         let taken = |key: &String| estimators.iter().any(|estimator| takes(estimator, key));
         // The command itself uses orders, too.
-        let mut keys = self.0.keys().filter(|key| *key != "orders");
+        let mut keys = self.options.keys().filter(|key| *key != ORDERS);
         let key = keys.find(|key| !taken(key))?;
         let takers = EstimatorName::ALL.iter().filter(|name| takes(name, key));
         let takers: Vec<String> = takers.map(|name| format!("'{name}'")).collect();

@@ -5,6 +5,7 @@ use super::report::{Estimate, Report};
 use crate::data::Trend;
 use crate::diagnosis::{Z_95, is_feedback};
 use crate::estimator::{FailureKind, Pass, Problem, Rows, Shape, Window, initial_numbers};
+use crate::metric::prediction_errors;
 use crate::metric::tails::chi_square_above;
 use crate::text::rounded;
 use serde_json::{Value, json};
@@ -22,7 +23,7 @@ const LEVEL: f64 = 1e-3;
 pub(super) fn of(estimate: &Estimate, report: &Report) -> Vec<String> {
     let hints = [
         integrator(estimate),
-        start(estimate, report),
+        of_start(estimate, report),
         offset(estimate, report),
         coloured(estimate),
         step(estimate, report),
@@ -110,6 +111,52 @@ fn coloured(estimate: &Estimate) -> Option<String> {
     (!white.passed && is_assumed && has_errors).then(|| {
         "the standard errors assume white prediction errors, which these are not: --covariance robust".to_owned()
     })
+}
+
+/// What may be done about signals before the record that are not zero.
+pub(super) fn of_start(estimate: &Estimate, report: &Report) -> Option<String> {
+    start(estimate, report).or_else(|| fixed_start(estimate, report))
+}
+
+/// Signals before the record that are not zero, for an estimator that has no other choice: its model predicts better
+/// from another start, by more than chance.
+fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String> {
+    let chooses =
+        ["initial", "initial_state", "rows"].map(|key| estimate.options.contains_key(key));
+    let in_loop = report.feedback.is_some_and(is_feedback);
+    let failed = estimate
+        .failure()
+        .is_some_and(|of| !of.kind.leaves_a_model());
+    if chooses.contains(&true) || in_loop || estimate.shift > 0 || failed {
+        return None;
+    }
+    let mut options = estimate.options.clone();
+    options.retain(|_, value| !value.is_null());
+    if !estimate.name.parse(options).ok()?.begins_at_rest() {
+        return None;
+    }
+    let model = estimate.last().known_model()?;
+    let [u, y] = [&report.record.u, &report.record.y].map(|signal| &signal[..report.window]);
+    let (first, best) = prediction_errors(model, u, y, report.window)?;
+    let (mut zero, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+    model.residuals(u, y, &mut zero, &mut scratch);
+    let mean_square = |errors: &[f64]| {
+        let errors = &errors[first..report.window];
+        errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64
+    };
+    let [zero, best] = [mean_square(&zero), mean_square(&best)];
+    let likelihood = (report.window - first) as f64 * (zero / best).ln();
+    if !(chi_square_above(likelihood, initial_numbers(model.orders())) < LEVEL) {
+        return None;
+    }
+    let unit = report.unit * report.unit;
+    Some(format!(
+        "the record does not begin at rest, but {} takes zero signals before it: errors of variance {}, from the best start \
+         {}; --estimator oe or bj with --initial estimate fits the start",
+        estimate.name,
+        rounded(zero * unit, 4),
+        rounded(best * unit, 4)
+    ))
 }
 
 /// Signals before the record that are not zero: the same method with them fitted has a lower loss than by chance.

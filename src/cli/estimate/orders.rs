@@ -1,15 +1,150 @@
 //! The orders that the flags ask for, and whether flags and estimators fit each other.
 
-use super::arguments::{Arguments, RecordArguments, Span};
+use super::arguments::{Arguments, RecordArguments};
+use super::drawing::Kind;
+use super::flags::{LETTERS, ORDERS};
+use super::span::{Given, Span, list, words};
 use crate::cli::error::Error;
 use crate::estimator::EstimatorName;
 use crate::model::Orders;
-use crate::names::UnknownName;
 use crate::observer::Gain;
+
+/// Reads the orders as they were given: those of MATLAB's order and those letter by letter become `--orders`, and without
+/// `--estimator` the estimators are those that take what was given.
+pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
+    let of_order = match &arguments.record.order {
+        Some(Given::Orders(text)) => Some(("--order", text.clone())),
+        _ => None,
+    };
+    let of_orders = arguments
+        .options
+        .orders()
+        .map(|text| ("--orders", text.to_owned()));
+    let has_orders =
+        of_order.is_some() || of_orders.is_some() || !arguments.options.letters.is_empty();
+    if arguments.estimator.is_empty() {
+        arguments.estimator = if has_orders || ranges(arguments).is_some() {
+            vec![EstimatorName::Arx]
+        } else {
+            vec![
+                EstimatorName::LeastSquares,
+                EstimatorName::InstrumentalVariables,
+            ]
+        };
+    }
+    let letters = &arguments.options.letters;
+    if let Some((name, span)) = letters.iter().find(|(_, span)| span.is_range()) {
+        let of = |names: &[&str]| {
+            let mut found = letters.iter().filter(|(name, _)| names.contains(name));
+            found
+                .find(|(_, span)| span.is_range())
+                .map(|(_, span)| *span)
+        };
+        let order =
+            of(&["na", "nb", "nf", "nc", "nd"]).map_or("1:4".to_owned(), |span| span.to_string());
+        let delay = letters.iter().find(|(name, _)| *name == "nk");
+        let delay = delay.map_or("1:3".to_owned(), |(_, span)| span.to_string());
+        return Err(Error::Input(format!(
+            "--{name} {span}: models of several orders have na = nb = n: --order {order} --delay {delay}"
+        )));
+    }
+    let all = [("--order", of_order), ("--orders", of_orders)];
+    let texts: Vec<(&str, String)> = all.into_iter().filter_map(|(_, given)| given).collect();
+    let both = |flag: &str| {
+        Err(Error::Input(format!(
+            "{flag}: the orders are given twice; expected them once"
+        )))
+    };
+    let orders = match (texts.as_slice(), letters.as_slice()) {
+        ([], []) => return Ok(()),
+        ([(flag, text)], []) => read(flag, text, &arguments.estimator)?,
+        ([], letters) => {
+            let parts: Vec<String> = letters
+                .iter()
+                .map(|(name, span)| format!("{name}={span}"))
+                .collect();
+            let orders = parts.join(",").parse();
+            orders.map_err(|error| Error::Input(format!("--{}: {error}", letters[0].0)))?
+        }
+        ([(flag, _)], _) | ([_, (flag, _)], _) => return both(flag),
+        _ => return both("--orders"),
+    };
+    let flag = texts.first().map_or("--na", |(flag, _)| *flag);
+    if flag != "--orders" && matches!(arguments.record.order, Some(Given::Span(_))) {
+        return Err(Error::Input(
+            "--order: cannot be given together with --na, --nb, --nk; expected one of the two forms".to_owned(),
+        ));
+    }
+    if flag == "--order" {
+        arguments.record.order = None;
+    }
+    arguments.options.set_orders(orders);
+    Ok(())
+}
+
+/// Reads orders with letters, or numbers in MATLAB's order: those that an estimator has of na, nb, nc, nd, nf, and nk.
+fn read(flag: &str, text: &str, estimators: &[EstimatorName]) -> Result<Orders, Error> {
+    let wrong = |message: String| Error::Input(format!("{flag} {text}: {message}"));
+    let Some(numbers) = list(text).filter(|numbers| !numbers.is_empty()) else {
+        let parts: Vec<&str> = words(text).collect();
+        let orders = parts.join(",").parse::<Orders>();
+        return orders.map_err(|error| Error::Input(format!("{flag}: {error}")));
+    };
+    let mut meant: Option<(EstimatorName, Orders)> = None;
+    for &name in estimators.iter().filter(|name| name.takes(ORDERS)) {
+        let letters = letters_of(name);
+        if letters.len() != numbers.len() {
+            return Err(wrong(format!(
+                "{name} has {}; expected {} numbers in this order, such as {}",
+                letters.join(", "),
+                letters.len(),
+                letters.iter().map(|_| "1").collect::<Vec<_>>().join(","),
+            )));
+        }
+        let parts = letters.iter().zip(&numbers);
+        let parts: Vec<String> = parts
+            .map(|(name, number)| format!("{name}={number}"))
+            .collect();
+        let orders = parts.join(",").parse::<Orders>();
+        let orders = orders.map_err(|error| wrong(error.to_string()))?;
+        match meant {
+            Some((other, of_other)) if of_other != orders => {
+                return Err(wrong(format!(
+                    "means {of_other} for {other}, but {orders} for {name}; expected one estimator, or --order n"
+                )));
+            }
+            _ => meant = Some((name, orders)),
+        }
+    }
+    meant.map(|(_, orders)| orders).ok_or_else(|| {
+        wrong("the estimators take --order n and --delay nk instead; expected --estimator arx, oe, armax or bj".to_owned())
+    })
+}
+
+/// The letters of the orders that an estimator has.
+fn letters_of(name: EstimatorName) -> Vec<&'static str> {
+    let mut options = serde_json::Map::new();
+    if name.takes("ts") {
+        options.insert("ts".to_owned(), serde_json::json!(1.0));
+    }
+    let form = name
+        .parse(options)
+        .ok()
+        .and_then(|options| options.default_orders(1));
+    let form = form.unwrap_or(Orders::arx(1, 1, 1));
+    let has = [form.na, form.nb, form.nc, form.nd, form.nf, 1];
+    let letters = LETTERS.into_iter().zip(has);
+    letters
+        .filter(|(_, has)| *has > 0)
+        .map(|(name, _)| name)
+        .collect()
+}
 
 /// Returns the orders and delays of a table of models; `None` if one model is requested.
 pub(super) fn ranges(arguments: &Arguments) -> Option<(Span, Span)> {
-    let order = arguments.record.order?;
+    let Some(Given::Span(order)) = arguments.record.order else {
+        return None;
+    };
     let delay = arguments.record.delay.unwrap_or(Span { first: 1, last: 1 });
     (order.is_range() || delay.is_range()).then_some((order, delay))
 }
@@ -32,30 +167,38 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
         return bad(message);
     }
     if !options.has("orders") {
-        let Some(order) = *order else {
+        let Some(Given::Span(order)) = *order else {
             return bad(
-                "expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it"
+                "expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it; --order 1:8 compares"
                     .to_owned(),
             );
         };
         if let Some((order, delay)) = ranges(arguments) {
-            let of_all = of_table(estimator)?;
             refuse("--states", arguments.states.is_some())?;
             refuse("--gain", arguments.gain != Gain::default())?;
-            // The table of arx is of least squares over common equations.
-            if let (EstimatorName::Arx, Some(flag)) = (of_all, options.first()) {
-                refuse(&flag, true)?;
+            for drawing in &arguments.plot {
+                refuse(
+                    &format!("--plot {}", drawing.kind),
+                    drawing.kind != Kind::Output,
+                )?;
             }
-            if let Some(message) = options.useless(&[of_all]) {
-                return bad(message);
+            for of_table in of_tables(estimator)? {
+                // The table of arx is of least squares over common equations.
+                if let (EstimatorName::Arx, Some(flag)) = (of_table, options.first()) {
+                    refuse(&flag, true)?;
+                }
+                if let Some(message) = options.useless(&[of_table]) {
+                    return bad(message);
+                }
             }
             return Ok(Orders::arx(order.last, order.last, delay.last));
         }
         let delay = delay.map_or(1, |delay| delay.last);
         return Ok(Orders::arx(order.last, order.last, delay));
     }
-    for (flag, given) in [("--order", order), ("--delay", delay)] {
-        if given.is_some() {
+    let others = [("--order", order.is_some()), ("--delay", delay.is_some())];
+    for (flag, given) in others {
+        if given {
             return bad(format!("{flag}: cannot be given together with --orders"));
         }
     }
@@ -81,30 +224,26 @@ pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the estimator of a table of several models: `arx` by default, or one that takes orders.
-pub(super) fn of_table(names: &[EstimatorName]) -> Result<EstimatorName, Error> {
+/// Returns the estimators of tables of several models, each one once: those that take orders; the default ones are `arx`.
+pub(super) fn of_tables(names: &[EstimatorName]) -> Result<Vec<EstimatorName>, Error> {
     use EstimatorName::{Arx, InstrumentalVariables, LeastSquares};
-    match names {
-        [LeastSquares, InstrumentalVariables] => Ok(Arx),
-        [name] if name.takes("orders") && *name != InstrumentalVariables => Ok(*name),
-        _ => {
-            let takes =
-                |name: &&EstimatorName| name.takes("orders") && **name != InstrumentalVariables;
-            let valid: Vec<&str> = EstimatorName::ALL
-                .iter()
-                .filter(takes)
-                .map(|name| name.name())
-                .collect();
-            let wrong = |name: &&EstimatorName| !takes(name);
-            let name = names
-                .iter()
-                .find(wrong)
-                .or(names.get(1))
-                .map_or("", |name| name.name());
-            let error = UnknownName::new("estimator for a range of orders", name, &valid);
-            Err(Error::Input(format!(
-                "--estimator: {error}; expected one of them"
-            )))
-        }
+    if matches!(names, [LeastSquares, InstrumentalVariables]) {
+        return Ok(vec![Arx]);
     }
+    let takes = |name: &EstimatorName| name.takes(ORDERS) && *name != InstrumentalVariables;
+    let Some(wrong) = names.iter().find(|name| !takes(name)) else {
+        let mut once: Vec<EstimatorName> = Vec::new();
+        for name in names {
+            if !once.contains(name) {
+                once.push(*name);
+            }
+        }
+        return Ok(once);
+    };
+    let all = EstimatorName::ALL.iter().copied().filter(takes);
+    let all: Vec<&str> = all.map(EstimatorName::name).collect();
+    Err(Error::Input(format!(
+        "--estimator {wrong}: has no table of a range of orders; expected one of {}",
+        all.join(", ")
+    )))
 }

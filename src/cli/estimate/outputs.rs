@@ -1,6 +1,7 @@
 //! Files that `asobench estimate` writes: states, pictures, pages.
 
 use super::arguments::Arguments;
+use super::drawing::{self, Drawing};
 use super::report::Report;
 use crate::cli::error::Error;
 use crate::cli::files::{check_extension, check_output, drawn, write_whole};
@@ -26,21 +27,26 @@ pub(super) fn check_drawing(
     check_output(flag, path, kind)
 }
 
-/// Writes the picture and the page that were requested.
+/// Writes the pictures and the page that were requested, and says what was written.
 pub(super) fn write_drawings(
     arguments: &Arguments,
-    picture: impl FnOnce() -> Picture,
+    picture: impl Fn(drawing::Kind) -> Result<(Picture, String), String>,
     page: impl FnOnce() -> String,
 ) -> Result<(), Error> {
-    let write = |flag: &str, path: &Path, kind: Kind, content: &[u8]| {
-        write_whole(flag, path, kind, |to| to.write_all(content))
+    let write = |flag: &str, path: &Path, kind: Kind, content: &[u8], about: &str| {
+        write_whole(flag, path, kind, |to| to.write_all(content))?;
+        note(&format!("wrote {}: {about}", path.display()));
+        Ok(())
     };
-    if let Some(path) = &arguments.plot {
-        let content = drawn("--plot", path, &picture().wide)?;
-        write("--plot", path, Kind::Figure, &content)?;
+    for Drawing { kind, path } in &arguments.plot {
+        let (picture, about) =
+            picture(*kind).map_err(|message| Error::Input(format!("--plot {kind}: {message}")))?;
+        let content = drawn("--plot", path, &picture.wide)?;
+        write("--plot", path, Kind::Figure, &content, &about)?;
     }
     if let Some(path) = &arguments.report {
-        write("--report", path, Kind::Page, page().as_bytes())?;
+        let about = "a page, for a browser";
+        write("--report", path, Kind::Page, page().as_bytes(), about)?;
     }
     Ok(())
 }

@@ -16,7 +16,7 @@ pub(super) fn begin(report: &Report) -> Page {
     let mut page = Page::new(title(report));
     page.introduction(|section| section.settings(&settings(report)));
     page.section("record", "The record", |section| {
-        let caption = if report.detrend.is_none() {
+        let caption = if report.subtracted().is_none() {
             "Input u and output y as they were read."
         } else {
             "Input u and output y, less what was subtracted."
@@ -84,8 +84,13 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
         (Some(_), true) => format!("--operating-point: {u} from u, {y} from y"),
         (Some(_), false) => format!("--detrend {}: {u} from u, {y} from y", report.detrend),
     };
+    let read_as = match report.form.as_slice() {
+        [] => "columns u and y".to_owned(),
+        form => visible(form.join(", ")),
+    };
     let mut settings = vec![
         ("file", visible(report.file.display())),
+        ("read as", read_as),
         ("samples", samples.to_string()),
         ("window", format!("{} samples", report.window)),
         ("validation", validation),

@@ -6,6 +6,7 @@ use crate::cli::error::Error;
 use crate::cli::output::note;
 use crate::data::csv::{Kept, ReadOptions, Record, RecordError, Table, read_table};
 use crate::files::{self, Kind};
+use crate::text::shell_word;
 use std::path::Path;
 
 /// A record as it is used, and what was recognised in its file.
@@ -49,10 +50,17 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         times,
         mut form,
         kept,
+        like_times,
     } = table;
     form.extend(kept.map(|kept| part(kept, record.y.len())));
     if !form.is_empty() {
         note(&format!("{file}: {}", form.join(", ")));
+    }
+    if let Some(column) = like_times {
+        let column = shell_word(column);
+        note(&format!(
+            "hint: column {column} has equal steps, as times have: --time {column} tells frequencies and time constants"
+        ));
     }
     let (skip, samples) = (arguments.skip, record.y.len());
     if skip >= samples {

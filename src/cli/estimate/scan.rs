@@ -2,12 +2,12 @@
 
 mod picture;
 
-use super::arguments::Span;
+use super::hints;
 use super::one_estimator::{fits, pass_report};
-use super::report::{PassReport, Report};
+use super::report::{Estimate, PassReport, Report};
+use super::span::Span;
 use super::words;
 use crate::cli::error::Error;
-use crate::cli::output::{Format, print, print_json};
 use crate::estimator::{
     ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Progress,
     Shape, Window,
@@ -38,6 +38,10 @@ struct Row {
 /// The table, and the row that each criterion chooses.
 pub(super) struct Scan {
     estimator: EstimatorName,
+    /// The options that were given.
+    given: Map<String, Value>,
+    /// The orders and delays of the table.
+    ranges: [Span; 2],
     rows: Vec<Row>,
     equations: usize,
     best: Vec<Option<usize>>,
@@ -79,11 +83,19 @@ pub(super) fn scan(
     let best_fit = fits.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
     Ok(Scan {
         estimator,
+        given,
+        ranges: [order, delay],
         best: best.collect(),
         best_fit,
         rows,
         equations,
     })
+}
+
+/// The place of a criterion among all.
+fn place_of(criterion: Criterion) -> usize {
+    let place = Criterion::ALL.iter().position(|of| *of == criterion);
+    place.unwrap_or_default()
 }
 
 /// The options of an estimator whose polynomials all have the order n, with those that were given.
@@ -208,20 +220,119 @@ impl Row {
 }
 
 impl Scan {
-    /// Prints the table.
-    pub(super) fn print(&self, report: &Report, format: Format) -> Result<(), Error> {
-        match format {
-            Format::Text => {
-                let mut text = String::new();
-                let written = self.write(&mut text, report);
-                written.expect("writing to a string does not fail");
-                print(&text)
-            }
-            Format::Json => print_json(&self.json(report)),
+    /// Returns the table as text, with what may be done about the record.
+    pub(super) fn text(&self, report: &Report, hint: Option<&str>) -> String {
+        let mut text = String::new();
+        let written = self.write(&mut text, report);
+        written.expect("writing to a string does not fail");
+        for line in self
+            .choice()
+            .into_iter()
+            .chain(hint.map(|hint| format!("hint: {hint}")))
+        {
+            text.push_str(&wrap(&line, 80, "  "));
         }
+        text
     }
 
-    fn json(&self, report: &Report) -> Value {
+    /// Returns the hints on the start of the record, of the model that BIC chooses.
+    pub(super) fn start(&self, report: &Report) -> Option<String> {
+        if self.estimator == EstimatorName::Arx {
+            return None;
+        }
+        let row = &self.rows[self.best[place_of(Criterion::Bic)]?];
+        let options = of_order(self.estimator, &self.given, row.n, row.orders.nk).ok()?;
+        let order = row.orders.order();
+        let described = options.describe();
+        let shape = Shape {
+            order,
+            window: report.window,
+        };
+        let prepared = Method::named(self.estimator.name(), options).prepare(shape);
+        let mut passes = [Pass::new(order)];
+        let window = Window::new(&report.record.u, &report.record.y, report.window);
+        prepared.ok()?.estimate(window, &mut passes);
+        let [pass] = passes;
+        let estimate = Estimate {
+            name: self.estimator,
+            options: described,
+            shift: 0,
+            passes: vec![(0, pass_report(pass, report, 0))],
+            observer: None,
+            fit: None,
+            hints: Vec::new(),
+        };
+        hints::of_start(&estimate, report)
+    }
+
+    /// The choices in words: that of BIC, models that are nearly as good, the other criteria, and an edge of the range.
+    fn choice(&self) -> Vec<String> {
+        /// Of two models whose BIC differs by less, neither is preferred (Raftery 1995).
+        const NEAR: f64 = 2.0;
+        let bic = place_of(Criterion::Bic);
+        let Some(best) = self.best[bic] else {
+            return Vec::new();
+        };
+        let named = |row: &Row| format!("n = {}, nk = {}", row.n, row.orders.nk);
+        let of = |row: usize| named(&self.rows[row]);
+        let least = self.rows[best].criteria[bic].unwrap_or(f64::NAN);
+        let near = self.rows.iter().enumerate().filter(|(i, row)| {
+            *i != best && row.criteria[bic].is_some_and(|value| value - least < NEAR)
+        });
+        let near: Vec<String> = near.map(|(_, row)| named(row)).collect();
+        let near = match near.as_slice() {
+            [] => String::new(),
+            near => format!(" (within 2 of it: {})", near.join("; ")),
+        };
+        let mut others: Vec<(String, Vec<&str>)> = Vec::new();
+        let criteria = Criterion::ALL.iter().zip(&self.best);
+        let choices = criteria.filter_map(|(criterion, row)| Some((criterion.heading(), (*row)?)));
+        let choices = choices.chain(self.best_fit.map(|row| ("FIT of validation", row)));
+        for (name, row) in choices.filter(|(_, row)| *row != best) {
+            match others.iter_mut().find(|(model, _)| *model == of(row)) {
+                Some((_, names)) => names.push(name),
+                None => others.push((of(row), vec![name])),
+            }
+        }
+        let others = others
+            .iter()
+            .map(|(model, names)| format!("; {}: {model}", names.join(", ")));
+        let mut lines = vec![format!(
+            "BIC: {}{near}{}.",
+            of(best),
+            others.collect::<String>()
+        )];
+        let [order, delay] = self.ranges;
+        let chosen = &self.rows[best];
+        let mut edges = Vec::new();
+        if order.is_range() && chosen.n == order.last {
+            edges.push(format!(
+                "n = {} is the largest of the range: widen it, --order {}:{}",
+                order.last,
+                order.first,
+                2 * order.last
+            ));
+        }
+        if delay.is_range() && chosen.orders.nk == delay.last {
+            edges.push(format!(
+                "nk = {} is the largest of the range: widen it, --delay {}:{}",
+                delay.last,
+                delay.first,
+                2 * delay.last
+            ));
+        }
+        if delay.first > 1 && delay.is_range() && chosen.orders.nk == delay.first {
+            edges.push(format!(
+                "nk = {} is the smallest of the range: widen it, --delay 1:{}",
+                delay.first, delay.last
+            ));
+        }
+        lines.extend(edges);
+        lines
+    }
+
+    /// Returns the table with all digits.
+    pub(super) fn json(&self, report: &Report) -> Value {
         let m = self.equations as f64;
         let table = self.rows.iter().map(|row| {
             let Value::Object(mut object) = row.named() else {
@@ -327,7 +438,7 @@ impl Scan {
         }
         writeln!(
             text,
-            "\n* the smallest value of each criterion, and the best FIT on {}.\n\
+            "\n* the smallest value of each criterion, and the best FIT on\n  {}.\n\
              V: mean squared residual; FIT: of the simulated output{}.",
             if report.validation.is_some() {
                 "the record for validation"

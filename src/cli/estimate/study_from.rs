@@ -1,7 +1,7 @@
 //! `asobench study-from`: turns a record and its estimate into an experiment file, a study of the user's own case.
 
 use crate::cli::error::Error;
-use crate::cli::estimate;
+use crate::cli::estimate::{self, orders};
 use crate::cli::output::{Format, note, print};
 use crate::observer::Gain;
 use crate::text::{rounded, shell_word, visible, wrap};
@@ -17,14 +17,14 @@ mod places;
 
 pub(in crate::cli) use arguments::Arguments;
 
-pub(in crate::cli) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(in crate::cli) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     let places = Places::new(&arguments.out)?;
-    let estimator = estimate::Arguments {
+    let mut estimator = estimate::Arguments {
         record: arguments.record.clone(),
         estimator: vec![arguments.estimator],
         gain: Gain::default(),
         states: None,
-        plot: None,
+        plot: Vec::new(),
         report: None,
         validate: None,
         ts: None,
@@ -32,6 +32,10 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         format: Format::Text,
         options: arguments.options.clone(),
     };
+    orders::understand(&mut estimator)?;
+    arguments.record.clone_from(&estimator.record);
+    arguments.options.clone_from(&estimator.options);
+    let arguments = &arguments;
     let case = Case::new(arguments, &estimator)?;
     let methods = methods::all(&case, arguments);
     let text = file::text(&case, arguments, &methods, &places);
@@ -70,6 +74,9 @@ fn conclude(
         shell_word(places.file.display())
     ));
     print(&text)?;
+    for hint in &case.hints {
+        note(&format!("hint: {hint}"));
+    }
     for doubt in file::doubts(case) {
         note(&format!("warning: {doubt}"));
     }

@@ -54,10 +54,10 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
          x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; d = 0 where nk > 0"
     )?;
     if shift > 0 {
-        writeln!(
-            text,
+        let states = format!(
             "the states of ls and iv belong to the record without its delay: their y(k) is the file's y(k + {shift})"
-        )?;
+        );
+        text.push_str(&wrap(&states, 80, ""));
     }
     Ok(())
 }
@@ -82,9 +82,10 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
     }
     write_pass(text, report, unit)?;
     if let Some(fit) = &estimate.fit {
-        write_fit(text, "window", fit.window)?;
+        let has_noise_model = words::has_noise_model(&report.model);
+        write_fit(text, "window", fit.window, has_noise_model)?;
         match fit.validation {
-            Some(fit) => write_fit(text, "validation", fit)?,
+            Some(fit) => write_fit(text, "validation", fit, has_noise_model)?,
             None => writeln!(
                 text,
                 "  FIT %, validation  none: no samples after the window"
@@ -230,26 +231,18 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
     for (i, mode) in modes.iter().enumerate() {
         let name = if i == 0 { "frequencies" } else { "" };
         let frequency = format!(
-            "{}{} {unit}",
-            rounded(unit.of(mode.frequency), DIGITS),
-            plus_minus(unit.of(mode.frequency_se))
+            "{} {unit}",
+            measured(unit.of(mode.frequency), unit.of(mode.frequency_se))
         );
         let decay = mode.time_constant.map_or_else(
             || "does not decay".to_owned(),
-            |time| {
-                let error = plus_minus(mode.time_constant_se);
-                format!("time constant {}{error} s", rounded(time, 4))
-            },
+            |time| format!("time constant {} s", measured(time, mode.time_constant_se)),
         );
-        let damping = format!("damping {}", rounded(mode.damping, 4));
         // Of a real pole the damping is 1 whatever its error.
-        let error = match mode.damping_se {
-            0.0 => String::new(),
-            error => plus_minus(error),
-        };
+        let damping = measured(mode.damping, mode.damping_se);
         writeln!(
             text,
-            "  {name:<18} {frequency}\n  {:<18} {damping}{error}, {decay}",
+            "  {name:<18} {frequency}\n  {:<18} damping {damping}, {decay}",
             ""
         )?;
     }
@@ -290,6 +283,21 @@ fn plus_minus(error: f64) -> String {
     }
 }
 
+/// Formats "81.1 +- 3.6": two digits of the error, and the value to the same place. Without an error six digits, and
+/// where that place is far from the point, as [`plus_minus`] does.
+fn measured(value: f64, error: f64) -> String {
+    if !(error.is_finite() && error > 0.0) {
+        return rounded(value, DIGITS);
+    }
+    let place = 1 - error.log10().floor() as i32;
+    match usize::try_from(place.max(0)) {
+        Ok(decimals @ 0..=4) if value.abs() < 1e6 && error < 1e6 => {
+            format!("{value:.decimals$} +- {error:.decimals$}")
+        }
+        _ => format!("{}{}", rounded(value, DIGITS), plus_minus(error)),
+    }
+}
+
 /// Writes the results of the residual tests in words.
 fn write_residuals(text: &mut String, residuals: &Residuals, feedback: Option<f64>) -> fmt::Result {
     let names = ["residuals", "", ""];
@@ -299,13 +307,19 @@ fn write_residuals(text: &mut String, residuals: &Residuals, feedback: Option<f6
     writeln!(text, "  {:<18} {}", "", words::residual_basis(residuals))
 }
 
-fn write_fit(text: &mut String, on: &str, fit: Fit) -> fmt::Result {
+fn write_fit(text: &mut String, on: &str, fit: Fit, has_noise_model: bool) -> fmt::Result {
     let name = format!("FIT %, {on}");
+    let [simulated, one_step] = [fit.simulated, fit.one_step].map(percent);
+    // The past of y helps no prediction where the noise has no model.
+    let note = if has_noise_model {
+        ""
+    } else {
+        " (equal: no noise model)"
+    };
+    let note = if simulated == one_step { note } else { "" };
     writeln!(
         text,
-        "  {name:<18} {} simulated, {} one-step",
-        percent(fit.simulated),
-        percent(fit.one_step)
+        "  {name:<18} {simulated} simulated, {one_step} one-step{note}"
     )
 }
 

@@ -3,6 +3,7 @@
 use super::report::{Clock, Estimate, Report, Validation};
 use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness, is_feedback};
 use crate::estimator::FailureKind;
+use crate::model::polynomial::multiply;
 use crate::model::{LinearModel, Orders};
 use crate::plant::PoleFinder;
 use crate::plant::canonical::reverse_negated;
@@ -202,6 +203,11 @@ pub(super) fn cancellation(model: &LinearModel, precision: &Precision) -> Option
         chance(first.p_value),
         first.orders_without(model.orders())
     ))
+}
+
+/// Whether the noise at the output, C/(A D) e, is not e itself.
+pub(super) fn has_noise_model(model: &LinearModel) -> bool {
+    multiply(&model.a, &model.d) != model.c
 }
 
 /// Returns why a model has no standard errors; `None` if it has them.

@@ -15,7 +15,7 @@ use crate::study::{
     Cell, DiscreteCell, Experiment, Measure, Row, Rows, Source, TrialRecord, check_result,
     design_of, read_manifest, stage_twelve, stored_alike,
 };
-use crate::text::{number, visible};
+use crate::text::{number, visible, wrap};
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -33,7 +33,14 @@ pub(in crate::cli) struct Options<'a> {
     pub(in crate::cli) data: Option<&'a Path>,
     /// The form of the output.
     pub(in crate::cli) format: Format,
+    /// Whether long vectors are printed whole: the samples.
+    pub(in crate::cli) samples: bool,
 }
+
+/// A vector with more numbers is one of samples, of which text has the first line alone unless it is asked for.
+const LONG: usize = 48;
+/// Numbers in a line.
+const IN_LINE: usize = 3;
 
 /// Whether the stored rows equal these bit for bit; `None` if the folder does not hold this trial of this experiment.
 pub(super) fn stored(
@@ -133,7 +140,7 @@ impl<'a> Replay<'a> {
 
     pub(super) fn print(&self, options: &Options<'_>) -> Result<ExitCode, Error> {
         match options.format {
-            Format::Text => print(&self.text(options.folder)?)?,
+            Format::Text => print(&self.text(options)?)?,
             Format::Json => print_json(&self.json())?,
         }
         Ok(ExitCode::SUCCESS)
@@ -161,7 +168,8 @@ impl<'a> Replay<'a> {
         }
     }
 
-    fn text(&self, folder: &Path) -> Result<String, Error> {
+    fn text(&self, options: &Options<'_>) -> Result<String, Error> {
+        let folder = options.folder;
         let mut text = String::new();
         let (settings, meaning) = self.head();
         let name = match self.cell.claim.as_str() {
@@ -198,7 +206,9 @@ impl<'a> Replay<'a> {
             Some(true) => "These rows equal, bit for bit, those stored in",
             Some(false) => "These rows DIFFER from those stored in",
         };
-        writeln!(text, "\n{equal} {}.", visible(folder.display())).map_err(failed)?;
+        let line = format!("{equal} {}.", visible(folder.display()));
+        text.push('\n');
+        text.push_str(&wrap(&line, 80, ""));
         if let (Some(false), Some(method)) = (self.stored, &self.may_differ) {
             let line = format!("Those of '{method}' may: it says that it is not deterministic.");
             writeln!(text, "{}", visible(line)).map_err(failed)?;
@@ -207,9 +217,15 @@ impl<'a> Replay<'a> {
             writeln!(text, "\n{}", visible(title)).map_err(failed)?;
             for (name, values) in vectors {
                 writeln!(text, "  {name}").map_err(failed)?;
-                for line in values.chunks(3) {
+                let is_whole = options.samples || values.len() <= LONG;
+                let shown = if is_whole { values.len() } else { IN_LINE };
+                for line in values[..shown].chunks(IN_LINE) {
                     let line: Vec<String> = line.iter().map(|v| format!("{v:>24?}")).collect();
                     writeln!(text, "  {}", line.join(" ")).map_err(failed)?;
+                }
+                if !is_whole {
+                    let more = values.len() - shown;
+                    writeln!(text, "  ... {more} more; --samples prints them").map_err(failed)?;
                 }
             }
         }

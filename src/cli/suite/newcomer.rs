@@ -72,6 +72,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// The one method of a file.
 pub(super) fn method(path: &Path) -> Result<MethodTable, Error> {
+    if let Some(lines) = of_program(path) {
+        return Err(Error::Usage(lines));
+    }
     let file = ExperimentFile::read(path).map_err(|error| Error::Input(error.to_string()))?;
     let of_file = |message: String| Error::Input(format!("{}: {message}", path.display()));
     let file = file.resolve().map_err(|error| of_file(error.to_string()))?;
@@ -83,6 +86,34 @@ pub(super) fn method(path: &Path) -> Result<MethodTable, Error> {
             "methods: {count}; expected one, the newcomer"
         ))),
     }
+}
+
+/// What to write for a file that is a program itself: the experiment file that names it.
+fn of_program(path: &Path) -> Option<Vec<String>> {
+    const INTERPRETERS: [(&str, &str); 5] = [
+        ("py", "python3"),
+        ("m", "octave"),
+        ("R", "Rscript"),
+        ("jl", "julia"),
+        ("sh", "sh"),
+    ];
+    let form = path.extension()?.to_str()?;
+    let (_, interpreter) = INTERPRETERS
+        .iter()
+        .find(|(of, _)| of.eq_ignore_ascii_case(form))?;
+    let file = visible(path.file_name()?.display());
+    let name = visible(path.file_stem()?.display());
+    Some(vec![
+        format!(
+            "{}: a program; expected an experiment file that names it, such as {name}.toml beside it:",
+            visible(path.display())
+        ),
+        "title = \"My method\"".to_owned(),
+        "[[methods]]".to_owned(),
+        format!("name = {name:?}"),
+        format!("command = [{interpreter:?}, {file:?}]"),
+        format!("try: asobench test-method {name}.toml, then asobench suite {name}.toml"),
+    ])
 }
 
 /// The experiment of a user's file, its programs started and told apart by their version.

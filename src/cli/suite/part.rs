@@ -22,11 +22,19 @@ pub(super) struct Part {
     #[arg(long, value_name = "E")]
     pub(super) edition: Option<String>,
     /// Only this system, study or scenario, such as P07 or P07-ar-500; may be repeated
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = system)]
     pub(super) only: Vec<String>,
     /// Only the first R trials of each scenario, such as those of the shipped results
     #[arg(long, value_name = "R", value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) first: Option<u64>,
+}
+
+/// A name of the suite; the number of a system may stand alone or without its zero: 1, P1 and p01 are P01.
+fn system(given: &str) -> Result<String, std::convert::Infallible> {
+    let number = given.strip_prefix(['P', 'p']).unwrap_or(given);
+    let digits = number.len() <= 2 && number.bytes().all(|byte| byte.is_ascii_digit());
+    let number = number.parse::<u8>().ok().filter(|_| digits);
+    Ok(number.map_or_else(|| given.to_owned(), |number| format!("P{number:02}")))
 }
 
 impl Part {

@@ -1,6 +1,6 @@
 //! The arguments of `asobench study-from`.
 
-use crate::cli::estimate::arguments::RecordArguments;
+use crate::cli::estimate::arguments::{RecordArguments, estimator};
 use crate::cli::estimate::flags::OptionFlags;
 use crate::data::OutputFeedback;
 use crate::estimator::EstimatorName;
@@ -33,7 +33,7 @@ pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     pub(super) record: RecordArguments,
     /// The estimator whose model is taken for the true plant and noise; `asobench methods` prints them
-    #[arg(long, value_name = "NAME", default_value = "arx")]
+    #[arg(long, value_name = "NAME", default_value = "arx", alias = "method", value_parser = estimator)]
     pub(super) estimator: EstimatorName,
     /// The experiment file that is written, NAME.toml; its samples go beside it, into NAME-record.csv
     #[arg(long, value_name = "NAME.toml")]

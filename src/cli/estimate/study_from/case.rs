@@ -6,7 +6,7 @@ use crate::cli::estimate::arguments::Arguments as EstimateArguments;
 use crate::cli::estimate::load::load;
 use crate::cli::estimate::orders::{orders, ranges};
 use crate::cli::estimate::report::Report;
-use crate::cli::estimate::{one_estimator, words};
+use crate::cli::estimate::{one_estimator, warn_of_offset, words};
 use crate::data::OutputFeedback;
 use crate::diagnosis::Residuals;
 use crate::estimator::spectrum;
@@ -25,6 +25,8 @@ const LOOP_LEVEL: f64 = 0.05;
 /// The source of the trials.
 pub(super) struct Case {
     pub(super) report: Report,
+    /// What `estimate` says may be done about the record.
+    pub(super) hints: Vec<String>,
     pub(super) model: LinearModel,
     pub(super) plant: StateSpace,
     pub(super) x0: Vec<f64>,
@@ -54,6 +56,8 @@ impl Case {
                 rounded(report.unit, 1)
             )));
         }
+        // Before a model is refused, for which the offset may be the reason.
+        warn_of_offset(&report);
         let mut estimate = one_estimator::estimate(estimator, name, &report)?;
         let path = report.file.display();
         let refused = |message: &str| Error::Input(format!("{path}: {name}: {message}"));
@@ -128,6 +132,7 @@ impl Case {
         };
         Ok(Self {
             report,
+            hints: estimate.hints,
             model,
             plant,
             x0,

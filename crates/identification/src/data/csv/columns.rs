@@ -39,6 +39,8 @@ pub(super) struct Columns {
     names: [String; 5],
     /// The columns of the header that have no role.
     unused: Vec<String>,
+    /// The place of a column that has no role, but a name like times.
+    pub(super) like_times: Option<usize>,
     /// Seconds in a unit of the times.
     pub(super) unit: f64,
 }
@@ -96,8 +98,11 @@ impl Columns {
                 }
                 None if is_chosen => unused.push((*cell).to_owned()),
                 None => {
-                    let column = (*cell).to_owned();
-                    return Err(RecordError::UnknownColumn { line, column });
+                    return Err(RecordError::UnknownColumn {
+                        line,
+                        column: (*cell).to_owned(),
+                        found: listed(header.unwrap_or_default()),
+                    });
                 }
             }
         }
@@ -126,8 +131,13 @@ impl Columns {
             None => 1.0,
         };
         Ok(Self {
-            places,
             names,
+            like_times: options
+                .time
+                .is_none()
+                .then(|| like_times(header?, &places))
+                .flatten(),
+            places,
             unused,
             unit,
         })
@@ -173,7 +183,7 @@ impl Columns {
                 0 => String::new(),
                 more => format!(" and {more} more"),
             };
-            words.push(format!("not used: {}{more}", shown.join(" ")));
+            words.push(format!("not used: {}{more}", shown.join(", ")));
         }
         words
     }
@@ -242,6 +252,36 @@ fn known_as(cell: &str) -> String {
         Some(time) => time.to_owned(),
         None => name,
     }
+}
+
+/// Names of times in lower case.
+const TIMES: [&str; 9] = [
+    "t",
+    "time",
+    "times",
+    "timestamp",
+    "zeit",
+    "temps",
+    "tiempo",
+    "tempo",
+    "seconds",
+];
+
+/// Returns the first column without a role that has a name of times, or a unit of times in brackets.
+fn like_times(header: &[&str], places: &[Option<usize>; 5]) -> Option<usize> {
+    if places[Role::T as usize].is_some() {
+        return None;
+    }
+    let is_like = |cell: &str| {
+        let in_brackets = cell.contains(['(', '[']) && unit(cell).is_some();
+        TIMES.contains(&known_as(cell).as_str()) || in_brackets
+    };
+    let free = header
+        .iter()
+        .enumerate()
+        .filter(|(at, _)| !places.contains(&Some(*at)));
+    let mut like = free.filter(|(_, cell)| is_like(cell)).map(|(at, _)| at);
+    like.next()
 }
 
 /// Returns the unit that a column's name has in brackets or at its end, in lower case.

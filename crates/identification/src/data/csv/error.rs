@@ -19,12 +19,16 @@ pub enum RecordError {
     )]
     NoHeader(u64),
     /// A column is neither k, t, u nor y, and none was chosen.
-    #[error("line {line}: unknown column '{column}'; expected u and y (and perhaps k, t or time)")]
+    #[error(
+        "line {line}: unknown column '{column}' among {found}; expected u and y (and perhaps k, t or time)"
+    )]
     UnknownColumn {
         /// The header's line.
         line: u64,
         /// The column's name.
         column: String,
+        /// The columns of the file.
+        found: String,
     },
     /// Two columns have names of one role.
     #[error("line {line}: column '{column}' appears twice")]

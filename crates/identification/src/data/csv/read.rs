@@ -6,7 +6,7 @@ use super::error::RecordError;
 use super::lines::Lines;
 use super::options::{Missing, ReadOptions};
 use super::runs::{Break, Kept, Longest, Row, Run};
-use super::times::Time;
+use super::times::{Time, Times};
 use std::io::Read;
 
 /// A part of a table is the record only if it has at least one in so many of its rows.
@@ -36,6 +36,8 @@ pub struct Table {
     pub form: Vec<String>,
     /// The part that was kept of a table with missing samples.
     pub kept: Option<Kept>,
+    /// A column that was not used, but has a name like times and equal steps.
+    pub like_times: Option<String>,
 }
 
 /// Reads a record from a table with columns named u and y: [`read_table`] with the default options.
@@ -112,6 +114,8 @@ struct Rows {
     run: Run,
     /// Its longest run, if gaps are allowed.
     longest: Option<Longest>,
+    /// The place and the numbers of a column that may hold times, as long as its steps are equal.
+    like_times: Option<(usize, Times)>,
 }
 
 impl Rows {
@@ -135,6 +139,18 @@ impl Rows {
     fn add(&mut self, row: &[&str], line: u64) -> Result<(), RecordError> {
         if let Some(longest) = &mut self.longest {
             longest.rows += 1;
+        }
+        if let Some((place, times)) = &mut self.like_times {
+            let cell = row[*place];
+            // What decimals look like is learned from the columns that are used.
+            let number = self.dialect.clone().number(cell, line, "");
+            let is_next = match number {
+                Ok(Number::Known(value)) => times.add(Time::printed(cell, value), line).is_ok(),
+                _ => false,
+            };
+            if !is_next {
+                self.like_times = None;
+            }
         }
         let has = |role| self.columns.cell(row, role).is_some();
         let (has_number, has_time, has_reference) = (has(Role::K), has(Role::T), has(Role::R));
@@ -205,6 +221,7 @@ pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, Recor
     let columns = Columns::find(header, cells.len(), first.line, options)?;
     let allows_gaps = options.missing == Missing::LongestRun;
     let mut rows = Rows {
+        like_times: columns.like_times.map(|place| (place, Times::new())),
         columns,
         dialect: first.dialect,
         run: Run::new(false),
@@ -221,6 +238,7 @@ pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, Recor
         dialect,
         run,
         longest,
+        like_times,
     } = rows;
     let (run, kept) = longest.map_or((run, None), Longest::finish);
     if run.y.is_empty() {
@@ -249,7 +267,9 @@ pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, Recor
         .times
         .step()
         .map(|step| [run.times.first(), step].map(|time| time * columns.unit));
+    let like_times = like_times.filter(|(_, times)| times.step().is_some_and(|step| step > 0.0));
     Ok(Table {
+        like_times: like_times.map(|(place, _)| first.cells[place].clone()),
         times,
         form: form.chain(columns.in_words(first.is_header)).collect(),
         record: Record {

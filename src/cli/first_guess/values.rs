@@ -1,0 +1,52 @@
+//! What follows from the value of a flag.
+
+use crate::text::rounded;
+
+/// The number of coefficients of B from that of its zeros.
+pub(super) fn coefficients(zeros: &str) -> Option<String> {
+    let zeros: usize = zeros.parse().ok().filter(|zeros| *zeros < 100)?;
+    Some(format!("--nb {}", zeros + 1))
+}
+
+/// `--order 1:8` of `8`, `1:8` or `1..8`.
+pub(super) fn range(given: &str) -> Option<String> {
+    let (first, last) = given
+        .split_once(':')
+        .or_else(|| given.split_once(".."))
+        .unwrap_or(("1", given));
+    let number = |text: &str| text.trim().parse::<usize>().ok();
+    Some(format!("--order {}:{}", number(first)?, number(last)?))
+}
+
+/// `--ts` of a sampling rate in Hz.
+pub(super) fn period(rate: &str) -> Option<String> {
+    let rate: f64 = rate.parse().ok().filter(|rate: &f64| *rate > 0.0)?;
+    Some(format!("--ts {}", rounded(1.0 / rate, 9)))
+}
+
+/// The noise level of an SNR in dB.
+pub(super) fn noise_of_snr(given: &str) -> Option<String> {
+    let given = given.trim_end_matches("dB").trim_end_matches("db");
+    let decibels: f64 = given.parse().ok().filter(|of: &f64| of.abs() < 200.0)?;
+    Some(format!(
+        "--set eta={}",
+        rounded(100.0 / 10_f64.powf(decibels / 20.0), 3)
+    ))
+}
+
+/// A colour of noise; of a number it is not known what it is relative to.
+pub(super) fn noise(given: &str) -> Option<String> {
+    given
+        .parse::<f64>()
+        .is_err()
+        .then(|| format!("--set noise={given}"))
+}
+
+/// `--paper` of a word with the name of a paper.
+pub(super) fn paper(given: &str) -> Option<String> {
+    let papers = ["nikolov", "bobtsov"];
+    papers
+        .iter()
+        .find(|name| given.starts_with(**name))
+        .map(|name| format!("--paper {name}"))
+}
