@@ -26,6 +26,7 @@ pub struct Cascade {
 impl Cascade {
     /// Checks the settings and prepares the matrices and the grid.
     ///
+    /// # Errors
     /// If a length does not fit the plant's order, a filter or gain is not positive, filters are not distinct, or
     /// the step or a signal does not fit the horizon. Also if there is a delay and not all steps are equal and a
     /// whole part of it, or if there would be more than [`super::LARGEST_STEPS`] steps,

@@ -27,6 +27,7 @@ impl<R: Real> Mixer<R> {
     /// determinant is the expansion along the first row. O(n^5). Errors are of the order `eps norm(M)^(n-1)` for the
     /// adjugate and `eps norm(M)^n` for the determinant.
     ///
+    /// # Panics
     /// If a slice is shorter than n^2.
     #[inline(always)]
     pub fn adjugate(&mut self, m: &[R], out: &mut [R]) -> R {
@@ -36,6 +37,7 @@ impl<R: Real> Mixer<R> {
     /// Mixes `zbar = M theta + dbar`, Eq. (10): computes `mbar = adj(M) zbar` (n numbers) and returns
     /// `Delta = det(M)`.
     ///
+    /// # Panics
     /// If a slice is shorter than n^2 (`m`) or n.
     #[inline(always)]
     pub fn mix(&mut self, m: &[R], zbar: &[R], mbar: &mut [R]) -> R {
@@ -67,6 +69,7 @@ impl<R: Real> Mixer<R> {
 
     /// Returns `(det(M), first component of adj(M) zbar)`: the scalar regression of the first unknown alone.
     ///
+    /// # Panics
     /// If a slice is shorter than n^2 (`m`) or n.
     #[inline(always)]
     pub fn mix_first(&mut self, m: &[R], zbar: &[R]) -> (R, R) {
@@ -135,6 +138,7 @@ fn cofactor<R: Real>(n: usize, m: &[R], [row, column]: [usize; 2], minor: &mut [
 
 /// Returns the determinant of a row-major n x n matrix by LU with partial pivoting. The matrix is overwritten.
 ///
+/// # Panics
 /// If the slice is shorter than n^2.
 #[inline(always)]
 pub fn determinant<R: Real>(m: &mut [R], n: usize) -> R {
