@@ -510,6 +510,13 @@ fn names_of_other_programs_lead_to_those_here() {
         let line = refused(at, arguments);
         assert!(line.contains(part), "{line}");
     }
+}
+
+/// Keys of other programs in an experiment file.
+#[test]
+fn keys_of_other_programs_lead_to_those_here() {
+    let folder = folder();
+    let at = folder.path();
     for (text, part) in [
         (
             "[plants.p]\nnum = [1]\nden = [1, 1]\ndt = 0.1\n",

@@ -202,7 +202,7 @@ fn times_of_made_up_rounds() {
         (typical.value - 4.0).abs() < 1e-12 && typical.error > 0.0,
         "{typical:?}"
     );
-    assert_eq!(whole.extremes().map(|x| x.round()), [2.0, 8.0]);
+    assert_eq!(whole.extremes().map(f64::round), [2.0, 8.0]);
     assert_eq!(whole.longest().as_millis(), 500);
     let lost = MethodTimes {
         method: "m".to_owned(),

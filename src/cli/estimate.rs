@@ -140,13 +140,14 @@ fn tables(
                 .map(|(scan, hint)| scan.text(&report, hint.as_deref()));
             print(&texts.collect::<Vec<String>>().join("\n"))?;
         }
-        Format::Json => match one {
-            Some(scan) => print_json(&scan.json(&report))?,
-            None => {
+        Format::Json => {
+            if let Some(scan) = one {
+                print_json(&scan.json(&report))?;
+            } else {
                 let tables = scans.iter().map(|scan| scan.json(&report));
                 print_json(&json!({ "tables": tables.collect::<Vec<_>>() }))?;
             }
-        },
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -151,8 +151,8 @@ fn told(change: &MethodChange) -> String {
     let lists = [
         ("computed", added),
         (
-            "computed again, as a comparison, a claim or curves need trials that were not kept (store = \"trials\" keeps \
-             them)",
+            "computed again, as a comparison, a claim or curves need trials that were not kept (store = \"trials\" \
+             keeps them)",
             again,
         ),
         ("removed from the results", removed),

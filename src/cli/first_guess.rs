@@ -143,8 +143,8 @@ impl Meant {
         };
         if let Some(list) = self.numbers(at).filter(|_| has(command, "--orders")) {
             self.lines.push(format!(
-                "unexpected argument '{argument}'; here: --order n, or --orders {list}, in the order of the estimator's \
-                 letters: na nb nc nd nf nk"
+                "unexpected argument '{argument}'; here: --order n, or --orders {list}, in the order of the \
+                 estimator's letters: na nb nc nd nf nk"
             ));
             self.put_numbers(at, &list);
             return true;
@@ -206,11 +206,11 @@ impl Meant {
         self.gap = None;
     }
 
-    /// Takes out a wrong value that follows a flag which was taken out: it was the flag's. Returns whether there is one.
+    /// Takes out a wrong value that follows a flag which was taken out: it was the flag's. Returns whether there is
+    /// one.
     fn value_in_gap(&mut self, error: &clap::Error) -> bool {
-        let value = match error.get(ContextKind::InvalidValue) {
-            Some(ContextValue::String(value)) => value,
-            _ => return false,
+        let Some(ContextValue::String(value)) = error.get(ContextKind::InvalidValue) else {
+            return false;
         };
         let in_gap = self.gap.filter(|at| self.line.get(*at) == Some(value));
         in_gap.map(|at| self.line.remove(at)).is_some()

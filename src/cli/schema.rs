@@ -124,8 +124,8 @@ fn section(text: &mut String, title: &str, properties: &Value, required: &[&str]
 fn settings(text: &mut String, title: &str, kind: StudyKind) {
     let _ = write!(
         text,
-        "\n## {title}\n\nA number or a text each; a list, or a range such as `{{ linspace = [0, 1, 5] }}`, makes an axis of the \
-         grid.\n\n| key | default | meaning |\n|---|---|---|\n"
+        "\n## {title}\n\nA number or a text each; a list, or a range such as `{{ linspace = [0, 1, 5] }}`, makes an \
+         axis of the grid.\n\n| key | default | meaning |\n|---|---|---|\n"
     );
     for key in Key::ALL.iter().filter(|key| key.is_of(kind)) {
         let default = key.default_of(kind);

@@ -182,8 +182,8 @@ impl FailureKind {
                  there; it is lost unless unfinished = \"counted\"."
             }
             Self::IterationLimit => {
-                "A search took all its iterations, or no step helped. The best model so far is there; it is lost unless \
-                 unfinished = \"counted\"."
+                "A search took all its iterations, or no step helped. The best model so far is there; it is lost \
+                 unless unfinished = \"counted\"."
             }
             Self::BoundaryCounted => "As boundary, in a study that counts such models.",
             Self::IterationLimitCounted => {
@@ -197,7 +197,8 @@ impl FailureKind {
                 "The record does not distinguish the parameters: their information is singular up to rounding."
             }
             Self::NoFilter => {
-                "No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood."
+                "No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite \
+                 likelihood."
             }
             Self::Declined => "A program declined the record.",
             Self::Timeout => "A program did not answer in time.",

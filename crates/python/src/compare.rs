@@ -9,8 +9,8 @@ use pyo3::prelude::*;
 /// The loss of each model, its criteria in the order of their names, and its parameters.
 type Row = (Option<f64>, Vec<Option<f64>>, Vec<f64>);
 
-/// Compares ARX models of orders (na, nb, nk): the number of equations, the names of the criteria, a row for each model,
-/// and the best row by each criterion.
+/// Compares ARX models of orders (na, nb, nk): the number of equations, the names of the criteria, a row for each
+/// model, and the best row by each criterion.
 #[pyfunction]
 #[expect(clippy::type_complexity, reason = "a tuple for Python")]
 pub(crate) fn compare_orders(

@@ -31,7 +31,8 @@ pub(crate) struct Native {
     pub(crate) shift: usize,
 }
 
-/// Numerator, denominator, covariance, time between samples, hold and dead time in samples of a model in continuous time.
+/// Numerator, denominator, covariance, time between samples, hold and dead time in samples of a model in continuous
+/// time.
 type Continuous = (Vec<f64>, Vec<f64>, Vec<f64>, f64, String, usize);
 
 #[expect(clippy::needless_pass_by_value, reason = "what map_err hands on")]
@@ -249,8 +250,8 @@ impl Native {
         self.model.equation().rounded(digits).to_string()
     }
 
-    /// Poles, zeros (real and imaginary part, their standard errors and covariance, that of the modulus), the static gain
-    /// and its standard error, and the orders without poles and zeros that may cancel.
+    /// Poles, zeros (real and imaginary part, their standard errors and covariance, that of the modulus), the static
+    /// gain and its standard error, and the orders without poles and zeros that may cancel.
     fn precision<'py>(
         &self,
         py: Python<'py>,

@@ -16,8 +16,8 @@ const NUMBER: usize = 16;
 const LONGEST: usize = 30;
 
 /// Compares studies with the first one, as text: the keys in which their files differ, and the medians of a measure in
-/// cells with the same settings, for outputs with the same label. A setting that has one value in each study, and another
-/// one, is named and left out of the match. Without a measure the first is taken that all have.
+/// cells with the same settings, for outputs with the same label. A setting that has one value in each study, and
+/// another one, is named and left out of the match. Without a measure the first is taken that all have.
 /// The last column is the difference of the last median from the first in standard errors of independent medians;
 /// studies with the same seed share their trials, and then it is too small.
 ///

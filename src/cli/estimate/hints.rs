@@ -48,13 +48,14 @@ fn integrator(estimate: &Estimate) -> Option<String> {
     let mut zeros = precision.zeros.iter();
     if let Some(zero) = zeros.find(|zero| zero.at.im == 0.0 && (zero.at.re - 1.0).abs() <= 0.02) {
         return Some(format!(
-            "the pole {place} and the zero {:.6} are what an offset leaves that was not subtracted: a model of one order \
-             less, and --operating-point U,Y",
+            "the pole {place} and the zero {:.6} are what an offset leaves that was not subtracted: a model of one \
+             order less, and --operating-point U,Y",
             zero.at.re
         ));
     }
     Some(format!(
-        "the pole {place} may be 1, an integrator: the differences y(k) - y(k-1) have a model without it, one order lower"
+        "the pole {place} may be 1, an integrator: the differences y(k) - y(k-1) have a model without it, one order \
+         lower"
     ))
 }
 
@@ -84,7 +85,8 @@ fn offset(estimate: &Estimate, report: &Report) -> Option<String> {
         String::new()
     };
     Some(format!(
-        "simulated errors have mean {} and standard deviation {}: the record does not move about what was subtracted{way}",
+        "simulated errors have mean {} and standard deviation {}: the record does not move about what was \
+         subtracted{way}",
         rounded(whole, 3),
         rounded(deviation * report.unit, 3)
     ))
@@ -151,8 +153,8 @@ fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String> {
     }
     let unit = report.unit * report.unit;
     Some(format!(
-        "the record does not begin at rest, but {} takes zero signals before it: errors of variance {}, from the best start \
-         {}; --estimator oe or bj with --initial estimate fits the start",
+        "the record does not begin at rest, but {} takes zero signals before it: errors of variance {}, from the best \
+         start {}; --estimator oe or bj with --initial estimate fits the start",
         estimate.name,
         rounded(zero * unit, 4),
         rounded(best * unit, 4)
@@ -189,8 +191,8 @@ fn start(estimate: &Estimate, report: &Report) -> Option<String> {
     }
     let unit = report.unit * report.unit;
     Some(format!(
-        "the record does not begin at rest: zero signals before it were taken, noise variance {}; with --initial estimate \
-         they are fitted, noise variance {}",
+        "the record does not begin at rest: zero signals before it were taken, noise variance {}; with --initial \
+         estimate they are fitted, noise variance {}",
         rounded(last.model.noise_variance * unit, 4),
         rounded(fitted.model.noise_variance * unit, 4)
     ))

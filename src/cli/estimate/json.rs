@@ -32,8 +32,8 @@ pub(super) fn render(report: &Report) -> Value {
         "gain": report.gain,
         "feedback_p_value": report.feedback,
         "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the original record; \
-                       x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; alpha_i = -a_(n+1-i), beta_i = h_i; \
-                       for ls and iv with delay nk, y(k) there is y(k + nk - 1) of the file",
+                       x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; alpha_i = -a_(n+1-i), beta_i = \
+                       h_i; for ls and iv with delay nk, y(k) there is y(k + nk - 1) of the file",
         "estimates": report.estimates.iter().map(estimate).collect::<Vec<_>>(),
     })
 }

@@ -9,7 +9,8 @@ use crate::estimator::EstimatorName;
 use crate::model::Orders;
 use crate::observer::Gain;
 
-/// Reads the orders as they were given: those of MATLAB's order and those letter by letter become `--orders`, and without
+/// Reads the orders as they were given: those of MATLAB's order and those letter by letter become `--orders`, and
+/// without
 /// `--estimator` the estimators are those that take what was given.
 pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
     let of_order = match &arguments.record.order {
@@ -66,7 +67,7 @@ pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
             let orders = parts.join(",").parse();
             orders.map_err(|error| Error::Input(format!("--{}: {error}", letters[0].0)))?
         }
-        ([(flag, _)], _) | ([_, (flag, _)], _) => return both(flag),
+        ([(flag, _)] | [_, (flag, _)], _) => return both(flag),
         _ => return both("--orders"),
     };
     let flag = texts.first().map_or("--na", |(flag, _)| *flag);
@@ -169,7 +170,8 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     if !options.has("orders") {
         let Some(Given::Span(order)) = *order else {
             return bad(
-                "expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it; --order 1:8 compares"
+                "expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it; --order 1:8 \
+                 compares"
                     .to_owned(),
             );
         };
@@ -224,7 +226,8 @@ pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the estimators of tables of several models, each one once: those that take orders; the default ones are `arx`.
+/// Returns the estimators of tables of several models, each one once: those that take orders; the default ones are
+/// `arx`.
 pub(super) fn of_tables(names: &[EstimatorName]) -> Result<Vec<EstimatorName>, Error> {
     use EstimatorName::{Arx, InstrumentalVariables, LeastSquares};
     if matches!(names, [LeastSquares, InstrumentalVariables]) {

@@ -122,11 +122,12 @@ fn ways_on(error: &RecordError) -> &'static str {
             "; --missing longest-run takes the longest part without a gap"
         }
         RecordError::Spacing { .. } => {
-            "; resample it, take the longest part at equal steps by --missing longest-run, or say --time none --ts SECONDS \
-             if the samples were equally spaced and the column is not exact"
+            "; resample it, take the longest part at equal steps by --missing longest-run, or say --time none --ts \
+             SECONDS if the samples were equally spaced and the column is not exact"
         }
         RecordError::ShortRun { .. } => {
-            "; resample it, or say --time none --ts SECONDS if the samples were equally spaced and the column is not exact"
+            "; resample it, or say --time none --ts SECONDS if the samples were equally spaced and the column is not \
+             exact"
         }
         RecordError::NotThere { column, .. } if column == "fixed" || column == "spectrum" => {
             "; what the trials of study-from have is --trial-input"

@@ -89,13 +89,16 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
             })
         }
         FailureKind::Boundary => Some(
-            "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard errors",
+            "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard \
+             errors",
         ),
         FailureKind::IterationLimit if !estimate.name.takes("starts") => Some(
-            "the iteration does not converge; this is its best model: lower the orders, or use oe or bj; there are no standard errors",
+            "the iteration does not converge; this is its best model: lower the orders, or use oe or bj; there are no \
+             standard errors",
         ),
         FailureKind::IterationLimit => Some(
-            "the best model so far, not at a minimum: lower the orders, or raise --starts; there are no standard errors",
+            "the best model so far, not at a minimum: lower the orders, or raise --starts; there are no standard \
+             errors",
         ),
         _ => None,
     }

@@ -19,8 +19,8 @@ pub(super) enum Typed {
     Command(&'static str),
 }
 
-/// What an argument is called here: the names, and the answers. An answer is given to a command that has the flag before
-/// it, or that is named before it; the first one if there are several.
+/// What an argument is called here: the names, and the answers. An answer is given to a command that has the flag
+/// before it, or that is named before it; the first one if there are several.
 type Entry = (&'static str, &'static [(&'static str, &'static str, Typed)]);
 
 /// Arguments.
@@ -39,7 +39,8 @@ const ARGUMENTS: &[Entry] = &[
         &[
             (
                 "check",
-                "claims are judged from results: asobench run judges those of its file, asobench report DIR --claims FILE.toml others",
+                "claims are judged from results: asobench run judges those of its file, asobench report DIR --claims \
+                 FILE.toml others",
                 Open,
             ),
             (
@@ -78,7 +79,8 @@ const ARGUMENTS: &[Entry] = &[
         "--estimator --method --methods",
         &[(
             "suite",
-            "asobench suite run --method NAME of a built-in estimator; a method of your own is an experiment file: asobench suite FILE.toml",
+            "asobench suite run --method NAME of a built-in estimator; a method of your own is an experiment file: \
+             asobench suite FILE.toml",
             Open,
         )],
     ),
@@ -118,11 +120,13 @@ const ARGUMENTS: &[Entry] = &[
         ],
     ),
     (
-        "-o --output --output-file --outfile --save --save-as --export --csv --tsv --xlsx --dir --outdir --output-dir -d --folder",
+        "-o --output --output-file --outfile --save --save-as --export --csv --tsv --xlsx --dir --outdir --output-dir \
+         -d --folder",
         &[
             (
                 "--validate",
-                "--format json > FILE.json has all numbers of a model; --states FILE.csv, --plot FILE.svg and --report FILE.html",
+                "--format json > FILE.json has all numbers of a model; --states FILE.csv, --plot FILE.svg and --report \
+                 FILE.html",
                 Open,
             ),
             ("--out", "--out NAME", Words("--out {}")),
@@ -161,7 +165,8 @@ const ARGUMENTS: &[Entry] = &[
             ("--estimator", "--estimator NAME", Words("--estimator {}")),
             (
                 "--method",
-                "--method NAME, a method of the file; a program of your own is one with a name and command = [\"python3\", \"my.py\"]",
+                "--method NAME, a method of the file; a program of your own is one with a name and command = \
+                 [\"python3\", \"my.py\"]",
                 Words("--method {}"),
             ),
         ],
@@ -232,7 +237,8 @@ const ARGUMENTS: &[Entry] = &[
         "--delimiter --sep --separator --decimal --header --encoding --format-in --no-header",
         &[(
             "--input",
-            "not needed: separators, decimal commas and headers are recognised, and --input, --output and --time choose columns",
+            "not needed: separators, decimal commas and headers are recognised, and --input, --output and --time \
+             choose columns",
             Nothing,
         )],
     ),
@@ -300,7 +306,8 @@ const ARGUMENTS: &[Entry] = &[
         "--spa --etfe --frequency-response --freqresp --spectrum",
         &[(
             "--validate",
-            "--report FILE.html has the frequency response of the model with intervals; there is no estimate without a model",
+            "--report FILE.html has the frequency response of the model with intervals; there is no estimate without a \
+             model",
             Open,
         )],
     ),
@@ -439,7 +446,8 @@ const ARGUMENTS: &[Entry] = &[
         "--residuals --resid --residual",
         &[(
             "--validate",
-            "--plot residuals of the last estimator; the tests of residuals are always printed, and --report FILE.html draws the correlations",
+            "--plot residuals of the last estimator; the tests of residuals are always printed, and --report FILE.html \
+             draws the correlations",
             Words("--plot residuals"),
         )],
     ),
@@ -463,7 +471,8 @@ const ARGUMENTS: &[Entry] = &[
         "--compare",
         &[(
             "--validate",
-            "FIT is always printed; --validate FILE.csv or --window N for that of samples which the models have not seen",
+            "FIT is always printed; --validate FILE.csv or --window N for that of samples which the models have not \
+             seen",
             Words(""),
         )],
     ),

@@ -4,8 +4,8 @@ use crate::estimator::EstimatorName;
 use crate::names::here;
 
 /// Subcommands: their names, what they are called here in words, and what is typed instead (empty: the words do not
-/// determine it). `*` is the rest of the command line, `{}` the estimator of that name; flags after `*` are added unless
-/// they were given.
+/// determine it). `*` is the rest of the command line, `{}` the estimator of that name; flags after `*` are added
+/// unless they were given.
 const COMMANDS: &[(&str, &str, &str)] = &[
     (
         "fit identify train est ident sysid regress",
@@ -34,13 +34,14 @@ const COMMANDS: &[(&str, &str, &str)] = &[
     ),
     (
         "bode freqresp nyquist",
-        "asobench estimate RECORD.csv --order 2 --plot bode; --report my.html has equations, poles, responses in time and \
-         frequency and residuals; no model is read from a file",
+        "asobench estimate RECORD.csv --order 2 --plot bode; --report my.html has equations, poles, responses in time \
+         and frequency and residuals; no model is read from a file",
         "estimate * --order 2 --plot bode",
     ),
     (
         "step impulse",
-        "asobench estimate RECORD.csv --order 2 --plot step; --report my.html has the rest; no model is read from a file",
+        "asobench estimate RECORD.csv --order 2 --plot step; --report my.html has the rest; no model is read from a \
+         file",
         "estimate * --order 2 --plot step",
     ),
     (
@@ -50,18 +51,20 @@ const COMMANDS: &[(&str, &str, &str)] = &[
     ),
     (
         "pzmap poles pole zeros zpk damp",
-        "asobench estimate RECORD.csv --order 2 prints poles and zeros, --plot poles draws them; no model is read from a file",
+        "asobench estimate RECORD.csv --order 2 prints poles and zeros, --plot poles draws them; no model is read from \
+         a file",
         "estimate * --order 2 --plot poles",
     ),
     (
         "tf ss",
-        "asobench estimate RECORD.csv --order 2 prints the equation and the state-space form; no model is read from a file",
+        "asobench estimate RECORD.csv --order 2 prints the equation and the state-space form; no model is read from a \
+         file",
         "estimate * --order 2",
     ),
     (
         "predict forecast validate-model goodness gof",
-        "asobench estimate RECORD.csv --order 2 --validate OTHER.csv, or --window N: FIT of the simulation and one step \
-         ahead, no other horizon",
+        "asobench estimate RECORD.csv --order 2 --validate OTHER.csv, or --window N: FIT of the simulation and one \
+         step ahead, no other horizon",
         "",
     ),
     (

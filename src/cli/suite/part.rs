@@ -30,6 +30,10 @@ pub(super) struct Part {
 }
 
 /// A name of the suite; the number of a system may stand alone or without its zero: 1, P1 and p01 are P01.
+#[expect(
+    clippy::unnecessary_wraps,
+    reason = "clap asks for a result of a parser"
+)]
 fn system(given: &str) -> Result<String, std::convert::Infallible> {
     let number = given.strip_prefix(['P', 'p']).unwrap_or(given);
     let digits = number.len() <= 2 && number.bytes().all(|byte| byte.is_ascii_digit());

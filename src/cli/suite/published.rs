@@ -8,6 +8,7 @@ use crate::cli::output::print;
 use crate::number::uncertain;
 use crate::report::html::{CellText, Column, Table};
 use crate::suite::{Estimated, PublishedTable, Reproduced, published};
+use std::fmt::Write as _;
 use std::process::ExitCode;
 
 /// Reproduce the published Monte-Carlo tables of the suite's systems: printed beside ours, with both standard errors
@@ -86,8 +87,9 @@ fn shown(of: &PublishedTable, found: &[Reproduced]) -> String {
     if !found.iter().all(Reproduced::agrees) {
         for row in found {
             if let Some(error) = row.of_one_input {
-                text += &format!(
-                    "{}: means differ by {:.1} standard errors; if the printed runs had one input, by {:.1}\n",
+                let _ = writeln!(
+                    text,
+                    "{}: means differ by {:.1} standard errors; if the printed runs had one input, by {:.1}",
                     row.name,
                     row.apart(row.printed.0.error),
                     row.apart(error)

@@ -60,10 +60,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         .collect();
     for study in &suite.studies {
         for (name, found) in of_study(study, &chosen, arguments)? {
-            let place = methods.iter_mut().find(|of| of.method == name);
-            place
-                .into_iter()
-                .for_each(|of| of.scenarios.extend(found.iter().cloned()));
+            if let Some(of) = methods.iter_mut().find(|of| of.method == name) {
+                of.scenarios.extend(found.iter().cloned());
+            }
         }
         note(&format!("{}: timed", study.name));
     }

@@ -63,7 +63,8 @@ pub enum ProcessError {
     },
     /// Nominal variances are asked for with an input whose process variance at the output is not known.
     #[error(
-        "eta '{0}' needs the variance of the output's process, which is not known for given samples and binary inputs; expected 'exact' or 'absolute'"
+        "eta '{0}' needs the variance of the output's process, which is not known for given samples and binary inputs; \
+         expected 'exact' or 'absolute'"
     )]
     LevelOfSamples(LevelOver),
     /// The plant that another becomes has another order.

@@ -4,9 +4,9 @@ use super::DrawFailure;
 use super::process_error::ProcessError;
 use crate::model::polynomial::{self, multiply};
 use crate::plant::{ORDER_LIMIT, StateSpace, random_stable};
-use crate::signal::{
-    Input, NoiseFilter, NoiseFilterError, NoiseLaw, ProcessVariances, Purpose, stream,
-};
+#[cfg(feature = "json")]
+use crate::signal::NoiseLaw;
+use crate::signal::{Input, NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, stream};
 #[cfg(feature = "json")]
 use serde_json::{Value, json};
 use std::borrow::Cow;

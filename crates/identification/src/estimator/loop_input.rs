@@ -65,8 +65,8 @@ impl LoopInput {
         })
     }
 
-    /// Computes what of a signal follows from r, by the long model; all of it where it is r (open loop). Without noise the
-    /// equations of a model that is too long are rank-deficient: then its order is lowered until they are not.
+    /// Computes what of a signal follows from r, by the long model; all of it where it is r (open loop). Without noise
+    /// the equations of a model that is too long are rank-deficient: then its order is lowered until they are not.
     ///
     /// # Errors
     /// As for [`Regression::solve`], as of an r that is zero.

@@ -245,8 +245,8 @@ pub enum SetupError {
     },
     /// A Kalman filter with known noise, but the variance of the noise is 0 or differs between trials.
     #[error(
-        "observer '{0}' with the known plant needs the variance of the measurement noise, the same in every trial: eta = 0, \
-         or eta_over = \"nominal\" or \"absolute\""
+        "observer '{0}' with the known plant needs the variance of the measurement noise, the same in every trial: eta \
+         = 0, or eta_over = \"nominal\" or \"absolute\""
     )]
     NoKnownNoise(ObserverKind),
     /// The Kalman filter does not exist for these coefficients.
@@ -329,8 +329,8 @@ pub trait Estimator: Send {
     }
 
     /// Runs once over the window, for methods that take a record sample by sample ([`Method::runs_along`]); others do
-    /// nothing. Calls `visit(k, pass, state)` for each k of `at`, ascending: the pass has the parameters after the first
-    /// k samples, or none if there are none, and the state is xhat(k) if the method estimates it itself.
+    /// nothing. Calls `visit(k, pass, state)` for each k of `at`, ascending: the pass has the parameters after the
+    /// first k samples, or none if there are none, and the state is xhat(k) if the method estimates it itself.
     fn run_along(&mut self, _: Window<'_>, _at: &[usize], _: &mut Pass, _visit: &mut Visit<'_>) {}
 
     /// Called before the record of a trial is estimated. A method that works on many trials at a time can look at the

@@ -1,5 +1,5 @@
-//! Quantiles of measures over trials, with their Monte-Carlo standard errors. `sketch.rs` has those of summaries, by the
-//! ranks of this file.
+//! Quantiles of measures over trials, with their Monte-Carlo standard errors. `sketch.rs` has those of summaries, by
+//! the ranks of this file.
 
 use super::estimate::{Z, nan_is_null};
 use serde::{Deserialize, Serialize};

@@ -45,8 +45,8 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    /// Samples `x' = M x + g v`: with `exp [M g 0; 0 0 1; 0 0 0] = [E p r; ...]`, `now = p - r`, `next = r` for straight
-    /// lines, and `now = p` for a constant input.
+    /// Samples `x' = M x + g v`: with `exp [M g 0; 0 0 1; 0 0 0] = [E p r; ...]`, `now = p - r`, `next = r` for
+    /// straight lines, and `now = p` for a constant input.
     pub(crate) fn new(m: MatRef<'_, f64>, g: &[f64], hold: Hold) -> Self {
         let n = m.nrows();
         let block = Mat::from_fn(n + 2, n + 2, |i, j| match (i < n, j < n) {

@@ -52,9 +52,9 @@ impl Orders {
             .max(1)
     }
 
-    /// Returns the smallest orders of another form that hold models of these orders. `form` has the form's own defaults:
-    /// what is not 0 there is free. The filter of e is C/(A D). Over a common A F it becomes C F/D; where the form has no
-    /// A, it stays C/(A D).
+    /// Returns the smallest orders of another form that hold models of these orders. `form` has the form's own
+    /// defaults: what is not 0 there is free. The filter of e is C/(A D). Over a common A F it becomes C F/D; where the
+    /// form has no A, it stays C/(A D).
     #[must_use]
     pub fn holding(self, form: Self) -> Self {
         let Self {

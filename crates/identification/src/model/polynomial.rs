@@ -14,8 +14,8 @@ pub fn text(coefficients: &[f64]) -> String {
     texts.join(",")
 }
 
-/// Returns the places of the first and the last coefficient that is more than the rounding of a sum of the others, 1e-13 of
-/// the largest; `None` for a polynomial of zeros.
+/// Returns the places of the first and the last coefficient that is more than the rounding of a sum of the others,
+/// 1e-13 of the largest; `None` for a polynomial of zeros.
 pub fn extent(c: &[f64]) -> Option<(usize, usize)> {
     let size = c.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
     let is_there = |c: &f64| c.abs() > 1e-13 * size;

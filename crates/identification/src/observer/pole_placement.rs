@@ -1,8 +1,8 @@
 //! The observer's gain by pole placement: reading E8.
 //!
 //! The observability matrix of the canonical form is I. Hence `F = A - g c'` has the characteristic polynomial phi_F if
-//! `T g = phi_F - phi_A`, that is `(T g)_i = (phi_F)_i + a_(n+1-i)`, with T of stage 5. `ackermann.rs` is for other pairs
-//! (A, C), and continuous time.
+//! `T g = phi_F - phi_A`, that is `(T g)_i = (phi_F)_i + a_(n+1-i)`, with T of stage 5. `ackermann.rs` is for other
+//! pairs (A, C), and continuous time.
 
 use crate::plant::canonical::solve_toeplitz;
 use crate::plant::{parse_pole, polynomial_from_poles, unmatched_pole};

@@ -40,8 +40,8 @@ pub enum SamplingError {
     LargeDegree(usize),
     /// y(k) depends on u(k).
     #[error(
-        "y(k) would depend on u(k), by {0}; expected a plant whose first input is u(k-1), such as one with a delay of a \
-         sample"
+        "y(k) would depend on u(k), by {0}; expected a plant whose first input is u(k-1), such as one with a delay of \
+         a sample"
     )]
     Direct(&'static str),
     /// The sampled plant cannot be told in numbers.
@@ -123,7 +123,8 @@ impl Sampling {
         Ok([a, b])
     }
 
-    /// Returns the delay as whole samples and a part of one. A delay that is a multiple of T up to rounding has no part.
+    /// Returns the delay as whole samples and a part of one. A delay that is a multiple of T up to rounding has no
+    /// part.
     fn delay_in_samples(&self) -> Result<(usize, f64), SamplingError> {
         let number = |what, found, expected| SamplingError::Number {
             what,
@@ -261,8 +262,8 @@ fn times(left: &[Vec<f64>], right: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// Returns `e^(M t)` by scaling, the Taylor polynomial of degree 18 at a norm of at most 1/2, and squaring. The
-/// remainder is below `2^-19 / 19!`, 2e-23. Entries of small matrices keep their own relative accuracy, which faer's products do
-/// not have to on every machine.
+/// remainder is below `2^-19 / 19!`, 2e-23. Entries of small matrices keep their own relative accuracy, which faer's
+/// products do not have to on every machine.
 fn exponential(m: &[Vec<f64>], t: f64) -> Vec<Vec<f64>> {
     const DEGREE: u32 = 18;
     let rows = m
@@ -382,7 +383,8 @@ mod tests {
         assert!((at_one(&b) / at_one(&a) - 1.0).abs() < bound, "{bound:e}");
     }
 
-    /// A delay of 0.4 samples: `scipy.linalg.expm` for both parts of a period, then `scipy.signal.ss2tf`. Straight lines:
+    /// A delay of 0.4 samples: `scipy.linalg.expm` for both parts of a period, then `scipy.signal.ss2tf`. Straight
+    /// lines:
     /// `scipy.signal.lsim` of a triangle on a grid of 0.01 s, and `cont2discrete(..., "foh")` after a whole sample.
     #[test]
     fn delays_and_straight_lines() {

@@ -71,7 +71,8 @@ pub enum Input {
         /// The standard deviation of the filter's output, in units of u.
         amplitude: f64,
     },
-    /// The signs of white Gaussian numbers through a filter, times the amplitude: a random binary input with a spectrum.
+    /// The signs of white Gaussian numbers through a filter, times the amplitude: a random binary input with a
+    /// spectrum.
     Binary {
         /// The filter.
         filter: NoiseFilter,

@@ -18,17 +18,18 @@ pub enum NoiseLaw {
     /// Normal numbers.
     #[default]
     Gaussian,
-    /// Student's t with so many degrees of freedom, at least 3, scaled to variance 1: a normal number z over the root of the
-    /// mean of as many squares of others, `w = z sqrt((nu - 2) / (z_1^2 + ... + z_nu^2))`.
+    /// Student's t with so many degrees of freedom, at least 3, scaled to variance 1: a normal number z over the root
+    /// of the mean of as many squares of others, `w = z sqrt((nu - 2) / (z_1^2 + ... + z_nu^2))`.
     StudentT(u16),
     /// Given numbers, with replacement.
     Drawn(Arc<[f64]>),
 }
 
 impl NoiseLaw {
-    /// The Fisher information of one number about a shift of it, `E[(f' / f)^2]` with f the density: 1 for normal numbers,
-    /// `nu (nu + 1) / ((nu - 2) (nu + 3))` for Student's t (Lange, Little and Taylor, *Robust statistical modeling using
-    /// the t distribution*, JASA 84, 1989). `None` for given numbers, which have no density.
+    /// The Fisher information of one number about a shift of it, `E[(f' / f)^2]` with f the density: 1 for normal
+    /// numbers,
+    /// `nu (nu + 1) / ((nu - 2) (nu + 3))` for Student's t (Lange, Little and Taylor, *Robust statistical modeling
+    /// using the t distribution*, JASA 84, 1989). `None` for given numbers, which have no density.
     pub fn information(&self) -> Option<f64> {
         match self {
             Self::Gaussian => Some(1.0),
@@ -140,8 +141,8 @@ impl NoiseFilter {
         Ok(self)
     }
 
-    /// Changes w to white noise of Student's t with so many degrees of freedom. The stationary start is still Gaussian: its
-    /// mean and covariance are right, its higher moments are not.
+    /// Changes w to white noise of Student's t with so many degrees of freedom. The stationary start is still Gaussian:
+    /// its mean and covariance are right, its higher moments are not.
     ///
     /// # Errors
     /// If they are not 3 to 100.

@@ -34,7 +34,8 @@ const TAPS: [&[usize]; 17] = [
 /// -1, each held for `clock` samples. The register starts with ones. `None` if [`REGISTERS`] has no such register or
 /// `clock` is 0.
 ///
-/// With `clock = 1` the mean over a period of P samples is `1/P` in size, and the correlation `sum u(k) u(k + i) / P` is
+/// With `clock = 1` the mean over a period of P samples is `1/P` in size, and the correlation `sum u(k) u(k + i) / P`
+/// is
 /// 1 for `i = 0` and `-1/P` for all other i below P.
 pub fn prbs(register: usize, clock: usize) -> Option<Vec<f64>> {
     let taps = TAPS.get(register.checked_sub(2)?).filter(|_| clock > 0)?;

@@ -14,15 +14,15 @@ const POINTS: usize = 1 << 14;
 /// The variances that are not known: of the input, its noise, and the output's.
 const VARIANCES: usize = 3;
 
-/// The information `F` of N samples of `u = r + w_u`, `y = G r + e` about `alpha_1 ... alpha_n, beta_1 ... beta_n`, all of
-/// r, w_u and e white and Gaussian and their variances unknown: the Schur complement of their block of
+/// The information `F` of N samples of `u = r + w_u`, `y = G r + e` about `alpha_1 ... alpha_n, beta_1 ... beta_n`, all
+/// of r, w_u and e white and Gaussian and their variances unknown: the Schur complement of their block of
 ///
 /// ```text
 /// F_ij = N / (4 pi) int tr(S^-1 S_i S^-1 S_j) d omega,   S = [s_r + s_u, s_r G*; s_r G, s_r |G|^2 + s_e]
 /// ```
 ///
-/// with S the spectrum of (u, y) and S_i its derivatives. Source: Whittle 1953; Soderstrom, *Errors-in-Variables Methods in
-/// System Identification*, 2018, section 4.4.
+/// with S the spectrum of (u, y) and S_i its derivatives. Source: Whittle 1953; Soderstrom, *Errors-in-Variables
+/// Methods in System Identification*, 2018, section 4.4.
 ///
 /// # Errors
 /// [`Missing`].

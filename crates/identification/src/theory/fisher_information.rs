@@ -15,9 +15,9 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 /// The Fisher information `F = N E[psi psi'] / lambda` of a record of N samples about `p = (alpha, beta)`, with the
-/// noise's parameters unknown: the Schur complement of their block. psi is that of `A y = B/F u + C/D e` with the orders
-/// of the truth, all in lowest terms. Where the reference is given sample by sample, what comes from it is summed over
-/// the record, from rest.
+/// noise's parameters unknown: the Schur complement of their block. psi is that of `A y = B/F u + C/D e` with the
+/// orders of the truth, all in lowest terms. Where the reference is given sample by sample, what comes from it is
+/// summed over the record, from rest.
 ///
 /// For an estimate theta_hat of the p free coefficients that reaches the Cramer-Rao bound,
 ///
@@ -110,8 +110,8 @@ impl FisherInformation {
         &self.matrix
     }
 
-    /// Returns the standard deviation at the Cramer-Rao bound of coefficient i of `a_1 ... a_n, h_1 ... h_n`; `None` if it is
-    /// not free.
+    /// Returns the standard deviation at the Cramer-Rao bound of coefficient i of `a_1 ... a_n, h_1 ... h_n`; `None` if
+    /// it is not free.
     pub fn deviation(&self, i: usize) -> Option<f64> {
         let n = self.matrix.nrows() / 2;
         let column = |i: usize| if i < n { n - 1 - i } else { i };

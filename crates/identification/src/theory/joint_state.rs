@@ -193,8 +193,8 @@ pub fn covariance(
 /// from it (Brillinger, Time Series, 1975, section 2.3: cumulants of products of linear processes). The sum over t >= 0
 /// is `c_ai X_j c_bi'` with `X_j = F X_j F' + P (c_aj' c_bj + c_bj' c_aj) P`.
 ///
-/// A part that is the same in every trial, with a spectrum of lines, does not fluctuate itself. With d for that part and n
-/// for the others, the products that it takes part in give
+/// A part that is the same in every trial, with a spectrum of lines, does not fluctuate itself. With d for that part
+/// and n for the others, the products that it takes part in give
 ///
 /// ```text
 /// sum_m P_m sum_s sigma_s^2 Re(w_i conj(w_j)),   w_i = A_i^d conj(B_i^s) + B_i^d conj(A_i^s),

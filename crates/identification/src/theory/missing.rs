@@ -79,7 +79,8 @@ pub enum Missing {
     OtherNoise,
     /// Noise on the input beside what the information does not cover.
     #[error(
-        "noise on the input has an information in open loop alone, with a white Gaussian input and white noise on the output"
+        "noise on the input has an information in open loop alone, with a white Gaussian input and white noise on the \
+         output"
     )]
     NoisyInput,
     /// The noise has a zero on the unit circle.

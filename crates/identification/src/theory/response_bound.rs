@@ -16,8 +16,9 @@ const LAGS: [usize; 2] = [200, 20_000];
 /// d = sum_k (ghat(k) - g(k))^2 / tr(M F^-1),   M = sum_k g'(k) g'(k)',   k = 0 ... L,
 /// ```
 ///
-/// g' the gradient by the p free coefficients of the plant, F their [`FisherInformation`]. By Parseval both are the squared
-/// error of the frequency response, integrated over all frequencies. For an estimate that reaches the bound, d tends to
+/// g' the gradient by the p free coefficients of the plant, F their [`FisherInformation`]. By Parseval both are the
+/// squared error of the frequency response, integrated over all frequencies. For an estimate that reaches the bound, d
+/// tends to
 /// `sum_i w_i z_i^2`, z standard normal, w the eigenvalues of `M F^-1` over their sum: its mean is 1.
 ///
 /// Source: Ljung, System Identification, 2nd ed., sections 9.4 and 9.5.

@@ -55,9 +55,9 @@ fn errors(
     ]
 }
 
-/// Without noise all converge to plant and state, although the plant does not start where they do. The gradient is slow:
-/// its rate is the least eigenvalue of R over tr R. The Kalman filter converges as fast as its gain, which the steps of
-/// the parameters keep from falling to 0.
+/// Without noise all converge to plant and state, although the plant does not start where they do. The gradient is
+/// slow: its rate is the least eigenvalue of R over tr R. The Kalman filter converges as fast as its gain, which the
+/// steps of the parameters keep from falling to 0.
 #[test]
 fn without_noise_all_converge() {
     let record = record(1.0, 0.0);
@@ -125,8 +125,8 @@ fn without_noise_all_converge() {
     }
 }
 
-/// Zhang's observer with the gain of recursive least squares is the state filters fed by recursive least squares on their
-/// regressors: two formulas, one observer. The regressors are those of dead-beat filters here, which are phi.
+/// Zhang's observer with the gain of recursive least squares is the state filters fed by recursive least squares on
+/// their regressors: two formulas, one observer. The regressors are those of dead-beat filters here, which are phi.
 #[test]
 fn zhang_is_the_fed_observer() {
     let (u, y, _) = record(0.0, 0.3);
@@ -143,8 +143,8 @@ fn zhang_is_the_fed_observer() {
         p0: 100.0,
     });
     for k in 0..SAMPLES {
-        // Zhang's takes the first equations with zeros before the record; recursive least squares leaves them out, so the
-        // two come together as these are forgotten.
+        // Zhang's takes the first equations with zeros before the record; recursive least squares leaves them out, so
+        // the two come together as these are forgotten.
         fed.update(u[k], y[k]).unwrap();
         zhang.update(u[k], y[k]).unwrap();
     }
@@ -188,8 +188,8 @@ fn the_joint_kalman_filter_is_that_of_numpy() {
     }
 }
 
-/// The papers' algorithm made anew: on a growing window it is the estimate of the whole window, on a sliding one that of
-/// the last samples alone. It feeds the observer as a recursion does.
+/// The papers' algorithm made anew: on a growing window it is the estimate of the whole window, on a sliding one that
+/// of the last samples alone. It feeds the observer as a recursion does.
 #[test]
 fn the_papers_algorithm_again() {
     let (u, y, states) = record(1.0, 0.0);

@@ -79,8 +79,8 @@ fn least_squares_instruments_and_extended_least_squares() {
 }
 
 /// Records in other units, up to 1e6 and with u and y in units of their own: `scaled.py` has 60 digits. The information
-/// about theta is lost to rounding by eps times its condition, that of the records in their own units, below 1e6 here, as it
-/// does not depend on the units, not even where u and y have units of their own.
+/// about theta is lost to rounding by eps times its condition, that of the records in their own units, below 1e6 here,
+/// as it does not depend on the units, not even where u and y have units of their own.
 #[test]
 fn records_in_other_units() {
     let file: Value = serde_json::from_str(include_str!("scaled.json")).expect("JSON");

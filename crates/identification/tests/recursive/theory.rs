@@ -82,9 +82,9 @@ fn plant(method: &str, truth: &LinearModel, theta: &[f64]) -> Vec<f64> {
     }
 }
 
-/// Without noise, least squares with an exact start has the plant after 2n equations, whatever the orders and the delay;
-/// and the other methods keep it, since their start finds it; not `sriv`, whose changing filters have a transient.
-/// Rounding: eps times the condition of so few equations.
+/// Without noise, least squares with an exact start has the plant after 2n equations, whatever the orders and the
+/// delay; and the other methods keep it, since their start finds it; not `sriv`, whose changing filters have a
+/// transient. Rounding: eps times the condition of so few equations.
 #[test]
 fn exact_after_two_equations_for_each_order() {
     for (trial, nk) in (0..24).zip([1, 0, 3].into_iter().cycle()) {
@@ -234,11 +234,11 @@ type Case = (
     fn(RecursiveSettings) -> Box<dyn RecursiveEstimator>,
 );
 
-/// With N = 20,000 the estimates of 400 records have the covariance of theory: the standard deviation of each coefficient
-/// agrees with the mean printed one within four Monte-Carlo standard errors, `1/sqrt(2 trials)` of it, and the mean with
-/// the truth within four of its own. Printed are the formulas of each method, right for these cases: for white equation
-/// errors (`rls`, `recursive-iv`), and for the structure that made the record. What runs a model along begins late and
-/// forgets early, so that the first models leave no trace.
+/// With N = 20,000 the estimates of 400 records have the covariance of theory: the standard deviation of each
+/// coefficient agrees with the mean printed one within four Monte-Carlo standard errors, `1/sqrt(2 trials)` of it, and
+/// the mean with the truth within four of its own. Printed are the formulas of each method, right for these cases: for
+/// white equation errors (`rls`, `recursive-iv`), and for the structure that made the record. What runs a model along
+/// begins late and forgets early, so that the first models leave no trace.
 #[test]
 fn the_asymptotic_covariance() {
     let (n, trials) = (20_000, 400);
@@ -320,10 +320,11 @@ fn the_asymptotic_covariance() {
     }
 }
 
-/// On short records of an FIR model early forgetting leaves few equations, and the weights count them: over 4000 records
-/// the mean of the variance of the residuals is that of e within four Monte-Carlo standard errors, and the variance of
-/// each coefficient is the mean printed one within four of its own, `sqrt(2 / trials)` of it. The mean printed one is
-/// that of the formula, whose terms of higher order are `d / N_eff` of it, `N_eff = (sum w)^2 / sum w^2`.
+/// On short records of an FIR model early forgetting leaves few equations, and the weights count them: over 4000
+/// records the mean of the variance of the residuals is that of e within four Monte-Carlo standard errors, and the
+/// variance of each coefficient is the mean printed one within four of its own, `sqrt(2 / trials)` of it. The mean
+/// printed one is that of the formula, whose terms of higher order are `d / N_eff` of it, `N_eff = (sum w)^2 / sum
+/// w^2`.
 #[test]
 fn standard_errors_after_early_forgetting() {
     let (n, trials, sigma, early) = (60, 4000, 0.5, 0.9);

@@ -235,8 +235,8 @@ pub(super) fn share_point(at: f64, share: Share) -> Point {
 pub(super) fn quantile_note(study: &Study) -> String {
     let percent = 100.0 * study.summary.quantile_relative_error;
     format!(
-        "Quantiles are over all trials, failed ones counted as worst and unstable models as estimated; they come from bins with a relative error below \
-        {percent:.2} %."
+        "Quantiles are over all trials, failed ones counted as worst and unstable models as estimated; they come from \
+         bins with a relative error below {percent:.2} %."
     )
 }
 

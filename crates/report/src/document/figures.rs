@@ -262,8 +262,8 @@ pub(super) fn limits(study: &Study, layout: &Layout, measure: Measure) -> &'stat
     let mut known = outputs.filter(|output| output.theory.contains_key(&measure));
     match known.next() {
         Some(_) => {
-            " Theory and Cramer-Rao bounds are medians expected for large N; a bound is for noise with the poles of A or \
-                    with poles of its own."
+            " Theory and Cramer-Rao bounds are medians expected for large N; a bound is for noise with the poles of A \
+             or with poles of its own."
         }
         None => "",
     }

@@ -1,5 +1,5 @@
-//! Nested-loop plots: every cell of a study with several settings side by side, and below which settings it has (Ruecker
-//! and Schwarzer, BMC Medical Research Methodology 14, 2014).
+//! Nested-loop plots: every cell of a study with several settings side by side, and below which settings it has
+//! (Ruecker and Schwarzer, BMC Medical Research Methodology 14, 2014).
 
 use super::figure::{Drawn, Figure, is_shown, left_out, quantile_note, series_of, subject, y_axis};
 use super::layout::{Form, Layout, x_of};
@@ -70,7 +70,8 @@ pub(super) fn nested_loop(
     ));
     let below = settings(study, &keys, &order, x.clone(), width);
     let what = "Medians in every cell as steps; where several are equal, those behind are wider. Below are the settings of the cells: from the outermost loop at the top to \
-                the innermost, the smallest value of each at the bottom of its row; values stand on their steps where there is room.";
+                the innermost, the smallest value of each at the bottom of its row; values stand on their steps where \
+                there is room.";
     Figure {
         name: "nested-loop",
         title: &format!("median {} in every cell", subject(measure)),
@@ -131,7 +132,7 @@ fn settings(
     }
     let name = |(key, named): (&Key, &bool)| {
         if *named {
-            return key.title().to_owned();
+            return key.title();
         }
         let values = values_of(*key);
         let listed = match values.as_slice() {

@@ -187,9 +187,10 @@ pub(super) fn coverage(study: &Study) -> Option<LongTable> {
         .number("intervals", "trials", |of| count(of.3.covered.total))
         .table(
             "How many of a method's 95 % intervals hold the truth; how many hold the mean of its estimates (coverage \
-             without bias); and the relative error of its reported standard error (root mean square) against the standard \
-             deviation of its estimates. Trials without an interval are left out; the last column counts the trials with \
-             one. a_i is the paper's: minus the coefficient of q^-(n+1-i) in A(q); h_i is that of q^-i in B(q).",
+             without bias); and the relative error of its reported standard error (root mean square) against the \
+             standard deviation of its estimates. Trials without an interval are left out; the last column counts the \
+             trials with one. a_i is the paper's: minus the coefficient of q^-(n+1-i) in A(q); h_i is that of q^-i in \
+             B(q).",
             "covered",
         )
         .unless_empty()
@@ -219,8 +220,8 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         .number("only first", "trials", |of| count(of.3.only_first))
         .number("only second", "trials", |of| count(of.3.only_second))
         .table(
-            "Ratio of the first to the second output on the same trials; an output that failed in a trial loses the comparison \
-             there. \"tail\": one trial dominates.",
+            "Ratio of the first to the second output on the same trials; an output that failed in a trial loses the \
+             comparison there. \"tail\": one trial dominates.",
             "median ratio",
         )
         .unless_empty()
@@ -382,8 +383,8 @@ pub(super) fn failed_trials(study: &Study) -> Option<LongTable> {
         })
         .text("to see the first", |of| study.replay_command(of.0.cell, of.3[0]))
         .table(
-            "The numbers of the first failed trials of each kind, at most ten, and the command that computes the first of \
-             them again and prints every stage.",
+            "The numbers of the first failed trials of each kind, at most ten, and the command that computes the first \
+             of them again and prints every stage.",
             "trials",
         )
         .unless_empty()

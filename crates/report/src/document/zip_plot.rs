@@ -1,5 +1,5 @@
-//! Zip plots: the 95 % intervals of single trials, sorted by how far they are from the truth (Morris, White and Crowther,
-//! Statistics in Medicine 38, 2019).
+//! Zip plots: the 95 % intervals of single trials, sorted by how far they are from the truth (Morris, White and
+//! Crowther, Statistics in Medicine 38, 2019).
 
 use super::figure::{Drawn, WHOSE};
 use super::layout::{Form, sheet};
@@ -74,9 +74,9 @@ pub(super) fn zip_plot(study: &Study, wanted: &Zipped<'_>) -> Result<Drawn, Stri
     );
     let what = format!(
         "Each line is the 95 % interval of {coefficient} in one trial{at}, less the true value. They are sorted by the \
-         distance of the estimate from the truth in its standard errors, the farthest at the top. Intervals that miss the \
-         truth lie above the line at 95 % if there are as many of them as there should be. Above each panel stands the \
-         share that holds it; its 95 % interval is shaded.{own}"
+         distance of the estimate from the truth in its standard errors, the farthest at the top. Intervals that miss \
+         the truth lie above the line at 95 % if there are as many of them as there should be. Above each panel stands \
+         the share that holds it; its 95 % interval is shaded.{own}"
     );
     let (picture, note) = sheet(&title, &what, plots, wanted.form)
         .ok_or_else(|| format!("no output has intervals of {coefficient}{at}"))?;

@@ -180,7 +180,7 @@ impl DrawingBackend for Marks {
                 anchor,
                 bold: matches!(style.style(), FontStyle::Bold),
                 turned,
-                text: text.to_owned(),
+                words: text.to_owned(),
             }));
         }
         Ok(())
@@ -284,7 +284,7 @@ pub(super) fn finish(drawn: Drawn<Drawing>) -> Drawing {
             anchor: Anchor::Start,
             bold: false,
             turned: false,
-            text: reason.clone(),
+            words: reason.clone(),
         }));
         canvas.document(WIDTH, 48.0, [&reason, ""])
     })

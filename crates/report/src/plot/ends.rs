@@ -1,9 +1,9 @@
 //! Names of lines at their ends, to the right of the last panel of each row, instead of in a legend.
 //!
-//! The rule: a line is named at its end if it reaches the last seventh of the x axis of such a panel, within the y axis. At
-//! least two lines, and half of all, must; otherwise every name is in the legend, and so are those of other marks. The
-//! legend has all names too where those at the ends need more than 27 % of the picture's width, or more than two
-//! lines of text, or do not fit under each other, or would be farther from their lines than a quarter of the panel.
+//! The rule: a line is named at its end if it reaches the last seventh of the x axis of such a panel, within the y
+//! axis. At least two lines, and half of all, must; otherwise every name is in the legend, and so are those of other
+//! marks. The legend has all names too where those at the ends need more than 27 % of the picture's width, or more than
+//! two lines of text, or do not fit under each other, or would be farther from their lines than a quarter of the panel.
 
 use super::axis::Span;
 use super::backend::{Canvas, Drawn, TICK, at, plain};

@@ -1,12 +1,13 @@
 //! Statistical graphics as SVG or PDF in one style, independent of the source of the numbers.
 //!
-//! plotters draws the charts, coordinates, meshes and elements, on our own backend that collects marks, of which SVG with
-//! classes and PDF are written. This module adds what plotters lacks: labels that fit, thinning, legends, panels with common axes, shades.
+//! plotters draws the charts, coordinates, meshes and elements, on our own backend that collects marks, of which SVG
+//! with classes and PDF are written. This module adds what plotters lacks: labels that fit, thinning, legends, panels
+//! with common axes, shades.
 //!
-//! Series differ by colour (the first seven from Okabe and Ito's palette, safe for colour-blind readers), by dashes and by markers. Colours
-//! are CSS classes: a figure follows the reader's light or dark scheme, and prints light. A document is complete in
-//! itself, and many can be inline in one page: no element has an id and every rule is scoped. The same input gives the
-//! same text.
+//! Series differ by colour (the first seven from Okabe and Ito's palette, safe for colour-blind readers), by dashes and
+//! by markers. Colours are CSS classes: a figure follows the reader's light or dark scheme, and prints light. A
+//! document is complete in itself, and many can be inline in one page: no element has an id and every rule is scoped.
+//! The same input gives the same text.
 
 mod axis;
 mod backend;

@@ -18,8 +18,8 @@ pub struct Sharing {
     pub y: bool,
 }
 
-/// Draws several plots in a grid of `columns` columns with one legend, for a page and for a narrow screen. A shared axis has the label
-/// of the first plot, and should have the same scale in all.
+/// Draws several plots in a grid of `columns` columns with one legend, for a page and for a narrow screen. A shared
+/// axis has the label of the first plot, and should have the same scale in all.
 pub fn small_multiples(
     title: &str,
     description: &str,

@@ -1,4 +1,5 @@
-//! A picture as a PDF of one page, in its light colours, with the fonts that every reader of PDF has (ISO 32000-1, section
+//! A picture as a PDF of one page, in its light colours, with the fonts that every reader of PDF has (ISO 32000-1,
+//! section
 //! 9.6.2.2): Helvetica, and Symbol for Greek.
 
 use super::inks::{LIGHT, dashes};
@@ -189,11 +190,11 @@ impl Page {
     fn text(&mut self, text: &Text) -> Result<(), String> {
         let mut runs: Vec<(usize, Vec<u8>)> = Vec::new();
         let mut length = 0.0;
-        for character in text.text.chars() {
+        for character in text.words.chars() {
             let (font, code, width) = glyph(character).ok_or_else(|| {
                 format!(
                     "'{}' has the character '{character}', which the fonts of PDF do not have; an SVG can show it",
-                    text.text
+                    text.words
                 )
             })?;
             let font = if font == 0 {

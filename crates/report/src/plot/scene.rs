@@ -88,5 +88,5 @@ pub(super) struct Text {
     pub bold: bool,
     /// Whether it rises at 45 degrees.
     pub turned: bool,
-    pub text: String,
+    pub words: String,
 }

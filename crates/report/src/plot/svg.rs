@@ -3,6 +3,7 @@
 use super::inks::{INKS, STYLE, dashes};
 use super::scene::{Anchor, Drawing, Form, Kind, Mark, Paint, Pixel, Text};
 use crate::markup::escape;
+use std::fmt::Write as _;
 
 impl Drawing {
     /// The picture as an SVG document whose colours are classes, with a title and a description for assistive software.
@@ -31,7 +32,7 @@ fn body(marks: &[Mark]) -> String {
             if next == pen {
                 body.truncate(body.len() - END.len());
             } else {
-                body += &format!("<path{next} d=\"");
+                let _ = write!(body, "<path{next} d=\"");
                 pen = next;
             }
             body += &course;
@@ -39,7 +40,7 @@ fn body(marks: &[Mark]) -> String {
             continue;
         }
         pen.clear();
-        body += &match mark {
+        let element = match mark {
             Mark::Shape(form, paint) => shape(form, paint),
             Mark::Text(text) => label(text),
             Mark::Clip(area) => {
@@ -52,6 +53,7 @@ fn body(marks: &[Mark]) -> String {
             }
             Mark::Unclip => "</svg>".to_owned(),
         };
+        body += &element;
         body.push('\n');
     }
     body
@@ -86,7 +88,7 @@ fn label(text: &Text) -> String {
     } else {
         String::new()
     };
-    let (size, words) = (text.size, escape(&text.text));
+    let (size, words) = (text.size, escape(&text.words));
     format!(
         "<text{class} x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\"{turn}>{words}</text>"
     )
@@ -133,11 +135,11 @@ fn course(places: &[Pixel]) -> String {
     let mut before = None;
     for &(x, y) in places {
         let [left, top] = [x, y].map(tenths);
-        course += &match before {
-            None => format!("M{left} {top}"),
-            Some((_, above)) if above == y => format!("H{left}"),
-            Some((beside, _)) if beside == x => format!("V{top}"),
-            Some(_) => format!("L{left} {top}"),
+        let _ = match before {
+            None => write!(course, "M{left} {top}"),
+            Some((_, above)) if above == y => write!(course, "H{left}"),
+            Some((beside, _)) if beside == x => write!(course, "V{top}"),
+            Some(_) => write!(course, "L{left} {top}"),
         };
         before = Some((x, y));
     }

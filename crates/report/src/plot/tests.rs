@@ -231,8 +231,8 @@ fn notes_hide_nothing() {
     }
 }
 
-/// Lines are named at their ends where that fits: then no name is in a legend, and each stands to the right of the axes,
-/// in the order of the ends.
+/// Lines are named at their ends where that fits: then no name is in a legend, and each stands to the right of the
+/// axes, in the order of the ends.
 #[test]
 fn lines_are_named_at_their_ends() {
     let plot = |names: &[&str], end: f64| {

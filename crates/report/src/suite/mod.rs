@@ -76,7 +76,7 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
     });
     if let Some(open) = of.open {
         page.section("open", "Methods that choose their order", |section| {
-            choosing(section, open, &mut files)
+            choosing(section, open, &mut files);
         });
     }
     page.section("scenarios", "Scenario by scenario", |section| {
@@ -90,7 +90,7 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
     });
     if let Some(fits) = of.recorded {
         page.section("recorded", "Recorded data", |section| {
-            recorded(section, fits)
+            recorded(section, fits);
         });
     }
     page.section("reading", "How to read it", |section| reading(section, of));

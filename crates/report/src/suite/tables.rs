@@ -8,6 +8,7 @@ use asobench_study::suite::{
     ScenarioResults, Score, VALUES, efficiency, paired, score,
 };
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 
 /// Methods beside each other in a table of scenarios.
 const BESIDE: usize = 8;
@@ -98,7 +99,7 @@ impl<'a> Tables<'a> {
             caption += "; cover: of 95 % intervals";
         }
         if self.of.times.is_some() {
-            caption += &format!("; time: that of {REFERENCE} is 1");
+            let _ = write!(caption, "; time: that of {REFERENCE} is 1");
         }
         let mut table = Table::new(caption, columns);
         for method in self.of.methods {
@@ -182,7 +183,9 @@ impl<'a> Tables<'a> {
             let of = self.scenarios.iter().filter(|of| of.hard.contains(&word));
             let members: BTreeSet<&str> = of.map(|of| of.name.as_str()).collect();
             match groups.iter_mut().find(|(_, others)| *others == members) {
-                Some((words, _)) => *words += &format!(", {word}"),
+                Some((words, _)) => {
+                    let _ = write!(words, ", {word}");
+                }
                 None => groups.push((word, members)),
             }
         }

@@ -327,8 +327,8 @@ impl Forger {
     }
 }
 
-/// Whatever bit of whatever stored file is flipped, the folder is refused in one line or says the same, to `report` and to
-/// a run that goes on in it.
+/// Whatever bit of whatever stored file is flipped, the folder is refused in one line or says the same, to `report` and
+/// to a run that goes on in it.
 #[test]
 fn flipped_bits_are_refused_or_change_nothing() {
     let original = Original::new(&format!("store = \"trials\"\n{DISCRETE}"));

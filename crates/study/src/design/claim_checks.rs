@@ -91,7 +91,8 @@ pub(crate) fn check_target(file: &ExperimentFile, id: &str) -> Result<(), FileEr
     }
     if claim.exploratory && file.confirms.is_none() {
         return wrong(format!(
-            "the claim '{id}' is exploratory, so no error rate ends its trials; expected another claim, or run --confirm"
+            "the claim '{id}' is exploratory, so no error rate ends its trials; expected another claim, or run \
+             --confirm"
         ));
     }
     if claim.cases()?.iter().flatten().any(ClaimTest::is_timed) {

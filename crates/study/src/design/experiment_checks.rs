@@ -279,7 +279,8 @@ impl Experiment {
                 && !matches!(kind, ObserverKind::Luenberger(_))
             {
                 let message = format!(
-                    "'{kind}' is made from the whole window; beside [course] expected dead-beat, scaled:RHO or poles:LIST"
+                    "'{kind}' is made from the whole window; beside [course] expected dead-beat, scaled:RHO or \
+                     poles:LIST"
                 );
                 return Err(FileError::key(&format!("methods[{i}].observer"), message));
             }

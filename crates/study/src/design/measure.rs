@@ -130,8 +130,8 @@ named_table! {
         /// of free coefficients: 1 on average where the Cramer-Rao bound is reached. Null where there is no such
         /// information, or in a model of another order.
         Distance = "d": Entry { label: "d", ..PLAIN },
-        /// Squared error of the impulse response over what it is on average at the Cramer-Rao bound. Null where there is
-        /// no such bound; a model of any order has one.
+        /// Squared error of the impulse response over what it is on average at the Cramer-Rao bound. Null where there
+        /// is no such bound; a model of any order has one.
         ResponseDistance = "d_g": Entry { label: "d of the response", ..PLAIN },
         /// Simulated FIT on fresh data, per cent.
         FreshFit = "fit_fresh": Entry {

@@ -144,7 +144,8 @@ pub fn parse_manifest(path: &Path, text: &[u8]) -> Result<Value, FolderError> {
     }
 }
 
-/// Checks a result against its checksum in the manifest: its content, or its file if that was not read. Results of version
+/// Checks a result against its checksum in the manifest: its content, or its file if that was not read. Results of
+/// version
 /// 0.2.0 have no checksum.
 ///
 /// # Errors

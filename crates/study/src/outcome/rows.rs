@@ -303,7 +303,8 @@ impl Rows {
         self.trial_count() * self.outputs.iter().map(row).sum::<usize>()
     }
 
-    /// Adds trials until there are so many. Their values are the last ones, or 1, times one of `factors` for each trial.
+    /// Adds trials until there are so many. Their values are the last ones, or 1, times one of `factors` for each
+    /// trial.
     pub(crate) fn make_up(&mut self, factors: &[f64]) {
         for output in &mut self.outputs {
             let there = output.flags.len();

@@ -2,8 +2,8 @@
 //!
 //! No record and no estimate depends on the other methods of a study. So a block of the new design is put together from
 //! the block of the old one and the same trials of the new methods, which a study of their own computes into the folder
-//! `added` within the results. When all are there, each block is replaced by the new one; `design.json` names the design
-//! before, too, until the last one is. A kill at any moment leaves a folder that the same command continues.
+//! `added` within the results. When all are there, each block is replaced by the new one; `design.json` names the
+//! design before, too, until the last one is. A kill at any moment leaves a folder that the same command continues.
 
 use crate::design::experiment::Experiment;
 use crate::design::file::engine::Engine;
@@ -45,9 +45,9 @@ pub struct MethodChange {
     pub kept: usize,
 }
 
-/// Takes over what a folder holds of a study whose methods were others, and computes the new ones for the trials that are
-/// there. Does nothing if the designs differ in more than methods, or not at all. `on_change` learns what is done before
-/// it is.
+/// Takes over what a folder holds of a study whose methods were others, and computes the new ones for the trials that
+/// are there. Does nothing if the designs differ in more than methods, or not at all. `on_change` learns what is done
+/// before it is.
 ///
 /// # Errors
 /// [`CampaignError`]. What is finished stays.
@@ -152,8 +152,8 @@ fn outputs_of(experiment: &Experiment) -> Vec<Range<usize>> {
 }
 
 impl<'e> Change<'e> {
-    /// Returns the change from one study to another; `None` if they differ in more than methods and comparisons, or have
-    /// no method in common.
+    /// Returns the change from one study to another; `None` if they differ in more than methods and comparisons, or
+    /// have no method in common.
     fn new(old: Experiment, new: &'e Experiment) -> Option<Self> {
         let own =
             |experiment: &Experiment| experiment.file.methods.len() != experiment.methods.len();
@@ -455,8 +455,8 @@ impl<'e> Change<'e> {
         remove_added(path)
     }
 
-    /// Returns the content of a block of the new study. `None` if it cannot be told: the lanes' repeated solves are counted
-    /// for all methods together.
+    /// Returns the content of a block of the new study. `None` if it cannot be told: the lanes' repeated solves are
+    /// counted for all methods together.
     fn joined(&self, span: &Span, before: &Content, added: Option<Content>) -> Option<Content> {
         let fewer = self
             .places

@@ -95,8 +95,8 @@ impl<'e> Courses<'e> {
         }))
     }
 
-    /// Runs a method along a record. `estimator` is that of the whole window, and `passes` its passes, which are used up
-    /// for methods that are run anew.
+    /// Runs a method along a record. `estimator` is that of the whole window, and `passes` its passes, which are used
+    /// up for methods that are run anew.
     pub(crate) fn run(
         &mut self,
         method: usize,

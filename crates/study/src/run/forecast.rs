@@ -1,8 +1,8 @@
 //! What a run of a study takes: time, memory and room on disk, extrapolated from a block of each kind of cell that was
 //! computed, encoded, decoded and summarised.
 //!
-//! Rows grow with the number of trials, and tallies with the number of bins of their sketches. In `tests/studies/needs.rs`
-//! a run writes and takes what was foretold to a factor of two.
+//! Rows grow with the number of trials, and tallies with the number of bins of their sketches. In
+//! `tests/studies/needs.rs` a run writes and takes what was foretold to a factor of two.
 
 use crate::design::cell::{Cell, Source};
 use crate::design::experiment::Experiment;
@@ -37,8 +37,8 @@ const LEAST: u64 = 64;
 const WASTED: f64 = 2048.0;
 /// Of rows that wait to be written to trials.parquet there are these: rows, columns, pages.
 const COPIES: f64 = 3.0;
-/// A report: its page and pictures, whatever the study, and its tables for each byte of summary.parquet, which has the same
-/// numbers. To a factor of two and a half in 36 studies.
+/// A report: its page and pictures, whatever the study, and its tables for each byte of summary.parquet, which has the
+/// same numbers. To a factor of two and a half in 36 studies.
 const PAGES: f64 = 4e5;
 const TABLES: f64 = 4.0;
 
@@ -335,8 +335,8 @@ fn clocked<T>(times: usize, mut work: impl FnMut() -> T) -> (f64, T) {
     }
 }
 
-/// Runs trials of a cell until the time is up or there are so many. Returns the seconds for the buffers, and the median of
-/// those for a trial.
+/// Runs trials of a cell until the time is up or there are so many. Returns the seconds for the buffers, and the median
+/// of those for a trial.
 fn run_trials(
     experiment: &Experiment,
     cell: &Cell,

@@ -24,7 +24,7 @@ const LANES_SPEED: usize = 64;
 
 /// The work of one step of all observers in continuous time, with its half steps, in samples times outputs
 /// (approximate).
-const STEP_WORK: usize = 32;
+const STEP_WORK: usize = 6;
 
 /// The work of a block in samples times outputs: about half a second.
 const BLOCK_WORK: usize = 1 << 21;

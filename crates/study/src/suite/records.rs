@@ -136,7 +136,9 @@ fn deviation(x: &[f64]) -> f64 {
 
 fn standardised(mut x: Vec<f64>) -> Vec<f64> {
     let (mean, deviation) = (mean(&x), deviation(&x));
-    x.iter_mut().for_each(|x| *x = (*x - mean) / deviation);
+    for x in &mut x {
+        *x = (*x - mean) / deviation;
+    }
     x
 }
 

@@ -49,13 +49,7 @@ impl Case {
             return Err(Error::Input(message.to_owned()));
         }
         let report = load(estimator, orders(estimator)?)?;
-        if report.unit != 1.0 {
-            return Err(Error::Input(format!(
-                "{}: the largest sample is about {}; expected a record in a unit nearer to its samples",
-                report.file.display(),
-                rounded(report.unit, 1)
-            )));
-        }
+        check_unit(&report)?;
         // Before a model is refused, for which the offset may be the reason.
         warn_of_offset(&report);
         let mut estimate = one_estimator::estimate(estimator, name, &report)?;
@@ -66,7 +60,8 @@ impl Case {
         }
         if estimate.shift > 0 {
             return Err(refused(
-                "takes the delay out of the record, and x(0) with it; expected --estimator arx or another one with orders",
+                "takes the delay out of the record, and x(0) with it; expected --estimator arx or another one with \
+                 orders",
             ));
         }
         let Some((_, last)) = estimate.passes.pop() else {
@@ -90,7 +85,8 @@ impl Case {
         }
         if !(model.noise_variance > 0.0 && model.noise_variance.is_finite()) {
             return Err(refused(
-                "the noise variance is unknown; expected more samples than parameters, and residuals that are not all 0",
+                "the noise variance is unknown; expected more samples than parameters, and residuals that are not all \
+                 0",
             ));
         }
         if !model.covariance.iter().all(|entry| entry.is_finite()) {
@@ -106,7 +102,9 @@ impl Case {
             None => ("u", u.clone()),
             Some(law) => {
                 if !is_loop_stable(&model, law) {
-                    return Err(Error::Input("--feedback: the loop around the estimated plant is not stable; is the sign of K that of u = -K y + r?".to_owned()));
+                    let message = "--feedback: the loop around the estimated plant is not stable; is the sign of K \
+                                   that of u = -K y + r?";
+                    return Err(Error::Input(message.to_owned()));
                 }
                 ("r", reference(law, &u, &report.record.y))
             }
@@ -158,6 +156,18 @@ pub(super) fn noise_filter(model: &LinearModel) -> Option<NoiseFilter> {
 fn about_mean(signal: &[f64]) -> Vec<f64> {
     let mean = mean(signal);
     signal.iter().map(|sample| sample - mean).collect()
+}
+
+/// Refuses a record whose squares leave the range of doubles.
+fn check_unit(report: &Report) -> Result<(), Error> {
+    if report.unit == 1.0 {
+        return Ok(());
+    }
+    Err(Error::Input(format!(
+        "{}: the largest sample is about {}; expected a record in a unit nearer to its samples",
+        report.file.display(),
+        rounded(report.unit, 1)
+    )))
 }
 
 /// Refuses a record that may come from a closed loop, unless the user gives the feedback or declares an open loop.

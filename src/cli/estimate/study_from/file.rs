@@ -29,8 +29,8 @@ pub(super) fn input_in_words(case: &Case) -> String {
     match &case.spectrum {
         None => format!("Every trial has the record's own {name}, {n} samples."),
         Some(filter) => format!(
-            "{name} is drawn anew in every trial: Gaussian, with the spectrum of the record's {name} about its mean, an \
-             autoregression of order {}.",
+            "{name} is drawn anew in every trial: Gaussian, with the spectrum of the record's {name} about its mean, \
+             an autoregression of order {}.",
             filter.denominator().len() - 1
         ),
     }
@@ -99,7 +99,8 @@ fn write(
     let (name, n) = (arguments.estimator, case.report.window);
     writeln!(
         text,
-        "# A study of the record {record}: {n} samples, detrend {}. Its plant and noise are those that {name} estimated:",
+        "# A study of the record {record}: {n} samples, detrend {}. Its plant and noise are those that {name} \
+         estimated:",
         case.report.detrend
     )?;
     let equation = case.model.equation().rounded(6).to_string();
@@ -121,17 +122,21 @@ fn write(
     }
     writeln!(
         text,
-        "# `asobench run` answers for a plant like this one: how far each method is off (medians of errors; in the report bias and\n\
-         # spread of every coefficient), whether its bias matters beside its spread, and whether its standard errors can be\n\
+        "# `asobench run` answers for a plant like this one: how far each method is off (medians of errors; in the \
+         report bias and\n\
+         # spread of every coefficient), whether its bias matters beside its spread, and whether its standard errors \
+         can be\n\
          # trusted (claims)."
     )?;
     let samples = match case.spectrum {
         None => {
-            "# How many samples for a wanted accuracy? The spread falls with the square root of N for an input like this one:\n\
+            "# How many samples for a wanted accuracy? The spread falls with the square root of N for an input like \
+             this one:\n\
                  # half of it takes four times the samples. `--trial-input spectrum` runs N, 2N and 4N."
         }
         Some(_) => {
-            "# How many samples for a wanted accuracy? Compare the windows N, 2N and 4N: the claim 'samples' tells whether errors\n\
+            "# How many samples for a wanted accuracy? Compare the windows N, 2N and 4N: the claim 'samples' tells \
+             whether errors\n\
                     # fall with the square root of N."
         }
     };
@@ -147,7 +152,8 @@ fn write(
     )?;
     writeln!(
         text,
-        "seed = 1\n# The fewest for claims of bias.\ntrials = {FEWEST_FOR_MOMENTS}\nmeasures = [\"e_a\", \"e_b\", \"e_g\", \"fit_fresh\"]\ncoverage = true"
+        "seed = 1\n# The fewest for claims of bias.\ntrials = {FEWEST_FOR_MOMENTS}\nmeasures = [\"e_a\", \"e_b\", \
+         \"e_g\", \"fit_fresh\"]\ncoverage = true"
     )?;
     write_settings(text, case, places)?;
     write_tables(text, case, places)?;
@@ -187,7 +193,8 @@ fn write_settings(text: &mut String, case: &Case, places: &Places) -> fmt::Resul
     }
     writeln!(
         text,
-        "# eta/100 is the standard deviation of e: 100 sqrt(lambda), lambda = {} as estimated.\neta_over = \"absolute\"\neta = {}",
+        "# eta/100 is the standard deviation of e: 100 sqrt(lambda), lambda = {} as estimated.\neta_over = \
+         \"absolute\"\neta = {}",
         rounded(case.model.noise_variance, 6),
         number(case.eta())
     )
@@ -265,7 +272,8 @@ fn write_claims(text: &mut String, case: &Case, methods: &Methods) -> fmt::Resul
         writeln!(
             text,
             "\n[[claims]]\nid = \"{id}-{name}\"\n\
-             text = \"{label}: the bias of every coefficient is within a quarter of its spread; {claim}.\"\nsource = \"own\"\n\
+             text = \"{label}: the bias of every coefficient is within a quarter of its spread; {claim}.\"\nsource = \
+             \"own\"\n\
              test = {test}"
         )?;
     }
@@ -275,14 +283,16 @@ fn write_claims(text: &mut String, case: &Case, methods: &Methods) -> fmt::Resul
         writeln!(
             text,
             "\n[[claims]]\nid = \"best\"\n\
-             text = \"No other method has an e_g that is 5 % smaller than that of {own} in a typical trial.\"\nsource = \"own\"\n\
+             text = \"No other method has an e_g that is 5 % smaller than that of {own} in a typical trial.\"\nsource \
+             = \"own\"\n\
              test = {{ ratio = \"e_g\", of = {others:?}, to = \"{own}\", above = 0.95 }}"
         )?;
         if case.spectrum.is_some() {
             writeln!(
                 text,
                 "\n[[claims]]\nid = \"samples\"\n\
-                 text = \"The median e_g of {own} falls with the square root of N: half the error takes four times the samples.\"\n\
+                 text = \"The median e_g of {own} falls with the square root of N: half the error takes four times the \
+                 samples.\"\n\
                  source = \"own\"\n\
                  test = {{ slope = \"e_g\", of = \"{own}\", over = \"window\", between = [-0.6, -0.4] }}"
             )?;

@@ -243,7 +243,8 @@ fn place(
 /// The units of times that a column's name may end with, such as t_ms.
 const ENDINGS: [&str; 3] = ["_s", "_ms", "_us"];
 
-/// Returns a column's name in lower case, without a unit in brackets; of a column of times without one at its end either.
+/// Returns a column's name in lower case, without a unit in brackets; of a column of times without one at its end
+/// either.
 fn known_as(cell: &str) -> String {
     let name = cell.split(['(', '[']).next().unwrap_or(cell);
     let name = name.trim().to_lowercase();

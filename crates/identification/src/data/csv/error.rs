@@ -185,8 +185,8 @@ pub enum RecordError {
     },
     /// The longest part at equal steps is a small share of the table.
     #[error(
-        "the longest part at equal steps has {samples} of {rows} rows; expected at least a tenth of them: steps are unequal \
-         throughout"
+        "the longest part at equal steps has {samples} of {rows} rows; expected at least a tenth of them: steps are \
+         unequal throughout"
     )]
     ShortRun {
         /// Its samples.

@@ -1,9 +1,9 @@
 //! Refined instrumental variables in continuous time for a closed loop: `rivc` with instruments from the reference.
 //!
 //! Sources: M. Gilson, H. Garnier, P. C. Young and P. Van den Hof, *Instrumental variable methods for closed-loop
-//! continuous-time model identification*, in H. Garnier and L. Wang (eds.), *Identification of Continuous-time Models from
-//! Sampled Data*, 2008, 133-160; P. C. Young, H. Garnier and M. Gilson, *Simple refined IV methods of closed-loop system
-//! identification*, SYSID 2009.
+//! continuous-time model identification*, in H. Garnier and L. Wang (eds.), *Identification of Continuous-time Models
+//! from Sampled Data*, 2008, 133-160; P. C. Young, H. Garnier and M. Gilson, *Simple refined IV methods of closed-loop
+//! system identification*, SYSID 2009.
 
 use super::closed_loop_iv::check_long;
 use super::continuous_iv::ContinuousIv;
@@ -16,7 +16,8 @@ use crate::estimator::{Estimator, RivcOptions, SetupError};
 use crate::model::{ContinuousModel, Hold, Orders};
 
 /// The options of `clrivc`: [`ContinuousIv`] whose instruments have the input v of the loop without noise instead of u,
-/// as those of [`crate::estimator::ClrivOptions`]. v is seen at the samples, so the loop is closed around the sampled model.
+/// as those of [`crate::estimator::ClrivOptions`]. v is seen at the samples, so the loop is closed around the sampled
+/// model.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "json",

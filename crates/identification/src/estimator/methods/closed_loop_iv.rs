@@ -1,8 +1,8 @@
 //! Refined instrumental variables for a closed loop: `riv` with instruments from the reference.
 //!
-//! Sources: M. Gilson, H. Garnier, P. C. Young and P. Van den Hof, *Optimal instrumental variable method for closed-loop
-//! identification*, IET Control Theory & Applications 5 (2011); P. C. Young, *Recursive Estimation and Time-Series
-//! Analysis*, 2nd ed., 2011, chapter 9.
+//! Sources: M. Gilson, H. Garnier, P. C. Young and P. Van den Hof, *Optimal instrumental variable method for
+//! closed-loop identification*, IET Control Theory & Applications 5 (2011); P. C. Young, *Recursive Estimation and
+//! Time-Series Analysis*, 2nd ed., 2011, chapter 9.
 
 use super::riv::{RefinedIv, RivOptions};
 use crate::data::OutputFeedback;
@@ -15,9 +15,9 @@ use crate::model::Orders;
 
 /// The options of `clriv`: [`RefinedIv`] whose instruments have the input of the loop without noise instead of u.
 ///
-/// With a known controller that input is `F M/(F M + B N) r` of each pass's model; without, what of u follows from r in a
-/// long model `A u = B r + e`. Both are consistent whatever the noise; where C/D holds its colour and the controller is
-/// known, the covariance `s^2 (Z'Z)^-1` is that of optimal instruments.
+/// With a known controller that input is `F M/(F M + B N) r` of each pass's model; without, what of u follows from r in
+/// a long model `A u = B r + e`. Both are consistent whatever the noise; where C/D holds its colour and the controller
+/// is known, the covariance `s^2 (Z'Z)^-1` is that of optimal instruments.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "json",

@@ -1,9 +1,9 @@
 //! Young's refined instrumental variables for a model in continuous time, `y = B(s)/A(s) u + C/D e` at the samples.
 //!
-//! Sources: P. C. Young and A. J. Jakeman, *Refined instrumental variable methods of recursive time-series analysis, part
-//! III*, Int. J. Control 31 (1980); H. Garnier and L. Wang (eds.), *Identification of Continuous-time Models from Sampled
-//! Data*, 2008, chapters 4 and 5; S. Pan, R. A. Gonzalez, J. S. Welsh and C. R. Rojas, *Consistency analysis of the
-//! simplified refined instrumental variable method for continuous-time systems*, Automatica 113 (2020).
+//! Sources: P. C. Young and A. J. Jakeman, *Refined instrumental variable methods of recursive time-series analysis,
+//! part III*, Int. J. Control 31 (1980); H. Garnier and L. Wang (eds.), *Identification of Continuous-time Models from
+//! Sampled Data*, 2008, chapters 4 and 5; S. Pan, R. A. Gonzalez, J. S. Welsh and C. R. Rojas, *Consistency analysis of
+//! the simplified refined instrumental variable method for continuous-time systems*, Automatica 113 (2020).
 
 mod options;
 

@@ -1,15 +1,15 @@
 //! Methods for records whose input is measured with noise too: errors in variables, `A y0 = B u0` with `y = y0 + white
 //! noise` and `u = u0 + white noise`.
 //!
-//! With z(k) = (y(k) ... y(k-na), u(k-nk) ... u(k-nk-nb+1), earlier inputs), S the mean of z z' and c = (1, a, -b, 0), the
-//! noise alone makes `S c` differ from zero: `S c = D c`, D = diag(v_y ... v_y, v_u ... v_u, 0 ... 0), v_y and v_u the
-//! variances of the two noises. The methods differ in what they are told of D.
+//! With z(k) = (y(k) ... y(k-na), u(k-nk) ... u(k-nk-nb+1), earlier inputs), S the mean of z z' and c = (1, a, -b, 0),
+//! the noise alone makes `S c` differ from zero: `S c = D c`, D = diag(v_y ... v_y, v_u ... v_u, 0 ... 0), v_y and v_u
+//! the variances of the two noises. The methods differ in what they are told of D.
 //!
-//! Sources: T. Soderstrom, *Errors-in-variables methods in system identification*, Automatica 43 (2007), and *A generalized
-//! instrumental variable estimation method for errors-in-variables identification problems*, Automatica 47 (2011);
-//! W. X. Zheng, *A bias correction method for identification of linear dynamic errors-in-variables models*, IEEE Trans.
-//! Automatic Control 47 (2002); M. J. Levin, *Estimation of a system pulse transfer function in the presence of noise*,
-//! IEEE Trans. Automatic Control 9 (1964) (total least squares).
+//! Sources: T. Soderstrom, *Errors-in-variables methods in system identification*, Automatica 43 (2007), and *A
+//! generalized instrumental variable estimation method for errors-in-variables identification problems*, Automatica 47
+//! (2011); W. X. Zheng, *A bias correction method for identification of linear dynamic errors-in-variables models*,
+//! IEEE Trans. Automatic Control 47 (2002); M. J. Levin, *Estimation of a system pulse transfer function in the
+//! presence of noise*, IEEE Trans. Automatic Control 9 (1964) (total least squares).
 
 use super::arx::ArxOptions;
 use crate::estimator::covariance::{Covariance, Influence};

@@ -1,7 +1,7 @@
 //! The plant in a closed loop with a known controller, from a model of the whole loop.
 //!
-//! Source: T. Soderstrom, P. Stoica and B. Friedlander, *An indirect prediction error method for system identification*,
-//! Automatica 27 (1991).
+//! Source: T. Soderstrom, P. Stoica and B. Friedlander, *An indirect prediction error method for system
+//! identification*, Automatica 27 (1991).
 
 use super::riv::{RefinedIv, RivOptions};
 use crate::data::OutputFeedback;

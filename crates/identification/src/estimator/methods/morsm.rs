@@ -81,8 +81,8 @@ macro_rules! filtered_iteration {
 filtered_iteration!(BjsmOptions, "The options of `bjsm`.", Output::Measured);
 filtered_iteration!(MorsmOptions, "The options of `morsm`.", Output::Simulated);
 
-/// Steiglitz and McBride's iteration on `A_h u` and either output, A_h and B_h by least squares. The noise behind A_h is
-/// white, so with psi the gradient of `B/F A_h u` the covariance is `s^2 (psi'psi)^-1`, s^2 the variance of
+/// Steiglitz and McBride's iteration on `A_h u` and either output, A_h and B_h by least squares. The noise behind A_h
+/// is white, so with psi the gradient of `B/F A_h u` the covariance is `s^2 (psi'psi)^-1`, s^2 the variance of
 /// `A_h (y - B/F u)`.
 pub struct Morsm {
     output: Output,

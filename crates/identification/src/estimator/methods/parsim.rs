@@ -47,8 +47,8 @@ innovations_options!(
 );
 
 /// With z the last s outputs and inputs, `y(t+i) = G_i z(t) + sum_(j <= i) (h_j u + g_j y)(t+i-j) + e(t+i)`, g_0 = 0.
-/// Least squares of row i gives G_i, h_i and g_i, with those of the rows before. The left singular vectors of `G W`, W W'
-/// the covariance of z without future inputs, span the observability matrix of `A - K C`, and so
+/// Least squares of row i gives G_i, h_i and g_i, with those of the rows before. The left singular vectors of `G W`, W
+/// W' the covariance of z without future inputs, span the observability matrix of `A - K C`, and so
 /// `C(q) = det(I - (A - K C) q^-1)`. Given C, `y = (C - A)/C y + B/C u + P/C delta + e` is linear in A, B and in P, the
 /// effect of the initial state.
 pub struct ParsimK {

@@ -2,10 +2,12 @@
 //!
 //! With one input and one output, `x(k+1) = A x(k) + B u(k) + K e(k)`, `y(k) = C x(k) + D u(k) + e(k)` of order n is
 //! `A(q) y = B(q) u + C(q) e` with three polynomials of degree n, `A(q) = det(I - A q^-1)` and
-//! `C(q) = det(I - (A - K C) q^-1)`: each innovations form is such a model, and each such model has one. So the least sum
-//! of squares over both is the same, and the search is that of `armax`, in coordinates without redundant parameters.
+//! `C(q) = det(I - (A - K C) q^-1)`: each innovations form is such a model, and each such model has one. So the least
+//! sum of squares over both is the same, and the search is that of `armax`, in coordinates without redundant
+//! parameters.
 //!
-//! Source: L. Ljung, *System Identification*, 2nd ed., sections 4.3 (the forms), 7.3 and 10.6 (subspace models as starts).
+//! Source: L. Ljung, *System Identification*, 2nd ed., sections 4.3 (the forms), 7.3 and 10.6 (subspace models as
+//! starts).
 
 use super::state_sequence::model_orders;
 use crate::estimator::chosen::{Chosen, OrderRule};

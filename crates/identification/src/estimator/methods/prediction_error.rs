@@ -139,7 +139,8 @@ structure!(
 structure!(
     ArmaxOptions,
     "The options of `armax`, `A y = B u + C e`.",
-    "Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=2,nk=1; by default na = nb = nc = the setting `order`, nk = 1.",
+    "Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=2,nk=1; by default na = nb = nc = the setting `order`, \
+     nk = 1.",
     |orders| (orders.nd + orders.nf > 0 || orders.na + orders.nb == 0)
         .then_some("expected na or nb of at least 1, nc, nk; the model has no D, F"),
     |n| Orders {
@@ -154,7 +155,8 @@ structure!(
 structure!(
     BjOptions,
     "The options of `bj`, `y = B/F u + C/D e`.",
-    "Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.",
+    "Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the \
+     setting `order`, nk = 1.",
     |orders| (orders.na > 0 || orders.nb == 0)
         .then_some("expected nb of at least 1, nc, nd, nf, nk; the model has no A"),
     |n| Orders {

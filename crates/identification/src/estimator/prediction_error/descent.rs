@@ -45,8 +45,8 @@ const MOST_CREEPS: usize = 10;
 /// How often a step that leaves the stable predictors is halved.
 const HALVINGS: usize = 8;
 
-/// Steps are measured in units in which y is so many times as large as u. Of the searches of 366 hard records with a known
-/// minimum one misses it for values below 2, another for values above 5.
+/// Steps are measured in units in which y is so many times as large as u. Of the searches of 366 hard records with a
+/// known minimum one misses it for values below 2, another for values above 5.
 pub(super) const OUTPUT: f64 = 4.0;
 
 /// The result of a search.

@@ -1,8 +1,9 @@
 //! The units in which a search sees a record: powers of two near the sizes of u and y.
 //!
-//! In its own units a record is the same numbers whatever powers of two its signals were multiplied with, so a search takes the
-//! same steps and ends in the same minimum, to the last bit. With other factors its numbers differ by less than a factor of two,
-//! which only the first solution of null-space fitting sees: a step is measured in the ratio of y and u itself.
+//! In its own units a record is the same numbers whatever powers of two its signals were multiplied with, so a search
+//! takes the same steps and ends in the same minimum, to the last bit. With other factors its numbers differ by less
+//! than a factor of two, which only the first solution of null-space fitting sees: a step is measured in the ratio of y
+//! and u itself.
 
 use super::descent::OUTPUT;
 use crate::estimator::FailureKind;
@@ -15,7 +16,8 @@ pub(super) struct Units {
     y: Vec<f64>,
 }
 
-/// Returns the power of two whose square is within a factor of two of a number; 1 for zero and what is not a normal number.
+/// Returns the power of two whose square is within a factor of two of a number; 1 for zero and what is not a normal
+/// number.
 fn near_root(square: f64) -> f64 {
     if !square.is_normal() {
         return 1.0;

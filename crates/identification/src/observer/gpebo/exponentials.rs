@@ -108,15 +108,15 @@ pub fn decays<R: Real, const N: usize>(rates: &[R; N]) -> ([R; N], [R; N]) {
         }
         return (decay, phi);
     }
-    if !(!small).any() {
+    if (!small).any() {
+        for i in 0..N {
+            decay[i] = exp_m1(-rates[i]);
+        }
+    } else {
         for i in 0..N {
             let r = -rates[i];
             let (e, z) = rational(r);
             decay[i] = R::select(rates[i].less(limit(TINY)), r, r - e.mul_add(r, -z));
-        }
-    } else {
-        for i in 0..N {
-            decay[i] = exp_m1(-rates[i]);
         }
     }
     for i in 0..N {

@@ -207,7 +207,7 @@ fn compare<R: Real>(
     cascade: &Cascade,
     differences: &mut [[Differences<R>; 2]],
 ) {
-    let [coarse, middle, fine] = &runs.runs[..] else {
+    let [coarse, middle, fine] = &runs.refined[..] else {
         return;
     };
     let (x, theta) = (fine.x(), cascade.theta());
@@ -254,7 +254,7 @@ fn conclude<R: Real>(
         let [state, theta] = differences.map(|runs| runs.step_error(summary.steps));
         let [state_scale, theta_scale] = [state.largest, theta.largest / size.sqrt()];
         let fine = &summary.observers[number].accuracy;
-        let [coarse, middle] = [0, 1].map(|run| runs.runs[run].accuracy(number, lane));
+        let [coarse, middle] = [0, 1].map(|run| runs.refined[run].accuracy(number, lane));
         let accuracies = [&coarse, &middle, fine];
         Convergence {
             state,

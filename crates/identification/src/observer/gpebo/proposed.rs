@@ -181,9 +181,9 @@ fn extend<R: Real>(
             }
             Branch::Delay(line) => {
                 let delayed = &mut line.delayed_mut()[i * NUMBERS..];
-                for number in 0..NUMBERS {
-                    out[number] = delayed[number];
-                    delayed[number] = own[number];
+                for ((out, delayed), own) in out.iter_mut().zip(delayed).zip(own.iter()) {
+                    *out = *delayed;
+                    *delayed = *own;
                 }
             }
         }

@@ -38,7 +38,7 @@ pub struct Runs<'a, R> {
     lanes: Vec<&'a Cascade>,
     places: Vec<Place>,
     /// In the order of the refinements; the last is the finest.
-    pub(super) runs: Vec<Run<'a, R>>,
+    pub(super) refined: Vec<Run<'a, R>>,
     oscillators: Oscillators,
 }
 
@@ -69,7 +69,7 @@ impl<'a, R: Real> Runs<'a, R> {
             .enumerate()
             .map(|(k, &refine)| Run::start(&lanes, refine, k == finest, known, &mut oscillators));
         Self {
-            runs: runs.collect(),
+            refined: runs.collect(),
             places: (0..lanes.len()).map(place).collect(),
             lanes,
             oscillators,
@@ -80,7 +80,7 @@ impl<'a, R: Real> Runs<'a, R> {
     /// plant's state in the finest run is not finite.
     pub fn advance(&mut self, known: &mut Propagators) -> u8 {
         let mut start = Start::default();
-        let finest = self.runs.last();
+        let finest = self.refined.last();
         let mut advanced = 0;
         for (lane, (place, cascade)) in self.places.iter_mut().zip(&self.lanes).enumerate() {
             if !place.over {
@@ -106,7 +106,7 @@ impl<'a, R: Real> Runs<'a, R> {
             }
         }
         if advanced != 0 {
-            for run in &mut self.runs {
+            for run in &mut self.refined {
                 run.advance(&start, &self.lanes, known, &mut self.oscillators);
             }
         }
@@ -115,7 +115,7 @@ impl<'a, R: Real> Runs<'a, R> {
 
     /// Returns the lanes that are not over after this base step, as bits.
     pub fn going_on(&self) -> u8 {
-        let finest = self.runs.last();
+        let finest = self.refined.last();
         let goes_on = |lane: usize| {
             let (place, cascade) = (&self.places[lane], self.lanes[lane]);
             let finite = finest.is_some_and(|run| run.is_finite(lane));
@@ -126,13 +126,13 @@ impl<'a, R: Real> Runs<'a, R> {
 
     /// Returns the summary of the finest run so far, in a lane.
     pub fn summary(&self, lane: usize) -> Summary {
-        self.runs[self.runs.len() - 1].summary(lane)
+        self.refined[self.refined.len() - 1].summary(lane)
     }
 }
 
 impl Runs<'_, f64> {
     /// Returns the state of the finest run after the last base step.
     pub fn sample(&self) -> Sample<'_> {
-        self.runs[self.runs.len() - 1].sample(self.places[0].t)
+        self.refined[self.refined.len() - 1].sample(self.places[0].t)
     }
 }

@@ -88,7 +88,7 @@ impl<R: Real> Excited<R> {
 /// `e^(-I_a) - 1` and `phi_1(-I_a)` of each part, for one gain.
 pub struct Decay<R> {
     gain: f64,
-    decay: [R; PARTS],
+    factor: [R; PARTS],
     phi: [R; PARTS],
 }
 
@@ -100,8 +100,8 @@ impl<R: Real> Decay<R> {
         for rate in &mut rates {
             *rate = R::splat(gain) * *rate;
         }
-        let (decay, phi) = decays(&rates);
-        Self { gain, decay, phi }
+        let (factor, phi) = decays(&rates);
+        Self { gain, factor, phi }
     }
 }
 
@@ -139,7 +139,7 @@ impl<R: Real> ScalarEstimator<R> {
         mixed: &Nodes<R>,
         known: &mut Option<Decay<R>>,
     ) {
-        let Decay { decay, phi, .. } = match known {
+        let Decay { factor, phi, .. } = match known {
             Some(known) if known.gain == self.gain => &*known,
             _ => known.insert(Decay::new(self.gain, excited)),
         };
@@ -152,7 +152,7 @@ impl<R: Real> ScalarEstimator<R> {
                 self.middle = (self.theta, self.integral);
             }
             let drive = gain * drives[i];
-            self.theta = self.theta + (phi[i] * drive + decay[i] * self.theta);
+            self.theta = self.theta + (phi[i] * drive + factor[i] * self.theta);
             self.integral = self.integral + excited.squares[i];
         }
     }

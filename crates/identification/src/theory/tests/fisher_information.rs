@@ -164,8 +164,8 @@ fn free_coefficients_and_the_distance() {
     assert_eq!(silent.unwrap_err(), Missing::Singular);
 }
 
-/// The error of a response over its bound, against sums over a grid of frequencies, which are exact where the responses have
-/// decayed within its points: of one model, and the second moment of the law.
+/// The error of a response over its bound, against sums over a grid of frequencies, which are exact where the responses
+/// have decayed within its points: of one model, and the second moment of the law.
 #[test]
 fn a_response_has_its_bound_over_all_frequencies() {
     const POINTS: usize = 4096;
@@ -238,7 +238,8 @@ fn a_noisy_input_has_the_information_of_its_spectra() {
         Process::from_settings(settings).unwrap()
     };
     let white = || NoiseColour::from(NoiseFilter::white());
-    let cases: [(&[f64], &[f64], f64, &[f64]); 2] = [
+    type Case = (&'static [f64], &'static [f64], f64, &'static [f64]);
+    let cases: [Case; 2] = [
         (
             &[-1.5, 0.7],
             &[1.0, 0.5],
@@ -290,7 +291,8 @@ fn a_noisy_input_has_the_information_of_its_spectra() {
     assert_eq!(refused.err(), Some(Missing::NoisyInput));
 }
 
-/// Innovations of heavy tails tell more: `nu (nu + 1) / ((nu - 2) (nu + 3))` times as much, 2 for three degrees of freedom.
+/// Innovations of heavy tails tell more: `nu (nu + 1) / ((nu - 2) (nu + 3))` times as much, 2 for three degrees of
+/// freedom.
 #[test]
 fn heavy_tails_have_more_information() {
     let made = |noise: NoiseFilter| {

@@ -19,8 +19,8 @@ pub(super) fn part(study: &Study) -> Part {
     ));
     rows.push(row(
         "lost trials",
-        "a trial without a measure ranks as the worst in quantiles, shares and paired ratios; means, SD and RMSE are of \
-         the trials with one",
+        "a trial without a measure ranks as the worst in quantiles, shares and paired ratios; means, SD and RMSE are \
+         of the trials with one",
     ));
     let (given, defaults) = switches(file);
     rows.extend(given);

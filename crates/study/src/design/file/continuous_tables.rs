@@ -217,6 +217,15 @@ fn samples(text: &str) -> Result<(f64, Vec<f64>), String> {
     ))
 }
 
+/// Returns the operators of a list of filters.
+pub(crate) fn operators(filters: &[FilterTable]) -> Vec<Operator> {
+    let operator = |filter: &FilterTable| match filter {
+        FilterTable::Pole(pole) => Operator::Lag(*pole),
+        FilterTable::Delay(table) => Operator::Delay(table.delay),
+    };
+    filters.iter().map(operator).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -237,13 +246,4 @@ mod tests {
             assert!(error.contains(part), "{text}: {error}");
         }
     }
-}
-
-/// Returns the operators of a list of filters.
-pub(crate) fn operators(filters: &[FilterTable]) -> Vec<Operator> {
-    let operator = |filter: &FilterTable| match filter {
-        FilterTable::Pole(pole) => Operator::Lag(*pole),
-        FilterTable::Delay(table) => Operator::Delay(table.delay),
-    };
-    filters.iter().map(operator).collect()
 }

@@ -112,7 +112,8 @@ impl InputTable {
                 let lines = periodic_input::lines(*period, *band, *odd);
                 if lines.is_empty() {
                     return Err(format!(
-                        "band: no line of a period of {period} samples is in it; expected a longer period or a wider band"
+                        "band: no line of a period of {period} samples is in it; expected a longer period or a wider \
+                         band"
                     ));
                 }
                 Ok(Some(periodic_input::multisine(*period, &lines)))

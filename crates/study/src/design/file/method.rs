@@ -162,12 +162,13 @@ impl schemars::JsonSchema for MethodTable {
             }
             let observer = "The observer of this method's outputs instead of the setting `gain`: dead-beat, \
                 scaled:RHO, poles:LIST; kalman (steady state; its noise known with \"known\", else identified on the \
-                window, as white); kalman-coloured (the same with the colour C / (A D) of the method's own noise model, \
-                not with \"known\"); with \"known\" also kalman-varying (from the covariance of x(0)).";
+                window, as white); kalman-coloured (the same with the colour C / (A D) of the method's own noise \
+                model, not with \"known\"); with \"known\" also kalman-varying (from the covariance of x(0)).";
             let observer = json!({ "description": observer, "anyOf": several(&text) });
             properties.insert("observer".to_owned(), observer);
             let last = json!({
-                "description": "How many of the last samples of the window the method sees, a sliding window; all by default. x0 is taken as 0 then.",
+                "description": "How many of the last samples of the window the method sees, a sliding window; all by \
+                 default. x0 is taken as 0 then.",
                 "type": "integer",
                 "minimum": 1
             });

@@ -13,8 +13,8 @@ use std::collections::BTreeSet;
 
 impl ExperimentFile {
     /// Keeps the methods (in continuous time the observers) with one of these names: the name of the method, or its
-    /// estimator's, with all its outputs; or the label of an output, without the others. Claims and comparisons that need
-    /// another method are left out; the second part names them.
+    /// estimator's, with all its outputs; or the label of an output, without the others. Claims and comparisons that
+    /// need another method are left out; the second part names them.
     ///
     /// # Errors
     /// A name that no method has; a method whose options contradict each other.
@@ -52,19 +52,8 @@ impl ExperimentFile {
             name.split(',').map(|part| part.trim().to_owned()).collect()
         };
         let names: Vec<String> = names.iter().flat_map(parts).collect();
-        for name in &names {
-            if !is_known(name) {
-                let all: Vec<&str> = all.iter().copied().collect();
-                let unknown = match name.parse::<EstimatorName>() {
-                    Ok(estimator) => format!(
-                        "an estimator, but no method of this file has it; expected {}, or [[methods]] with estimator = \
-                         \"{estimator}\" in the file",
-                        all.join(", ")
-                    ),
-                    Err(_) => UnknownName::new("method", name, &all).to_string(),
-                };
-                return Err(FileError::key(name, unknown));
-            }
+        if let Some(name) = names.iter().find(|name| !is_known(name)) {
+            return Err(FileError::key(name, unknown(name, &all)));
         }
         let wanted = |of: &[String]| {
             names
@@ -127,6 +116,19 @@ impl ExperimentFile {
             .map(|(table, _)| table)
             .collect();
         Ok((self, left_out))
+    }
+}
+
+/// What is said of a name that no method has.
+fn unknown(name: &str, all: &BTreeSet<&str>) -> String {
+    let all: Vec<&str> = all.iter().copied().collect();
+    match name.parse::<EstimatorName>() {
+        Ok(estimator) => format!(
+            "an estimator, but no method of this file has it; expected {}, or [[methods]] with estimator = \
+             \"{estimator}\" in the file",
+            all.join(", ")
+        ),
+        Err(_) => UnknownName::new("method", name, &all).to_string(),
     }
 }
 

@@ -39,8 +39,8 @@ impl SampledPlant<'_> {
         let [num, den] = self.in_s()?;
         // Elsewhere a transfer function with a sampling time is one in z.
         let hold = self.hold.ok_or(
-            "expected hold = \"zero\" or \"linear\" beside Ts: num and den, zeros and poles are in s; a plant in q^-1 has \
-             the polynomials A and B",
+            "expected hold = \"zero\" or \"linear\" beside Ts: num and den, zeros and poles are in s; a plant in q^-1 \
+             has the polynomials A and B",
         )?;
         let sampling = Sampling {
             interval,

@@ -219,8 +219,8 @@ pub struct NoiseTable {
     /// and its variance made 1; Gaussian if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residuals: Option<String>,
-    /// The white noise has heavy tails: Student's t with so many degrees of freedom, 3 to 100, scaled to variance 1; Gaussian
-    /// if absent.
+    /// The white noise has heavy tails: Student's t with so many degrees of freedom, 3 to 100, scaled to variance 1;
+    /// Gaussian if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub student_t: Option<u16>,
 }

@@ -76,8 +76,8 @@ pub struct Collection {
 }
 
 impl Collection {
-    /// Looks for blocks of an experiment in folders, at any depth, by names and `run.json` alone; with `verify` it reads
-    /// every block, and leaves out those that are damaged or of another design.
+    /// Looks for blocks of an experiment in folders, at any depth, by names and `run.json` alone; with `verify` it
+    /// reads every block, and leaves out those that are damaged or of another design.
     ///
     /// # Errors
     /// If a folder or a block cannot be read.

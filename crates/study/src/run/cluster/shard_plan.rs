@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// About how many pieces a shard has at least, if there are enough trials, and at most. Between them it has one of every
-/// cell.
+/// About how many pieces a shard has at least, if there are enough trials, and at most. Between them it has one of
+/// every cell.
 const PIECES: [u64; 2] = [16, 256];
 
 /// A plan.
@@ -151,8 +151,8 @@ pub(crate) fn hexadecimal(fingerprint: u128) -> String {
     format!("{fingerprint:032x}")
 }
 
-/// Deals spans to shards like cards. A piece ends at a multiple of its size, which is one of `batch`. The shard with which
-/// a round begins follows multiples of the golden ratio, so that no axis of the grid is in step with the shards.
+/// Deals spans to shards like cards. A piece ends at a multiple of its size, which is one of `batch`. The shard with
+/// which a round begins follows multiples of the golden ratio, so that no axis of the grid is in step with the shards.
 fn dealt(spans: &[Span], batch: u64, shards: usize) -> Vec<Vec<Span>> {
     let trials: u64 = spans.iter().map(Span::len).sum();
     let [least, most] = PIECES;

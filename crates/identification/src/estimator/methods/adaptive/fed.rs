@@ -8,8 +8,8 @@ use crate::model::Orders;
 /// The adaptive observer fed sample by sample: with the filters of [`StateFilters`] and theta(k) of any recursive
 /// estimator, `xhat_o(k+1) = M(k+1) (f - alpha(k), h(k))`, `T(k) xhat(k+1) = xhat_o(k+1)`.
 ///
-/// It is the state that an observer with the present model would have had it run from the beginning from `x_o(0) = 0`, so
-/// no error of an earlier model is left in it. With f = 0 it is the papers' dead-beat observer.
+/// It is the state that an observer with the present model would have had it run from the beginning from `x_o(0) = 0`,
+/// so no error of an earlier model is left in it. With f = 0 it is the papers' dead-beat observer.
 #[derive(Clone, Debug)]
 pub struct FedObserver<R> {
     estimator: R,

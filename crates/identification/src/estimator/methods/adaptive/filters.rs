@@ -11,8 +11,8 @@ use crate::plant::canonical::{reverse_negated, solve_toeplitz};
 ///     x_o(k) = M(k) p + F^k x_o(0),  p = (f - alpha, h)
 /// ```
 ///
-/// so one set of filters serves every estimate of the plant, and x_o(0) is forgotten as F^k; with f = 0 (dead beat) after
-/// n samples. A sample takes about 4 n^2 multiplications and additions.
+/// so one set of filters serves every estimate of the plant, and x_o(0) is forgotten as F^k; with f = 0 (dead beat)
+/// after n samples. A sample takes about 4 n^2 multiplications and additions.
 ///
 /// Source: G. Kreisselmeier, Adaptive observers with exponential rate of convergence, IEEE Trans. Automatic Control 22,
 /// 1977, with differences for derivatives.

@@ -32,12 +32,13 @@ pub struct JointEkfSettings {
 ///     s+ = (A x + b u, a, b),  P+ = J P J' + Q,  J the Jacobian of the step at s
 /// ```
 ///
-/// In the papers' coordinates only the last row of A is unknown, so J has a row with the states, and shifts. The gain does
-/// not follow from how K depends on the parameters, so it may diverge or be biased where the noise variances are wrong. A
-/// sample takes about 36 n^2 multiplications and additions.
+/// In the papers' coordinates only the last row of A is unknown, so J has a row with the states, and shifts. The gain
+/// does not follow from how K depends on the parameters, so it may diverge or be biased where the noise variances are
+/// wrong. A sample takes about 36 n^2 multiplications and additions.
 ///
-/// Source: L. Ljung, Asymptotic behavior of the extended Kalman filter as a parameter estimator for linear systems, IEEE
-/// Trans. Automatic Control 24, 1979, Eqs. (3) to (7), which also say why the steps of a constant plant should be 0.
+/// Source: L. Ljung, Asymptotic behavior of the extended Kalman filter as a parameter estimator for linear systems,
+/// IEEE Trans. Automatic Control 24, 1979, Eqs. (3) to (7), which also say why the steps of a constant plant should be
+/// 0.
 #[derive(Clone, Debug)]
 pub struct JointEkf {
     settings: JointEkfSettings,

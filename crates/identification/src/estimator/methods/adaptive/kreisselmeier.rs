@@ -22,8 +22,8 @@ pub struct KreisselmeierSettings {
 /// ```
 ///
 /// It converges exponentially where u excites; at gamma below 2 it cannot leave, since no eigenvalue of R exceeds tr R.
-/// The source has derivatives for differences and a constant gain; the normalised gain makes the rate independent of the
-/// signals' size. A sample takes about 12 n^2 multiplications and additions.
+/// The source has derivatives for differences and a constant gain; the normalised gain makes the rate independent of
+/// the signals' size. A sample takes about 12 n^2 multiplications and additions.
 ///
 /// Source: G. Kreisselmeier, Adaptive observers with exponential rate of convergence, IEEE Trans. Automatic Control 22,
 /// 1977, section IV.

@@ -7,10 +7,11 @@
 //!     x_o(k+1) = A0 x_o(k) - alpha y(k) + h u(k),  y = (x_o)_1,  A0 the shift,
 //! ```
 //!
-//! with the polynomials of `A(q) y = B(q) u`: `alpha_i` and `h_i` are the coefficients of q^-i. The state that all report
-//! is the papers', `T x = x_o`, with the T of the present estimate (stage 5), so it moves with the estimate.
+//! with the polynomials of `A(q) y = B(q) u`: `alpha_i` and `h_i` are the coefficients of q^-i. The state that all
+//! report is the papers', `T x = x_o`, with the T of the present estimate (stage 5), so it moves with the estimate.
 //!
-//! xhat(k+1) uses data up to k, as that of every observer of this crate. Nothing is allocated after an observer is made.
+//! xhat(k+1) uses data up to k, as that of every observer of this crate. Nothing is allocated after an observer is
+//! made.
 
 mod fed;
 mod filters;

@@ -27,9 +27,9 @@ pub struct ZhangSettings {
 /// does. P is kept as a [`SquareRoot`]. A sample takes about 28 n^2 multiplications and additions.
 ///
 /// Source: Q. Zhang, Adaptive observer for multiple-input-multiple-output linear time-varying systems, IEEE Trans.
-/// Automatic Control 47, 2002; A. Guyader and Q. Zhang, Adaptive observer for discrete time linear time varying systems,
-/// IFAC SYSID 2003; A. Ticlea and G. Besancon, Exponential forgetting factor observer in discrete time, Systems and
-/// Control Letters 61, 2012.
+/// Automatic Control 47, 2002; A. Guyader and Q. Zhang, Adaptive observer for discrete time linear time varying
+/// systems, IFAC SYSID 2003; A. Ticlea and G. Besancon, Exponential forgetting factor observer in discrete time,
+/// Systems and Control Letters 61, 2012.
 #[derive(Clone, Debug)]
 pub struct Zhang {
     settings: ZhangSettings,

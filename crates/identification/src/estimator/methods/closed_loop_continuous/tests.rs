@@ -110,8 +110,8 @@ fn the_plant_is_recovered_without_noise() {
     }
 }
 
-/// At 20,000 samples the truth is within four standard errors, whatever the noise model; `rivc`, which is for open loops,
-/// is further off without a noise model.
+/// At 20,000 samples the truth is within four standard errors, whatever the noise model; `rivc`, which is for open
+/// loops, is further off without a noise model.
 #[test]
 fn consistent_at_twenty_thousand_samples() {
     let record = record(0.05, 0, 2, 20_000);
@@ -139,8 +139,8 @@ fn consistent_at_twenty_thousand_samples() {
     );
 }
 
-/// Standard errors are those that 240 records show: the squares of the errors over them have a mean of 1 within four of its
-/// standard errors, 0.37. So the covariance of optimal instruments is reached.
+/// Standard errors are those that 240 records show: the squares of the errors over them have a mean of 1 within four of
+/// its standard errors, 0.37. So the covariance of optimal instruments is reached.
 #[test]
 fn standard_errors_are_those_of_many_records() {
     let trials = 240;

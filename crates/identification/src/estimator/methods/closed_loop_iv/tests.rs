@@ -138,8 +138,8 @@ fn the_plant_is_recovered_without_noise() {
     }
 }
 
-/// `indirect` weighs with the covariance of its first stage, which is zero without noise. A noise of a millionth leaves errors
-/// of that size.
+/// `indirect` weighs with the covariance of its first stage, which is zero without noise. A noise of a millionth leaves
+/// errors of that size.
 #[test]
 fn hardly_any_noise_leaves_hardly_any_error() {
     let pass = estimate(indirect(), &record(1e-6, WHITE_IN_LOOP, 1, 600));
@@ -154,8 +154,9 @@ fn hardly_any_noise_leaves_hardly_any_error() {
     }
 }
 
-/// At 20,000 samples in coloured noise (`indirect`: noise that is white in the loop): within four standard errors of the truth where a method has them, within eight
-/// of those of `indirect` where it has none; `sriv`, which is for open loops, is further off than four of its own.
+/// At 20,000 samples in coloured noise (`indirect`: noise that is white in the loop): within four standard errors of
+/// the truth where a method has them, within eight of those of `indirect` where it has none; `sriv`, which is for open
+/// loops, is further off than four of its own.
 #[test]
 fn consistent_at_twenty_thousand_samples() {
     let coloured = record(0.5, COLOURED, 2, 20_000);
@@ -193,9 +194,9 @@ fn consistent_at_twenty_thousand_samples() {
     assert!(open > 1.0, "{open}");
 }
 
-/// Standard errors of `clriv` and `indirect` are those that 100 records show: the squares of the errors over them have a
-/// mean of 1 within four of its standard errors. So the covariance of optimal instruments is reached, and by `indirect`,
-/// where the loop's noise is white, the bound.
+/// Standard errors of `clriv` and `indirect` are those that 100 records show: the squares of the errors over them have
+/// a mean of 1 within four of its standard errors. So the covariance of optimal instruments is reached, and by
+/// `indirect`, where the loop's noise is white, the bound.
 #[test]
 fn standard_errors_are_those_of_many_records() {
     let trials = 100;

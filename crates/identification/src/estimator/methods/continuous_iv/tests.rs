@@ -96,12 +96,12 @@ fn plants_are_recovered_without_noise() {
         let y = simulated(truth, &u);
         // A record without noise does not tell a noise model: `rivc` has none here.
         let SrivcOptions {
-            orders, ts, hold, ..
+            orders, hold, ts, ..
         } = srivc(truth);
         let rivc = RivcOptions {
             orders,
-            ts,
             hold,
+            ts,
             ..RivcOptions::default()
         };
         for pass in [estimate(srivc(truth), 2, &u, &y), estimate(rivc, 2, &u, &y)] {

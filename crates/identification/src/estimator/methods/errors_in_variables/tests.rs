@@ -105,8 +105,8 @@ fn consistent_at_twenty_thousand_samples() {
     assert!(squares > 4.0, "{squares}");
 }
 
-/// The squares of the errors over the standard errors of 100 records of 12,000 samples have a mean of 1 within four of its
-/// own errors, and a tenth for the lags that Bartlett's weights leave out.
+/// The squares of the errors over the standard errors of 100 records of 12,000 samples have a mean of 1 within four of
+/// its own errors, and a tenth for the lags that Bartlett's weights leave out.
 #[test]
 fn standard_errors_are_those_of_many_records() {
     let (noise, trials) = ([1.0, 0.25], 100);
@@ -130,10 +130,10 @@ fn standard_errors_are_those_of_many_records() {
     }
 }
 
-/// The same at 1000 samples for `tls`, `iv-compensated` and `bels` with one variance known. With both estimated `bels` has
-/// heavy tails there, and the formula is that of its centre: the median of the squares is that of chi-squared, 0.455,
-/// within four of its own errors (`coverage.py` says how far the tails are off). There alone some searches do not rest and
-/// leave no standard errors; they count as infinitely far off.
+/// The same at 1000 samples for `tls`, `iv-compensated` and `bels` with one variance known. With both estimated `bels`
+/// has heavy tails there, and the formula is that of its centre: the median of the squares is that of chi-squared,
+/// 0.455, within four of its own errors (`coverage.py` says how far the tails are off). There alone some searches do
+/// not rest and leave no standard errors; they count as infinitely far off.
 #[test]
 fn standard_errors_on_short_records() {
     let (noise, trials) = ([1.0, 0.25], 300);
@@ -179,8 +179,8 @@ fn standard_errors_on_short_records() {
     }
 }
 
-/// The example of ControlSystemIdentification.jl: y = 0.8/(q - 0.9) u + e, u without noise, both white of variance 1. Total
-/// least squares is told a ratio of 1, which is wrong: its limit, by the eigenvector of the true S (numpy), is
+/// The example of ControlSystemIdentification.jl: y = 0.8/(q - 0.9) u + e, u without noise, both white of variance 1.
+/// Total least squares is told a ratio of 1, which is wrong: its limit, by the eigenvector of the true S (numpy), is
 /// (a, b) = (0.79347, 1.76899), and its documentation prints (0.77439, 1.8489) for one record of 2000 samples.
 #[test]
 fn a_wrong_ratio_has_the_published_bias() {

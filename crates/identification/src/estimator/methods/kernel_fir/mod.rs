@@ -4,8 +4,9 @@
 //! hyperparameters have the greatest marginal likelihood.
 //!
 //! Sources: T. Chen, H. Ohlsson, L. Ljung, "On the estimation of transfer functions, regularizations and Gaussian
-//! processes - revisited", Automatica 48 (2012), 1525-1535; G. Pillonetto, F. Dinuzzo, T. Chen, G. De Nicolao, L. Ljung,
-//! "Kernel methods in system identification, machine learning and function estimation: a survey", Automatica 50 (2014),
+//! processes - revisited", Automatica 48 (2012), 1525-1535; G. Pillonetto, F. Dinuzzo, T. Chen, G. De Nicolao, L.
+//! Ljung, "Kernel methods in system identification, machine learning and function estimation: a survey", Automatica 50
+//! (2014),
 //! 657-682.
 
 mod evidence;

@@ -23,8 +23,8 @@ fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<
     (u, y)
 }
 
-/// `reference.py` says how its numbers were made. Hyperparameters of a flat likelihood are known to about 1e-6 in either
-/// program, and the taps with them.
+/// `reference.py` says how its numbers were made. Hyperparameters of a flat likelihood are known to about 1e-6 in
+/// either program, and the taps with them.
 #[test]
 fn taps_and_intervals_of_another_program() {
     let cases: Value = serde_json::from_str(include_str!("reference.json")).unwrap();

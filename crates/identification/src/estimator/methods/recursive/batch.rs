@@ -5,8 +5,8 @@ use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::{Estimator, FailureKind, Pass, Visit, Window};
 use crate::model::LinearModel;
 
-/// Runs a recursion over the window. `iterations` of the pass is the number of samples taken, so that it says at which k
-/// a recursion diverged.
+/// Runs a recursion over the window. `iterations` of the pass is the number of samples taken, so that it says at which
+/// k a recursion diverged.
 pub(super) struct Batch<R> {
     recursion: R,
     model: LinearModel,

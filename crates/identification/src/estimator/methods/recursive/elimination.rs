@@ -9,8 +9,9 @@ type Lanes = [f64; LANES];
 /// Up to so many groups of lanes hold few unknowns.
 const MOST_GROUPS: usize = 4;
 
-/// Gaussian elimination with scaled partial pivoting: the pivot of a column is the number that is largest beside its row,
-/// all columns having been brought to the same size. So a change of units by powers of two changes no bit but exponents.
+/// Gaussian elimination with scaled partial pivoting: the pivot of a column is the number that is largest beside its
+/// row, all columns having been brought to the same size. So a change of units by powers of two changes no bit but
+/// exponents.
 #[derive(Clone, Debug)]
 pub(super) struct Elimination {
     matrix: Vec<f64>,
@@ -32,8 +33,8 @@ impl Elimination {
         }
     }
 
-    /// Solves `matrix X = right` of d unknowns in place: both row by row, X with as many columns as fit. A singular matrix
-    /// leaves numbers that are not finite.
+    /// Solves `matrix X = right` of d unknowns in place: both row by row, X with as many columns as fit. A singular
+    /// matrix leaves numbers that are not finite.
     pub(super) fn solve(&mut self, d: usize, matrix: &[f64], right: &mut [f64]) {
         let Self { few, rows, .. } = self;
         let groups = if right.len() == d {

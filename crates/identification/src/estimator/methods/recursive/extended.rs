@@ -11,7 +11,8 @@ use crate::model::Orders;
 recursive_options! {
     /// The options of `rels`.
     RelsOptions {
-        /// Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=1,nk=1; by default na = nb = nc = the setting `order`, nk = 1.
+        /// Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=1,nk=1; by default na = nb = nc = the setting
+        /// `order`, nk = 1.
         orders,
         start
     }

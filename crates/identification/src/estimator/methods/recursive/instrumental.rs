@@ -57,13 +57,14 @@ impl RecursiveOptions for RecursiveIvOptions {
 /// ```
 ///
 /// `delayed`: `z(k) = (u(k-nk-nb) ... u(k-nk-nb-na+1), u(k-nk) ... u(k-nk-nb+1))`, zeros before the record.
-/// `auxiliary`: `z(k) = (-x(k-1) ... -x(k-na), u(k-nk) ...)`, where `x(k) = z(k)' theta(k)` is the output of the present
-/// model from rest. A model of too few samples may have an output far larger than y, which then rules Z'Phi for long:
-/// a longer start, or early forgetting, prevents that. While A-hat has a zero on or outside the unit circle, x is that of the last stable one.
+/// `auxiliary`: `z(k) = (-x(k-1) ... -x(k-na), u(k-nk) ...)`, where `x(k) = z(k)' theta(k)` is the output of the
+/// present model from rest. A model of too few samples may have an output far larger than y, which then rules Z'Phi for
+/// long: a longer start, or early forgetting, prevents that. While A-hat has a zero on or outside the unit circle, x is
+/// that of the last stable one.
 ///
 /// P is not symmetric, so it has no square root. Its inverse is carried: with lambda = 1, `P^-1 = P(0)^-1 + Z'Phi`. The
-/// covariance is `s^2 P Z'Z P'`; after early forgetting `s^2 P Z'W^2 Z P'`, W being the weights that are left. A sample takes
-/// about `d^3/3 + 4 d^2` multiplications and additions, d = na + nb, and na^2 for stability.
+/// covariance is `s^2 P Z'Z P'`; after early forgetting `s^2 P Z'W^2 Z P'`, W being the weights that are left. A sample
+/// takes about `d^3/3 + 4 d^2` multiplications and additions, d = na + nb, and na^2 for stability.
 ///
 /// Source: L. Ljung and T. Soderstrom, *Theory and Practice of Recursive Identification*, 1983, section 2.2.2.
 #[derive(Clone, Debug)]
@@ -87,17 +88,18 @@ pub struct RecursiveIv {
     clock: Clock,
 }
 
-/// The equations of recursive instrumental variables, and what the covariance and the variance of the residuals are made of.
+/// The equations of recursive instrumental variables, and what the covariance and the variance of the residuals are
+/// made of.
 ///
 /// Not P is carried but its inverse, `R = lambda R + z phi'` with `R(0) = inverse(P(0))`, and `r = lambda r + z y` with
-/// `r(0) = R(0) theta(0)`; theta solves `R theta = r`. That is the same theta, and nothing is ever subtracted from P(0):
-/// what a P far larger than the records' units loses in its first updates would be lost for good.
+/// `r(0) = R(0) theta(0)`; theta solves `R theta = r`. That is the same theta, and nothing is ever subtracted from
+/// P(0): what a P far larger than the records' units loses in its first updates would be lost for good.
 ///
-/// Fewer equations than parameters leave R singular but for R(0), which rounding may lose. After r <= d equations from `P = p0 I`
-/// theta is therefore `theta(0) + Z' inverse(C + Phi Z') (y - Phi theta(0))`, Z and Phi having a row for each equation, and C on
-/// its diagonal the products of lambda up to it over p0: the same by `inverse(c I + Z'Phi) Z' = Z' inverse(c I + Phi Z')`. It is
-/// solved as `Phi s + C l = y - Phi theta(0)`, `s = Z' l`, s being the step: `Phi Z'` would add squares of y to those of u, which
-/// are of other units.
+/// Fewer equations than parameters leave R singular but for R(0), which rounding may lose. After r <= d equations from
+/// `P = p0 I` theta is therefore `theta(0) + Z' inverse(C + Phi Z') (y - Phi theta(0))`, Z and Phi having a row for
+/// each equation, and C on its diagonal the products of lambda up to it over p0: the same by `inverse(c I + Z'Phi) Z' =
+/// Z' inverse(c I + Phi Z')`. It is solved as `Phi s + C l = y - Phi theta(0)`, `s = Z' l`, s being the step: `Phi Z'`
+/// would add squares of y to those of u, which are of other units.
 #[derive(Clone, Debug)]
 pub(super) struct InstrumentalUpdate {
     information: Vec<f64>,
@@ -151,7 +153,8 @@ impl InstrumentalUpdate {
         self.weights = from.weights();
     }
 
-    /// Before the first equation theta is this and P is p0 times the identity. Without p0 the start has d equations at least.
+    /// Before the first equation theta is this and P is p0 times the identity. Without p0 the start has d equations at
+    /// least.
     pub(super) fn restart(&mut self, theta: &[f64], p0: Option<f64>) {
         self.start.copy_from_slice(theta);
         self.prior = p0.map_or(0.0, f64::recip);

@@ -24,7 +24,8 @@ recursive_options! {
         /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
         orders,
         then {
-            /// What is carried from sample to sample: square-root (of the information, the default), covariance (P itself).
+            /// What is carried from sample to sample: square-root (of the information, the default), covariance (P
+            /// itself).
             form: Option<RecursiveForm>,
         }
     }

@@ -5,9 +5,9 @@
 //! the square root of the information ([`SquareRoot`]) and the start.
 //!
 //! Conventions. The first equation is that of `k0 = max(na + nf, nb + nk - 1)`: signals before the record are not used.
-//! theta is in the order A, B, C, D, F. Before the first equation theta is theta0, and P is `p0 I`. Without p0 the start
-//! is exact, the limit of p0 to infinity: least squares solves the first equations, and theta stays theta0 until they
-//! determine it.
+//! theta is in the order A, B, C, D, F. Before the first equation theta is theta0, and P is `p0 I`. Without p0 the
+//! start is exact, the limit of p0 to infinity: least squares solves the first equations, and theta stays theta0 until
+//! they determine it.
 
 pub(in crate::estimator) mod batch;
 mod coefficients;
@@ -67,8 +67,8 @@ pub trait RecursiveEstimator: Send {
     fn is_determined(&self) -> bool;
 
     /// Returns the variance of the residuals so far, their sum of squares over equations less parameters; NaN where
-    /// there are too few, or with forgetting. After early forgetting it is `S / (sum w - d sum w^2 / sum w)`, S being the
-    /// sum with the weights w that are left: right for white errors and regressors of a stationary signal.
+    /// there are too few, or with forgetting. After early forgetting it is `S / (sum w - d sum w^2 / sum w)`, S being
+    /// the sum with the weights w that are left: right for white errors and regressors of a stationary signal.
     fn noise_variance(&self) -> f64;
 
     /// Fills `to` with the covariance of theta, row by row, for white equation errors and no forgetting, or early

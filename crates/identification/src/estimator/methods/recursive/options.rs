@@ -6,8 +6,8 @@ use crate::estimator::initial_state_choice::StartState;
 use crate::estimator::{Estimator, OptionError, Problem, SetupError};
 use crate::model::Orders;
 
-/// Defines the options of a recursive estimator: its orders, those of its own, and those that all share; `start` stands for
-/// those of the methods that least squares starts.
+/// Defines the options of a recursive estimator: its orders, those of its own, and those that all share; `start` stands
+/// for those of the methods that least squares starts.
 macro_rules! recursive_options {
     (
         $(#[$about:meta])* $name:ident {
@@ -29,9 +29,11 @@ macro_rules! recursive_options {
     ) => {
         recursive_options! {
             @define [$(#[$about])* $name] [$(#[$orders])*] [$($($first)*)?] [
-                /// Forgetting factor after the start, which approaches `forgetting` by 1 % of the difference a sample; by default there is no such rise.
+                /// Forgetting factor after the start, which approaches `forgetting` by 1 % of the difference a sample;
+                /// by default there is no such rise.
                 early_forgetting: Option<f64>,
-                /// Equations that least squares solves before residuals, instruments or filters are used; by default 0 with p0, else two for each parameter.
+                /// Equations that least squares solves before residuals, instruments or filters are used; by default 0
+                /// with p0, else two for each parameter.
                 start: Option<usize>,
             ] []
         }
@@ -53,11 +55,13 @@ macro_rules! recursive_options {
             $(#[$orders])*
             pub orders: Option<$crate::model::Orders>,
             $($(#[$first_about])* pub $first: $first_type,)*
-            /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default zeros.
+            /// The parameters before the first equation, in the order A, B, C, D, F, such as -1.5,0.7,1,0.5; by default
+            /// zeros.
             pub theta0: Option<super::Coefficients>,
             /// P before the first equation is p0 times the identity; by default exact, the limit of p0 to infinity.
             pub p0: Option<f64>,
-            /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default): none.
+            /// Forgetting factor: the weight of an equation that is i samples old is its i-th power; 1 (the default):
+            /// none.
             pub forgetting: Option<f64>,
             $($(#[$start_about])* pub $start: $start_type,)*
             $($(#[$then_about])* pub $then: $then_type,)*

@@ -13,7 +13,8 @@ use crate::model::Orders;
 recursive_options! {
     /// The options of `rpem`.
     RpemOptions {
-        /// Orders of any of na, nb, nc, nd, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
+        /// Orders of any of na, nb, nc, nd, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the
+        /// setting `order`, nk = 1.
         orders,
         start
     }
@@ -39,17 +40,20 @@ impl RecursiveOptions for RpemOptions {
     }
 }
 
-/// `A(q) y = B(q)/F(q) u + C(q)/D(q) e` by the recursive prediction error method of Ljung: output-error, ARMAX, Box-Jenkins
-/// models and all others of this form. With phi and psi of the predictor, made with the theta of their own times,
+/// `A(q) y = B(q)/F(q) u + C(q)/D(q) e` by the recursive prediction error method of Ljung: output-error, ARMAX,
+/// Box-Jenkins models and all others of this form. With phi and psi of the predictor, made with the theta of their own
+/// times,
 ///
 /// ```text
-///     eps(k) = y(k) - phi(k)' theta(k-1),  P^-1(k) = lambda P^-1(k-1) + psi psi',  theta(k) = theta(k-1) + P(k) psi eps(k)
+///     eps(k) = y(k) - phi(k)' theta(k-1),  P^-1(k) = lambda P^-1(k-1) + psi psi',  theta(k) = theta(k-1) + P(k) psi
+///     eps(k)
 /// ```
 ///
-/// P is kept as a [`SquareRoot`]. theta(k) is projected into the region where C and F are stable: the step is halved until
-/// it ends there, 20 times at most, else left out. The start is least squares of `A y = B u + e`, or of `F y = B u + e`
-/// if there is no A; an unstable F of it is not taken over. Without A, y stands for `B/F u` meanwhile. The covariance is `s^2 P`, as efficient as that of the
-/// prediction error method (after early forgetting `s^2 P sum w^2 / sum w`, w being the weights that are left).
+/// P is kept as a [`SquareRoot`]. theta(k) is projected into the region where C and F are stable: the step is halved
+/// until it ends there, 20 times at most, else left out. The start is least squares of `A y = B u + e`, or of `F y = B
+/// u + e` if there is no A; an unstable F of it is not taken over. Without A, y stands for `B/F u` meanwhile. The
+/// covariance is `s^2 P`, as efficient as that of the prediction error method (after early forgetting `s^2 P sum w^2 /
+/// sum w`, w being the weights that are left).
 ///
 /// A sample takes about 5 d^2 multiplications and additions, d being the number of parameters, and nc^2 + nf^2 for
 /// stability.

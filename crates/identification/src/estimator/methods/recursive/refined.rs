@@ -49,8 +49,9 @@ impl RecursiveOptions for RecursiveSrivOptions {
 ///
 /// A sample takes about `d^3/3 + 4 d^2` multiplications and additions, d = nb + nf, and nf^2 for stability.
 ///
-/// Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7; P. C. Young and A. J.
-/// Jakeman, Refined instrumental variable methods of recursive time-series analysis, part I, Int. J. Control 29, 1979.
+/// Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7; P. C. Young and A.
+/// J. Jakeman, Refined instrumental variable methods of recursive time-series analysis, part I, Int. J. Control 29,
+/// 1979.
 #[derive(Clone, Debug)]
 pub struct RecursiveSriv {
     settings: RecursiveSettings,

@@ -15,8 +15,8 @@ pub enum RerunWindow {
     Sliding(usize),
 }
 
-/// Runs a method of the registry again, by default the papers' own, after every `every` samples, on a growing or sliding
-/// window. Its last pass gives theta. A run that fails leaves theta as it was, and the next may succeed.
+/// Runs a method of the registry again, by default the papers' own, after every `every` samples, on a growing or
+/// sliding window. Its last pass gives theta. A run that fails leaves theta as it was, and the next may succeed.
 ///
 /// A sliding window allocates nothing after it was filled, where the method does not. A growing one prepares the method
 /// for every length, and keeps the record.

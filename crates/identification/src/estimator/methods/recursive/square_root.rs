@@ -16,8 +16,9 @@ use super::weights::Weights;
 ///
 /// An update takes about 3 d^2 multiplications and additions and d square roots, and a solution d^2 more.
 ///
-/// Source: G. J. Bierman, *Factorization Methods for Discrete Sequential Estimation*, 1977, chapter IV; W. M. Gentleman,
-/// Least squares computations by Givens transformations without square roots, J. Inst. Maths Applics 12, 1973.
+/// Source: G. J. Bierman, *Factorization Methods for Discrete Sequential Estimation*, 1977, chapter IV; W. M.
+/// Gentleman, Least squares computations by Givens transformations without square roots, J. Inst. Maths Applics 12,
+/// 1973.
 #[derive(Clone, Debug)]
 pub struct SquareRoot {
     d: usize,

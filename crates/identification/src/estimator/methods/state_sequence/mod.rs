@@ -1,8 +1,9 @@
-//! Subspace methods whose states are combinations of the past, `x(t) = J z(t)`, and whose model is the innovations form.
+//! Subspace methods whose states are combinations of the past, `x(t) = J z(t)`, and whose model is the innovations
+//! form.
 //!
 //! `z(t) = (y(t-1) ... y(t-s), u(t-1) ... u(t-s))`, and J has the canonical correlations of z with the future. By least
-//! squares, `y = C x + D u + e` and `x(t+1) = A x + B u + K e` follow. One output makes that `A y = B u + C e` with three
-//! polynomials of degree n, `A(q) = det(I - A q^-1)` and `C(q) = det(I - (A - K C) q^-1)`.
+//! squares, `y = C x + D u + e` and `x(t+1) = A x + B u + K e` follow. One output makes that `A y = B u + C e` with
+//! three polynomials of degree n, `A(q) = det(I - A q^-1)` and `C(q) = det(I - (A - K C) q^-1)`.
 //!
 //! Sources: W. E. Larimore, "Canonical variate analysis in identification, filtering, and adaptive control", CDC 1990,
 //! 596-604; M. Jansson, "Subspace identification and ARX modeling", SYSID 2003, 1625-1630; Y. Fujikoshi, L. G. Veitch,
@@ -107,7 +108,8 @@ macro_rules! state_sequence {
             $options,
             $doc,
             {
-                /// Chooses the order, from 1 to that of `orders`, by a criterion of the canonical correlations: aic, bic.
+                /// Chooses the order, from 1 to that of `orders`, by a criterion of the canonical correlations: aic,
+                /// bic.
                 pub correlations: Option<Criterion>,
             },
             check: |of| {

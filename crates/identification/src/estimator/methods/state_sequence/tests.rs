@@ -243,8 +243,8 @@ fn models_are_stable_by_an_option() {
     assert!(stable.loss > unstable.loss);
 }
 
-/// In feedback `u = r - 0.4 y` the noise reaches the input. Methods of the predictor form are consistent: at 20,000 samples
-/// within six standard errors of `armax`, which is efficient.
+/// In feedback `u = r - 0.4 y` the noise reaches the input. Methods of the predictor form are consistent: at 20,000
+/// samples within six standard errors of `armax`, which is efficient.
 #[test]
 fn predictor_forms_serve_in_feedback() {
     let truth = plant("na=2,nb=2,nc=2", &[-1.5, 0.7, 1.0, 0.5, 0.6, 0.2]);

@@ -44,8 +44,8 @@ fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<
     (u, y)
 }
 
-/// Recorded and simulated data, each structure; `reference.py` says how. Its inverses cost eps times the condition of R,
-/// which is below 1e5.
+/// Recorded and simulated data, each structure; `reference.py` says how. Its inverses cost eps times the condition of
+/// R, which is below 1e5.
 #[test]
 fn weighted_solutions_of_another_program() {
     let cases: Value = serde_json::from_str(include_str!("reference.json")).unwrap();
@@ -76,8 +76,8 @@ fn weighted_solutions_of_another_program() {
     }
 }
 
-/// Without noise, an output-error plant to rounding. Where a noise model is asked for, a record without noise does not tell
-/// it: long regressors are dependent, and the failure says so. A noise of a millionth tells it.
+/// Without noise, an output-error plant to rounding. Where a noise model is asked for, a record without noise does not
+/// tell it: long regressors are dependent, and the failure says so. A noise of a millionth tells it.
 #[test]
 fn plants_are_recovered_without_noise() {
     for (trial, truth) in plants().iter().enumerate() {
@@ -119,8 +119,8 @@ fn plants_are_recovered_without_noise() {
     }
 }
 
-/// At 20,000 samples within four standard errors of the truth, and these are those of the prediction error method, which is
-/// efficient, to 5 %.
+/// At 20,000 samples within four standard errors of the truth, and these are those of the prediction error method,
+/// which is efficient, to 5 %.
 #[test]
 fn the_bound_at_twenty_thousand_samples() {
     for (trial, truth) in plants().iter().enumerate() {
