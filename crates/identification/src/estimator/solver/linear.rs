@@ -1,12 +1,10 @@
 //! Dense factorisations with their own buffers, shared by the solvers.
 
 use super::rank::{Equilibration, check_rank, inverse_norm1_estimate, norm1};
-use super::small;
 use crate::estimator::FailureKind;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, inverse, solve};
 use faer::perm::PermRef;
-use faer::reborrow::ReborrowMut;
 use faer::{Mat, MatMut, MatRef, Par};
 
 /// Inverse of small matrices by LU with partial pivoting.
@@ -38,11 +36,8 @@ impl Inverter {
     pub(super) fn invert(
         &mut self,
         a: MatRef<'_, f64>,
-        mut out: MatMut<'_, f64>,
+        out: MatMut<'_, f64>,
     ) -> Result<(), FailureKind> {
-        if let Some(inverted) = small::invert(a, out.rb_mut()) {
-            return inverted;
-        }
         self.lu.copy_from(a);
         let stack = MemStack::new(&mut self.memory);
         let (_, permutation) = factor::lu_in_place(

@@ -6,7 +6,6 @@ mod orthogonal;
 mod partitioned;
 pub mod rank;
 mod reduction;
-mod small;
 mod square;
 
 use super::{FailureKind, NAIVE_LIMIT, SetupError, Shape, Window};
