@@ -147,6 +147,16 @@ fn the_line_that_was_meant_runs() {
             "compare my.csv --model oe",
             "asobench estimate my.csv --estimator oe --order 2 --plot output",
         ),
+        (
+            "estimate my.csv --delimiter ;",
+            "asobench estimate my.csv --order 2",
+        ),
+        (
+            "plot my.csv --type residuals",
+            "asobench estimate my.csv --order 2 --plot residuals",
+        ),
+        ("run s.toml --only arx", "asobench run s.toml --method arx"),
+        ("claims res", "asobench report res"),
         ("report res --failures", "asobench failures res"),
         (
             "estimate my.csv --order 2 --offset",
@@ -352,6 +362,8 @@ fn pictures_of_a_record_are_drawn_by_name() {
         "poles",
         "--plot",
         "y.svg",
+        "--plot",
+        "residuals.pdf",
     ];
     let said = stderr(&done(at, &[&line[..], &pictures].concat()));
     for (file, part) in [
@@ -363,6 +375,8 @@ fn pictures_of_a_record_are_drawn_by_name() {
             "wrote poles.svg: poles and zeros, with 95 % regions, of oe",
         ),
         ("y.svg", "wrote y.svg: measured and simulated output"),
+        // A file is of the picture that it is named after.
+        ("residuals.pdf", "wrote residuals.pdf: correlations"),
     ] {
         assert!(said.contains(part) && at.join(file).is_file(), "{said}");
     }

@@ -268,6 +268,10 @@ impl Meant {
 
     /// Returns the lines, with the command line that was meant as the last one, if it is known and right.
     fn told(mut self, all: &clap::Command) -> Vec<String> {
+        // Every model needs an order.
+        if self.line.first().is_some_and(|word| word == "estimate") {
+            self.added.push(["--order", "2"]);
+        }
         Instead::complete(&self.added, &mut self.line);
         if self.known && self.parsed(all).is_ok() {
             let words = self.line.iter().map(shell_word);

@@ -67,7 +67,7 @@ pub(super) struct Drawing {
 impl FromStr for Drawing {
     type Err = String;
 
-    /// Reads `bode=FILE`, `bode` for `bode.svg`, or a file for the output.
+    /// Reads `bode=FILE`, `bode` for `bode.svg`, or a file: of the picture that it is named after, else of the output.
     fn from_str(text: &str) -> Result<Self, String> {
         let named = text
             .split_once('=')
@@ -76,7 +76,11 @@ impl FromStr for Drawing {
             (Some((_, "")), _) => return Err("expected a file behind '='".to_owned()),
             (Some((kind, path)), _) => (kind, PathBuf::from(path)),
             (None, Some(kind)) => (kind, PathBuf::from(format!("{kind}.svg"))),
-            (None, None) if text.contains('.') => (Kind::Output, PathBuf::from(text)),
+            (None, None) if text.contains('.') => {
+                let path = PathBuf::from(text);
+                let stem = path.file_stem().and_then(|stem| stem.to_str());
+                (stem.and_then(Kind::named).unwrap_or_default(), path)
+            }
             (None, None) => {
                 let kinds: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
                 return Err(format!(

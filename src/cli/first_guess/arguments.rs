@@ -64,10 +64,25 @@ const ARGUMENTS: &[Entry] = &[
         )],
     ),
     (
+        "--only --select",
+        &[
+            (
+                "run",
+                "--method NAME,NAME, by the names of the file's methods",
+                Words("--method {}"),
+            ),
+            (
+                "estimate",
+                "--estimator NAME,NAME; asobench methods prints the names",
+                Words("--estimator {}"),
+            ),
+        ],
+    ),
+    (
         "--trials --runs --records -M --repeats",
         &[(
             "suite",
-            "--first R, the first trials of each scenario; --tier has 20, 50 or 200 of them",
+            "--first R, the first trials of each scenario; --tier has 20, 50 or 1000 of them",
             Words("--first {}"),
         )],
     ),

@@ -88,6 +88,11 @@ const COMMANDS: &[(&str, &str, &str)] = &[
         "report *",
     ),
     (
+        "claims claim verdict verdicts",
+        "asobench report DIR prints the verdicts on the claims of its results, --claims FILE.toml on others",
+        "report *",
+    ),
+    (
         "init create template generate example",
         "asobench new NAME.toml",
         "new *",
@@ -101,6 +106,20 @@ const COMMANDS: &[(&str, &str, &str)] = &[
 
 /// Words that may stand before one of these: `plot bode`.
 const BEFORE: &str = "plot show draw view";
+
+/// Words of pictures of a record, and what is typed for them.
+const PICTURES: &[(&str, &str)] = &[
+    ("bode freqresp --bode", "estimate * --order 2 --plot bode"),
+    ("step impulse --step", "estimate * --order 2 --plot step"),
+    (
+        "residuals resid --residuals --resid",
+        "estimate * --order 2 --plot residuals",
+    ),
+    (
+        "poles pzmap zeros --poles --pzmap",
+        "estimate * --order 2 --plot poles",
+    ),
+];
 
 /// Commands that take results or files of studies, not records.
 const OF_STUDIES: &str = "compare plot report check run replay failures";
@@ -124,14 +143,20 @@ pub(super) struct Instead {
 pub(super) fn answer(line: &[String]) -> Option<Answer> {
     let is = |names: &str, word: &String| names.split(' ').any(|name| name == word);
     let of = |word: &String| COMMANDS.iter().find(|(names, ..)| is(names, word));
-    if let [command, record, ..] = line
+    if let [command, record, rest @ ..] = line
         && OF_STUDIES.split(' ').any(|name| name == command)
         && record.to_lowercase().ends_with(".csv")
     {
+        let named = |names: &str| rest.iter().any(|word| is(names, &word.to_lowercase()));
+        let picture = PICTURES.iter().find(|(names, _)| named(names));
+        let (template, rest) = match picture {
+            Some((_, template)) => (*template, &line[1..2]),
+            None => ("estimate * --order 2 --plot output", &line[1..]),
+        };
         return Some(Answer {
             given: format!("{command} {record}"),
-            words: "of a record: asobench estimate RECORD.csv --order 2 --plot output",
-            instead: instead("estimate * --order 2 --plot output", command, &line[1..]),
+            words: "of a record: asobench estimate RECORD.csv --order 2 --plot output, or bode, step, poles, residuals",
+            instead: instead(template, command, rest),
         });
     }
     let count = match line {
@@ -178,7 +203,9 @@ impl Instead {
     /// Adds the flags that were not given.
     pub(super) fn complete(added: &[[&'static str; 2]], line: &mut Vec<String>) {
         // What says the orders makes --order superfluous.
-        let orders = ["--orders", "--na", "--nb", "--nf", "--nk"];
+        let orders = [
+            "--orders", "-n", "--na", "--nb", "--nc", "--nd", "--nf", "--nk",
+        ];
         for [flag, value] in added {
             let others: &[&str] = if *flag == "--order" { &orders } else { &[] };
             let says = |word: &String| {

@@ -65,7 +65,7 @@ pub enum FolderError {
     },
     /// The folder holds results of another design.
     #[error(
-        "{}: holds results of another design (different: {}); choose another folder",
+        "{}: holds results of another design (different: {}); choose another folder (--out DIR)",
         .path.display(), .keys.join(", ")
     )]
     OtherDesign {
