@@ -270,7 +270,7 @@ fn measuring_times_can_be_stopped() {
 #[test]
 fn a_second_signal_ends_at_once() {
     let place = Place::new();
-    let text = "trials = 1000\n[settings]\nwindow = 100000\n[[methods]]\niterations = 1000\nreport = [1000]";
+    let text = "trials = 1000\n[settings]\nwindow = 1000000\n[[methods]]\niterations = 1000\nreport = [1000]";
     place.write("long.toml", text.as_bytes());
     let mut child = place.start(&["run", "long.toml", "--out", "out", "--threads", "1"]);
     wait_until(|| place.path("out/blocks/design.json").exists());

@@ -424,7 +424,14 @@ fn records_that_make_no_study_are_refused() {
             &["--open-loop", "--feedback"],
         ),
         (
-            &["grows.csv", "--order", "1", "--open-loop"],
+            &[
+                "grows.csv",
+                "--order",
+                "1",
+                "--open-loop",
+                "--detrend",
+                "mean",
+            ],
             &["grows.csv", "plant is not stable"],
         ),
         (&["open.csv", "--order", "80"], &["too few for order 80"]),

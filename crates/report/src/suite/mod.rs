@@ -85,7 +85,7 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
             section.table(&table);
         }
     });
-    page.section("methods", "Method by method", |section| {
+    page.section("by-method", "Method by method", |section| {
         pictured(section, of, &mut files);
     });
     if let Some(fits) = of.recorded {
@@ -133,7 +133,7 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
         ("scenarios", scenarios.to_string()),
         ("runs in each", grouped(suite.trials())),
         (
-            "methods",
+            "methods taking part",
             of.methods
                 .iter()
                 .filter(|of| of.method != IDEAL)

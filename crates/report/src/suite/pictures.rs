@@ -3,7 +3,8 @@
 use super::subject::SuitePage;
 use crate::plot::{Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use asobench_study::suite::{
-    Division, Estimated, IDEAL, MethodResults, Scenario, ScenarioResults, ideal_share, share_within,
+    Division, Estimated, IDEAL, KINDS, MethodResults, Scenario, ScenarioResults, ideal_share,
+    share_within,
 };
 
 /// The decades of d that are drawn, and points in each.
@@ -20,10 +21,6 @@ fn grid() -> impl Iterator<Item = f64> {
     (POINTS * from..=POINTS * to).map(|i| 10.0_f64.powf(f64::from(i) / f64::from(POINTS)))
 }
 
-/// One method of each kind for the first picture: least squares, instrumental variables, prediction errors, a subspace,
-/// a kernel, an adaptive observer.
-const KINDS: [&str; 6] = ["arx", "iv4", "bj", "ssarx", "kernel-fir", "zhang"];
-
 /// A part of a page: the scenarios in open or in closed loop.
 struct Loop<'a> {
     of: &'a SuitePage<'a>,
@@ -37,8 +34,8 @@ impl<'a> Loop<'a> {
     /// Those that have scenarios.
     fn all(of: &'a SuitePage<'a>) -> impl Iterator<Item = Self> {
         let loops = [
-            ("open-loop", "in open loop", false),
-            ("closed-loop", "in closed loop", true),
+            ("in-open-loop", "in open loop", false),
+            ("in-closed-loop", "in closed loop", true),
         ];
         let loops = loops.into_iter().map(move |(word, words, is_closed)| Self {
             of,
@@ -71,7 +68,7 @@ impl<'a> Loop<'a> {
         let y = PlotAxis::linear("share of runs").range(0.0, 1.0);
         let law = match self.of.suite.division {
             Division::Closed => "efficient: chi-squared(p)/p",
-            Division::Open => "efficient",
+            Division::Open => "law of an efficient method",
         };
         let ideal = grid().map(|d| Point::new(d, ideal_share(d, self.scenarios())));
         let plot = Plot::new(title, x, y);

@@ -12,6 +12,10 @@ const MOST: usize = 6;
 /// There the taps of an impulse response, but for short records.
 const TAPS: usize = 100;
 
+/// One method of each kind for the first picture: least squares, instrumental variables, prediction errors, a subspace,
+/// a kernel, an adaptive observer.
+pub const KINDS: [&str; 6] = ["arx", "iv4", "bj", "ssarx", "kernel-fir", "zhang"];
+
 /// What takes part in the suite.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Competitor {

@@ -17,7 +17,7 @@ mod scenario;
 mod score;
 mod times;
 
-pub use competitor::Competitor;
+pub use competitor::{Competitor, KINDS};
 pub use manifest::{Division, Manifest, StudyEntry, Tier, VALUES};
 pub use paired::{Paired, paired};
 pub use published::{PublishedTable, Reproduced, published};
