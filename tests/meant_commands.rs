@@ -87,97 +87,100 @@ fn european(state: f64, offset: f64) -> String {
     text.replace('.', ",")
 }
 
+/// What is typed, and the line that was meant.
+const MEANT: &[(&str, &str)] = &[
+    (
+        "estimate my.csv -n 2 --model oe --json",
+        "asobench estimate my.csv --order 2 --estimator oe --format json",
+    ),
+    (
+        "estimate my.csv --nx 2 --fs 10 --delimiter ;",
+        "asobench estimate my.csv --order 2 --ts 0.1",
+    ),
+    ("fit my.csv", "asobench estimate my.csv --order 2"),
+    (
+        "arx my.csv --na 2 --nb 2 --nk 1",
+        "asobench estimate my.csv --na 2 --nb 2 --nk 1 --estimator arx",
+    ),
+    (
+        "oe my.csv [2 2 1]",
+        "asobench estimate my.csv --orders '[2 2 1]' --estimator oe",
+    ),
+    (
+        "plot bode my.csv",
+        "asobench estimate my.csv --order 2 --plot bode",
+    ),
+    (
+        "bode my.csv --order 1",
+        "asobench estimate my.csv --order 1 --plot bode",
+    ),
+    (
+        "residuals my.csv",
+        "asobench estimate my.csv --order 2 --plot residuals",
+    ),
+    (
+        "estimate my.csv --order 2 --pzmap --estimator arx",
+        "asobench estimate my.csv --order 2 --plot poles --estimator arx",
+    ),
+    (
+        "arx my.csv 2 2 1",
+        "asobench estimate my.csv --orders 2,2,1 --estimator arx",
+    ),
+    (
+        "estimate my.csv --order 2 2 1",
+        "asobench estimate my.csv --orders 2,2,1",
+    ),
+    (
+        "n4sid my.csv 2",
+        "asobench estimate my.csv --order 2 --estimator n4sid",
+    ),
+    (
+        "tfest my.csv --np 2 --nz 1 --Ts 0.1",
+        "asobench estimate my.csv --nf 2 --nb 2 --ts 0.1 --estimator srivc",
+    ),
+    (
+        "compare my.csv --model oe",
+        "asobench estimate my.csv --estimator oe --order 2 --plot output",
+    ),
+    (
+        "estimate my.csv --delimiter ;",
+        "asobench estimate my.csv --order 2",
+    ),
+    (
+        "plot my.csv --type residuals",
+        "asobench estimate my.csv --order 2 --plot residuals",
+    ),
+    ("run s.toml --only arx", "asobench run s.toml --method arx"),
+    ("claims res", "asobench report res"),
+    ("report res --failures", "asobench failures res"),
+    (
+        "estimate my.csv --order 2 --offset",
+        "asobench estimate my.csv --order 2 --detrend mean",
+    ),
+    (
+        "run s.toml --snr 10 --runs 20 --jobs 1",
+        "asobench run s.toml --set eta=31.6 --trials 20 --threads 1",
+    ),
+    (
+        "run s.toml --trails 20 --seed 3",
+        "asobench run s.toml --trials 20 --seed 3",
+    ),
+    ("simulate s.toml", "asobench run s.toml"),
+    ("validate s.toml", "asobench check s.toml"),
+    ("plot res --metric e_b", "asobench plot res --measure e_b"),
+    (
+        "suite run --system P7 --trials 1",
+        "asobench suite run --only P07 --first 1",
+    ),
+];
+
 /// The line that was meant is printed last, and does what was wanted.
 #[test]
 fn the_line_that_was_meant_runs() {
     let folder = folder();
     let at = folder.path();
     done(at, &["run", "s.toml", "--out", "res"]);
-    for (given, meant) in [
-        (
-            "estimate my.csv -n 2 --model oe --json",
-            "asobench estimate my.csv --order 2 --estimator oe --format json",
-        ),
-        (
-            "estimate my.csv --nx 2 --fs 10 --delimiter ;",
-            "asobench estimate my.csv --order 2 --ts 0.1",
-        ),
-        ("fit my.csv", "asobench estimate my.csv --order 2"),
-        (
-            "arx my.csv --na 2 --nb 2 --nk 1",
-            "asobench estimate my.csv --na 2 --nb 2 --nk 1 --estimator arx",
-        ),
-        (
-            "oe my.csv [2 2 1]",
-            "asobench estimate my.csv --orders '[2 2 1]' --estimator oe",
-        ),
-        (
-            "plot bode my.csv",
-            "asobench estimate my.csv --order 2 --plot bode",
-        ),
-        (
-            "bode my.csv --order 1",
-            "asobench estimate my.csv --order 1 --plot bode",
-        ),
-        (
-            "residuals my.csv",
-            "asobench estimate my.csv --order 2 --plot residuals",
-        ),
-        (
-            "estimate my.csv --order 2 --pzmap --estimator arx",
-            "asobench estimate my.csv --order 2 --plot poles --estimator arx",
-        ),
-        (
-            "arx my.csv 2 2 1",
-            "asobench estimate my.csv --orders 2,2,1 --estimator arx",
-        ),
-        (
-            "estimate my.csv --order 2 2 1",
-            "asobench estimate my.csv --orders 2,2,1",
-        ),
-        (
-            "n4sid my.csv 2",
-            "asobench estimate my.csv --order 2 --estimator n4sid",
-        ),
-        (
-            "tfest my.csv --np 2 --nz 1 --Ts 0.1",
-            "asobench estimate my.csv --nf 2 --nb 2 --ts 0.1 --estimator srivc",
-        ),
-        (
-            "compare my.csv --model oe",
-            "asobench estimate my.csv --estimator oe --order 2 --plot output",
-        ),
-        (
-            "estimate my.csv --delimiter ;",
-            "asobench estimate my.csv --order 2",
-        ),
-        (
-            "plot my.csv --type residuals",
-            "asobench estimate my.csv --order 2 --plot residuals",
-        ),
-        ("run s.toml --only arx", "asobench run s.toml --method arx"),
-        ("claims res", "asobench report res"),
-        ("report res --failures", "asobench failures res"),
-        (
-            "estimate my.csv --order 2 --offset",
-            "asobench estimate my.csv --order 2 --detrend mean",
-        ),
-        (
-            "run s.toml --snr 10 --runs 20 --jobs 1",
-            "asobench run s.toml --set eta=31.6 --trials 20 --threads 1",
-        ),
-        (
-            "run s.toml --trails 20 --seed 3",
-            "asobench run s.toml --trials 20 --seed 3",
-        ),
-        ("simulate s.toml", "asobench run s.toml"),
-        ("validate s.toml", "asobench check s.toml"),
-        ("plot res --metric e_b", "asobench plot res --measure e_b"),
-        (
-            "suite run --system P7 --trials 1",
-            "asobench suite run --only P07 --first 1",
-        ),
-    ] {
+    for (given, meant) in MEANT {
         let words: Vec<&str> = match given.split_once(" [") {
             Some((before, list)) => {
                 let list = &given[given.len() - list.len() - 1..];
@@ -191,7 +194,7 @@ fn the_line_that_was_meant_runs() {
             panic!("{given}: {lines:?}");
         };
         // The name of a system is read where it is used.
-        assert_eq!(line.replace("--only P7", "--only P07"), meant, "{given}");
+        assert_eq!(line.replace("--only P7", "--only P07"), *meant, "{given}");
         if given.starts_with("suite") {
             continue;
         }

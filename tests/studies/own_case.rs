@@ -424,14 +424,7 @@ fn records_that_make_no_study_are_refused() {
             &["--open-loop", "--feedback"],
         ),
         (
-            &[
-                "grows.csv",
-                "--order",
-                "1",
-                "--open-loop",
-                "--detrend",
-                "mean",
-            ],
+            &["grows.csv", "--order", "1", "--open-loop", "--detrend"],
             &["grows.csv", "plant is not stable"],
         ),
         (&["open.csv", "--order", "80"], &["too few for order 80"]),

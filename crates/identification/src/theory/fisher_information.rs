@@ -27,8 +27,9 @@ use faer::linalg::solvers::Solve;
 ///
 /// is chi-squared with p degrees of freedom over p as N grows, of mean 1.
 ///
-/// Innovations of heavy tails say more: F is that times [`NoiseLaw::information`] of their density. Where the input is
-/// measured with noise, F is that of the spectra of u and y, with the variances of input and noises unknown:
+/// Innovations of heavy tails say more: F is that times [`crate::signal::NoiseLaw::information`] of their density.
+/// Where the input is measured with noise, F is that of the spectra of u and y, with the variances of input and noises
+/// unknown:
 /// `errors_in_variables.rs`.
 ///
 /// Source: Ljung, System Identification, 2nd ed., sections 7.4 and 9.3.
