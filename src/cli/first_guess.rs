@@ -186,7 +186,7 @@ impl Meant {
         Some((first, last))
     }
 
-    /// Puts a list of orders in the place of numbers, or one number as the order.
+    /// Replaces numbers by a list of orders, or one number by the order.
     fn put_numbers(&mut self, at: usize, list: &str) {
         let Some((first, last)) = self.run(at) else {
             return;
