@@ -264,7 +264,7 @@ fn refusals() {
     refused(
         &study("seed = 5\n", &LANES),
         &["out"],
-        "of another design (different: methods, seed)",
+        "of another design (different: methods, seed ",
     );
     refused(
         &study("", &["estimator = \"oe\""]),

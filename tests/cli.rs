@@ -107,10 +107,7 @@ fn bad_records_are_refused_by_line_and_column() {
     refuse("u,y\n1,2\n1,two\n", &["line 3", "column y", "'two'"]);
     refuse("u,y\n1,2\nNaN,2\n", &["line 3", "column u", "'NaN'"]);
     refuse("u,y\n1,inf\n", &["line 2", "column y", "'inf'"]);
-    refuse(
-        "u,y\n1,2\n3\n",
-        &["line 3", "1 cells, but the header has 2"],
-    );
+    refuse("u,y\n1,2\n3\n", &["line 3", "1 cell, but the header has 2"]);
     refuse("u,y\n1,2\n3,4,5\n", &["line 3", "3 cells"]);
     refuse(
         "u,y\n1,2\n2,3\n",

@@ -27,28 +27,44 @@ pub(super) fn run(arguments: &Arguments, commands: &clap::Command) -> Result<Exi
     all.extend(flags(commands));
     let mut texts: Vec<String> = Vec::new();
     for word in &arguments.words {
-        let found = all
-            .iter()
-            .filter(|entry| folded(&entry.word) == folded(word));
-        let found: Vec<String> = found.map(|entry| entry.text.clone()).collect();
         let words: Vec<&str> = all.iter().map(|entry| entry.word.as_str()).collect();
-        if let (true, Some(here)) = (found.is_empty(), here(word, &words)) {
-            let is_here = |entry: &&Entry| entry.word == here;
-            let meanings = all.iter().filter(is_here).map(|entry| entry.text.clone());
-            texts.extend(meanings);
-            continue;
-        }
-        if let (true, Some(text)) = (found.is_empty(), numbered(word)) {
-            texts.push(text);
-            continue;
-        }
-        if found.is_empty() {
-            return Err(Error::Input(unknown(word, &all)));
-        }
-        texts.extend(found);
+        let meanings = |is: &dyn Fn(&str) -> bool| -> Vec<String> {
+            let found = all.iter().filter(|entry| is(&entry.word));
+            found.map(|entry| entry.text.clone()).collect()
+        };
+        let of_elsewhere = || here(word, &words).map(|here| meanings(&|other| other == here));
+        let kind_left_out = || {
+            let (first, kind) = word.rsplit_once([' ', '-'])?;
+            ["model", "method", "estimator", "criterion"]
+                .contains(&kind)
+                .then(|| meanings(&|other| loose(other) == loose(first)))
+        };
+        let ways: [&dyn Fn() -> Option<Vec<String>>; 5] = [
+            &|| Some(meanings(&|other| folded(other) == folded(word))),
+            &of_elsewhere,
+            &|| numbered(word).map(|text| vec![text]),
+            &|| Some(meanings(&|other| loose(other) == loose(word))),
+            &kind_left_out,
+        ];
+        let found = ways
+            .iter()
+            .find_map(|way| way().filter(|found| !found.is_empty()));
+        texts.extend(found.ok_or_else(|| Error::Input(unknown(word, &all)))?);
     }
     print(&texts.join("\n"))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// A word without case, blanks, hyphens and the end of a plural: "dead beat" is "Dead-Beat".
+fn loose(word: &str) -> String {
+    let joined: String = folded(word)
+        .chars()
+        .filter(|c| c.is_alphanumeric())
+        .collect();
+    match joined.strip_suffix('s') {
+        Some(one) if one.len() > 2 => one.to_owned(),
+        _ => joined,
+    }
 }
 
 /// What a letter with a number is: `a_3`.
@@ -232,8 +248,20 @@ fn without_links(markdown: &str) -> String {
     plain + rest
 }
 
-/// The error for a word without a meaning here: the nearest words, not all of them.
+/// The error for a word without a meaning here: the words whose meaning has it, or the nearest one.
 fn unknown(word: &str, all: &[Entry]) -> String {
+    let mut having: Vec<&str> = Vec::new();
+    for entry in all {
+        let text = folded(&entry.text);
+        if word.len() > 3 && text.contains(&folded(word)) && !having.contains(&entry.word.as_str())
+        {
+            having.push(&entry.word);
+        }
+    }
+    if !having.is_empty() {
+        let listed = having[..having.len().min(5)].join("', '");
+        return format!("unknown word '{word}'; the texts of these have it: '{listed}'");
+    }
     let words: Vec<&str> = all.iter().map(|entry| entry.word.as_str()).collect();
     let error = UnknownName::new("word", word, &words).to_string();
     let nearest = error.split("; expected").next().unwrap_or_default();
@@ -252,6 +280,19 @@ mod tests {
             without_links("a [cell](#cell) of [x] and ([m.md](m.md))."),
             "a cell of [x] and (m.md)."
         );
+    }
+
+    #[test]
+    fn spelling_does_not_matter() {
+        for [written, other] in [
+            ["dead beat", "Dead-Beat"],
+            ["instrumental variable", "instrumental variables"],
+            ["PRBS", "prbs"],
+            ["Monte Carlo", "monte-carlo"],
+        ] {
+            assert_eq!(loose(written), loose(other));
+        }
+        assert_ne!(loose("a"), loose("as"));
     }
 
     #[test]

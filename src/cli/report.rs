@@ -83,6 +83,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     drop(steps);
     let verdicts: String = studies.iter().map(terminal::verdicts).collect();
     print_with_verdicts("", &verdicts)?;
+    if verdicts.is_empty() {
+        print("no claims: --claims FILE.toml judges those of a file\n")?;
+    }
     let page = out.join("report.html");
     print(&format!(
         "{} files; the page is {}\n",

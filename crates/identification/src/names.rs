@@ -92,13 +92,29 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("rmse", "e_a"),
     ("mse", "e_a"),
     ("fit", "fit_fresh"),
+    ("interpolate", "longest-run"),
+    ("linear", "longest-run"),
+    ("drop", "longest-run"),
+    ("segments", "longest-run"),
+    ("omit", "longest-run"),
+    ("skip", "longest-run"),
 ];
 
 /// What the name here means, where the one from elsewhere means something that is not equal to it.
-const NOT_EQUAL: &[(&str, &str)] = &[(
-    "snr",
-    ": noise over output in per cent; an SNR of 20 dB is eta = 10, of s dB eta = 100 / 10^(s/20)",
-)];
+const NOT_EQUAL: &[(&str, &str)] = &[
+    (
+        "snr",
+        ": noise over output in per cent; an SNR of 20 dB is eta = 10, of s dB eta = 100 / 10^(s/20)",
+    ),
+    (
+        "interpolate",
+        ": the longest part without a gap; nothing is interpolated",
+    ),
+    (
+        "segments",
+        ": the longest part without a gap, one part alone",
+    ),
+];
 
 /// The valid name of what people who come from elsewhere call `given`.
 pub fn here<'a>(given: &str, valid: &[&'a str]) -> Option<&'a str> {

@@ -44,7 +44,10 @@ pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, S
             .collect();
         return Err(match differing.as_slice() {
             [] => format!("no cell with the same settings has {measure} in all of these studies"),
-            differing => format!("no cell with the same settings: {}", differing.join("; ")),
+            differing => format!(
+                "no cell with the same settings: {}; asobench run FILE --set KEY=VALUE runs a study with values of another",
+                differing.join("; ")
+            ),
         });
     }
     if !without.is_empty() {
@@ -146,7 +149,9 @@ fn never_equal(studies: &[Study]) -> Vec<Key> {
 /// A setting with its values in each study.
 fn in_studies(studies: &[Study], key: Key) -> String {
     let values = studies.iter().map(|study| {
-        let values: Vec<String> = values_of(study, key).into_iter().collect();
+        let mut values: Vec<String> = values_of(study, key).into_iter().collect();
+        let number = |value: &String| value.parse().unwrap_or(f64::NAN);
+        values.sort_by(|a, b| number(a).total_cmp(&number(b)));
         format!("{} in {}", values.join(", "), study.name)
     });
     format!("{key} is {}", values.collect::<Vec<_>>().join(", "))

@@ -100,8 +100,14 @@ fn lost(outcomes: &Outcomes) -> Share {
     Share::new(outcomes.lost_trials().0, outcomes.trials)
 }
 
+/// A share in per cent with its standard error; where that is not known, with the decimals that one trial makes.
 fn per_cent(share: Share) -> String {
-    uncertain(100.0 * share.share, 100.0 * share.mcse)
+    let value = 100.0 * share.share;
+    if share.mcse.is_nan() && share.count > 0 {
+        let decimals = (share.total as f64 / 100.0).log10().ceil().max(0.0);
+        return format!("{value:.0$}", decimals as usize);
+    }
+    uncertain(value, 100.0 * share.mcse)
 }
 
 /// The output and cell with the largest share of lost trials.

@@ -1,6 +1,8 @@
 //! Flags of other programs, and of other commands of this one.
 
-use super::values::{coefficients, noise, noise_of_snr, paper, period, range};
+use super::values::{
+    coefficients, noise, noise_of_snr, of_first_cell, paper, period, range, written,
+};
 use Typed::{Command, Nothing, Of, Open, Setting, Words};
 
 /// What is typed instead of a flag.
@@ -135,14 +137,14 @@ const ARGUMENTS: &[Entry] = &[
         ],
     ),
     (
-        "-o --output --output-file --outfile --save --save-as --export --csv --tsv --xlsx --dir --outdir --output-dir \
-         -d --folder",
+        "-o --out --output --output-file --outfile --save --save-as --export --csv --tsv --xlsx --dir --outdir \
+         --output-dir -d --folder",
         &[
             (
                 "--validate",
-                "--format json > FILE.json has all numbers of a model; --states FILE.csv, --plot FILE.svg and --report \
-                 FILE.html",
-                Open,
+                "--plot bode=FILE.svg, --report FILE.html, --states FILE.csv; --format json > FILE.json has all numbers of \
+                 a model",
+                Of(written),
             ),
             ("--out", "--out NAME", Words("--out {}")),
             (
@@ -335,11 +337,28 @@ const ARGUMENTS: &[Entry] = &[
         )],
     ),
     (
-        "--trial --cell --index --case",
+        "--trial",
+        &[(
+            "--data",
+            "asobench replay DIR CELL:TRIAL, such as 10:17; asobench failures DIR lists trials that failed",
+            Of(of_first_cell),
+        )],
+    ),
+    (
+        "--cell --index --case",
         &[(
             "--data",
             "asobench replay DIR CELL:TRIAL, such as 10:17; asobench failures DIR lists trials that failed",
             Open,
+        )],
+    ),
+    (
+        "--skip-rows --skiprows --header-lines --headerlines --skip-header",
+        &[(
+            "--skip",
+            "not needed: names, a row of units below them and lines with # are recognised; --skip N leaves the first N \
+             samples out",
+            Nothing,
         )],
     ),
     (

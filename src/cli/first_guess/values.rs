@@ -50,3 +50,20 @@ pub(super) fn paper(given: &str) -> Option<String> {
         .find(|name| given.starts_with(**name))
         .map(|name| format!("--paper {name}"))
 }
+
+/// What writes a file of such a name: a page, a picture, or the states.
+pub(super) fn written(file: &str) -> Option<String> {
+    let (stem, kind) = file.rsplit_once('.')?;
+    match kind {
+        "html" => Some(format!("--report {file}")),
+        "svg" | "pdf" => Some(format!("--plot {file}")),
+        "png" | "eps" | "jpg" => Some(format!("--plot {stem}.svg")),
+        _ => None,
+    }
+}
+
+/// The trial of the first cell, if it is a number.
+pub(super) fn of_first_cell(trial: &str) -> Option<String> {
+    let trial: u64 = trial.parse().ok()?;
+    Some(format!("0:{trial}"))
+}

@@ -108,6 +108,12 @@ pub(super) fn competitors(division: Division, names: &[String]) -> Result<Vec<Co
     let known: Vec<String> = all.iter().map(Competitor::name).collect();
     let known: Vec<&str> = known.iter().map(String::as_str).collect();
     for name in names {
+        if name.contains(['/', '.']) {
+            return Err(Error::Input(format!(
+                "--method {name}: expected a name of asobench methods; a program is a file with [[methods]], a name and \
+                 command = [\"python3\", \"my.py\"]: asobench suite FILE.toml"
+            )));
+        }
         if !known.contains(&name.as_str()) {
             let error = UnknownName::new("method", name, &known);
             return Err(Error::Input(format!("--method: {error}")));

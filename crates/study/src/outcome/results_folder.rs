@@ -340,7 +340,14 @@ impl ResultsFolder {
             return Ok(());
         }
         for key in &mut keys {
-            *key = key.trim_start_matches("experiment.").to_owned();
+            let place = format!("/{}", key.replace('.', "/"));
+            let value = |of: &Value| Some(of.pointer(&place)?.clone()).filter(|of| !of.is_array());
+            let values = value(stored).zip(value(design));
+            let name = key.trim_start_matches("experiment.");
+            *key = values.map_or_else(
+                || name.to_owned(),
+                |(there, here)| format!("{name} {there} there, {here} here"),
+            );
         }
         Err(FolderError::OtherDesign {
             path: self.path.clone(),
@@ -572,13 +579,19 @@ mod tests {
             .claim_design(&design(2, 3), &[])
             .unwrap_err()
             .to_string();
-        assert!(error.contains("(different: seed, x.y)"), "{error}");
+        assert!(
+            error.contains("(different: seed 1 there, 2 here, x.y 2 there, 3 here)"),
+            "{error}"
+        );
         fs::remove_file(path.join(MANIFEST)).unwrap();
         let error = results
             .claim_design(&design(1, 3), &[])
             .unwrap_err()
             .to_string();
-        assert!(error.contains("(different: x.y)"), "by the blocks: {error}");
+        assert!(
+            error.contains("(different: x.y 2 there, 3 here)"),
+            "by the blocks: {error}"
+        );
         fs::write(path.join("blocks/design.json"), r#"{"version": "99.0.0"}"#).unwrap();
         fs::write(path.join("summary.json"), b"{}").unwrap();
         let error = results

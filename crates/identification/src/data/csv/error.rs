@@ -98,7 +98,8 @@ pub enum RecordError {
     },
     /// A row has too few or too many cells.
     #[error(
-        "line {line}: {found} cells, but {} {expected}{}",
+        "line {line}: {found} {}, but {} {expected}{}",
+        if *.found == 1 { "cell" } else { "cells" },
         if *.has_header { "the header has" } else { "the first row has" },
         if *.found == 2 * expected { "; numbers with decimal commas are separated by semicolons, tabs or blanks" } else { "" }
     )]

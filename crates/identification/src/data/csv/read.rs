@@ -56,6 +56,8 @@ struct First {
     is_header: bool,
     /// Whether every line ends with a separator.
     ends_open: bool,
+    /// Whether a row of units follows.
+    has_units: bool,
 }
 
 impl First {
@@ -84,7 +86,33 @@ impl First {
             dialect,
             is_header,
             ends_open,
+            has_units: false,
         }))
+    }
+
+    /// Reads the line after the names. If it has units, they are put behind the names, `t [s]`; else it is returned.
+    fn after_units<R: Read>(
+        &mut self,
+        lines: &mut Lines<R>,
+    ) -> Result<Option<(u64, Vec<String>)>, RecordError> {
+        let next = if self.is_header { lines.next()? } else { None };
+        let Some((line, text)) = next else {
+            return Ok(None);
+        };
+        let row = self.row(line, text)?;
+        let mut dialect = self.dialect.clone();
+        let mut is_unit = |cell: &&str| cell.is_empty() || dialect.number(cell, line, "").is_err();
+        if row.iter().all(|cell| cell.is_empty()) || !row.iter().all(&mut is_unit) {
+            return Ok(Some((line, row.into_iter().map(str::to_owned).collect())));
+        }
+        for (name, unit) in self.cells.iter_mut().zip(row) {
+            let unit = unit.trim_matches(['[', ']', '(', ')']);
+            if !unit.is_empty() {
+                *name = format!("{name} [{unit}]");
+            }
+        }
+        self.has_units = true;
+        Ok(None)
     }
 
     /// Returns the cells of a row.
@@ -215,7 +243,8 @@ impl Rows {
 /// [`RecordError`], with line and column.
 pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, RecordError> {
     let mut lines = Lines::new(from);
-    let first = First::of(&mut lines)?.ok_or(RecordError::Empty)?;
+    let mut first = First::of(&mut lines)?.ok_or(RecordError::Empty)?;
+    let second = first.after_units(&mut lines)?;
     let cells: Vec<&str> = first.cells.iter().map(String::as_str).collect();
     let header = first.is_header.then_some(cells.as_slice());
     let columns = Columns::find(header, cells.len(), first.line, options)?;
@@ -229,6 +258,10 @@ pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, Recor
     };
     if !first.is_header {
         rows.add(&cells, first.line)?;
+    }
+    if let Some((line, row)) = &second {
+        let row: Vec<&str> = row.iter().map(String::as_str).collect();
+        rows.add(&row, *line)?;
     }
     while let Some((line, text)) = lines.next()? {
         rows.add(&first.row(line, text)?, line)?;
@@ -254,6 +287,7 @@ pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, Recor
         (lines.has_mark, "a byte order mark"),
         (lines.is_latin, "Latin-1"),
         (!first.is_header, "no header"),
+        (first.has_units, "a row of units"),
     ];
     let marks = marks
         .into_iter()
@@ -324,6 +358,19 @@ mod tests {
         read(text.as_bytes()).unwrap_err().to_string()
     }
 
+    /// A row without a number below the names has the units; a missing sample is none.
+    #[test]
+    fn units_may_stand_below_the_names() {
+        let table = |text: &str| read_table(text.as_bytes(), &ReadOptions::default()).unwrap();
+        let found = table("time,u,y\n(ms),(V),(rpm)\n0,1,2\n100,3,4\n");
+        assert_eq!(found.record.u, [1.0, 3.0]);
+        assert_eq!(found.times, Some([0.0, 0.1]));
+        assert!(found.form.contains(&"a row of units".to_owned()));
+        assert_eq!(table("u;y\nV;\n1;2\n").record.y, [2.0]);
+        assert!(error("u,y\nNaN,NaN\n1,2\n").contains("a sample is missing"));
+        assert!(error("u,y\n1,x\n1,2\n").contains("'x' is not a finite number"));
+    }
+
     #[test]
     fn a_record_survives_writing_and_reading() {
         let record = Record {
@@ -358,7 +405,7 @@ mod tests {
                 "line 1: no column 'u'; the header line must name it",
             ),
             ("y,u\n", "no samples after the header"),
-            ("y,u\n1\n", "line 2: 1 cells, but the header has 2"),
+            ("y,u\n1\n", "line 2: 1 cell, but the header has 2"),
             (
                 "y,u\n1,nan\n",
                 "line 2, column u: a sample is missing ('nan')",
@@ -390,7 +437,7 @@ mod tests {
         assert!(error("t,time,u,y\n").starts_with("line 1: column 't' appears twice"));
         let long = "\0".repeat(LONGEST_LINE as usize + 1);
         assert!(error(&format!("u,y\n{long}")).starts_with("line 2: longer than"));
-        assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cells, but the header has 2"));
+        assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cell, but the header has 2"));
         for cell in ["abc", "inf", "-infinity", "1e999", "1.234.5"] {
             let message = error(&format!("# c\nu,y\n1,2\n3,{cell}\n"));
             assert_eq!(
