@@ -595,6 +595,19 @@ fn a_range_of_orders_of_any_estimator() {
         let aic = row["V"].as_f64().expect("V").ln() * 1000.0 + 2.0 * row["d"].as_f64().expect("d");
         assert!((row["aic"].as_f64().expect("AIC") - aic).abs() < 1e-9);
     }
+    // Two numbers of the start are fitted beside two of B and two of F.
+    let table = json(&[
+        "--order",
+        "1:3",
+        "--estimator",
+        "oe",
+        "--initial",
+        "estimate",
+    ]);
+    let row = &table["table"][1];
+    let aic = row["V"].as_f64().expect("V").ln() * 1000.0 + 2.0 * 6.0;
+    assert_eq!(row["d"], 6);
+    assert!((row["aic"].as_f64().expect("AIC") - aic).abs() < 1e-9);
 }
 
 /// What failed has its reason on the page; a model without noise has no residuals to be tested.

@@ -28,6 +28,8 @@ struct Row {
     theta: Vec<f64>,
     /// `RSS / N` over the model's own equations.
     own_loss: Option<f64>,
+    /// How many numbers of the record\'s start were fitted.
+    start_numbers: usize,
     /// FIT of the simulated output on the window and on the samples after it, per cent.
     window_fit: Option<f64>,
     validation_fit: Option<f64>,
@@ -164,6 +166,7 @@ impl Row {
             loss: None,
             theta: Vec::new(),
             own_loss: None,
+            start_numbers: 0,
             window_fit: None,
             validation_fit: None,
             criteria: vec![None; Criterion::ALL.len()],
@@ -172,8 +175,9 @@ impl Row {
 
     /// Computes the criteria.
     fn judge(&mut self, equations: usize) {
+        let fitted = self.orders.parameters() + self.start_numbers;
         let value = |criterion: &Criterion| {
-            let value = criterion.value(self.loss?, equations, self.orders.parameters());
+            let value = criterion.value(self.loss?, equations, fitted);
             value.is_finite().then_some(value)
         };
         self.criteria = Criterion::ALL.iter().map(value).collect();
@@ -204,6 +208,7 @@ impl Row {
         self.theta = model.parameters().collect();
         let finite = |fit: Fit| Some(fit.simulated).filter(|fit| fit.is_finite());
         let fits = fits(&pass, 0, report);
+        self.start_numbers = pass.start_numbers;
         self.own_loss = Some(pass.loss * report.told_unit().powi(2));
         self.window_fit = finite(fits.window);
         self.validation_fit = fits.validation.and_then(finite);
@@ -338,7 +343,7 @@ impl Scan {
             let Value::Object(mut object) = row.named() else {
                 return Value::Null;
             };
-            let parameters = row.orders.parameters();
+            let parameters = row.orders.parameters() + row.start_numbers;
             object.insert("d".to_owned(), json!(parameters));
             object.insert("theta".to_owned(), json!(row.loss.map(|_| &row.theta)));
             object.insert("V".to_owned(), json!(row.loss));

@@ -132,7 +132,7 @@ impl Chosen {
                 } else {
                     pass.loss
                 };
-                criterion.value(loss, n, pass.model.orders().parameters())
+                criterion.value(loss, n, pass.fitted_numbers())
             }
         };
         // An unstable predictor may overflow.

@@ -98,6 +98,8 @@ pub struct Pass {
     pub continuous: ContinuousModel,
     /// The mean squared prediction error over the window; NaN if the estimator does not report it.
     pub loss: f64,
+    /// How many numbers of the record's start were fitted together with the model's parameters.
+    pub start_numbers: usize,
     /// The number of iterations of an iterative estimator.
     pub iterations: Option<usize>,
     /// The number of distinct minima that a search from several starts found.
@@ -137,6 +139,7 @@ impl Pass {
             model: LinearModel::zero(Orders::arx(order, order, 1)),
             continuous: ContinuousModel::default(),
             loss: f64::NAN,
+            start_numbers: 0,
             iterations: None,
             minima: None,
             singular_values: Vec::new(),
@@ -154,6 +157,11 @@ impl Pass {
         }
     }
 
+    /// The number of parameters that were fitted, those of the record's start too: what criteria of orders count.
+    pub fn fitted_numbers(&self) -> usize {
+        self.model.orders().parameters() + self.start_numbers
+    }
+
     /// Clears all results.
     pub fn clear(&mut self) {
         for vector in [&mut self.a, &mut self.b, &mut self.h, &mut self.x0] {
@@ -163,6 +171,7 @@ impl Pass {
         self.model.covariance.clear();
         self.continuous.numerator.clear();
         self.loss = f64::NAN;
+        self.start_numbers = 0;
         self.iterations = None;
         self.minima = None;
         self.singular_values.clear();
@@ -180,6 +189,7 @@ impl Pass {
             model,
             continuous,
             loss,
+            start_numbers,
             iterations,
             minima,
             singular_values,
@@ -198,6 +208,7 @@ impl Pass {
         self.model.assign(model);
         self.continuous.clone_from(continuous);
         self.loss = *loss;
+        self.start_numbers = *start_numbers;
         self.iterations = *iterations;
         self.minima = *minima;
         self.singular_values.clone_from(singular_values);

@@ -107,11 +107,25 @@ impl Evidence {
         1.0 - self.parts.iter().map(misses).product::<f64>()
     }
 
-    /// Returns the number nearest to failing, or failing most.
+    /// Returns the number nearest to failing, or failing most: that which makes the p-values of the cell. Numbers with
+    /// equal ones are compared by standard errors.
     pub(crate) fn decisive(&self) -> Option<&Part> {
-        self.parts
-            .iter()
-            .min_by(|a, b| a.margin().total_cmp(&b.margin()))
+        let rank = |part: &Part| {
+            let known = &part.number.known;
+            [
+                known.outside(part.range),
+                -known.inside(part.range),
+                part.margin(),
+            ]
+        };
+        let order = |(a, _): &([f64; 3], &Part), (b, _): &([f64; 3], &Part)| {
+            let mut orders = a.iter().zip(b).map(|(a, b)| a.total_cmp(b));
+            orders
+                .find(|order| order.is_ne())
+                .unwrap_or(std::cmp::Ordering::Equal)
+        };
+        let ranked = self.parts.iter().map(|part| (rank(part), part));
+        ranked.min_by(order).map(|(_, part)| part)
     }
 }
 

@@ -69,7 +69,12 @@ impl Scan {
     }
 
     fn plot(&self, quantity: &Quantity<'_>) -> Plot {
-        let mut y = PlotAxis::linear(quantity.name);
+        // Of the criteria FPE alone is no logarithm.
+        let axis = match quantity.name == Criterion::Fpe.heading() {
+            true => PlotAxis::log,
+            false => PlotAxis::linear,
+        };
+        let mut y = axis(quantity.name);
         let values: Vec<f64> = self.rows.iter().filter_map(quantity.value).collect();
         let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
         if quantity.larger && lowest < LEAST_FIT {

@@ -157,6 +157,7 @@ impl PredictionError {
         let (n, d) = (y.len() as f64, theta.len() as f64);
         let orders = self.model.orders();
         let parameters = orders.parameters();
+        let start_numbers = theta.len() - parameters;
         self.model.set_parameters(&theta[..parameters]);
         self.model.b.iter_mut().for_each(|b| *b *= gain);
         let variance = found.sum / (n - d);
@@ -181,6 +182,7 @@ impl PredictionError {
             Some(_) => {}
         }
         pass.loss = found.sum / n * square;
+        pass.start_numbers = start_numbers;
         pass.set_model(&self.model, condition)?;
         match &mut self.state {
             None => pass.start_at_zero(),

@@ -1,6 +1,7 @@
 //! Verdicts and their sentences, for a few cells.
 
 use crate::claim::decision_rule::Verdict;
+use crate::claim::evidence::{Evidence, Part};
 use crate::claim::freedom::Freedom;
 use crate::claim::judge::judge;
 use crate::claim::judged::Judged;
@@ -497,4 +498,32 @@ fn tests_of_several_outputs_are_told_each_by_itself() {
         texts[0].ends_with("of new") && texts[1].contains("new over old"),
         "{texts:?}"
     );
+}
+
+/// Of two parts the sentence names the one that decides: 2.9 standard errors of a thousand trials are certain, 3 of two
+/// are not.
+#[test]
+fn the_part_that_decides_is_named() {
+    let range = Range {
+        low: f64::NEG_INFINITY,
+        high: 0.0,
+        open: true,
+    };
+    let part = |test: usize, value: f64, freedom: f64| Part {
+        test,
+        range,
+        number: Known::Estimate {
+            value,
+            error: 1.0,
+            freedom: Freedom::constant(freedom),
+            logarithmic: false,
+        }
+        .into(),
+    };
+    let evidence = Evidence {
+        parts: vec![part(0, 3.0, 2.0), part(1, 2.9, 1000.0)],
+        ..Evidence::default()
+    };
+    assert_eq!(evidence.decisive().unwrap().test, 1);
+    assert!(evidence.p_values().fail < 0.01);
 }
