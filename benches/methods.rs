@@ -17,8 +17,8 @@ use std::iter;
 use std::path::Path;
 use std::time::Duration;
 
-/// An estimator with orders n; `None` if it needs more than a record. In continuous time a sample is a second; methods for a
-/// closed loop get u for the reference, which is the work of any other.
+/// An estimator with orders n; `None` if it needs more than a record. In continuous time a sample is a second; methods
+/// for a closed loop get u for the reference, which is the work of any other.
 fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
     let given = [("ts", Value::from(1.0)), ("controller", "0,0.1/1".into())];
     let given = given.into_iter().filter(|(key, _)| estimator.takes(key));

@@ -79,7 +79,8 @@ fn digits(error: f64) -> String {
 
 fn main() -> Result<()> {
     println!(
-        "| solver | LS, n 6, N 98 | IV, n 6, N 98 | LS, n 6, N 998 | IV, n 6, N 998 | IV, n 12, N 998 | digits N 18 | digits N 98 |"
+        "| solver | LS, n 6, N 98 | IV, n 6, N 98 | LS, n 6, N 998 | IV, n 6, N 998 | IV, n 12, N 998 | digits N 18 | \
+         digits N 98 |"
     );
     println!("|---|--:|--:|--:|--:|--:|--:|--:|");
     for &solver in Solver::ALL {

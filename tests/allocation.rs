@@ -41,8 +41,8 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Every estimator of the registry that promises it, on records of one length. Searches keep the minima that they meet, a
-/// reflection finds zeros in memory of its own, and faer's singular values and eigenvalues take it in each call.
+/// Every estimator of the registry that promises it, on records of one length. Searches keep the minima that they meet,
+/// a reflection finds zeros in memory of its own, and faer's singular values and eigenvalues take it in each call.
 fn an_estimate_allocates_nothing() {
     let n = 200;
     let record = |trial: u64| {

@@ -1,5 +1,5 @@
-//! A study whose file gets another method, or loses one: what is there is kept, and the results are those of a fresh run,
-//! byte for byte.
+//! A study whose file gets another method, or loses one: what is there is kept, and the results are those of a fresh
+//! run, byte for byte.
 
 use crate::common::{PROGRAM, stderr, stdout};
 use serde_json::Value;
@@ -97,7 +97,8 @@ fn assert_same(one: &Path, other: &Path, blocks: bool) {
     }
 }
 
-/// Runs the first file and then the second in one folder, and the second alone in another. Returns what the second said.
+/// Runs the first file and then the second in one folder, and the second alone in another. Returns what the second
+/// said.
 fn changed(first: &str, second: &str, blocks: bool) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
@@ -222,8 +223,8 @@ fn interruptions_and_extensions() {
     std::fs::copy(at.join("fresh/looks.json"), at.join("grown/looks.json")).expect("a file");
     assert_same(&at.join("grown"), &at.join("fresh"), false);
 
-    // A kill before the last block was replaced: old blocks stand beside a new one, and the design names both. The blocks
-    // of the new method are those of a study of it alone.
+    // A kill before the last block was replaced: old blocks stand beside a new one, and the design names both. The
+    // blocks of the new method are those of a study of it alone.
     done(at, &study("", &LANES[10..]), &["alone"]);
     std::fs::rename(at.join("alone/blocks"), at.join("grown/added-lanes")).expect("a folder");
     for (name, content) in old.iter().filter(|(name, _)| *name != new[first].0) {

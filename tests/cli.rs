@@ -576,8 +576,8 @@ fn a_page_about_orders() {
     }
 }
 
-/// A range of orders of any estimator that takes `orders`: each line is its model of that order, and BIC finds the order
-/// by which the record was simulated.
+/// A range of orders of any estimator that takes `orders`: each line is its model of that order, and BIC finds the
+/// order by which the record was simulated.
 #[test]
 fn a_range_of_orders_of_any_estimator() {
     let path = "tests/recorded_data/data/sim_oe2.csv";

@@ -1,7 +1,7 @@
 //! Hard records, and changes of units, for every estimator of the registry with its defaults.
 
 use asobench::estimator::{
-    EstimatorName, Method, MethodOptions, Pass, Progress, Shape, Window, option_keys,
+    EstimatorName, FailureKind, Method, MethodOptions, Pass, Progress, Shape, Window, option_keys,
 };
 use asobench::signal::{Purpose, stream};
 use rand::Rng as _;
@@ -155,11 +155,47 @@ fn hard_records_end_in_a_model_or_a_typed_failure() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Without noise an order too many leaves the parameters open, however many rows the rounding of a recursion has added
+/// up over.
+#[test]
+fn recursions_notice_an_order_too_many() {
+    for samples in [60, 400, 20_000] {
+        let recipe = Recipe {
+            name: "an order too many, no noise",
+            order: 3,
+            noise: 0.0,
+            samples,
+            ..SECOND
+        };
+        let record = record(&recipe);
+        for name in [
+            "rls",
+            "rels",
+            "recursive-iv",
+            "recursive-sriv",
+            "rpem",
+            "arx",
+        ] {
+            let options = options(name.parse().expect("a name")).expect("options");
+            let kind = |order: usize| {
+                let pass = estimate(&options, order, &record).expect("a pass");
+                pass.failure.map(|failure| failure.kind)
+            };
+            assert_eq!(
+                kind(3),
+                Some(FailureKind::RankDeficient),
+                "{name}, {samples} samples"
+            );
+            assert_eq!(kind(2), None, "{name}, {samples} samples");
+        }
+    }
+}
+
 const LARGE: f64 = 1_048_576.0;
 
-/// In other units for u, y and r the polynomials are the same; in another unit for y alone B is so many times larger. The
-/// units are powers of two, of which no rounding sees anything but where B is summed with other coefficients: a difference is
-/// a constant with a unit in a method. The factor 1000 is in the way of rounding alone.
+/// In other units for u, y and r the polynomials are the same; in another unit for y alone B is so many times larger.
+/// The units are powers of two, of which no rounding sees anything but where B is summed with other coefficients: a
+/// difference is a constant with a unit in a method. The factor 1000 is in the way of rounding alone.
 #[test]
 fn other_units_change_nothing_but_the_units() {
     let signals = record(&SECOND);
@@ -220,8 +256,8 @@ fn other_units_change_nothing_but_the_units() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Searches see a record in units of its own, powers of two, so that they take the same steps to the same minimum: no bit of
-/// a model differs but those of the unit.
+/// Searches see a record in units of its own, powers of two, so that they take the same steps to the same minimum: no
+/// bit of a model differs but those of the unit.
 #[test]
 fn searches_take_the_same_steps_in_all_units() {
     for recipe in &HARD {

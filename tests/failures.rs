@@ -1,5 +1,5 @@
-//! Records from which a method cannot have a model, and options that it cannot have, for every estimator of the registry.
-//! What is expected follows from how the methods solve, as `docs/methods.md` says under "Failures".
+//! Records from which a method cannot have a model, and options that it cannot have, for every estimator of the
+//! registry. What is expected follows from how the methods solve, as `docs/methods.md` says under "Failures".
 
 use asobench::estimator::{
     EstimatorName, FailureKind, Method, MethodOptions, Pass, Problem, Progress, Shape, Window,
@@ -105,9 +105,9 @@ fn observes(name: EstimatorName) -> bool {
     ["kreisselmeier", "zhang", "joint-ekf"].contains(&name.name())
 }
 
-/// What says that a matrix has no full rank: a column of zeros is `singular` where columns are scaled; a pivot of sums or of
-/// a recursion is zero, `rank-deficient`; a search finds that nothing depends on a parameter, `not-identifiable`. Subspace
-/// methods project first, so that rounding decides between the first two.
+/// What says that a matrix has no full rank: a column of zeros is `singular` where columns are scaled; a pivot of sums
+/// or of a recursion is zero, `rank-deficient`; a search finds that nothing depends on a parameter, `not-identifiable`.
+/// Subspace methods project first, so that rounding decides between the first two.
 fn of_no_rank(name: EstimatorName) -> &'static [FailureKind] {
     use FailureKind::{NotIdentifiable, RankDeficient, Singular};
     match name.name() {
@@ -258,8 +258,9 @@ fn kinds(name: EstimatorName) -> [Vec<FailureKind>; 2] {
     }
 }
 
-/// Hard records of order 1 to 4: no excitation, no relation, a plant that grows, more noise than signal in open and closed
-/// loop, and controllers that would not stabilise. Each method meets each kind that its steps can end in, and no other.
+/// Hard records of order 1 to 4: no excitation, no relation, a plant that grows, more noise than signal in open and
+/// closed loop, and controllers that would not stabilise. Each method meets each kind that its steps can end in, and no
+/// other.
 #[test]
 fn every_kind_of_every_method_is_met() {
     let n = 200;
@@ -325,8 +326,8 @@ fn every_kind_of_every_method_is_met() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Values that a numeric option refuses: out of its range, or of no meaning. Those of texts and names are in tests of their
-/// own.
+/// Values that a numeric option refuses: out of its range, or of no meaning. Those of texts and names are in tests of
+/// their own.
 fn refused(key: &str) -> Vec<Value> {
     match key {
         // Positive numbers.
@@ -391,8 +392,8 @@ fn numbers_out_of_range_are_refused() {
     }
 }
 
-/// The options of recursions that are no numbers: theta0 of another length, or with what is no number, orders that are none,
-/// names that are none.
+/// The options of recursions that are no numbers: theta0 of another length, or with what is no number, orders that are
+/// none, names that are none.
 #[test]
 fn texts_that_recursions_refuse() {
     let mut count = 0;

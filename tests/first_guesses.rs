@@ -63,7 +63,8 @@ fn one_method_alone_has_the_numbers_that_it_has_among_others() {
     let said = stderr(&alone);
     assert!(
         said.contains(
-            "left out because they need other methods: the comparison of iv(4) with ls; claim W, which compares with iv(4)"
+            "left out because they need other methods: the comparison of iv(4) with ls; claim W, which compares with \
+             iv(4)"
         ),
         "{said}"
     );

@@ -182,9 +182,9 @@ fn plants_are_recovered_without_noise() {
     }
 }
 
-/// The order by each rule on records without noise: one too many has no model, or one whose errors are rounding as well, and
-/// one too few has errors; so the chosen order is not below the true one, and the model has its response. Subspace methods
-/// have the true poles among theirs.
+/// The order by each rule on records without noise: one too many has no model, or one whose errors are rounding as
+/// well, and one too few has errors; so the chosen order is not below the true one, and the model has its response.
+/// Subspace methods have the true poles among theirs.
 #[test]
 fn chosen_orders_without_noise() {
     let truth = truth("nb=2,nf=2", &[1.0, 0.5, -1.5, 0.7]);
@@ -206,8 +206,8 @@ fn chosen_orders_without_noise() {
     }
 }
 
-/// At 20,000 samples the order by BIC is the true one, whose penalty grows with N, and the model is within four standard
-/// errors of the truth.
+/// At 20,000 samples the order by BIC is the true one, whose penalty grows with N, and the model is within four
+/// standard errors of the truth.
 #[test]
 fn chosen_orders_at_twenty_thousand_samples() {
     let cases = [

@@ -124,7 +124,8 @@ fn a_picture_is_written_as_pdf_too() {
     assert!(refused(at, &["plot", "all", "--out", "mine.pdf"]).contains("not written by asobench"));
 }
 
-/// The share above each panel of a zip plot is the coverage that summary.json has, which was counted while the study ran.
+/// The share above each panel of a zip plot is the coverage that summary.json has, which was counted while the study
+/// ran.
 #[test]
 fn a_zip_plot_counts_the_intervals_that_the_summary_counted() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -372,7 +372,8 @@ fn a_column_without_its_unit() {
     );
     assert!(
         shown.contains(
-            "decimal commas, a byte order mark, u is column 'Heizung [V]', y is column 'Temperatur (\u{b0}C)', t is column 'Zeit [s]'"
+            "decimal commas, a byte order mark, u is column 'Heizung [V]', y is column 'Temperatur (\u{b0}C)', t is \
+             column 'Zeit [s]'"
         ),
         "{shown}"
     );
@@ -392,7 +393,8 @@ fn a_column_without_its_unit() {
 }
 
 /// A record about u = 40 and y = 60 that begins far from there: its means are not the offset. Hints name points
-/// ever nearer to the plant's line `y = 60 + (u - 40)`, until none is given; 40 and 60 give the model of the deviations.
+/// ever nearer to the plant's line `y = 60 + (u - 40)`, until none is given; 40 and 60 give the model of the
+/// deviations.
 #[test]
 fn a_record_about_an_operating_point() {
     let mut seed = 7_u64;
@@ -625,7 +627,8 @@ fn other_forms_name_the_way() {
         (&["my.mat", "--order", "2"], "save -ascii"),
         (
             &["my.csv", "--order", "2", "--plot", "fit.png"],
-            "--plot fit.png: expected a name that ends in .svg or .pdf; rsvg-convert -f png -o fit.png fit.svg converts one",
+            "--plot fit.png: expected a name that ends in .svg or .pdf; rsvg-convert -f png -o fit.png fit.svg \
+             converts one",
         ),
     ] {
         let output = Command::new(PROGRAM).arg("estimate").args(flags).output();

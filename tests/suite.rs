@@ -124,8 +124,8 @@ fn least_squares_at_home_has_the_law_of_d() {
     assert!(apart < 2.23 / count.sqrt(), "{apart}");
 }
 
-/// The output-error method reaches the bound in long records; least squares, which is biased in white output noise, does
-/// not, and nor does a method that must estimate what others are told.
+/// The output-error method reaches the bound in long records; least squares, which is biased in white output noise,
+/// does not, and nor does a method that must estimate what others are told.
 #[test]
 fn efficient_and_biased_methods_are_told_apart() {
     let (oe, free) = distances(
@@ -148,8 +148,8 @@ fn efficient_and_biased_methods_are_told_apart() {
     assert!(ls.iter().all(|d| *d > 50.0), "{ls:?}");
 }
 
-/// The error of the response of an efficient method has the law of its weights, in open and in closed loop: Kolmogorov's test at
-/// one in 10^4.
+/// The error of the response of an efficient method has the law of its weights, in open and in closed loop:
+/// Kolmogorov's test at one in 10^4.
 #[test]
 fn the_open_division_has_the_law_of_the_response() {
     for study in ["P03-open-long", "P03-loop"] {
@@ -211,8 +211,8 @@ fn times_of_made_up_rounds() {
     assert!(lost.typical().value.is_infinite());
 }
 
-/// The known optimum of a reduced model; and where a published search missed the minimum in 40 of 100 runs, ours reaches it as
-/// the published continuation does. A bound is no number of ours: it is met within four standard errors.
+/// The known optimum of a reduced model; and where a published search missed the minimum in 40 of 100 runs, ours
+/// reaches it as the published continuation does. A bound is no number of ours: it is met within four standard errors.
 #[test]
 fn published_numbers_are_reproduced() {
     let tables = published().unwrap();
@@ -322,8 +322,8 @@ fn paired_runs() {
     assert_eq!(paired(&first, &none), None);
 }
 
-/// A method is for the scenarios that give what it needs: a loop's reference, its controller, continuous time. Elsewhere it
-/// has no runs, neither kept nor lost.
+/// A method is for the scenarios that give what it needs: a loop's reference, its controller, continuous time.
+/// Elsewhere it has no runs, neither kept nor lost.
 #[test]
 fn a_method_is_for_what_it_is_told() {
     let suite = Suite::new(Tier::Standard, &[]).unwrap();
@@ -399,8 +399,8 @@ fn the_editions_are_frozen() {
     assert!(refused.contains("unknown edition '2.0'"), "{refused}");
 }
 
-/// In innovations of heavy tails least squares has the law of d times the information that it does not use: 2 for Student's
-/// t with three degrees of freedom. Its mean has no fourth moment to be bounded by, so medians are compared.
+/// In innovations of heavy tails least squares has the law of d times the information that it does not use: 2 for
+/// Student's t with three degrees of freedom. Its mean has no fourth moment to be bounded by, so medians are compared.
 #[test]
 fn least_squares_in_heavy_tails_uses_half_of_the_information() {
     let trials = 600;
@@ -414,8 +414,8 @@ fn least_squares_in_heavy_tails_uses_half_of_the_information() {
     assert!((low..high).contains(&law), "{low} {law} {high}");
 }
 
-/// Errors in variables: least squares is far from the truth, the output-error method is biased too, and bias-eliminating
-/// least squares, which is consistent, is nearer than both, and no nearer than the bound.
+/// Errors in variables: least squares is far from the truth, the output-error method is biased too, and
+/// bias-eliminating least squares, which is consistent, is nearer than both, and no nearer than the bound.
 #[test]
 fn a_noisy_input_tells_methods_apart() {
     let of = |name: EstimatorName| {

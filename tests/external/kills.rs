@@ -190,7 +190,8 @@ fn pipes_of_a_killed_run_are_removed_by_the_next_one() {
     std::fs::create_dir(&temporary).unwrap();
     let study = |command: &str| {
         let text = format!(
-            "trials = 8\n[settings]\nwindow = 40\neta = 10\n[[methods]]\nname = \"mine\"\nbatch = 8\ncommand = {command}\n"
+            "trials = 8\n[settings]\nwindow = 40\neta = 10\n[[methods]]\nname = \"mine\"\nbatch = 8\ncommand = \
+             {command}\n"
         );
         std::fs::write(folder.join("study.toml"), text).unwrap();
     };

@@ -93,7 +93,8 @@ fn a_run_warns_early_of_a_program_that_answers_nothing() {
     };
     assert_eq!(code, 0, "{text}");
     for part in [
-        "warning: method mine: no batch was answered in 3 attempts; the last: crashed: the process ended with exit status 1",
+        "warning: method mine: no batch was answered in 3 attempts; the last: crashed: the process ended with exit \
+         status 1",
         "| ValueError: not yet written",
         "test-method FILE tests the program",
         "mine: crashed 40",

@@ -223,7 +223,8 @@ fn figures(cases: &mut Vec<Case>) {
         ("curves alone", "measures = [\"e_a\"]\ncurves = true"),
         (
             "rounding",
-            "measures = [\"e_a\", \"e_b\"]\nbounds = [{ measure = \"e_a\", rounding = 100.0 }, { measure = \"e_b\", below = 0.1 }]",
+            "measures = [\"e_a\", \"e_b\"]\nbounds = [{ measure = \"e_a\", rounding = 100.0 }, { measure = \"e_b\", \
+             below = 0.1 }]",
         ),
     ] {
         for (order, eta, x0) in [(2, 30.0, "1.0"), (6, 60.0, "0.0"), (6, 0.0, "\"plant\"")] {

@@ -189,7 +189,8 @@ fn errors_in_variables() {
     compare("errors.json", 6);
 }
 
-/// The order by each rule, and the model of that order: scipy's minima are known to the root of its accuracy in the sum.
+/// The order by each rule, and the model of that order: scipy's minima are known to the root of its accuracy in the
+/// sum.
 #[test]
 fn the_order_by_each_rule() {
     let cases = cases("choose.json");

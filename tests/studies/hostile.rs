@@ -65,7 +65,8 @@ fn study() -> String {
     });
     let methods: String = methods.collect();
     format!(
-        "title = \"T {words}\\n<script>alert(1)</script>\"\nquestion = \"Q {words}\"\nhypothesis = \"\"\"H\nforged\"\"\"\n\
+        "title = \"T {words}\\n<script>alert(1)</script>\"\nquestion = \"Q {words}\"\nhypothesis = \
+         \"\"\"H\nforged\"\"\"\n\
          trials = 20\nmeasures = [\"e_a\"]\ncompare = [[\"x=1\", \"y=1\"], [\"+1\", \"-2+3\"]]\n\
          [settings]\nclaim = [{}]\nplant = \"=p;=q\"\nnoise = \"@n\"\nhorizon = 110\n\
          [plants.\"=p;=q\"]\na = [-0.7, 1.5]\nb = [1.0, 0.5]\n[noises.\"@n\"]\nnumerator = [1.0]\n\
@@ -417,7 +418,8 @@ fn words_and_lists_have_an_end() {
 fn a_replay_needs_one_cell() {
     let place = Place::new();
     let text = "trials = 2\nmeasures = [\"e_a\"]\n[settings]\nclaim = [\"C2\", \"1\", \"a:b\"]\neta = [5, 10]\nplant = \"p\"\n\
-                horizon = 110\n[plants.p]\na = [-0.7, 1.5]\nb = [1.0, 0.5]\n[[methods]]\nname = \"m pass 7\"\niterations = 1\n";
+                horizon = 110\n[plants.p]\na = [-0.7, 1.5]\nb = [1.0, 0.5]\n[[methods]]\nname = \"m pass \
+                7\"\niterations = 1\n";
     place.write("cells.toml", text.as_bytes());
     succeeds(&place.run(&["run", "cells.toml", "--out", "out"]));
     // Cells 0 and 1 are C2, cells 2 and 3 "1".

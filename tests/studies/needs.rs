@@ -123,7 +123,8 @@ fn peak(place: &Place, arguments: &[&str]) -> f64 {
     most
 }
 
-/// Memory and the bytes of a report are told to a factor of two, also where rows or curves take most of it, or nothing does.
+/// Memory and the bytes of a report are told to a factor of two, also where rows or curves take most of it, or nothing
+/// does.
 #[test]
 #[cfg(target_os = "linux")]
 fn memory_and_a_report_take_what_was_told() {

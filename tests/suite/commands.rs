@@ -65,9 +65,9 @@ impl Runs {
     }
 }
 
-/// Of the quick and of the standard tier: the results of a method have the same bytes for any number of threads, beside any
-/// other methods, by shards, and when the same command is given again; those that are shipped too, but for the last digits
-/// of another machine.
+/// Of the quick and of the standard tier: the results of a method have the same bytes for any number of threads, beside
+/// any other methods, by shards, and when the same command is given again; those that are shipped too, but for the last
+/// digits of another machine.
 #[test]
 fn results_do_not_depend_on_threads_shards_or_other_methods() {
     let parts: [(Tier, &str, &[&str]); 2] = [
@@ -297,8 +297,9 @@ fn times_are_apart_from_results() {
     );
 }
 
-/// The FIT of `arx` on recorded data, simulated and one step ahead, against a numpy transcription: least squares, n by AICc over
-/// common equations, the free response by least squares over the first samples. Each record comes with its licence.
+/// The FIT of `arx` on recorded data, simulated and one step ahead, against a numpy transcription: least squares, n by
+/// AICc over common equations, the free response by least squares over the first samples. Each record comes with its
+/// licence.
 #[test]
 fn recorded_data_have_the_fit_of_another_computation() {
     let printed = done(&root("."), &["suite", "recorded"]);

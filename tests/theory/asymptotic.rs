@@ -135,8 +135,8 @@ fn inputs_with_spectra_of_their_own() {
     }
 }
 
-/// One line excites two coefficients and two lines four: with one, a model of order 2 has no limit but by least squares,
-/// whose regressors have the noise.
+/// One line excites two coefficients and two lines four: with one, a model of order 2 has no limit but by least
+/// squares, whose regressors have the noise.
 #[test]
 fn too_few_lines_are_singular() {
     for (periods, outputs) in [("[16]", 1), ("[16, 5]", 4)] {
@@ -188,7 +188,8 @@ fn passes_have_the_covariances_of_this_folders_theory() {
 fn summaries_and_claims_know_the_bounds() {
     let claim = |id: &str, to: &str, limit: &str| {
         format!(
-            "[[claims]]\nid = '{id}'\ntest = {{ ratio = 'e_a', of = 'ls', to = '{to}', {limit} }}\nwhere = {{ noise = 'ar' }}\n"
+            "[[claims]]\nid = '{id}'\ntest = {{ ratio = 'e_a', of = 'ls', to = '{to}', {limit} }}\nwhere = {{ noise = \
+             'ar' }}\n"
         )
     };
     let text =

@@ -45,7 +45,8 @@ pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, S
         return Err(match differing.as_slice() {
             [] => format!("no cell with the same settings has {measure} in all of these studies"),
             differing => format!(
-                "no cell with the same settings: {}; asobench run FILE --set KEY=VALUE runs a study with values of another",
+                "no cell with the same settings: {}; asobench run FILE --set KEY=VALUE runs a study with values of \
+                 another",
                 differing.join("; ")
             ),
         });

@@ -142,8 +142,8 @@ const ARGUMENTS: &[Entry] = &[
         &[
             (
                 "--validate",
-                "--plot bode=FILE.svg, --report FILE.html, --states FILE.csv; --format json > FILE.json has all numbers of \
-                 a model",
+                "--plot bode=FILE.svg, --report FILE.html, --states FILE.csv; --format json > FILE.json has all \
+                 numbers of a model",
                 Of(written),
             ),
             ("--out", "--out NAME", Words("--out {}")),

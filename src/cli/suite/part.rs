@@ -110,8 +110,8 @@ pub(super) fn competitors(division: Division, names: &[String]) -> Result<Vec<Co
     for name in names {
         if name.contains(['/', '.']) {
             return Err(Error::Input(format!(
-                "--method {name}: expected a name of asobench methods; a program is a file with [[methods]], a name and \
-                 command = [\"python3\", \"my.py\"]: asobench suite FILE.toml"
+                "--method {name}: expected a name of asobench methods; a program is a file with [[methods]], a name \
+                 and command = [\"python3\", \"my.py\"]: asobench suite FILE.toml"
             )));
         }
         if !known.contains(&name.as_str()) {

@@ -49,8 +49,8 @@ fn every_table_fits_a_screen_and_has_whole_names() {
         let names = long_names(outputs, length);
         let text = overview(&study(&file(cells, &names)));
         fits(&text);
-        // All names shown are complete. A short name in the table is explained once in the key, and no other name begins
-        // with it.
+        // All names shown are complete. A short name in the table is explained once in the key, and no other name
+        // begins with it.
         let text = joined(&text);
         let there = names.iter().filter(|name| text.contains(name.as_str()));
         assert!(there.count() > 0, "{text}");

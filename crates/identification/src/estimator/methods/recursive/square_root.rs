@@ -31,7 +31,8 @@ pub struct SquareRoot {
     determined: bool,
 }
 
-/// A diagonal element of R below this multiple of d eps times its column says that rounding may have made it.
+/// A diagonal element of R below this multiple of d eps times its column says that rounding may have made it. With the
+/// rows the rounding of rotations adds up like independent errors, with the root of their number.
 const RANK_MULTIPLE: f64 = 4.0;
 
 impl SquareRoot {
@@ -134,6 +135,8 @@ impl SquareRoot {
     fn has_full_rank(&self) -> bool {
         let (d, width) = (self.d, self.d + 1);
         let least = RANK_MULTIPLE * d as f64 * f64::EPSILON;
+        // Each rotation rounds anew.
+        let least = least * (self.rows as f64 / d as f64).sqrt();
         (0..d).all(|j| {
             let column = (0..=j).map(|i| self.r[i * width + j]);
             let squares: f64 = column.map(|r| r * r).sum();
