@@ -3,8 +3,9 @@ writes choose.json.
 
 oe, armax and bj: the least sum of squares of e = D/C (A y - B/F u) by least_squares, all signals zero before the record,
 zeros of C and F inside the unit circle; the lowest of searches from least squares, from the model one order below with
-each of 13 common poles and zeros added, and from random zeros. cva: its definition of
-crates/identification/src/estimator/methods/state_sequence/reference.py, e by its innovations form. V is the mean squared
+each of 13 common poles and zeros added, and from random zeros. cva, ssarx, parsim-k: their definitions of
+crates/identification/src/estimator/methods/state_sequence/reference.py, e by the innovations form. pem: its model is that of
+armax with three equal orders, whose minima it has. V is the mean squared
 prediction error over the N samples, d the number of parameters: aic = N ln V + 2 d, aicc = aic + 2 d (d+1)/(N-d-1),
 bic = N ln V + d ln N, fpe = V (1 + d/N)/(1 - d/N); cross-validation: V over the last third, of the model of the first N - N/3
 samples. The margin is by how much the second best exceeds the best.
@@ -19,6 +20,9 @@ from scipy.signal import lfilter
 HERE = Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 MOST = 3
+FILE = HERE.parents[2] / "crates/identification/src/estimator/methods/state_sequence/reference.py"
+REFERENCE = {}
+exec(FILE.read_text().split("\ncases =")[0], REFERENCE)
 one = lambda x: np.r_[1.0, x]
 
 def read(file, N):
@@ -93,42 +97,23 @@ def search(u, y, method, n, below, rng):
             best = V, found.x
     return best
 
-def cva(u, y, n, s):
-    N = len(y)
-    root = lambda m: (lambda w, v: v * w ** -0.5 @ v.T)(*np.linalg.eigh(m))
-    t = np.arange(s, N - s + 1)
-    Z = np.vstack([y[t - 1 - i] for i in range(s)] + [u[t - 1 - i] for i in range(s)])
-    U, Y = (np.vstack([x[t + i] for i in range(s)]) for x in (u, y))
-    less = lambda X: X - np.linalg.lstsq(U.T, X.T, rcond=None)[0].T @ U
-    Zp, Yp = less(Z), less(Y)
-    W = root(Zp @ Zp.T)
-    _, _, V = np.linalg.svd(root(Yp @ Yp.T) @ Yp @ Zp.T @ W)
-    J = V[:n] @ W
-    t = np.arange(s, N - 1)
-    past = lambda t: np.vstack([y[t - 1 - i] for i in range(s)] + [u[t - 1 - i] for i in range(s)])
-    x, after = J @ past(t), J @ past(t + 1)
-    C = np.linalg.lstsq(x.T, y[t], rcond=None)[0]
-    e = y[t] - C @ x
-    whole = np.linalg.lstsq(np.vstack([x, u[t], e]).T, after.T, rcond=None)[0].T
-    A, B, K = whole[:, :n], whole[:, n], whole[:, n + 1]
-    c = np.poly(A - np.outer(K, C))
-    a = np.poly(A)
-    b = np.r_[0.0, [C @ np.linalg.matrix_power(A, i) @ B for i in range(n)]]
-    # h_1 ... h_n are Markov parameters: B = A h.
-    b = np.convolve(a, b)[: n + 1]
+def subspace(u, y, method, n, s):
+    """The innovations form, its errors with zeros before the record."""
+    found = (REFERENCE["parsim_k"](u, y, len(y), n, 1, s) if method == "parsim-k"
+             else REFERENCE["states"](u, y, len(y), n, 1, s, method))
     flat = np.r_[1.0, np.zeros(n)]
-    model = a, b, c, flat, flat
+    model = np.array(found["A"]), np.r_[0.0, found["B"]], np.array(found["C"]), flat, flat
     return np.mean(errors(model, u, y) ** 2), model
 
 def models(u, y, method, rows, rng):
     below, found = None, []
     for n in range(1, MOST + 1):
-        if method == "cva":
-            V, model = cva(u, y, n, rows)
+        if rows:
+            V, model = subspace(u, y, method, n, rows)
         else:
             V, below = search(u, y, method, n, below, rng)
             model = parts(below, method, n)
-        found.append((V, model, n * {"oe": 2, "armax": 3, "bj": 4, "cva": 3}[method]))
+        found.append((V, model, n * {"oe": 2, "bj": 4}.get(method, 3)))
     return found
 
 cases = []
@@ -137,6 +122,8 @@ for file, method, N, rows in [
     ("sim_armax2.csv", "armax", 300, None),
     ("sim_bj2.csv", "bj", 400, None),
     ("sim_armax2.csv", "cva", 400, 8),
+    ("sim_armax2.csv", "ssarx", 400, 8),
+    ("sim_armax2.csv", "parsim-k", 400, 8),
 ]:
     u, y = read(file, N)
     rng = np.random.default_rng(5)
@@ -155,9 +142,12 @@ for file, method, N, rows in [
         V, model, _ = whole[n - 1]
         margin = sorted(values)[1] - min(values)
         arguments = ["--orders", f"n={MOST},nk=1", "--block-rows", str(rows)] if rows else ["--order", str(MOST)]
-        denominator = model[0] if method in ("armax", "cva") else model[4]
+        denominator = model[0] if rows or method == "armax" else model[4]
         case = dict(data=file, method=method, arguments=[*arguments, "--choose", rule, "--window", str(N)], order=n,
                     margin=margin, loss=V, B=model[1][1:].tolist(), denominator=denominator[1:].tolist())
         cases.append(case)
+        if method == "armax":
+            options = ["--orders", f"n={MOST},nk=1", *case["arguments"][2:]]
+            cases.append(dict(case, method="pem", arguments=options))
         print(method, rule, n, f"{margin:.3g}", [f"{v:.6g}" for v in values])
 (HERE / "choose.json").write_text(json.dumps(dict(cases=cases), indent=1) + "\n")

@@ -54,8 +54,10 @@ def case(folder, file, N, n, nk, s, method):
     lines = [line for line in open(f"{folder}/{file}") if not line.startswith("#")]
     d = np.genfromtxt(lines, delimiter=",", names=True)
     u, y = (d[k][:N] - d[k][:N].mean() for k in "uy")
-    if method == "parsim-k":
-        return dict(method=method, file=file, N=N, n=n, nk=nk, block_rows=s, **parsim_k(u, y, N, n, nk, s))
+    found = parsim_k(u, y, N, n, nk, s) if method == "parsim-k" else states(u, y, N, n, nk, s, method)
+    return dict(method=method, file=file, N=N, n=n, nk=nk, block_rows=s, **found)
+
+def states(u, y, N, n, nk, s, method):
     t = np.arange(s, N - s + 1)
     past = lambda t: np.vstack([y[t - 1 - i] for i in range(s)] + [u[t - 1 - i] for i in range(s)])
     Z = past(t)
@@ -79,8 +81,7 @@ def case(folder, file, N, n, nk, s, method):
     A, B = M[:, :n] + np.outer(K, C), M[:, n] + K * D
     A_, C_ = np.poly(A), np.poly(M[:, :n])
     h = np.r_[D, [C @ np.linalg.matrix_power(A, i) @ B for i in range(n)]]
-    return dict(method=method, file=file, N=N, n=n, nk=nk, block_rows=s, correlations=S[:s].tolist(), A=A_.tolist(),
-                C=C_.tolist(), B=np.convolve(A_, h)[nk:n + 1].tolist())
+    return dict(correlations=S[:s].tolist(), A=A_.tolist(), C=C_.tolist(), B=np.convolve(A_, h)[nk:n + 1].tolist())
 
 cases = [("daisy_dryer.csv", 1000, 4, 0, 15), ("epfl_laserbeam.csv", 500, 3, 1, 10), ("sim_armax2.csv", 1000, 2, 1, 8)]
 print("[" + ",\n".join(json.dumps(case(sys.argv[1], *c, m)) for c in cases for m in ("cva", "ssarx", "parsim-k")) + "]")
