@@ -20,6 +20,7 @@ from scipy.signal import lfilter
 HERE = Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 MOST = 3
+SHIFT = ("moesp", "n4sid")
 FILE = HERE.parents[2] / "crates/identification/src/estimator/methods/state_sequence/reference.py"
 REFERENCE = {}
 exec(FILE.read_text().split("\ncases =")[0], REFERENCE)
@@ -105,11 +106,31 @@ def subspace(u, y, method, n, s):
     model = np.array(found["A"]), np.r_[0.0, found["B"]], np.array(found["C"]), flat, flat
     return np.mean(errors(model, u, y) ** 2), model
 
+def shift(u, y, method, n, s):
+    """moesp and n4sid: A and C from the shift of the first left singular vectors of the oblique projection, by MOESP less what
+    future inputs explain; B and the initial state, whose n numbers count as parameters, by least squares of y."""
+    j = len(y) - 2 * s + 1
+    hankel = lambda x, first: np.array([x[first + i:first + i + j] for i in range(s)])
+    past, Uf, Yf = np.vstack([hankel(u, 0), hankel(y, 0)]), hankel(u, s), hankel(y, s)
+    O = np.linalg.lstsq(np.vstack([past, Uf]).T, Yf.T, rcond=None)[0].T[:, :2 * s] @ past
+    if method == "moesp":
+        O = O - np.linalg.lstsq(Uf.T, O.T, rcond=None)[0].T @ Uf
+    G = np.linalg.svd(O, full_matrices=False)[0][:, :n]
+    A, C = np.linalg.lstsq(G[:-1], G[1:], rcond=None)[0], G[0]
+    free = np.array([C @ np.linalg.matrix_power(A, k) for k in range(len(y))])
+    forced = np.array([lfilter(np.r_[0.0, column[:-1]], [1.0], u) for column in free.T]).T
+    regressors = np.hstack([forced, free])
+    theta = np.linalg.lstsq(regressors, y, rcond=None)[0]
+    f = np.poly(A)
+    h = np.r_[0.0, [C @ np.linalg.matrix_power(A, i) @ theta[:n] for i in range(n)]]
+    flat = np.r_[1.0, np.zeros(n)]
+    return np.mean((y - regressors @ theta) ** 2), (flat, np.convolve(f, h)[: n + 1], flat, flat, f)
+
 def models(u, y, method, rows, rng):
     below, found = None, []
     for n in range(1, MOST + 1):
         if rows:
-            V, model = subspace(u, y, method, n, rows)
+            V, model = (shift if method in SHIFT else subspace)(u, y, method, n, rows)
         else:
             V, below = search(u, y, method, n, below, rng)
             model = parts(below, method, n)
@@ -124,6 +145,8 @@ for file, method, N, rows in [
     ("sim_armax2.csv", "cva", 400, 8),
     ("sim_armax2.csv", "ssarx", 400, 8),
     ("sim_armax2.csv", "parsim-k", 400, 8),
+    ("sim_oe2.csv", "moesp", 400, 8),
+    ("sim_oe2.csv", "n4sid", 400, 8),
 ]:
     u, y = read(file, N)
     rng = np.random.default_rng(5)
@@ -142,7 +165,7 @@ for file, method, N, rows in [
         V, model, _ = whole[n - 1]
         margin = sorted(values)[1] - min(values)
         arguments = ["--orders", f"n={MOST},nk=1", "--block-rows", str(rows)] if rows else ["--order", str(MOST)]
-        denominator = model[0] if rows or method == "armax" else model[4]
+        denominator = model[0] if method not in ("oe", "bj", *SHIFT) else model[4]
         case = dict(data=file, method=method, arguments=[*arguments, "--choose", rule, "--window", str(N)], order=n,
                     margin=margin, loss=V, B=model[1][1:].tolist(), denominator=denominator[1:].tolist())
         cases.append(case)

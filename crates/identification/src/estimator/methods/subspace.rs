@@ -536,6 +536,7 @@ impl Estimator for Subspace {
             let (n, parameters) = (y.len(), 2 * self.theta.len() - self.orders.nb);
             self.model.noise_variance = self.sum / n.saturating_sub(parameters) as f64;
             pass.loss = self.sum / n as f64;
+            pass.start_numbers = self.theta.len() - self.orders.nb;
             pass.set_model(&self.model, condition)
         });
         self.scaled = scaled;
