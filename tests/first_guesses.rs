@@ -1,33 +1,14 @@
 //! What people type first: a part of a study, another seed, results beside each other, words explained, and names that
 //! other tools have.
 
-use crate::common::{PROGRAM, stderr, stdout};
+use crate::common::{asobench_in as asobench, done_in as done, stderr, stdout};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
 
 const STUDY: &str = "trials = 30\nmeasures = [\"e_a\", \"e_b\"]\ncompare = [[\"iv(4)\", \"ls\"]]\n\
     [settings]\nwindow = [40, 98]\nnoise = \"white\"\n\
     [[methods]]\nestimator = \"iv\"\n[[methods]]\nestimator = \"arx\"\n\
     [[claims]]\nid = \"W\"\ntest = { ratio = \"e_a\", of = \"iv(4)\", to = \"arx\", below = 100 }\n";
-
-fn asobench(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(PROGRAM)
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("it runs")
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> Output {
-    let output = asobench(folder, arguments);
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {}",
-        stderr(&output)
-    );
-    output
-}
 
 /// The line of an error; what follows it is the command that was meant.
 fn refused(folder: &Path, arguments: &[&str]) -> String {
@@ -222,6 +203,10 @@ fn words_are_explained() {
         ("trials", "key of an experiment file"),
         ("noise colour", "(glossary)"),
         ("below", "key of a table"),
+        ("persistent excitation", "(glossary)"),
+        ("instrumental-variables", "least squares with"),
+        ("Dead-Beat", "an observer whose poles are all at zero"),
+        ("oe model", "Prediction error method"),
     ] {
         let text = explained(word);
         assert!(text.contains(part), "{word}: {text}");
@@ -230,6 +215,11 @@ fn words_are_explained() {
             "{text}"
         );
     }
+    let line = refused(folder.path(), &["explain", "kalman"]);
+    assert!(
+        line.contains("the texts of these have it") && line.contains("Kalman filter"),
+        "{line}"
+    );
     let line = refused(folder.path(), &["explain", "sede"]);
     assert!(
         line.contains("did you mean 'seed'?") && line.len() < 200,
@@ -467,7 +457,7 @@ fn names_of_other_programs_lead_to_those_here() {
         (&["estimate", "my.csv", "--csv", "x"], "--states FILE.csv"),
         (
             &["estimate", "my.csv", "--train", "0.7"],
-            "here: --window N",
+            "here: --window 70%",
         ),
         (&["estimate", "my.csv", "--offset"], "here: --detrend mean"),
         (

@@ -1,27 +1,11 @@
 //! A command line that is not understood leads to one that is: every unknown flag is named, the line that was meant is
 //! printed and runs, and what other programs write is understood where it can mean one thing.
 
-use crate::common::{PROGRAM, stderr, stdout};
+use crate::common::{PROGRAM, asobench_in as asobench, done_in as done, stderr, stdout};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
-
-fn asobench(folder: &Path, arguments: &[&str]) -> Output {
-    let mut program = Command::new(PROGRAM);
-    program.current_dir(folder).args(arguments);
-    program.output().expect("it runs")
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> Output {
-    let output = asobench(folder, arguments);
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {}",
-        stderr(&output)
-    );
-    output
-}
 
 /// The lines of an error.
 fn refused(folder: &Path, arguments: &[&str]) -> Vec<String> {
@@ -596,4 +580,131 @@ fn the_file_of_a_program_is_printed() {
     std::fs::write(at.join("mine.toml"), toml).expect("a file");
     let said = stdout(&done(at, &["check", "mine.toml"]));
     assert!(said.contains("outputs   1: mine"), "{said}");
+}
+
+/// A picture's file says which picture, gaps are not interpolated, each picture has a flag, and a program is a file.
+#[test]
+fn a_value_says_what_is_meant() {
+    let folder = folder();
+    let at = folder.path();
+    let estimate = ["estimate", "my.csv", "--estimator", "arx", "--order", "2"];
+    for (more, part) in [
+        (
+            ["--out", "bode.png"],
+            "  try: asobench estimate my.csv --estimator arx --order 2 --plot bode.svg",
+        ),
+        (
+            ["--skip-rows", "1"],
+            "  try: asobench estimate my.csv --estimator arx --order 2",
+        ),
+        (
+            ["--missing", "interpolate"],
+            "  try: asobench estimate my.csv --estimator arx --order 2 --missing longest-run",
+        ),
+        (
+            ["--plot", "bode,step"],
+            "  try: asobench estimate my.csv --estimator arx --order 2 --plot bode --plot step",
+        ),
+        (
+            ["--plot", "fit.png"],
+            "  try: asobench estimate my.csv --estimator arx --order 2 --plot fit.svg",
+        ),
+        (
+            ["--validate", "0.3"],
+            "  try: asobench estimate my.csv --estimator arx --order 2 --window 70%",
+        ),
+        (
+            ["--delay", "auto"],
+            "  try: asobench estimate my.csv --estimator arx --order 2 --delay 1:8",
+        ),
+        (
+            ["-o", "model.json"],
+            "  try: asobench estimate my.csv --estimator arx --order 2 --format json",
+        ),
+    ] {
+        let lines = refused(at, &[&estimate[..], &more].concat());
+        assert!(lines.last().expect("a line").contains(part), "{lines:?}");
+        if let Some(meant) = lines.last().and_then(|line| line.strip_prefix("  try: ")) {
+            assert!(typed(at, meant).status.success(), "{meant}");
+        }
+    }
+    let lines = refused(at, &["suite", "run", "--method", "./x.py"]);
+    assert!(
+        lines[0].contains("command = [\"python3\", \"my.py\"]: asobench suite FILE.toml"),
+        "{lines:?}"
+    );
+    done(at, &["run", "s.toml", "--out", "r"]);
+    done(
+        at,
+        &[
+            "run",
+            "s.toml",
+            "--set",
+            "eta=[1,5]",
+            "--set",
+            "window=98",
+            "--out",
+            "q",
+        ],
+    );
+    done(
+        at,
+        &[
+            "run",
+            "s.toml",
+            "--set",
+            "eta=[2,20]",
+            "--set",
+            "window=98",
+            "--out",
+            "p",
+        ],
+    );
+    let lines = refused(at, &["compare", "q", "p"]);
+    assert!(
+        lines[0].contains("eta is 1, 5 in q, 2, 20 in p; asobench run FILE --set KEY=VALUE"),
+        "{lines:?}"
+    );
+    let lines = refused(at, &["run", "s.toml", "--seed", "9", "--out", "r"]);
+    assert!(lines[0].contains("there, 9 here)"), "{lines:?}");
+    let lines = refused(at, &["replay", "r", "--trial", "7"]);
+    assert_eq!(
+        lines.last().expect("a line"),
+        "  try: asobench replay r 0:7"
+    );
+    assert!(stdout(&done(at, &["report", "r"])).starts_with("no claims"));
+    for (line, meant) in [
+        (["help", "fit", ""], "  try: asobench explain fit"),
+        (
+            ["export", "r", "-osummary.csv"],
+            "tables/NAME.csv and tables/NAME.tex",
+        ),
+        (["list", "failures", "r"], "  try: asobench failures r"),
+    ] {
+        let words: Vec<&str> = line.into_iter().filter(|word| !word.is_empty()).collect();
+        let lines = refused(at, &words);
+        assert!(lines.last().expect("a line").contains(meant), "{lines:?}");
+    }
+    let lines = refused(at, &["export", "r", "-o", "summary.csv"]);
+    assert_eq!(
+        lines.last().expect("a line"),
+        "  try: asobench report r --out tables"
+    );
+    // The delay may be left out of a list.
+    let said = done(
+        at,
+        &[
+            "estimate",
+            "my.csv",
+            "--estimator",
+            "armax",
+            "--order",
+            "2,2,2",
+        ],
+    );
+    assert!(
+        stdout(&said).contains("order 2, delay 1"),
+        "{}",
+        stdout(&said)
+    );
 }

@@ -627,7 +627,7 @@ fn other_forms_name_the_way() {
         (&["my.mat", "--order", "2"], "save -ascii"),
         (
             &["my.csv", "--order", "2", "--plot", "fit.png"],
-            "--plot fit.png: expected a name that ends in .svg or .pdf; rsvg-convert -f png -o fit.png fit.svg \
+            "expected a name that ends in .svg or .pdf; rsvg-convert -f png -o fit.png fit.svg \
              converts one",
         ),
     ] {

@@ -5,7 +5,7 @@ use crate::files::{Kind, PathError, Staged, replaceable};
 use crate::report::plot::Drawing;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 fn refused(flag: &str) -> impl Fn(PathError) -> Error + '_ {
     move |error| Error::Input(format!("{flag} {error}"))
@@ -43,11 +43,28 @@ pub(super) fn write_whole(
 /// The forms of a picture, by the ends of their files' names.
 pub(super) const PICTURES: &[&str] = &["svg", "pdf"];
 
-/// Checks that the name of a picture or a page ends as it must. Of an SVG, one command makes a PNG.
+/// Checks that the name of a picture or a page ends as it must.
 pub(super) fn check_extension(flag: &str, path: &Path, expected: &[&str]) -> Result<(), Error> {
+    let fault = extension_fault(path, expected);
+    fault.map_or(Ok(()), |fault| {
+        Err(Error::Input(format!("{flag} {}: {fault}", path.display())))
+    })
+}
+
+/// The path of a picture.
+///
+/// # Errors
+/// What its name must end in.
+pub(super) fn picture_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    extension_fault(&path, PICTURES).map_or(Ok(path), Err)
+}
+
+/// What the name of a file must end in, if it does not. Of an SVG, one command makes a PNG.
+fn extension_fault(path: &Path, expected: &[&str]) -> Option<String> {
     let own = path.extension().unwrap_or_default();
     if expected.iter().any(|form| own.eq_ignore_ascii_case(form)) {
-        return Ok(());
+        return None;
     }
     let way = ["png", "eps", "ps"]
         .into_iter()
@@ -63,11 +80,10 @@ pub(super) fn check_extension(flag: &str, path: &Path, expected: &[&str]) -> Res
             )
         });
     let ends: Vec<String> = expected.iter().map(|form| format!(".{form}")).collect();
-    Err(Error::Input(format!(
-        "{flag} {}: expected a name that ends in {}{way}",
-        path.display(),
+    Some(format!(
+        "expected a name that ends in {}{way}",
         ends.join(" or ")
-    )))
+    ))
 }
 
 /// A picture in the form that the name of its file ends in.

@@ -54,6 +54,7 @@ pub(super) fn lines(
         match error.kind() {
             ErrorKind::UnknownArgument if meant.argument(error, all, plain) => {}
             ErrorKind::InvalidValue | ErrorKind::ValueValidation if meant.value_in_gap(error) => {}
+            ErrorKind::InvalidValue | ErrorKind::ValueValidation if meant.value(error, plain) => {}
             // A flag that was taken out is what is missing then.
             ErrorKind::MissingRequiredArgument | ErrorKind::MissingSubcommand
                 if !meant.lines.is_empty() =>
@@ -131,7 +132,9 @@ impl Meant {
                         .strip_prefix(&argument)
                         .is_some_and(|rest| rest.starts_with('=') || !argument.starts_with("--"))
         };
-        let Some(at) = self.line.iter().position(is) else {
+        // The first word is the command.
+        let found = self.line.iter().skip(1).position(is);
+        let Some(at) = found.map(|at| at + 1) else {
             return false;
         };
         if self.gap == Some(at) && !argument.starts_with('-') {
@@ -216,6 +219,37 @@ impl Meant {
         in_gap.map(|at| self.line.remove(at)).is_some()
     }
 
+    /// Answers a wrong value of a flag, and puts what was meant in its place. Returns whether it was found.
+    fn value(&mut self, error: &clap::Error, plain: fn(&str) -> String) -> bool {
+        let text = |kind: ContextKind| match error.get(kind) {
+            Some(ContextValue::String(text)) => Some(text.clone()),
+            _ => None,
+        };
+        let (Some(flag), Some(value)) = (
+            text(ContextKind::InvalidArg),
+            text(ContextKind::InvalidValue),
+        ) else {
+            return false;
+        };
+        let flag = flag.split(' ').next().unwrap_or_default();
+        let Some(meant) = values::meant(flag, &value) else {
+            return false;
+        };
+        let joined = format!("{flag}={value}");
+        let Some(at) = self
+            .line
+            .iter()
+            .position(|word| *word == joined || *word == value)
+        else {
+            return false;
+        };
+        self.lines.push(plain(&error.render().to_string()));
+        let from = at - usize::from(self.line[at] == value);
+        let words = meant.split(' ').map(str::to_owned);
+        self.line.splice(from..=at, words);
+        true
+    }
+
     /// Puts what is typed instead of an argument in its place.
     fn put(&mut self, at: usize, argument: &str, typed: &Typed) {
         let own = self.line[at]
@@ -243,6 +277,13 @@ impl Meant {
                 takes,
                 of(&value).map(|text| text.split(' ').map(str::to_owned).collect()),
             ),
+            (Typed::Of(of), None) => {
+                let text = of("").filter(|text| !text.ends_with('='));
+                (
+                    0,
+                    text.map(|text| text.split(' ').map(str::to_owned).collect()),
+                )
+            }
             (Typed::Setting, Some(value)) => {
                 let key = argument.trim_start_matches('-');
                 (
@@ -257,6 +298,11 @@ impl Meant {
             }
             _ => (0, None),
         };
+        // What is there already need not be typed twice.
+        let is_there = |words: &Vec<String>| {
+            !words.is_empty() && self.line.windows(words.len()).any(|there| there == words)
+        };
+        let instead = instead.map(|words| if is_there(&words) { Vec::new() } else { words });
         let instead = instead.unwrap_or_else(|| {
             self.known = false;
             Vec::new()

@@ -1,7 +1,7 @@
 //! `asobench plot`: one figure of a study, as it is asked for.
 
 use super::error::Error;
-use super::files::{PICTURES, check_extension, drawn};
+use super::files::{drawn, picture_path};
 use super::output::print;
 use crate::files::{self, Kind};
 use crate::metric::Statistic;
@@ -73,7 +73,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     linear: bool,
     /// The file, .svg or .pdf [default: STUDY-MEASURE.svg here]
-    #[arg(long, alias = "output", short_alias = 'o', value_name = "FILE")]
+    #[arg(long, alias = "output", short_alias = 'o', value_name = "FILE", value_parser = picture_path)]
     out: Option<PathBuf>,
 }
 
@@ -96,9 +96,6 @@ fn measure(given: &str) -> Result<Measure, String> {
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
-    if let Some(path) = &arguments.out {
-        check_extension("--out", path, PICTURES)?;
-    }
     if arguments.folder.is_file() {
         return Err(Error::Input(format!(
             "{}: a file; expected a folder of results. Of a record: asobench estimate {} --order 2 --plot bode",

@@ -38,3 +38,21 @@ pub fn copy(from: &Path, to: &Path) {
         }
     }
 }
+
+/// Runs the program in a folder.
+pub fn asobench_in(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(PROGRAM);
+    command.current_dir(folder).args(arguments);
+    command.output().expect("it runs")
+}
+
+/// Runs the program in a folder, to the end.
+pub fn done_in(folder: &Path, arguments: &[&str]) -> Output {
+    let output = asobench_in(folder, arguments);
+    assert!(
+        output.status.success(),
+        "{arguments:?}: {}",
+        stderr(&output)
+    );
+    output
+}

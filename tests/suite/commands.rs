@@ -1,25 +1,12 @@
 //! The commands of the suite: runs, shards, newcomers, pages, times and recorded data, and what is refused.
 
 use super::root;
-use crate::common::{PROGRAM, stderr, stdout};
+use crate::common::{asobench_in as asobench, done_in, stderr, stdout};
 use asobench::suite::{Competitor, Division, MethodResults, Suite, Tier, Times, shipped};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn asobench(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(PROGRAM);
-    let output = command.current_dir(folder).args(arguments).output();
-    output.expect("the program runs")
-}
 
 fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = asobench(folder, arguments);
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {}",
-        stderr(&output)
-    );
-    stdout(&output)
+    stdout(&done_in(folder, arguments))
 }
 
 fn read(path: &Path) -> String {

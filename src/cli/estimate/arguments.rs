@@ -44,7 +44,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "FILE.html")]
     pub(super) report: Option<PathBuf>,
     /// A second record, on which the models are validated instead of the samples after the window
-    #[arg(long, alias = "validation", value_name = "FILE.csv")]
+    #[arg(long, alias = "validation", value_name = "FILE.csv", value_parser = second_record)]
     pub(super) validate: Option<PathBuf>,
     /// Time between samples, seconds [default: that of the column of times, if there is one]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
@@ -107,9 +107,10 @@ pub(super) struct RecordArguments {
     /// Delay nk of the input, samples, or a range, beside --order [default: 1]
     #[arg(long, value_name = "nk", allow_negative_numbers = true)]
     pub(super) delay: Option<Span>,
-    /// Samples used for estimation, from the first [default: all]; the rest is for validation
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
-    pub(super) window: Option<usize>,
+    /// Samples used for estimation, from the first, or their share such as 70% [default: all]; the rest is for
+    /// validation
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = part)]
+    pub(super) window: Option<Part>,
     /// Trend to subtract from u and y, fitted on the window: none, mean (also --detrend alone), linear
     #[arg(long, value_name = "WHAT", default_value_t, num_args = 0..=1, default_missing_value = "mean")]
     pub(super) detrend: Detrend,
@@ -139,6 +140,45 @@ pub(super) fn whole(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(number) if number >= 1 => Ok(number),
         _ => Err("expected a whole number of at least 1".to_owned()),
+    }
+}
+
+/// A file, not a share of this one.
+fn second_record(text: &str) -> Result<PathBuf, String> {
+    if text.trim_end_matches('%').parse::<f64>().is_ok() {
+        return Err("expected a file with a second record; --window 70% leaves the last 30 % for validation".to_owned());
+    }
+    Ok(PathBuf::from(text))
+}
+
+/// A part of a record, from its first sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Part {
+    /// So many samples.
+    Samples(usize),
+    /// A share of all samples, per cent.
+    Percent(f64),
+}
+
+impl Part {
+    /// Its samples, of so many.
+    pub(super) fn of(self, samples: usize) -> usize {
+        match self {
+            Self::Samples(part) => part,
+            Self::Percent(percent) => (samples as f64 * percent / 100.0).round() as usize,
+        }
+    }
+}
+
+fn part(text: &str) -> Result<Part, String> {
+    let Some(percent) = text.strip_suffix('%') else {
+        return whole(text)
+            .map(Part::Samples)
+            .map_err(|error| format!("{error}, or a share of them such as 70%"));
+    };
+    match percent.trim().parse() {
+        Ok(percent) if percent > 0.0 && percent <= 100.0 => Ok(Part::Percent(percent)),
+        _ => Err("expected a share above 0 % and up to 100 %".to_owned()),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::pictures;
 use super::report::{Estimate, Report};
+use crate::cli::files::picture_path;
 use crate::names::named_enum;
 use crate::report::plot::Picture;
 use std::path::PathBuf;
@@ -99,6 +100,7 @@ impl FromStr for Drawing {
                 ));
             }
         };
+        let path = picture_path(&path.to_string_lossy())?;
         Ok(Self { kind, path })
     }
 }

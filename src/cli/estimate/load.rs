@@ -42,7 +42,7 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
         let error = SetupError::LargeOrder(orders.order());
         return Err(Error::Input(format!("--order: {error}")));
     }
-    let window = arguments.record.window.unwrap_or(rows);
+    let window = arguments.record.window.map_or(rows, |part| part.of(rows));
     if window > rows {
         return Err(Error::Input(format!(
             "--window: {window} is more than the {rows} samples of {path}"

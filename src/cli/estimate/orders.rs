@@ -94,6 +94,12 @@ fn read(flag: &str, text: &str, estimators: &[EstimatorName]) -> Result<Orders, 
     let mut meant: Option<(EstimatorName, Orders)> = None;
     for &name in estimators.iter().filter(|name| name.takes(ORDERS)) {
         let letters = letters_of(name);
+        // The delay, which is the last number, is 1 where it is left out.
+        let numbers: Vec<_> = if numbers.len() + 1 == letters.len() {
+            numbers.iter().copied().chain([1]).collect()
+        } else {
+            numbers.clone()
+        };
         if letters.len() != numbers.len() {
             return Err(wrong(format!(
                 "{name} has {}; expected {} numbers in this order, such as {}",

@@ -1,7 +1,8 @@
 //! Flags of other programs, and of other commands of this one.
 
 use super::values::{
-    coefficients, noise, noise_of_snr, of_first_cell, paper, period, range, written,
+    coefficients, noise, noise_of_snr, of_first_cell, paper, period, range, residuals, training,
+    window, written,
 };
 use Typed::{Command, Nothing, Of, Open, Setting, Words};
 
@@ -142,8 +143,8 @@ const ARGUMENTS: &[Entry] = &[
         &[
             (
                 "--validate",
-                "--plot bode=FILE.svg, --report FILE.html, --states FILE.csv; --format json > FILE.json has all \
-                 numbers of a model",
+                "--format json > FILE.json has all numbers of a model; --states FILE.csv, --plot bode=FILE.svg and \
+                 --report FILE.html",
                 Of(written),
             ),
             ("--out", "--out NAME", Words("--out {}")),
@@ -280,11 +281,27 @@ const ARGUMENTS: &[Entry] = &[
         &[("--format", "--format json", Words("--format json"))],
     ),
     (
-        "--train --split --test --train-size --test-size --estimation --test-data",
+        "--test --test-size --test-data --validation-split --holdout",
         &[(
             "--validate",
-            "--window N leaves the samples after N for validation; --validate FILE is a second record",
-            Open,
+            "--window 70% leaves the last 30 % of the samples for validation; --validate FILE is a second record",
+            Of(window),
+        )],
+    ),
+    (
+        "--train --train-size --split --estimation",
+        &[(
+            "--validate",
+            "--window 70% leaves the last 30 % of the samples for validation; --validate FILE is a second record",
+            Of(training),
+        )],
+    ),
+    (
+        "--x0 --initial-conditions --initialcondition --InitialCondition --ic0",
+        &[(
+            "--initial",
+            "--initial zero or estimate",
+            Words("--initial {}"),
         )],
     ),
     (
@@ -312,7 +329,7 @@ const ARGUMENTS: &[Entry] = &[
         )],
     ),
     (
-        "--lags --lag --maxlag --max-lag --nlags",
+        "--lags --lag --nlags",
         &[(
             "--validate",
             "the tests of residuals over 25 lags are always printed; --report FILE.html draws the correlations",
@@ -480,9 +497,9 @@ const ARGUMENTS: &[Entry] = &[
         "--residuals --resid --residual",
         &[(
             "--validate",
-            "--plot residuals of the last estimator; the tests of residuals are always printed, and --report FILE.html \
-             draws the correlations",
-            Words("--plot residuals"),
+            "--plot residuals of the last estimator; the tests of residuals are always printed, --report FILE.html draws \
+             the correlations; residuals are not written as numbers",
+            Of(residuals),
         )],
     ),
     (
@@ -527,7 +544,7 @@ const ARGUMENTS: &[Entry] = &[
         )],
     ),
     (
-        "--max-order --maxorder --nmax --max-n --max",
+        "--max-order --maxorder --maxlag --max-lag --nmax --max-n --max",
         &[(
             "--estimator",
             "--order 1:8 compares orders by AIC, AICc, BIC, FPE and FIT",
@@ -543,11 +560,11 @@ const ARGUMENTS: &[Entry] = &[
         )],
     ),
     (
-        "--select --criterion --aic --bic",
+        "--select --criterion --ic --aic --bic",
         &[(
             "--estimator",
             "--order 1:8 compares orders by AIC, AICc, BIC, FPE and FIT",
-            Open,
+            Nothing,
         )],
     ),
     (

@@ -85,7 +85,7 @@ const COMMANDS: &[(&str, &str, &str)] = &[
     (
         "export latex tex to-latex csv convert",
         "asobench report DIR writes every table of its page as tables/NAME.csv and tables/NAME.tex",
-        "report *",
+        "report * --out tables",
     ),
     (
         "claims claim verdict verdicts",
@@ -159,8 +159,34 @@ pub(super) fn answer(line: &[String]) -> Option<Answer> {
             instead: instead(template, command, rest),
         });
     }
+    if let [list, what, rest @ ..] = line
+        && list == "list"
+        && is(OF_STUDIES, what)
+    {
+        return Some(Answer {
+            given: format!("{list} {what}"),
+            words: "asobench failures DIR, asobench report DIR: a folder of results is named",
+            instead: instead("failures *", what, rest).filter(|_| what == "failures"),
+        });
+    }
+    if let [help, word] = line
+        && help == "help"
+    {
+        return Some(Answer {
+            given: format!("{help} {word}"),
+            words: "asobench explain WORD, or asobench COMMAND --help",
+            instead: instead("explain *", word, &line[1..]),
+        });
+    }
+    let is_picture = |word: &String| PICTURES.iter().any(|(names, _)| is(names, word));
     let count = match line {
-        [before, command, ..] if is(BEFORE, before) && of(command).is_some() => 2,
+        [before, command, ..]
+            if is(BEFORE, before)
+                && of(command).is_some()
+                && (before != "plot" || is_picture(command)) =>
+        {
+            2
+        }
         [_, ..] => 1,
         [] => return None,
     };
@@ -192,6 +218,12 @@ fn instead(template: &'static str, command: &str, rest: &[String]) -> Option<Ins
         }
     }
     let rest = if template.contains('*') { rest } else { &[] };
+    // A file is not the folder that is written.
+    let writes = rest.iter().position(|word| word == "-o" || word == "--out");
+    let rest = match writes.filter(|_| after.contains("--out")) {
+        Some(at) => &rest[..at],
+        None => rest,
+    };
     let line = before.split(' ').map(str::to_owned).chain(rest.to_vec());
     Some(Instead {
         line: line.collect(),

@@ -1,6 +1,56 @@
 //! What follows from the value of a flag.
 
+use crate::names::here;
 use crate::text::rounded;
+
+/// What is meant by a flag with a value that it does not take.
+pub(super) fn meant(flag: &str, value: &str) -> Option<String> {
+    match flag {
+        "--missing" => here(value, &["longest-run"]).map(|run| format!("--missing {run}")),
+        "--delay" if value.parse::<f64>().is_err() => Some("--delay 1:8".to_owned()),
+        "--plot" if value.contains(',') => {
+            let kinds: Vec<String> = value
+                .split(',')
+                .map(|kind| format!("--plot {kind}"))
+                .collect();
+            Some(kinds.join(" "))
+        }
+        "--plot" | "--out" => {
+            let (stem, _) = value.rsplit_once('.')?;
+            Some(format!("{flag} {stem}.svg"))
+        }
+        "--validate" | "--validation" => window(value),
+        _ => None,
+    }
+}
+
+/// `--window` of the share of the samples that is for validation: 0.3, 30 or 30 %.
+pub(super) fn window(validated: &str) -> Option<String> {
+    let number: f64 = validated.trim_end_matches('%').parse().ok()?;
+    let share = if number < 1.0 { 100.0 * number } else { number };
+    let left = (100.0 - share).round();
+    (left > 0.0 && left < 100.0).then(|| format!("--window {left}%"))
+}
+
+/// `--window` of the share that is estimated from.
+pub(super) fn training(share: &str) -> Option<String> {
+    let number: f64 = share.trim_end_matches('%').parse().ok()?;
+    let share = if number < 1.0 { 100.0 * number } else { number };
+    (share > 0.0 && share < 100.0).then(|| format!("--window {}%", share.round()))
+}
+
+/// A picture, unless numbers are asked for.
+pub(super) fn residuals(file: &str) -> Option<String> {
+    if file.ends_with(".csv") || file.ends_with(".txt") || file.ends_with(".json") {
+        return None;
+    }
+    let is_picture = file.ends_with(".svg") || file.ends_with(".pdf");
+    Some(if is_picture {
+        format!("--plot residuals={file}")
+    } else {
+        "--plot residuals".to_owned()
+    })
+}
 
 /// The number of coefficients of B from that of its zeros.
 pub(super) fn coefficients(zeros: &str) -> Option<String> {
@@ -56,6 +106,7 @@ pub(super) fn written(file: &str) -> Option<String> {
     let (stem, kind) = file.rsplit_once('.')?;
     match kind {
         "html" => Some(format!("--report {file}")),
+        "json" => Some("--format json".to_owned()),
         "svg" | "pdf" => Some(format!("--plot {file}")),
         "png" | "eps" | "jpg" => Some(format!("--plot {stem}.svg")),
         _ => None,
