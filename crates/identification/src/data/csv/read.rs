@@ -100,7 +100,7 @@ impl First {
             return Ok(None);
         };
         let row = self.row(line, text)?;
-        let mut dialect = self.dialect.clone();
+        let mut dialect = self.dialect;
         let mut is_unit = |cell: &&str| cell.is_empty() || dialect.number(cell, line, "").is_err();
         if row.iter().all(|cell| cell.is_empty()) || !row.iter().all(&mut is_unit) {
             return Ok(Some((line, row.into_iter().map(str::to_owned).collect())));
