@@ -38,6 +38,14 @@ fn options(estimator: EstimatorName, n: usize) -> Option<MethodOptions> {
     estimator.parse(options).ok()
 }
 
+/// `arx` of the order by AIC among 1 to 8.
+fn chosen_of_eight() -> MethodOptions {
+    let arx: EstimatorName = "arx".parse().expect("an estimator");
+    let given = [("orders", "na=8,nb=8"), ("choose", "aic")];
+    let given = given.map(|(key, value)| (key.to_owned(), Value::from(value)));
+    arx.parse(Map::from_iter(given)).expect("options")
+}
+
 fn record(n: usize, window: usize) -> (Vec<f64>, Vec<f64>) {
     let mut f = vec![1.0];
     for pole in &[0.8, -0.7, 0.5, -0.4, 0.2, -0.2][..n] {
@@ -82,17 +90,18 @@ fn bench(criterion: &mut Criterion, n: usize, name: &str, u: &[f64], y: &[f64]) 
         order: n,
         window: y.len(),
     };
-    for estimator in EstimatorName::ALL {
-        let Some(options) = options(*estimator, n) else {
-            continue;
-        };
+    let named = EstimatorName::ALL.iter().filter_map(|estimator| {
+        let options = options(*estimator, n)?;
+        Some((estimator.name(), options))
+    });
+    for (name_of_method, options) in named.chain([("arx-choose", chosen_of_eight())]) {
         let mut passes: Vec<Pass> = options
             .outputs("method")
             .iter()
             .map(|_| Pass::new(n))
             .collect();
         let mut method = options.prepare(&shape.into()).expect("a valid shape");
-        group.bench_function(BenchmarkId::new(estimator.name(), name), |b| {
+        group.bench_function(BenchmarkId::new(name_of_method, name), |b| {
             b.iter(|| {
                 method.estimate(Window::with_reference(u, y, u, y.len()), &mut passes);
                 black_box(passes.len())

@@ -189,7 +189,7 @@ fn plants_are_recovered_without_noise() {
 fn chosen_orders_without_noise() {
     let truth = truth("nb=2,nf=2", &[1.0, 0.5, -1.5, 0.7]);
     let (u, y) = record(&truth, 0.0, 77, 300);
-    for method in ["oe", "moesp", "n4sid"] {
+    for method in ["oe", "moesp", "n4sid", "cva", "ssarx", "parsim-k", "pem"] {
         for rule in ["aicc", "aic", "bic", "fpe", "cross-validation"] {
             let name: EstimatorName = method.parse().expect("an estimator");
             let mut given = Map::new();
@@ -210,12 +210,10 @@ fn chosen_orders_without_noise() {
 /// standard errors of the truth.
 #[test]
 fn chosen_orders_at_twenty_thousand_samples() {
+    let armax = truth("na=2,nb=2,nc=2", &[-1.5, 0.7, 1.0, 0.5, 0.6, 0.2]);
     let cases = [
         ("oe", truth("nb=2,nf=2", &[1.0, 0.5, -1.5, 0.7])),
-        (
-            "armax",
-            truth("na=2,nb=2,nc=2", &[-1.5, 0.7, 1.0, 0.5, 0.6, 0.2]),
-        ),
+        ("armax", armax.clone()),
         (
             "bj",
             truth(
@@ -223,6 +221,8 @@ fn chosen_orders_at_twenty_thousand_samples() {
                 &[1.0, 0.5, 0.6, 0.2, -0.8, 0.3, -1.5, 0.7],
             ),
         ),
+        ("pem", armax),
+        ("arx", truth("na=2,nb=2", &[-1.5, 0.7, 1.0, 0.5])),
     ];
     for (trial, (method, truth)) in cases.iter().enumerate() {
         let (u, y) = record(truth, 0.5, 200 + trial as u64, 20_000);

@@ -353,6 +353,29 @@ fn a_method_is_for_what_it_is_told() {
     assert!(near >= 10, "{d:?}");
 }
 
+/// The program carries results of every method that takes part, over the scenarios that it is for. Only what is for
+/// none has none: the suite has no closed loop around a sampled plant of continuous time.
+#[test]
+fn every_method_has_its_results() {
+    let mut without = Vec::new();
+    for division in [Division::Closed, Division::Open] {
+        let suite = Suite::of(None, division, Tier::Standard, &[]).unwrap();
+        let shipped = asobench::suite::shipped(&suite).unwrap();
+        for own in Competitor::of(division) {
+            let studies = suite.studies.iter().filter(|study| study.is_for(&own));
+            let count: usize = studies.map(|study| study.scenarios.len()).sum();
+            let results = shipped.iter().find(|results| results.method == own.name());
+            let Some(results) = results else {
+                without.push((own.name(), count));
+                continue;
+            };
+            let with_runs = results.scenarios.iter().filter(|of| of.has_runs());
+            assert_eq!(with_runs.count(), count, "{}", own.name());
+        }
+    }
+    assert_eq!(without, [("clrivc".to_owned(), 0)]);
+}
+
 /// All that take part can begin in every scenario of the full tier, also where the way from the state space leaves
 /// rounding in place of a coefficient (P15), or decline it as a whole.
 #[test]

@@ -145,8 +145,8 @@ for file, method, N, rows in [
     ("sim_armax2.csv", "cva", 400, 8),
     ("sim_armax2.csv", "ssarx", 400, 8),
     ("sim_armax2.csv", "parsim-k", 400, 8),
-    ("sim_oe2.csv", "moesp", 400, 8),
-    ("sim_oe2.csv", "n4sid", 400, 8),
+    ("sim_oe2.csv", "moesp", 100, 8),
+    ("sim_oe2.csv", "n4sid", 100, 8),
 ]:
     u, y = read(file, N)
     rng = np.random.default_rng(5)

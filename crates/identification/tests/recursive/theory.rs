@@ -117,6 +117,53 @@ fn exact_after_two_equations_for_each_order() {
     }
 }
 
+/// One order too many without noise: `(1 + c/q) A` and `(1 + c/q) B` fit for every c. Nothing is determined with an exact
+/// start, also where poles are near the unit circle and rounding is large. With p0 the criterion is regular, and of those
+/// that fit its minimum is the nearest to theta0, as p0 grows: off by at most `|theta - theta0| / (p0 s)`, s the least of
+/// the other eigenvalues of Phi'Phi, here above 1.
+#[test]
+fn one_order_too_many_without_noise() {
+    let truth = model("na=2,nb=2", &[-1.5, 0.7, 1.0, 0.5]);
+    let slow = model("na=2,nb=2", &[-1.97, 0.9702, 0.1, 0.05]);
+    let orders: Orders = "na=3,nb=3,nk=1".parse().unwrap();
+    let (fits, direction) = (
+        [-1.5, 0.7, 0.0, 1.0, 0.5, 0.0],
+        [1.0, -1.5, 0.7, 0.0, 1.0, 0.5],
+    );
+    for (trial, length) in [(1, 60), (2, 200), (3, 2000), (4, 20_000)] {
+        for truth in [&truth, &slow] {
+            let (u, y) = record(truth, trial, length, 0.0);
+            for (name, mut recursion) in all(orders) {
+                run(&mut *recursion, &u, &y, |k, theta| {
+                    assert!(theta.iter().all(|theta| *theta == 0.0), "{name} {k}");
+                });
+                assert!(!recursion.is_determined(), "{name} {length}");
+            }
+        }
+        let (u, y) = record(&truth, trial, length, 0.0);
+        for theta0 in [[0.0; 6], [0.3, -0.2, 0.1, 0.5, -0.4, 0.2]] {
+            let along =
+                |of: [f64; 6]| -> f64 { of.iter().zip(direction).map(|(x, t)| x * t).sum() };
+            let c = (along(theta0) - along(fits)) / along(direction);
+            let nearest: Vec<f64> = fits.iter().zip(direction).map(|(x, t)| x + c * t).collect();
+            for form in [RecursiveForm::SquareRoot, RecursiveForm::Covariance] {
+                let settings = RecursiveSettings {
+                    p0: Some(1e6),
+                    theta0: theta0.to_vec(),
+                    start: 0,
+                    ..RecursiveSettings::new(orders)
+                };
+                let mut recursion = RecursiveLeastSquares::new(settings, form);
+                run(&mut recursion, &u, &y, |_, _| ());
+                for (found, expected) in recursion.theta().iter().zip(&nearest) {
+                    let off = (found - expected).abs();
+                    assert!(off < 5e-6, "{form} {length}: {found} {expected}");
+                }
+            }
+        }
+    }
+}
+
 /// theta(N) and its covariance are those of `arx` of the same samples, by Householder reflections: with an exact start,
 /// and in the limit of p0. The covariance form subtracts from p0, so it has about `eps p0` less.
 #[test]

@@ -1,6 +1,8 @@
 //! The square root of the information, updated by Givens rotations.
 
 use super::weights::Weights;
+use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use faer::MatRef;
 
 /// `R'R = P^-1` with R upper triangular, and `z = R theta`: the equations seen so far, rotated into d rows.
 ///
@@ -29,11 +31,8 @@ pub struct SquareRoot {
     weights: Weights,
     residual_sum: f64,
     determined: bool,
+    equilibration: Equilibration,
 }
-
-/// A diagonal element of R below this multiple of d eps times its column says that rounding may have made it. With the
-/// rows the rounding of rotations adds up like independent errors, with the root of their number.
-const RANK_MULTIPLE: f64 = 4.0;
 
 impl SquareRoot {
     /// Makes the square root of no information about d parameters.
@@ -46,6 +45,7 @@ impl SquareRoot {
             weights: Weights::default(),
             residual_sum: 0.0,
             determined: d == 0,
+            equilibration: Equilibration::new(0, d),
         }
     }
 
@@ -131,17 +131,17 @@ impl SquareRoot {
         }
     }
 
-    /// Whether no diagonal element of R is as small as rounding makes it, beside its column.
-    fn has_full_rank(&self) -> bool {
-        let (d, width) = (self.d, self.d + 1);
-        let least = RANK_MULTIPLE * d as f64 * f64::EPSILON;
-        // Each rotation rounds anew.
-        let least = least * (self.rows as f64 / d as f64).sqrt();
-        (0..d).all(|j| {
-            let column = (0..=j).map(|i| self.r[i * width + j]);
-            let squares: f64 = column.map(|r| r * r).sum();
-            self.r[j * width + j].abs() > least * squares.sqrt()
-        })
+    /// The rank rule of all solvers. With the rows the rounding of rotations adds up like independent errors, with the
+    /// root of their number.
+    fn has_full_rank(&mut self) -> bool {
+        let d = self.d;
+        let r = MatRef::from_row_major_slice_with_stride(&self.r, d, d, d + 1);
+        let growth = (self.rows as f64 / d as f64).sqrt();
+        let condition = self
+            .equilibration
+            .of_columns(r)
+            .and_then(|()| triangular_condition(r, &self.equilibration.columns, &mut self.row));
+        condition.is_ok_and(|condition| check_rank_of_columns(condition * growth, d).is_ok())
     }
 
     /// Whether there is a p0, or the equations had full rank at some time.

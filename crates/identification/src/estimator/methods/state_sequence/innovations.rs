@@ -66,9 +66,16 @@ impl Innovations {
         self.scratch.resize(n, 0.0);
         let condition = triangular_condition(of_states, &equilibration.columns, &mut self.scratch)?;
         check_rank_of_columns(condition, n)?;
+        let is_combination = |of: usize| {
+            let length = (0..=of).map(|i| r[(i, of)].powi(2)).sum::<f64>().sqrt();
+            r[(of, of)].abs() <= length * (n + 2) as f64 * f64::EPSILON * 64.0
+        };
+        // An input that is silent, or known from the states, determines no B.
+        if is_combination(of_u) {
+            return Err(FailureKind::RankDeficient);
+        }
         // The output is a combination of states (and u) only where there is no noise: then K is 0.
-        let length = (0..=of_y).map(|i| r[(i, of_y)].powi(2)).sum::<f64>().sqrt();
-        let noise = r[(of_y, of_y)].abs() > length * (n + 2) as f64 * f64::EPSILON * 64.0;
+        let noise = !is_combination(of_y);
         let solve = |column: usize, unknowns: usize| {
             let mut solution = vec![0.0; unknowns];
             for i in (0..unknowns).rev() {

@@ -197,6 +197,17 @@ fn what_cannot_be_estimated_is_typed() {
         (huge[3], huge[4]) = (f64::MAX, f64::MAX);
         assert_eq!(kind(&huge), FailureKind::NonFinite);
     }
+    // The past of an impulse tells states, but after it there is no input.
+    let (mut impulse, mut response) = (vec![0.0; 60], vec![0.0; 60]);
+    impulse[0] = 1.0;
+    plant("na=1,nb=1", &[-0.5, 1.0]).simulate(&impulse, &mut response);
+    let silent = estimate(
+        options(Future::Predicted, 1, 1, None).as_ref(),
+        1,
+        &impulse,
+        &response,
+    );
+    assert_eq!(silent.failure.unwrap().kind, FailureKind::RankDeficient);
     let of = |y: &[f64]| {
         estimate(parsim(1, 1, Some(3)).as_ref(), 1, &u, y)
             .failure
