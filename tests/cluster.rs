@@ -445,6 +445,17 @@ fn bad_input_is_one_line() {
         &["plan", "study.toml", "--shards", "3", "--target-time", "1h"],
         &["--shards", "--target-time"],
     );
+    // 5000 samples in each of 4.8e11 trials: 1e9 samples in a second would still be 2.4e6 shards.
+    let endless = STUDY
+        .replace("trials = 200", "trials = 4000000000")
+        .replace("horizon = 110", "horizon = 5000")
+        .replace("eta = [2, 10]", "eta = { linspace = [1, 40, 40] }")
+        .replace("window = [18, 50, 98]", "window = [1000, 2000, 4000]");
+    place.write("endless.toml", &endless);
+    place.refused(
+        &["plan", "endless.toml", "--target-time", "1s"],
+        &["--target-time", "at most 1000000", "--shards"],
+    );
     place.refused(&["plan", "-"], &["--out"]);
 
     // Two plans in one folder.

@@ -540,3 +540,27 @@ fn keys_of_other_programs_lead_to_those_here() {
         assert!(line.contains(part), "{line}");
     }
 }
+
+/// A line that could only fail is not printed: of a record as a study. Of a file with two columns of its own names the
+/// flags that choose them are said, and they do.
+#[test]
+fn no_line_is_said_that_fails() {
+    let folder = folder();
+    let at = folder.path();
+    std::fs::copy("examples/record.csv", at.join("my.csv")).expect("a record");
+    let error = stderr(&asobench(at, &["simulate", "my.csv"]));
+    assert!(error.contains("unexpected command 'simulate'"), "{error}");
+    assert!(!error.contains("try:"), "{error}");
+    let record = std::fs::read_to_string("examples/record.csv").expect("a record");
+    let lines = record.lines().filter(|line| !line.starts_with(['#', 'k']));
+    let samples = lines.filter_map(|line| line.split_once(','));
+    let samples: Vec<&str> = samples.map(|(_, sample)| sample).collect();
+    let own = format!("Eingang,Ausgang\n{}\n", samples.join("\n"));
+    std::fs::write(at.join("own.csv"), own).expect("a file");
+    let line = ["estimate", "own.csv", "--order", "2"];
+    let chosen = "--input Eingang --output Ausgang";
+    let error = refused(at, &line);
+    assert!(error.contains(chosen), "{error}");
+    let chosen: Vec<&str> = line.into_iter().chain(chosen.split(' ')).collect();
+    done(at, &chosen);
+}

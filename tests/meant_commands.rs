@@ -150,6 +150,10 @@ const MEANT: &[(&str, &str)] = &[
         "asobench run s.toml --trials 20 --seed 3",
     ),
     ("simulate s.toml", "asobench run s.toml"),
+    (
+        "estimate my.csv --order 2 --models arx,oe",
+        "asobench estimate my.csv --order 2 --estimator arx,oe",
+    ),
     ("validate s.toml", "asobench check s.toml"),
     ("plot res --metric e_b", "asobench plot res --measure e_b"),
     (
@@ -376,6 +380,10 @@ fn pictures_of_a_record_are_drawn_by_name() {
         ),
         (
             &["estimate", "my.csv", "--order", "2", "--plot", "pie"],
+            "output, bode, step, poles, residuals",
+        ),
+        (
+            &["estimate", "my.csv", "--order", "2", "--plot", "pie=p.svg"],
             "output, bode, step, poles, residuals",
         ),
     ] {
@@ -628,37 +636,26 @@ fn a_value_says_what_is_meant() {
             assert!(typed(at, meant).status.success(), "{meant}");
         }
     }
+}
+
+/// Studies and their results: a program is a file, what differs is said, and so is what a folder of results leads to.
+#[test]
+fn studies_and_results_that_are_meant() {
+    let folder = folder();
+    let at = folder.path();
     let lines = refused(at, &["suite", "run", "--method", "./x.py"]);
     assert!(
         lines[0].contains("command = [\"python3\", \"my.py\"]: asobench suite FILE.toml"),
         "{lines:?}"
     );
     done(at, &["run", "s.toml", "--out", "r"]);
-    done(
+    typed(
         at,
-        &[
-            "run",
-            "s.toml",
-            "--set",
-            "eta=[1,5]",
-            "--set",
-            "window=98",
-            "--out",
-            "q",
-        ],
+        "asobench run s.toml --set eta=[1,5] --set window=98 --out q",
     );
-    done(
+    typed(
         at,
-        &[
-            "run",
-            "s.toml",
-            "--set",
-            "eta=[2,20]",
-            "--set",
-            "window=98",
-            "--out",
-            "p",
-        ],
+        "asobench run s.toml --set eta=[2,20] --set window=98 --out p",
     );
     let lines = refused(at, &["compare", "q", "p"]);
     assert!(

@@ -10,7 +10,7 @@ use crate::study::{
     BlockError, Campaign, CampaignError, Event, Experiment, FolderError, MethodChange, RunError,
     RunOptions, Summary, take_over,
 };
-use crate::text::{visible, wrap};
+use crate::text::{count, visible, wrap};
 use crate::{claim, files};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -36,7 +36,12 @@ pub(super) fn results(
     let study = Study::of_run(path, file, summary).map_err(failed)?;
     let verdicts = terminal::verdicts(&study);
     let gap = if verdicts.is_empty() { "" } else { "\n" };
-    let done = format!("{cells} cells, {trials} trials, {}", failures(summary));
+    let done = [
+        count(cells as u64, "cell"),
+        count(trials, "trial"),
+        failures(summary),
+    ];
+    let done = done.join(", ");
     let text = format!(
         "{}{fallbacks}results in {}\n\n{}{gap}",
         wrap(&done, WIDTH, "  "),

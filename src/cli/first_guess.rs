@@ -319,7 +319,9 @@ impl Meant {
             self.added.push(["--order", "2"]);
         }
         Instead::complete(&self.added, &mut self.line);
-        if self.known && self.parsed(all).is_ok() {
+        // A study's command with a record parses, and fails.
+        let fits = commands::answer(&self.line).is_none();
+        if self.known && fits && self.parsed(all).is_ok() {
             let words = self.line.iter().map(shell_word);
             let words: Vec<String> = words.collect();
             self.lines

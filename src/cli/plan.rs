@@ -13,6 +13,7 @@ use crate::files::is_there;
 use crate::study::cluster::{Collection, ShardPlan, next_targets};
 use crate::study::file::TrialRule;
 use crate::study::{Experiment, Forecast, Span, Summary};
+use crate::text::count;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -41,13 +42,16 @@ pub(super) struct Arguments {
     consent: Consent,
 }
 
+/// The largest number of shards that a plan is asked for.
+const MOST_SHARDS: i64 = 1_000_000;
+
 /// How many shards.
 #[derive(clap::Args)]
 pub(super) struct SizeArguments {
     /// Approximate number of shards
     #[arg(
         long, value_name = "S", conflicts_with = "target_time",
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+        value_parser = clap::value_parser!(u32).range(1..=MOST_SHARDS)
     )]
     pub(super) shards: Option<u32>,
     /// Time that a shard should take, such as 90s, 30m, 2h or 1-12:00:00 [default: 1h]
@@ -104,13 +108,16 @@ impl Planned {
         let cells = self.plan.trials.len();
         let size = match self.plan.shards.len() {
             0 => "nothing is missing".to_owned(),
-            count => format!(
-                "{count} shards, each about {} on one thread of this machine",
+            shards => format!(
+                "{}, each about {} on one thread of this machine",
+                count(shards as u64, "shard"),
                 duration(self.plan.seconds)
             ),
         };
         format!(
-            "{cells} cells, {trials} trials, {} of them missing\n{}: {size}\n",
+            "{}, {}, {} of them missing\n{}: {size}\n",
+            count(cells as u64, "cell"),
+            count(trials, "trial"),
             self.missing,
             word(path)
         )
@@ -139,10 +146,15 @@ pub(super) fn plan(
     };
     experiment.programs.iter().for_each(|program| program.end());
     let target = size.target_time.unwrap_or(Duration::from_hours(1));
-    let by_time = seconds / threads_of_shard as f64 / target.as_secs_f64();
-    let shards = size
-        .shards
-        .map_or(by_time.ceil() as usize, |count| count as usize);
+    let by_time = (seconds / threads_of_shard as f64 / target.as_secs_f64()).ceil();
+    if size.shards.is_none() && by_time > MOST_SHARDS as f64 {
+        return Err(Error::Input(format!(
+            "--target-time: {by_time} shards of {}; expected a time for which at most {MOST_SHARDS} are enough, or \
+             --shards",
+            duration(target.as_secs_f64())
+        )));
+    }
+    let shards = size.shards.map_or(by_time as usize, |count| count as usize);
     let plan = ShardPlan::new(&experiment, trials, &missing, seconds, shards.max(1));
     plan.write(path).map_err(refused)?;
     let missing = missing.iter().map(Span::len).sum();

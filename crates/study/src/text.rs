@@ -18,6 +18,12 @@ pub fn visible_json(json: &str) -> String {
     })
 }
 
+/// A number with what is counted: "1 cell", "2 cells".
+pub fn count(number: u64, of: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {of}{plural}")
+}
+
 /// Whether a character means itself in every shell.
 fn is_plain(c: char) -> bool {
     c.is_alphanumeric() || "/._-+,@%:=".contains(c)

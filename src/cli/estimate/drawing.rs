@@ -28,6 +28,9 @@ named_enum! {
 const ELSEWHERE: &[(&str, Kind)] = &[
     ("compare", Kind::Output),
     ("fit", Kind::Output),
+    ("order", Kind::Output),
+    ("orders", Kind::Output),
+    ("criteria", Kind::Output),
     ("freqresp", Kind::Bode),
     ("pzmap", Kind::Poles),
     ("zeros", Kind::Poles),
@@ -73,11 +76,14 @@ impl FromStr for Drawing {
         let named = text
             .split_once('=')
             .and_then(|(name, path)| Some((Kind::named(name)?, path)));
+        // A word before '=' names a picture, not a part of a file's name.
+        let is_word = |name: &str| !name.is_empty() && name.chars().all(char::is_alphabetic);
+        let of_unknown = text.split_once('=').is_some_and(|(name, _)| is_word(name));
         let (kind, path) = match (named, Kind::named(text)) {
             (Some((_, "")), _) => return Err("expected a file behind '='".to_owned()),
             (Some((kind, path)), _) => (kind, PathBuf::from(path)),
             (None, Some(kind)) => (kind, PathBuf::from(format!("{kind}.svg"))),
-            (None, None) if text.contains('.') => {
+            (None, None) if text.contains('.') && !of_unknown => {
                 let path = PathBuf::from(text);
                 let stem = path.file_stem().and_then(|stem| stem.to_str());
                 (stem.and_then(Kind::named).unwrap_or_default(), path)

@@ -7,6 +7,7 @@ use crate::cli::output::note;
 use crate::data::csv::{Kept, ReadOptions, Record, RecordError, Table, read_table};
 use crate::files::{self, Kind};
 use crate::text::shell_word;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// A record as it is used, and what was recognised in its file.
@@ -108,8 +109,18 @@ fn part(kept: Kept, samples: usize) -> String {
 }
 
 /// Returns what the user may do about a record that is refused.
-fn ways_on(error: &RecordError) -> &'static str {
-    match error {
+fn ways_on(error: &RecordError) -> Cow<'static, str> {
+    // Of two columns with names of their own, the input commonly stands first.
+    if let RecordError::UnknownColumn { column, found, .. } = error
+        && let [input, output] = found.split(", ").collect::<Vec<_>>()[..]
+        && let [input, output] = [input, output].map(|name| name.trim_matches('\''))
+        && input == column
+        && !["u", "k", "t", "time"].contains(&output.to_lowercase().as_str())
+    {
+        let [input, output] = [input, output].map(shell_word);
+        return format!("; or --input {input} --output {output}, or the reverse").into();
+    }
+    let ways = match error {
         RecordError::NoHeader(_)
         | RecordError::UnknownColumn { .. }
         | RecordError::MissingColumn { .. } => {
@@ -133,5 +144,6 @@ fn ways_on(error: &RecordError) -> &'static str {
             "; what the trials of study-from have is --trial-input"
         }
         _ => "",
-    }
+    };
+    ways.into()
 }

@@ -178,7 +178,7 @@ const ARGUMENTS: &[Entry] = &[
         ],
     ),
     (
-        "--model --method -m --methods --algorithm -e --estimators --estimator",
+        "--model --models --method -m --methods --algorithm -e --estimators --estimator",
         &[
             ("--estimator", "--estimator NAME", Words("--estimator {}")),
             (

@@ -97,6 +97,7 @@ const COMMANDS: &[(&str, &str, &str)] = &[
         "asobench new NAME.toml",
         "new *",
     ),
+    ("version", "asobench --version", ""),
     (
         "help-method doc docs describe what define",
         "asobench explain WORD",

@@ -7,7 +7,9 @@ use crate::text::rounded;
 pub(super) fn meant(flag: &str, value: &str) -> Option<String> {
     match flag {
         "--missing" => here(value, &["longest-run"]).map(|run| format!("--missing {run}")),
-        "--delay" if value.parse::<f64>().is_err() => Some("--delay 1:8".to_owned()),
+        "--delay" | "--order" if ["auto", "best", "estimate"].contains(&value) => {
+            Some(format!("{flag} 1:8"))
+        }
         "--plot" if value.contains(',') => {
             let kinds: Vec<String> = value
                 .split(',')
@@ -41,15 +43,12 @@ pub(super) fn training(share: &str) -> Option<String> {
 
 /// A picture, unless numbers are asked for.
 pub(super) fn residuals(file: &str) -> Option<String> {
-    if file.ends_with(".csv") || file.ends_with(".txt") || file.ends_with(".json") {
-        return None;
+    let form = file.rsplit_once('.').map_or("", |(_, form)| form);
+    match form {
+        "csv" | "txt" | "json" => None,
+        "svg" | "pdf" => Some(format!("--plot residuals={file}")),
+        _ => Some("--plot residuals".to_owned()),
     }
-    let is_picture = file.ends_with(".svg") || file.ends_with(".pdf");
-    Some(if is_picture {
-        format!("--plot residuals={file}")
-    } else {
-        "--plot residuals".to_owned()
-    })
 }
 
 /// The number of coefficients of B from that of its zeros.

@@ -94,11 +94,6 @@ impl Program {
         let _ = self.permit.set(permit);
     }
 
-    /// Whether it may run.
-    pub fn is_permitted(&self) -> bool {
-        self.permit.get().is_some()
-    }
-
     /// The time limit for a message.
     pub fn time(&self) -> Duration {
         Duration::from_secs_f64(self.options.timeout)

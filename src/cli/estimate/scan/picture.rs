@@ -70,9 +70,10 @@ impl Scan {
 
     fn plot(&self, quantity: &Quantity<'_>) -> Plot {
         // Of the criteria FPE alone is no logarithm.
-        let axis = match quantity.name == Criterion::Fpe.heading() {
-            true => PlotAxis::log,
-            false => PlotAxis::linear,
+        let axis = if quantity.name == Criterion::Fpe.heading() {
+            PlotAxis::log
+        } else {
+            PlotAxis::linear
         };
         let mut y = axis(quantity.name);
         let values: Vec<f64> = self.rows.iter().filter_map(quantity.value).collect();
