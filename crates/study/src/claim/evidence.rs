@@ -108,13 +108,14 @@ impl Evidence {
     }
 
     /// Returns the number nearest to failing, or failing most: that which makes the p-values of the cell. Numbers with
-    /// equal ones are compared by standard errors.
+    /// equal ones, or with such that are certain at any level, are compared by standard errors.
     pub(crate) fn decisive(&self) -> Option<&Part> {
+        const CERTAIN: f64 = 1e-9;
         let rank = |part: &Part| {
             let known = &part.number.known;
             [
-                known.outside(part.range),
-                -known.inside(part.range),
+                known.outside(part.range).max(CERTAIN),
+                -known.inside(part.range).max(CERTAIN),
                 part.margin(),
             ]
         };
