@@ -175,7 +175,7 @@ fn lost_trials_are_told() {
     assert!(text.contains("lost, %"), "{text}");
     assert!(joined(&text).contains("none: half of the trials"), "{text}");
     assert!(
-        joined(&text).contains("100.0 %, of two at eta = 10.5 %."),
+        joined(&text).contains("100 %, of two at eta = 10.5 %."),
         "{text}"
     );
     let command = "To see a failed trial: asobench replay many cell=1:0";
