@@ -182,11 +182,7 @@ fn lost_trials_are_told() {
     assert!(text.lines().any(|line| line == command), "{text}");
     let row = text.lines().find(|line| line.starts_with("10.5"));
     let cells: Vec<&str> = row.unwrap().split_whitespace().collect();
-    assert_eq!(
-        cells[..5],
-        ["10.5", "2.000", "none", "0", "100.0"],
-        "{text}"
-    );
+    assert_eq!(cells[..5], ["10.5", "2.000", "none", "0", "100"], "{text}");
 }
 
 #[test]
