@@ -540,7 +540,10 @@ fn a_page_about_a_record() {
     assert!(kept.contains("My thesis"));
     refused(
         &[&arguments[..10], &["--report", "page.svg"]].concat(),
-        &["--report page.svg: expected a name that ends in .html"],
+        &[
+            "'page.svg' for '--report <FILE.html>'",
+            "expected a name that ends in .html",
+        ],
     );
 }
 

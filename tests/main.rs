@@ -22,6 +22,7 @@ mod hostile;
 mod lanes;
 mod large_samples;
 mod meant_commands;
+mod meant_values;
 mod observers;
 mod paper;
 mod pictures;

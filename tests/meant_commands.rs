@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// The lines of an error.
-fn refused(folder: &Path, arguments: &[&str]) -> Vec<String> {
+pub(super) fn refused(folder: &Path, arguments: &[&str]) -> Vec<String> {
     let output = asobench(folder, arguments);
     assert_eq!(
         output.status.code(),
@@ -20,7 +20,7 @@ fn refused(folder: &Path, arguments: &[&str]) -> Vec<String> {
 }
 
 /// Runs what a shell makes of a line that begins with the program's name.
-fn typed(folder: &Path, line: &str) -> Output {
+pub(super) fn typed(folder: &Path, line: &str) -> Output {
     let line = line.strip_prefix("asobench ").expect("a command");
     let mut shell = Command::new("sh");
     shell.current_dir(folder).arg("-c");
@@ -32,7 +32,7 @@ const STUDY: &str = "trials = 20\nmeasures = [\"e_a\", \"e_b\"]\n[settings]\nwin
     [[methods]]\nestimator = \"arx\"\n";
 
 /// A folder with a record and a study.
-fn folder() -> tempfile::TempDir {
+pub(super) fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::copy("examples/record.csv", folder.path().join("my.csv")).expect("a record");
     std::fs::write(folder.path().join("s.toml"), STUDY).expect("a study");
@@ -588,111 +588,4 @@ fn the_file_of_a_program_is_printed() {
     std::fs::write(at.join("mine.toml"), toml).expect("a file");
     let said = stdout(&done(at, &["check", "mine.toml"]));
     assert!(said.contains("outputs   1: mine"), "{said}");
-}
-
-/// A picture's file says which picture, gaps are not interpolated, each picture has a flag, and a program is a file.
-#[test]
-fn a_value_says_what_is_meant() {
-    let folder = folder();
-    let at = folder.path();
-    let estimate = ["estimate", "my.csv", "--estimator", "arx", "--order", "2"];
-    for (more, part) in [
-        (
-            ["--out", "bode.png"],
-            "  try: asobench estimate my.csv --estimator arx --order 2 --plot bode.svg",
-        ),
-        (
-            ["--skip-rows", "1"],
-            "  try: asobench estimate my.csv --estimator arx --order 2",
-        ),
-        (
-            ["--missing", "interpolate"],
-            "  try: asobench estimate my.csv --estimator arx --order 2 --missing longest-run",
-        ),
-        (
-            ["--plot", "bode,step"],
-            "  try: asobench estimate my.csv --estimator arx --order 2 --plot bode --plot step",
-        ),
-        (
-            ["--plot", "fit.png"],
-            "  try: asobench estimate my.csv --estimator arx --order 2 --plot fit.svg",
-        ),
-        (
-            ["--validate", "0.3"],
-            "  try: asobench estimate my.csv --estimator arx --order 2 --window 70%",
-        ),
-        (
-            ["--delay", "auto"],
-            "  try: asobench estimate my.csv --estimator arx --order 2 --delay 1:8",
-        ),
-        (
-            ["-o", "model.json"],
-            "  try: asobench estimate my.csv --estimator arx --order 2 --format json",
-        ),
-    ] {
-        let lines = refused(at, &[&estimate[..], &more].concat());
-        assert!(lines.last().expect("a line").contains(part), "{lines:?}");
-        if let Some(meant) = lines.last().and_then(|line| line.strip_prefix("  try: ")) {
-            assert!(typed(at, meant).status.success(), "{meant}");
-        }
-    }
-}
-
-/// Studies and their results: a program is a file, what differs is said, and so is what a folder of results leads to.
-#[test]
-fn studies_and_results_that_are_meant() {
-    let folder = folder();
-    let at = folder.path();
-    let lines = refused(at, &["suite", "run", "--method", "./x.py"]);
-    assert!(
-        lines[0].contains("command = [\"python3\", \"my.py\"]: asobench suite FILE.toml"),
-        "{lines:?}"
-    );
-    done(at, &["run", "s.toml", "--out", "r"]);
-    typed(
-        at,
-        "asobench run s.toml --set eta=[1,5] --set window=98 --out q",
-    );
-    typed(
-        at,
-        "asobench run s.toml --set eta=[2,20] --set window=98 --out p",
-    );
-    let lines = refused(at, &["compare", "q", "p"]);
-    assert!(
-        lines[0].contains("eta is 1, 5 in q, 2, 20 in p; asobench run FILE --set KEY=VALUE"),
-        "{lines:?}"
-    );
-    let lines = refused(at, &["run", "s.toml", "--seed", "9", "--out", "r"]);
-    assert!(lines[0].contains("there, 9 here)"), "{lines:?}");
-    let lines = refused(at, &["replay", "r", "--trial", "7"]);
-    assert_eq!(
-        lines.last().expect("a line"),
-        "  try: asobench replay r 0:7"
-    );
-    assert!(stdout(&done(at, &["report", "r"])).starts_with("no claims"));
-    for (line, meant) in [
-        (&["help", "fit"][..], "  try: asobench explain fit"),
-        (
-            &["export", "r", "-o", "summary.csv"],
-            "  try: asobench report r --out tables",
-        ),
-        (&["list", "failures", "r"], "  try: asobench failures r"),
-    ] {
-        let lines = refused(at, line);
-        assert_eq!(lines.last().expect("a line"), meant, "{lines:?}");
-    }
-    // The delay may be left out of a list.
-    let said = done(
-        at,
-        &[
-            "estimate",
-            "my.csv",
-            "--estimator",
-            "armax",
-            "--order",
-            "2,2,2",
-        ],
-    );
-    let said = stdout(&said);
-    assert!(said.contains("orders na=2,nb=2,nc=2,nk=1"), "{said}");
 }

@@ -2,7 +2,7 @@
 
 use super::error::Error;
 use super::exit_code::FAILED;
-use super::files::{PICTURES, check_output};
+use super::files::check_output;
 use super::output::{Format, note, print, print_json};
 use crate::files::Kind;
 use crate::observer::Gain;
@@ -10,7 +10,7 @@ use crate::text::rounded;
 use load::load;
 use one_estimator::estimate;
 use orders::{orders, ranges};
-use outputs::{check_drawing, write_drawings, write_states};
+use outputs::{write_drawings, write_states};
 use report::Report;
 use serde_json::json;
 use span::Span;
@@ -44,14 +44,9 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     let arguments = &arguments;
     check_output("--states", arguments.states.as_deref(), Kind::States)?;
     for drawing in &arguments.plot {
-        check_drawing("--plot", Some(&drawing.path), PICTURES, Kind::Figure)?;
+        check_output("--plot", Some(&drawing.path), Kind::Figure)?;
     }
-    check_drawing(
-        "--report",
-        arguments.report.as_deref(),
-        &["html"],
-        Kind::Page,
-    )?;
+    check_output("--report", arguments.report.as_deref(), Kind::Page)?;
     let orders = orders(arguments)?;
     let mut report = load(arguments, orders)?;
     if let Some(ranges) = ranges(arguments) {

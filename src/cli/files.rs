@@ -40,48 +40,47 @@ pub(super) fn write_whole(
     attempt().map_err(refused(flag))
 }
 
-/// The forms of a picture, by the ends of their files' names.
-pub(super) const PICTURES: &[&str] = &["svg", "pdf"];
-
-/// Checks that the name of a picture or a page ends as it must.
-pub(super) fn check_extension(flag: &str, path: &Path, expected: &[&str]) -> Result<(), Error> {
-    let fault = extension_fault(path, expected);
-    fault.map_or(Ok(()), |fault| {
-        Err(Error::Input(format!("{flag} {}: {fault}", path.display())))
-    })
-}
-
 /// The path of a picture.
 ///
 /// # Errors
-/// What its name must end in.
+/// What its name must end in; of an SVG, one command makes a PNG.
 pub(super) fn picture_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    extension_fault(&path, PICTURES).map_or(Ok(path), Err)
+    let error = match path_in(text, &["svg", "pdf"]) {
+        Ok(path) => return Ok(path),
+        Err(error) => error,
+    };
+    let path = Path::new(text);
+    let form = path.extension().and_then(|form| form.to_str());
+    match form.filter(|form| ["png", "eps", "ps"].contains(form)) {
+        Some(form) => {
+            let svg = path.with_extension("svg");
+            let svg = svg.display();
+            Err(format!(
+                "{error}; rsvg-convert -f {form} -o {text} {svg} converts one"
+            ))
+        }
+        None => Err(error),
+    }
 }
 
-/// What the name of a file must end in, if it does not. Of an SVG, one command makes a PNG.
-fn extension_fault(path: &Path, expected: &[&str]) -> Option<String> {
+/// The path of a page.
+///
+/// # Errors
+/// What its name must end in.
+pub(super) fn page_path(text: &str) -> Result<PathBuf, String> {
+    path_in(text, &["html"])
+}
+
+/// A path whose name ends in one of some forms.
+fn path_in(text: &str, forms: &[&str]) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
     let own = path.extension().unwrap_or_default();
-    if expected.iter().any(|form| own.eq_ignore_ascii_case(form)) {
-        return None;
+    if forms.iter().any(|form| own.eq_ignore_ascii_case(form)) {
+        return Ok(path);
     }
-    let way = ["png", "eps", "ps"]
-        .into_iter()
-        .find(|form| own.eq_ignore_ascii_case(form));
-    let way = way
-        .filter(|_| expected == PICTURES)
-        .map_or_else(String::new, |form| {
-            let svg = path.with_extension("svg");
-            format!(
-                "; rsvg-convert -f {form} -o {} {} converts one",
-                path.display(),
-                svg.display()
-            )
-        });
-    let ends: Vec<String> = expected.iter().map(|form| format!(".{form}")).collect();
-    Some(format!(
-        "expected a name that ends in {}{way}",
+    let ends: Vec<String> = forms.iter().map(|form| format!(".{form}")).collect();
+    Err(format!(
+        "expected a name that ends in {}",
         ends.join(" or ")
     ))
 }

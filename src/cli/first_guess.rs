@@ -236,17 +236,19 @@ impl Meant {
             return false;
         };
         let joined = format!("{flag}={value}");
-        let Some(at) = self
-            .line
-            .iter()
-            .position(|word| *word == joined || *word == value)
-        else {
+        let is_joined = |word: &String| *word == joined;
+        // Behind the flag, or one of its other names.
+        let stands = |pair: &[String]| pair[0].starts_with('-') && pair[1] == value;
+        let apart = self.line.windows(2).position(stands);
+        let place = match self.line.iter().position(is_joined) {
+            Some(at) => Some(at..=at),
+            None => apart.map(|at| at..=at + 1),
+        };
+        let Some(place) = place else {
             return false;
         };
         self.lines.push(plain(&error.render().to_string()));
-        let from = at - usize::from(self.line[at] == value);
-        let words = meant.split(' ').map(str::to_owned);
-        self.line.splice(from..=at, words);
+        self.line.splice(place, meant.split(' ').map(str::to_owned));
         true
     }
 
@@ -278,7 +280,7 @@ impl Meant {
                 of(&value).map(|text| text.split(' ').map(str::to_owned).collect()),
             ),
             (Typed::Of(of), None) => {
-                let text = of("").filter(|text| !text.ends_with('='));
+                let text = of("");
                 (
                     0,
                     text.map(|text| text.split(' ').map(str::to_owned).collect()),

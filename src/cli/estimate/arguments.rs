@@ -3,6 +3,7 @@
 use super::drawing::Drawing;
 use super::flags::OptionFlags;
 use super::span::{Given, Span};
+use crate::cli::files::page_path;
 use crate::cli::output::Format;
 use crate::data::Detrend;
 use crate::data::csv::Missing;
@@ -41,7 +42,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "KIND=FILE.svg|KIND|FILE.svg|FILE.pdf")]
     pub(super) plot: Vec<Drawing>,
     /// Write a page: the record, models with intervals, residuals, poles and zeros, responses
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", value_parser = page_path)]
     pub(super) report: Option<PathBuf>,
     /// A second record, on which the models are validated instead of the samples after the window
     #[arg(long, alias = "validation", value_name = "FILE.csv", value_parser = second_record)]

@@ -90,19 +90,12 @@ impl FromStr for Drawing {
             }
             (None, None) => {
                 let kinds: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
-                let parts: Option<Vec<Kind>> = text.split(',').map(Kind::named).collect();
-                let several = parts.map(|parts| {
-                    let flags = parts.iter().map(|kind| format!("--plot {kind}"));
-                    flags.collect::<Vec<_>>().join(" ")
-                });
-                return Err(several.map_or_else(
-                    || {
-                        format!(
-                            "expected FILE.svg, FILE.pdf, or one of {}, such as bode=FILE.svg",
-                            kinds.join(", ")
-                        )
-                    },
-                    |flags| format!("each picture has a flag: {flags}"),
+                if text.split(',').all(|part| Kind::named(part).is_some()) {
+                    return Err("expected one picture; --plot may be repeated".to_owned());
+                }
+                return Err(format!(
+                    "expected FILE.svg, FILE.pdf, or one of {}, such as bode=FILE.svg",
+                    kinds.join(", ")
                 ));
             }
         };

@@ -87,7 +87,10 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
     let keys = option_keys().iter().map(String::as_str);
     let with_letters = |mut flag: Flag| {
         if flag.key == ORDERS {
-            flag.help.push_str("; also letter by letter, --na 2 --nb 2 --nk 1, or in MATLAB's order, 2,2,1 or \"[2 2 1]\"");
+            flag.help.push_str(
+                "; also letter by letter, --na 2 --nb 2 --nk 1, or in MATLAB's order, 2,2,1 or \
+                \"[2 2 1]\"",
+            );
         }
         flag
     };

@@ -215,8 +215,8 @@ fn step(estimate: &Estimate, report: &Report) -> Option<String> {
 }
 
 /// What a step from rest needs.
-pub(super) const FROM_REST: &str = "a step from rest is identified with zeros before the record alone: --estimator oe, or \
-                                    arx with --rows prewindow";
+pub(super) const FROM_REST: &str = "a step from rest is identified with zeros before the record alone: --estimator \
+                                    oe, or arx with --rows prewindow";
 
 pub(super) fn is_constant(values: &[f64]) -> bool {
     values.iter().all(|value| *value == values[0])

@@ -155,7 +155,8 @@ fn validation(
         return Ok(None);
     };
     if arguments.record.detrend == Detrend::Linear {
-        let message = "--validate: the straight line of one record is not that of another; expected --detrend mean or none";
+        let message = "--validate: the straight line of one record is not that of another; expected --detrend mean or \
+            none";
         return Err(Error::Input(message.to_owned()));
     }
     let Recognised { mut record, .. } = record::read(path, &arguments.record)?;

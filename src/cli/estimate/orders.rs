@@ -124,7 +124,8 @@ fn read(flag: &str, text: &str, estimators: &[EstimatorName]) -> Result<Orders, 
         }
     }
     meant.map(|(_, orders)| orders).ok_or_else(|| {
-        wrong("the estimators take --order n and --delay nk instead; expected --estimator arx, oe, armax or bj".to_owned())
+        wrong("the estimators take --order n and --delay nk instead; expected --estimator arx, oe, armax or \
+            bj".to_owned())
     })
 }
 

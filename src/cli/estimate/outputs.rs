@@ -4,7 +4,7 @@ use super::arguments::Arguments;
 use super::drawing::{self, Drawing};
 use super::report::Report;
 use crate::cli::error::Error;
-use crate::cli::files::{check_extension, check_output, drawn, write_whole};
+use crate::cli::files::{drawn, write_whole};
 use crate::cli::output::note;
 use crate::data::csv;
 use crate::files::Kind;
@@ -13,19 +13,6 @@ use crate::report::plot::Picture;
 use std::io::Write as _;
 use std::iter;
 use std::path::Path;
-
-/// Refuses a file with the wrong extension, or a file that this program did not write.
-pub(super) fn check_drawing(
-    flag: &str,
-    path: Option<&Path>,
-    extensions: &[&str],
-    kind: Kind,
-) -> Result<(), Error> {
-    if let Some(path) = path {
-        check_extension(flag, path, extensions)?;
-    }
-    check_output(flag, path, kind)
-}
 
 /// Writes the pictures and the page that were requested, and says what was written.
 pub(super) fn write_drawings(

@@ -28,7 +28,7 @@ struct Row {
     theta: Vec<f64>,
     /// `RSS / N` over the model's own equations.
     own_loss: Option<f64>,
-    /// How many numbers of the record\'s start were fitted.
+    /// How many numbers of the record's start were fitted.
     start_numbers: usize,
     /// FIT of the simulated output on the window and on the samples after it, per cent.
     window_fit: Option<f64>,
@@ -173,11 +173,15 @@ impl Row {
         }
     }
 
+    /// The number of parameters, those of the record's start too.
+    fn parameters(&self) -> usize {
+        self.orders.parameters() + self.start_numbers
+    }
+
     /// Computes the criteria.
     fn judge(&mut self, equations: usize) {
-        let fitted = self.orders.parameters() + self.start_numbers;
         let value = |criterion: &Criterion| {
-            let value = criterion.value(self.loss?, equations, fitted);
+            let value = criterion.value(self.loss?, equations, self.parameters());
             value.is_finite().then_some(value)
         };
         self.criteria = Criterion::ALL.iter().map(value).collect();
@@ -343,15 +347,16 @@ impl Scan {
             let Value::Object(mut object) = row.named() else {
                 return Value::Null;
             };
-            let parameters = row.orders.parameters() + row.start_numbers;
-            object.insert("d".to_owned(), json!(parameters));
+            object.insert("d".to_owned(), json!(row.parameters()));
             object.insert("theta".to_owned(), json!(row.loss.map(|_| &row.theta)));
             object.insert("V".to_owned(), json!(row.loss));
             object.insert("rss".to_owned(), json!(row.loss.map(|loss| loss * m)));
             for (criterion, value) in Criterion::ALL.iter().zip(&row.criteria) {
                 object.insert(criterion.name().to_owned(), json!(value));
             }
-            let normalised = row.loss.map(|loss| loss.ln() + 2.0 * parameters as f64 / m);
+            let normalised = row
+                .loss
+                .map(|loss| loss.ln() + 2.0 * row.parameters() as f64 / m);
             object.insert("aic_normalised".to_owned(), json!(normalised));
             object.insert("V_own_rows".to_owned(), json!(row.own_loss));
             object.insert(

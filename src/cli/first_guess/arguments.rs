@@ -497,8 +497,8 @@ const ARGUMENTS: &[Entry] = &[
         "--residuals --resid --residual",
         &[(
             "--validate",
-            "--plot residuals of the last estimator; the tests of residuals are always printed, --report FILE.html draws \
-             the correlations; residuals are not written as numbers",
+            "--plot residuals of the last estimator; the tests of residuals are always printed, --report FILE.html \
+             draws the correlations; residuals are not written as numbers",
             Of(residuals),
         )],
     ),

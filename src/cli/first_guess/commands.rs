@@ -221,11 +221,11 @@ fn instead(template: &'static str, command: &str, rest: &[String]) -> Option<Ins
     let rest = if template.contains('*') { rest } else { &[] };
     // A file is not the folder that is written.
     let writes = rest.iter().position(|word| word == "-o" || word == "--out");
-    let rest = match writes.filter(|_| after.contains("--out")) {
-        Some(at) => &rest[..at],
-        None => rest,
-    };
-    let line = before.split(' ').map(str::to_owned).chain(rest.to_vec());
+    let mut rest = rest.to_vec();
+    if let Some(at) = writes.filter(|_| after.contains("--out")) {
+        rest.drain(at..rest.len().min(at + 2));
+    }
+    let line = before.split(' ').map(str::to_owned).chain(rest);
     Some(Instead {
         line: line.collect(),
         added,

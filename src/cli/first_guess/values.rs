@@ -26,19 +26,23 @@ pub(super) fn meant(flag: &str, value: &str) -> Option<String> {
     }
 }
 
-/// `--window` of the share of the samples that is for validation: 0.3, 30 or 30 %.
+/// `--window` of the share of the samples that is for validation: 0.3 or 30%.
 pub(super) fn window(validated: &str) -> Option<String> {
-    let number: f64 = validated.trim_end_matches('%').parse().ok()?;
-    let share = if number < 1.0 { 100.0 * number } else { number };
-    let left = (100.0 - share).round();
-    (left > 0.0 && left < 100.0).then(|| format!("--window {left}%"))
+    per_cent(validated).map(|share| format!("--window {}%", rounded(100.0 - share, 6)))
 }
 
 /// `--window` of the share that is estimated from.
 pub(super) fn training(share: &str) -> Option<String> {
-    let number: f64 = share.trim_end_matches('%').parse().ok()?;
-    let share = if number < 1.0 { 100.0 * number } else { number };
-    (share > 0.0 && share < 100.0).then(|| format!("--window {}%", share.round()))
+    per_cent(share).map(|share| format!("--window {}%", rounded(share, 6)))
+}
+
+/// A share between 0 and 1, or in per cent. A number of 1 or more may be one of samples.
+fn per_cent(given: &str) -> Option<f64> {
+    let share = match given.strip_suffix('%') {
+        Some(number) => number.trim().parse().ok()?,
+        None => 100.0 * given.parse::<f64>().ok()?,
+    };
+    (share > 0.0 && share < 100.0).then_some(share)
 }
 
 /// A picture, unless numbers are asked for.
@@ -85,10 +89,8 @@ pub(super) fn noise_of_snr(given: &str) -> Option<String> {
 
 /// A colour of noise; of a number it is not known what it is relative to.
 pub(super) fn noise(given: &str) -> Option<String> {
-    given
-        .parse::<f64>()
-        .is_err()
-        .then(|| format!("--set noise={given}"))
+    let is_name = !given.is_empty() && given.parse::<f64>().is_err();
+    is_name.then(|| format!("--set noise={given}"))
 }
 
 /// `--paper` of a word with the name of a paper.

@@ -4,6 +4,7 @@
 mod columns;
 mod dialect;
 mod error;
+mod first_line;
 mod lines;
 mod options;
 mod read;

@@ -446,8 +446,8 @@ mod tests {
         }
     }
 
-    /// Mean 0, variance 1, and the share beyond 3 of Student's t with 4 degrees of freedom: P(|t| > 3 sqrt(2)) = 0.01324 (R:
-    /// `2 * pt(-3 * sqrt(2), 4)`), five times the normal one. A longer draw extends a shorter one.
+    /// Mean 0, variance 1, and the share beyond 3 of Student's t with 4 degrees of freedom: P(|t| > 3 sqrt(2)) =
+    /// 0.01324 (R: `2 * pt(-3 * sqrt(2), 4)`), five times the normal one. A longer draw extends a shorter one.
     #[test]
     fn heavy_tails_are_those_of_student() {
         let filter = NoiseFilter::white().student_t(4).unwrap();

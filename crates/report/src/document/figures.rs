@@ -399,8 +399,8 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
         what: &format!(
             "Medians over the trials of the ratio of two outputs on the same record, with 95 % intervals{better}."
         ),
-        about: " A trial in which one output failed counts as its loss, and one in which both failed as a tie. Pairs of \
-                which one output fails in more than half of the trials are left out.",
+        about: " A trial in which one output failed counts as its loss, and one in which both failed as a tie. Pairs \
+                of which one output fails in more than half of the trials are left out.",
         series: pairs.iter().map(series).collect(),
         points: &|i, cell, at| {
             let of = |pair: &&ComparisonSummary| [&pair.first, &pair.second] == pairs[i].each_ref();

@@ -69,8 +69,9 @@ pub(super) fn nested_loop(
         order.len()
     ));
     let below = settings(study, &keys, &order, x.clone(), width);
-    let what = "Medians in every cell as steps; where several are equal, those behind are wider. Below are the settings of the cells: from the outermost loop at the top to \
-                the innermost, the smallest value of each at the bottom of its row; values stand on their steps where \
+    let what = "Medians in every cell as steps; where several are equal, those behind are wider. Below are the \
+                settings of the cells: from the outermost loop at the top to the innermost, the smallest value of \
+                each at the bottom of its row; values stand on their steps where \
                 there is room.";
     Figure {
         name: "nested-loop",

@@ -110,8 +110,8 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
     Figure {
         name: "lost",
         title: &format!("share of lost trials{}", over(&layout)),
-        what: "Lost trials: the estimate fails, or the model has a pole on or outside the unit circle, with Wilson's 95 % \
-               intervals.",
+        what: "Lost trials: the estimate fails, or the model has a pole on or outside the unit circle, with Wilson's \
+               95 % intervals.",
         about: twice,
         x: over_passes.then(|| PlotAxis::linear("pass")),
         series,

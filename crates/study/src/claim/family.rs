@@ -74,7 +74,8 @@ impl Family {
             let mut judged = at(claim, certain.unwrap_or(open));
             let says = matches!(judged.verdict, Verdict::Holds | Verdict::DoesNotHold);
             if certain.is_none() && says {
-                let why = "the cells that meet its condition change with the correction's levels, and so does the verdict";
+                let why = "the cells that meet its condition change with the correction's levels, and so does the \
+                    verdict";
                 judged = undecided(claim, judged.level, why);
             }
             judged.line.push_str(&self.words());

@@ -1,12 +1,15 @@
 //! What came out: rows of trials, tallies, summaries, and the files that hold them.
 
+pub(crate) mod cell_pair;
 pub(crate) mod coefficient_statistics;
 pub(crate) mod coefficients;
 pub(crate) mod course_summary;
 pub(crate) mod curves;
+pub(crate) mod design_difference;
 pub(crate) mod interval_table;
 pub(crate) mod looks;
 pub(crate) mod method_times;
+pub(crate) mod nine_digits;
 pub(crate) mod outcomes;
 pub mod place;
 pub(crate) mod results_folder;

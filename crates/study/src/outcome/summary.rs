@@ -4,27 +4,28 @@ use crate::design::cell::Cell;
 use crate::design::experiment::Experiment;
 use crate::design::file::axis::Scalar;
 use crate::design::file::bounds::BoundTable;
-use crate::design::file::grid::{Settings, partners};
+use crate::design::file::grid::Settings;
 use crate::design::file::key::Key;
-use crate::design::file::needs::{MediansTable, SeriesTable};
+use crate::design::file::needs::MediansTable;
 use crate::design::file::tables::SlopeTable;
 use crate::design::measure::Measure;
 use crate::design::theory::smooth;
+use crate::outcome::cell_pair::{CellPair, cell_pairs};
 use crate::outcome::coefficient_statistics;
 use crate::outcome::coefficients;
 use crate::outcome::course_summary::CourseSummary;
 use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles};
+use crate::outcome::nine_digits::rounded;
 use crate::outcome::outcomes::Outcomes;
 use crate::outcome::tally::{CellSeries, CellTally, OutputTally};
 use crate::outcome::theory_summary::{TheorySummary, beside};
 use crate::outcome::traces::Traces;
 use asobench_identification::estimator::Output;
 use asobench_identification::metric::{
-    BoundVerdict, Coverage, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share,
-    Slope, Statistics, correlation_of_medians, slope_of_statistics, verdict,
+    BoundVerdict, Coverage, Jackknife, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope,
+    Statistics, correlation_of_medians, slope_of_statistics, verdict,
 };
-use serde::{Deserialize, Serialize, Serializer};
-use serde_json::Value;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// One output of one method in one cell.
@@ -408,20 +409,6 @@ pub struct SlopeSummary {
     pub undefined: Option<String>,
 }
 
-/// One output in two cells that differ in a setting, on the same trials.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct CellPair {
-    /// What was asked for.
-    #[serde(rename = "of")]
-    pub table: SeriesTable,
-    /// The cell in the denominator.
-    pub from: usize,
-    /// The other cell.
-    pub to: usize,
-    /// The measure in `to` over that in `from`.
-    pub ratio: PairedStatistics,
-}
-
 /// A study's results. In JSON the numbers of cells and slopes have nine significant digits; summary.parquet has all
 /// digits.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -530,72 +517,6 @@ impl Summary {
             Err("damaged: cells that are not there".to_owned())
         }
     }
-}
-
-/// Serializes items with numbers of nine significant digits. Works item by item, because all items of a large study
-/// would not fit into memory.
-fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(items.iter().map(stored))
-}
-
-/// Returns an item as it is stored.
-pub(crate) fn stored(item: &impl Serialize) -> Value {
-    let mut json = serde_json::to_value(item).unwrap_or_default();
-    round(&mut json);
-    json
-}
-
-fn round(value: &mut Value) {
-    match value {
-        Value::Array(values) => values.iter_mut().for_each(round),
-        Value::Object(values) => values.values_mut().for_each(round),
-        Value::Number(number) if number.is_f64() => {
-            let rounded = number
-                .as_f64()
-                .and_then(|x| format!("{x:.8e}").parse::<f64>().ok());
-            if let Some(rounded) = rounded.and_then(serde_json::Number::from_f64) {
-                *number = rounded;
-            }
-        }
-        _ => {}
-    }
-}
-
-/// Returns every pair of cells that claims compare, over the trials that both have.
-fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
-    let file = &experiment.file;
-    let settings: Vec<&Settings> = experiment.cells.iter().map(|cell| &cell.settings).collect();
-    let values = |cell: usize, table: &SeriesTable| {
-        let mut kept = experiment.series_of(&experiment.cells[cell]);
-        let output = experiment.output("output", &table.output).ok()?;
-        let place = kept.position(|kept| kept == (output, table.measure))?;
-        series.get(cell)?.get(place)
-    };
-    let tables = file.needed.iter().flat_map(|needed| &needed.series);
-    let found = tables.flat_map(|table| {
-        let pairs = partners(file, &settings, table.axis, [&table.from, &table.to]);
-        pairs.into_iter().map(move |pair| (table, pair))
-    });
-    let paired = found.filter_map(|(table, [from, to])| {
-        let (first, second) = (values(to, table)?, values(from, table)?);
-        // One trial of a cell without randomness stands for all.
-        let sure = |cell: usize| experiment.cells[cell].is_deterministic();
-        let trials = match (sure(to), sure(from)) {
-            (true, false) => second.len(),
-            (false, true) => first.len(),
-            _ => first.len().min(second.len()),
-        };
-        let [first, second] =
-            [first, second].map(|values| values.iter().copied().map(Some).cycle());
-        let both = first.zip(second).take(trials);
-        Some(CellPair {
-            table: table.clone(),
-            from,
-            to,
-            ratio: Paired::from_pairs(both).statistics(table.measure.worse()),
-        })
-    });
-    paired.collect()
 }
 
 /// Returns the slopes of one table, for every combination of the other axes and every output.

@@ -13,9 +13,8 @@ use crate::design::file::method::MethodTable;
 use crate::design::file::rule::TrialRule;
 use crate::files::{self, Kind};
 use crate::outcome::curves::Curves;
-use crate::outcome::results_folder::{
-    BLOCKS, DESIGN, ResultsFolder, remove_own, same_but_for_methods, span_of,
-};
+use crate::outcome::design_difference::same_but_for_methods;
+use crate::outcome::results_folder::{BLOCKS, DESIGN, ResultsFolder, remove_own, span_of};
 use crate::outcome::tally::CellTally;
 use crate::outcome::trials::Trials;
 use crate::run::blocks::{BlockError, BlockFolder, Content, StoredBlock};

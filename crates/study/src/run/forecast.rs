@@ -7,7 +7,8 @@
 use crate::design::cell::{Cell, Source};
 use crate::design::experiment::Experiment;
 use crate::design::file::experiment_file::Store;
-use crate::outcome::summary::{CellSummary, SlopeStatistics, stored};
+use crate::outcome::nine_digits::stored;
+use crate::outcome::summary::{CellSummary, SlopeStatistics};
 use crate::outcome::summary_table::table_of;
 use crate::outcome::tally::CellTally;
 use crate::outcome::trial_table::{GROUP_ROWS, TrialTable};

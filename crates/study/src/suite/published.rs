@@ -291,8 +291,8 @@ fn errors(
     Ok(found.into_iter().map(|(_, errors)| errors).collect())
 }
 
-/// `|| y0 - yhat || / || y0 ||` of every run, the outputs of plant and model from rest; `None` if the input is drawn anew in every
-/// run.
+/// `|| y0 - yhat || / || y0 ||` of every run, the outputs of plant and model from rest; `None` if the input is drawn
+/// anew in every run.
 fn output_errors(cell: &DiscreteCell, plant: &StateSpace, errors: &[Vec<f64>]) -> Option<Vec<f64>> {
     let Input::Samples(samples) = cell.process.input() else {
         return None;

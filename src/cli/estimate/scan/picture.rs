@@ -22,6 +22,7 @@ type Value<'a> = &'a dyn Fn(&Row) -> Option<f64>;
 /// A quantity drawn over the order.
 struct Quantity<'a> {
     name: &'static str,
+    axis: fn(&'static str) -> PlotAxis,
     value: Value<'a>,
     /// Whether larger values are better.
     larger: bool,
@@ -34,6 +35,11 @@ impl Scan {
         let criteria = Criterion::ALL.iter().enumerate().map(|(i, criterion)| {
             self.plot(&Quantity {
                 name: criterion.heading(),
+                // Of the criteria FPE alone is no logarithm.
+                axis: match criterion {
+                    Criterion::Fpe => PlotAxis::log,
+                    _ => PlotAxis::linear,
+                },
                 value: &move |row| row.criteria[i],
                 larger: false,
                 best: self.best[i],
@@ -50,6 +56,7 @@ impl Scan {
                 let larger = true;
                 plots.push(self.plot(&Quantity {
                     name,
+                    axis: PlotAxis::linear,
                     value,
                     larger,
                     best,
@@ -69,13 +76,7 @@ impl Scan {
     }
 
     fn plot(&self, quantity: &Quantity<'_>) -> Plot {
-        // Of the criteria FPE alone is no logarithm.
-        let axis = if quantity.name == Criterion::Fpe.heading() {
-            PlotAxis::log
-        } else {
-            PlotAxis::linear
-        };
-        let mut y = axis(quantity.name);
+        let mut y = (quantity.axis)(quantity.name);
         let values: Vec<f64> = self.rows.iter().filter_map(quantity.value).collect();
         let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
         if quantity.larger && lowest < LEAST_FIT {

@@ -101,7 +101,8 @@ pub enum RecordError {
         "line {line}: {found} {}, but {} {expected}{}",
         if *.found == 1 { "cell" } else { "cells" },
         if *.has_header { "the header has" } else { "the first row has" },
-        if *.found == 2 * expected { "; numbers with decimal commas are separated by semicolons, tabs or blanks" } else { "" }
+        if *.found == 2 * expected { "; numbers with decimal commas are separated by semicolons, tabs or blanks" }
+        else { "" }
     )]
     RowLength {
         /// The line.

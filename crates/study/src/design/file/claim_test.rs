@@ -302,7 +302,8 @@ impl TestTable {
             None => self.statistic_of(RatioStatistic::NAMES)?,
         };
         if self.measure_of_to.is_some() && statistic != RatioStatistic::Median {
-            let message = "two different measures can be compared only by their medians; expected statistic = \"median\"";
+            let message = "two different measures can be compared only by their medians; expected statistic = \
+                \"median\"";
             return Err(FileError::key("measure_of_to", message));
         }
         Ok(TestKind::Ratio {

@@ -462,7 +462,8 @@ impl MethodTable {
             return Err(FileError::key(&place, message));
         }
         if observer == ObserverKind::KalmanColoured && known {
-            let message = "'kalman-coloured' is an observer of identified models; expected kalman, which knows the colour";
+            let message = "'kalman-coloured' is an observer of identified models; expected kalman, which knows the \
+                colour";
             return Err(FileError::key(&place, message));
         }
         Ok(Some(observer))

@@ -59,8 +59,8 @@ impl RecursiveOptions for RlsOptions {
 ///     K = P phi / (lambda + phi' P phi),  theta += K (y - phi' theta),  P = (P - K phi' P) / lambda
 /// ```
 ///
-/// theta(k) minimises `sum lambda^(k-i) (y(i) - phi(i)' theta)^2 + lambda^(k-k0+1) |theta - theta0|^2 / p0`. With lambda
-/// = 1 and an exact start it is `arx` of the samples so far. The covariance is `s^2 P`.
+/// theta(k) minimises `sum lambda^(k-i) (y(i) - phi(i)' theta)^2 + lambda^(k-k0+1) |theta - theta0|^2 / p0`. With
+/// lambda = 1 and an exact start it is `arx` of the samples so far. The covariance is `s^2 P`.
 ///
 /// A sample takes about 4 d^2 multiplications and additions in the square-root form ([`SquareRoot`]), 3 d^2 in the
 /// other, d = na + nb.
