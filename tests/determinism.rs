@@ -122,8 +122,7 @@ fn check_threads(experiment: &Experiment) {
             let (curves, others) = (tally.curves.as_ref(), other.curves.as_ref());
             let (curves, others) = (curves.expect("curves"), others.expect("curves"));
             for last in [false, true] {
-                let last_quantiles =
-                    |curves: &asobench::study::Curves| curves.quantiles(last, TRIALS);
+                let last_quantiles = |curves: &asobench::study::Curves| curves.quantiles(last);
                 assert_eq!(last_quantiles(curves), last_quantiles(others));
             }
         }

@@ -3,7 +3,10 @@
 use super::{Case, cases, empty, small, tested};
 use asobench::data::PlantSource;
 use asobench::metric::Sample;
-use asobench::study::{CURVE_BIN_ERROR, Experiment, Measure, Plan, Row, Trial, Trials};
+use asobench::study::{
+    CURVE_BIN_ERROR, CURVE_TRIALS, Curves, Experiment, Measure, Plan, Row, Trial, Trials,
+};
+use std::ops::Range;
 
 fn by_faer(experiment: &Experiment, count: u64) -> Trials {
     let mut trial = Trial::new(experiment, &experiment.cells[0]).expect("a valid cell");
@@ -337,9 +340,10 @@ fn curves_are_those_of_faer() {
         );
         let experiment = case.experiment();
         let (faer, lanes) = (by_faer(&experiment, 300), by_lanes(&experiment, 300));
-        let [faer, lanes] = [faer, lanes].map(|trials| trials.curves.expect("curves"));
+        let [faer, lanes] =
+            [faer, lanes].map(|trials| trials.curves.expect("curves").take(&(0..300)));
         for last in [false, true] {
-            let (faer, lanes) = (faer.quantiles(last, 300), lanes.quantiles(last, 300));
+            let (faer, lanes) = (faer.quantiles(last), lanes.quantiles(last));
             for (faer, lanes) in [
                 (faer.q05, lanes.q05),
                 (faer.q50, lanes.q50),
@@ -361,6 +365,38 @@ fn curves_are_those_of_faer() {
                 }
             }
         }
+    }
+}
+
+/// Curves are over the first trials of a cell, wherever a pack begins and whatever computes it.
+#[test]
+fn curves_end_with_their_last_trial() {
+    let methods = "[[methods]]\nestimator = \"iv\"\nreport = [0, 4]\n";
+    let top = "measures = [\"e_a\"]\ncurves = true";
+    let settings = "window = 60\nhorizon = 70\neta = 5.0\nx0 = 1.0";
+    let experiment = Case::new("end", 2, top, settings, methods).experiment();
+    let cell = &experiment.cells[0];
+    let curves = |range: Range<u64>, by_lanes: bool| {
+        let mut trials = empty(&experiment);
+        if by_lanes {
+            let plan = Plan::new(&experiment, cell).expect("a covered cell");
+            plan.pack(tested()[0]).run_into(range.clone(), &mut trials);
+        } else {
+            let mut trial = Trial::new(&experiment, cell).expect("a valid cell");
+            let all = range.clone();
+            all.for_each(|index| trial.run_into(index, &mut trials).unwrap());
+        }
+        trials.curves.expect("curves").take(&range)
+    };
+    for by_lanes in [false, true] {
+        let first = CURVE_TRIALS - 11;
+        let until_end = curves(first..CURVE_TRIALS, by_lanes);
+        assert!(until_end.quantiles(true).q50[69].is_some());
+        assert_eq!(curves(first..CURVE_TRIALS + 9, by_lanes), until_end);
+        assert_eq!(
+            curves(CURVE_TRIALS..CURVE_TRIALS + 9, by_lanes),
+            Curves::new(70)
+        );
     }
 }
 

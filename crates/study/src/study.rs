@@ -3,6 +3,7 @@
 pub use crate::design::cell::{Cell, DiscreteCell, ObserverStart, ScoredFrom, Source};
 pub use crate::design::cell_observer::{Used, stage_twelve};
 pub use crate::design::continuous_cell::{ContinuousCell, Term};
+pub use crate::design::curve_bins::CURVE_TRIALS;
 pub use crate::design::experiment::{Experiment, design_of};
 pub use crate::design::experiment_checks::{BOBTSOV2023, NIKOLOV2023};
 pub use crate::design::file;

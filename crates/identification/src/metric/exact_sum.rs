@@ -150,89 +150,77 @@ fn parts(x: f64) -> (i64, usize) {
     ((mantissa.cast_signed() ^ sign) - sign, exponent as usize)
 }
 
-/// A buffer in front of an [`ExactSum`]: it first sums the mantissas of each exponent. This takes one addition per
-/// number instead of three (Neal's large superaccumulator).
-pub(super) struct Buckets {
-    /// Sums by exponent, each in four parts, so that an addition need not wait for the one before it.
-    sums: Box<[[i64; 4]; 2048]>,
-    lowest: usize,
-    highest: usize,
-    /// Numbers added since the sums were zero.
-    count: usize,
-}
+/// The most terms that are added at once.
+pub(super) const BLOCK: usize = 256;
 
-/// How many numbers are added to the buckets at once: few enough that the additions to several buckets overlap.
-pub(super) const BUNDLE: usize = 16;
+/// Terms side by side, so that an addition need not wait for the one before it.
+pub(super) const WAYS: usize = 8;
 
-/// A bundle of numbers; unused places are zero.
-pub(super) type Bundle = [f64; BUNDLE];
+/// Terms that are added at once; unused places are zero.
+pub(super) type Terms = [[f64; WAYS]; BLOCK / WAYS];
 
-/// Splits numbers into bundles, the last one filled up with zeros; beside each bundle stand its numbers without the
-/// zeros.
-#[inline(always)]
-pub(super) fn bundles<T: Copy + Default>(
-    numbers: &[T],
-) -> impl Iterator<Item = ([T; BUNDLE], &[T])> {
-    numbers.chunks(BUNDLE).map(|numbers| {
-        let mut bundle = [T::default(); BUNDLE];
-        bundle[..numbers.len()].copy_from_slice(numbers);
-        (bundle, numbers)
-    })
-}
+/// No terms.
+pub(super) const NO_TERMS: Terms = [[0.0; WAYS]; BLOCK / WAYS];
 
-impl Buckets {
-    /// How many mantissas of 53 bits a sum of 63 bits can hold.
-    const LIMIT: usize = (1 << 10) - 1;
-
-    #[expect(
-        clippy::large_stack_arrays,
-        reason = "64 KB on their way to the heap, a few times for a block of trials"
-    )]
-    pub(super) fn new() -> Self {
-        Self {
-            sums: Box::new([[0; 4]; 2048]),
-            lowest: 2047,
-            highest: 0,
-            count: 0,
-        }
-    }
-
-    /// Adds numbers that will be part of `sum`.
+impl ExactSum {
+    /// Adds up to 256 terms, and leaves nothing of them.
+    ///
+    /// This is the error-free vector transformation of Rump, Ogita and Oishi (2008), "Accurate floating-point summation
+    /// part I", section 3. If all `|x| < 2^m` and `sigma = 2^(m + 9)`, then `q = (sigma + x) - sigma` is x rounded to a
+    /// multiple of `2^-53 sigma`, and `x - q` is exact. The q of 256 terms have a sum below sigma, so they are added
+    /// without rounding too. What is left of x is at most `2^-53 sigma`, and is treated alike with `2^-44 sigma`, until
+    /// nothing is left: for terms of like size after two or three rounds.
     ///
     /// # Panics
-    /// In debug builds, if a number is not finite.
+    /// In debug builds, if a term is not finite.
     #[inline(always)]
-    pub(super) fn add(&mut self, terms: &Bundle, sum: &mut ExactSum) {
-        if self.count + BUNDLE > Self::LIMIT {
-            self.empty_into(sum);
+    pub(super) fn add_block(&mut self, terms: &mut [[f64; WAYS]]) {
+        debug_assert!(terms.len() <= BLOCK / WAYS);
+        let mut largest = [0.0; WAYS];
+        for terms in &*terms {
+            for i in 0..WAYS {
+                let size = terms[i].abs();
+                largest[i] = if largest[i] < size { size } else { largest[i] };
+            }
         }
-        self.count += BUNDLE;
-        let (mut mantissas, mut exponents) = ([0; BUNDLE], [0; BUNDLE]);
-        for i in 0..BUNDLE {
-            let (mantissa, exponent) = parts(terms[i]);
-            mantissas[i] = mantissa;
-            // For zero the bucket does not matter.
-            exponents[i] = if mantissa == 0 { 1023 } else { exponent };
+        let largest = largest.into_iter().fold(0.0, f64::max);
+        let mut exponent = (largest.to_bits() >> 52).max(1) + 10;
+        if exponent > 2046 {
+            self.add_huge(terms.as_flattened_mut());
+            return;
         }
-        for i in 0..BUNDLE {
-            self.lowest = self.lowest.min(exponents[i]);
-            self.highest = self.highest.max(exponents[i]);
-        }
-        for i in 0..BUNDLE {
-            self.sums[exponents[i] & 2047][i & 3] += mantissas[i];
+        let mut left = largest > 0.0;
+        while left {
+            // Below the normal range every number is a multiple of 2^-53 sigma.
+            let sigma = |exponent: u64| f64::from_bits(exponent.max(1) << 52);
+            let [first, second] = [sigma(exponent), sigma(exponent.saturating_sub(44))];
+            let mut sums = [[0.0; WAYS]; 2];
+            let mut rest = [0; WAYS];
+            for terms in terms.iter_mut() {
+                for i in 0..WAYS {
+                    let q = (first + terms[i]) - first;
+                    let after = terms[i] - q;
+                    let next = (second + after) - second;
+                    sums[0][i] += q;
+                    sums[1][i] += next;
+                    terms[i] = after - next;
+                    rest[i] |= terms[i].to_bits() << 1;
+                }
+            }
+            for sum in sums {
+                self.add(sum.iter().sum());
+            }
+            left = rest.into_iter().any(|rest| rest != 0);
+            exponent = exponent.saturating_sub(88);
         }
     }
 
-    /// Adds everything to `sum` and empties the buckets.
-    pub(super) fn empty_into(&mut self, sum: &mut ExactSum) {
-        for exponent in self.lowest..=self.highest {
-            let parts = std::mem::take(&mut self.sums[exponent]);
-            let mantissa: i64 = parts.iter().sum();
-            if mantissa != 0 {
-                sum.add_scaled(mantissa, exponent);
-            }
+    /// Adds terms that have no larger power of two in the range of doubles.
+    #[cold]
+    fn add_huge(&mut self, terms: &mut [f64]) {
+        for x in terms {
+            self.add(std::mem::take(x));
         }
-        (self.lowest, self.highest, self.count) = (2047, 0, 0);
     }
 }
 
@@ -345,6 +333,17 @@ mod tests {
 
     fn bytes(sum: &ExactSum) -> Vec<u8> {
         postcard::to_stdvec(sum).unwrap()
+    }
+
+    /// The sum by blocks, the last one filled up with zeros.
+    fn by_blocks(terms: &[f64]) -> ExactSum {
+        let mut sum = ExactSum::default();
+        for terms in terms.chunks(BLOCK) {
+            let mut block = NO_TERMS;
+            block.as_flattened_mut()[..terms.len()].copy_from_slice(terms);
+            sum.add_block(&mut block[..terms.len().div_ceil(WAYS)]);
+        }
+        sum
     }
 
     /// Any finite double.
@@ -481,19 +480,26 @@ mod tests {
     }
 
     proptest! {
-        /// Terms are m 2^e with |m| < 2^53 and 0 <= e < 60. Their sum in units of 2^-60 is a 128-bit integer, whose
-        /// conversion to a double is correctly rounded. `scale` moves the terms over the whole range. There are more
-        /// terms than the buckets hold at once, of all sizes.
+        /// Terms of all sizes, which take more rounds than two.
         #[test]
-        fn by_buckets_it_is_the_same_sum(terms in prop::collection::vec(finite(), 0..3000)) {
-            let (mut buckets, mut by_buckets) = (Buckets::new(), ExactSum::default());
-            for (terms, _) in bundles(&terms) {
-                buckets.add(&terms, &mut by_buckets);
-            }
-            buckets.empty_into(&mut by_buckets);
-            prop_assert_eq!(bytes(&by_buckets), bytes(&sum(terms)));
+        fn by_blocks_it_is_the_same_sum(terms in prop::collection::vec(finite(), 0..600)) {
+            prop_assert_eq!(bytes(&by_blocks(&terms)), bytes(&sum(terms)));
         }
 
+        /// Terms of one size, as many as a block takes, of one sign: nothing may be rounded where sums are largest.
+        #[test]
+        fn by_blocks_of_large_sums(
+            terms in prop::collection::vec(0.5..1.0_f64, BLOCK),
+            scale in -1074..1024_i32,
+        ) {
+            let (a, b) = (scale / 2, scale - scale / 2);
+            let scaled = |x: f64| x * 2.0_f64.powi(a) * 2.0_f64.powi(b);
+            let terms: Vec<f64> = terms.into_iter().map(scaled).collect();
+            prop_assert_eq!(bytes(&by_blocks(&terms)), bytes(&sum(terms)));
+        }
+
+        /// Terms are m 2^e with |m| < 2^53 and 0 <= e < 60. Their sum in units of 2^-60 is a 128-bit integer, whose
+        /// conversion to a double is correctly rounded. `scale` moves the terms over the whole range.
         #[test]
         fn agrees_with_integers(
             terms in prop::collection::vec((-(1_i64 << 53)..(1 << 53), 0..60_u32), 0..60),

@@ -6,8 +6,9 @@
 
 use super::double_double::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
-use super::exact_sum::{BUNDLE, Buckets, Bundle, bundles};
-use super::sketch::Others;
+use super::exact_sum::{BLOCK, NO_TERMS, Terms, WAYS};
+use super::paired::Powers;
+use super::sketch::{Others, bin_of};
 use super::statistics::{DOMINANT_SHARE, Quantiles, TRIM, largest_for_tail};
 use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
 use crate::signal::arithmetic::with_fma;
@@ -32,91 +33,65 @@ pub struct Sample {
 impl Sample {
     /// Gathers the measure of some trials. NaN means "no measure": the trial is counted and left out.
     pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
-        let mut sample = Self::default();
-        let mut defined = Vec::new();
-        for x in values {
-            if x.is_nan() {
-                sample.undefined += 1;
-            } else {
-                // -0 becomes 0, so that the extremes are unique.
-                defined.push(x + 0.0);
-            }
-        }
-        sample.count = defined.len() as u64;
-        with_fma(
-            #[inline(always)]
-            || {
-                let mut buckets = [(); 4].map(|()| Buckets::new());
-                for (bundle, numbers) in bundles(&defined) {
-                    sample.add_powers(&bundle, numbers, &mut buckets);
-                }
-                sample.extremes = extremes(&defined);
-                for (sum, buckets) in sample.sums().into_iter().zip(&mut buckets) {
-                    buckets.empty_into(sum);
-                }
-            },
-        );
-        sample.sketch = Sketch::from_values(defined);
-        sample
+        let mut gathering = Gathering::default();
+        values.into_iter().for_each(|x| gathering.push(x));
+        gathering.finish()
     }
 
-    /// Adds numbers and their second to fourth powers; the zeros that fill up the bundle add nothing.
+    /// Adds the first to fourth powers of some numbers; zeros add nothing.
     #[inline(always)]
-    fn add_powers(&mut self, bundle: &Bundle, numbers: &[f64], buckets: &mut [Buckets; 4]) {
+    fn add_powers(&mut self, numbers: &mut [[f64; WAYS]], terms: &mut [Terms; 6]) {
+        let mut check = [0.0; WAYS];
         // High and low part of each power.
-        let mut terms = [[0.0; BUNDLE]; 6];
-        let mut check = [0.0; BUNDLE];
-        for i in 0..BUNDLE {
-            let [square, cube, fourth] = powers(bundle[i]);
-            [terms[0][i], terms[1][i]] = [square.0, square.1];
-            [terms[2][i], terms[3][i]] = [cube.0, cube.1];
-            [terms[4][i], terms[5][i]] = [fourth.0, fourth.1];
-            // 0, or NaN if a power is out of range.
-            check[i] = (fourth.0 + fourth.1) * 0.0;
+        for (k, numbers) in numbers.iter().enumerate() {
+            for i in 0..WAYS {
+                let [square, cube, fourth] = powers(numbers[i]);
+                [terms[0][k][i], terms[1][k][i]] = [square.0, square.1];
+                [terms[2][k][i], terms[3][k][i]] = [cube.0, cube.1];
+                [terms[4][k][i], terms[5][k][i]] = [fourth.0, fourth.1];
+                // 0, or NaN if a power is out of range.
+                check[i] += (fourth.0 + fourth.1) * 0.0;
+            }
         }
         if check.iter().sum::<f64>() != 0.0 {
-            for &x in numbers {
-                self.add_far_powers(x, buckets);
-            }
+            let numbers = numbers.as_flattened().iter();
+            numbers.for_each(|x| self.add_far_powers(*x));
             return;
         }
-        let [sum, sums @ ..] = self.sums();
-        let [first, others @ ..] = buckets;
-        first.add(bundle, sum);
-        for ((sum, buckets), [high, low]) in sums.into_iter().zip(others).zip(terms.as_chunks().0) {
-            buckets.add(high, sum);
-            buckets.add(low, sum);
+        let count = numbers.len();
+        self.sum.add_block(numbers);
+        let sums = [&mut self.squares, &mut self.cubes, &mut self.fourths];
+        for (sum, [high, low]) in sums.into_iter().zip(terms.as_chunks_mut().0) {
+            sum.add_block(&mut high[..count]);
+            sum.add_block(&mut low[..count]);
         }
     }
 
     /// Like `add_powers` for one number whose powers may be out of the range of doubles. Only powers in range
     /// are added.
     #[cold]
-    fn add_far_powers(&mut self, x: f64, buckets: &mut [Buckets; 4]) {
-        let alone = |x: f64| std::array::from_fn(|i| if i == 0 { x } else { 0.0 });
+    fn add_far_powers(&mut self, x: f64) {
         let powers = powers(x);
-        let [sum, sums @ ..] = self.sums();
-        let [first, others @ ..] = buckets;
-        for ((sum, buckets), (high, low)) in sums.into_iter().zip(others).zip(powers) {
+        let sums = [&mut self.squares, &mut self.cubes, &mut self.fourths];
+        for (sum, (high, low)) in sums.into_iter().zip(powers) {
             if high.is_finite() && low.is_finite() {
-                buckets.add(&alone(high), sum);
-                buckets.add(&alone(low), sum);
+                sum.add(high);
+                sum.add(low);
             }
         }
         if x.is_finite() {
-            first.add(&alone(x), sum);
+            self.sum.add(x);
         }
         self.overflowed += u64::from(!finite(powers[2]));
     }
 
-    /// The sums of the first to fourth powers.
-    fn sums(&mut self) -> [&mut ExactSum; 4] {
-        [
-            &mut self.sum,
-            &mut self.squares,
-            &mut self.cubes,
-            &mut self.fourths,
-        ]
+    /// The sums that a comparison needs.
+    pub(super) fn even_powers(&self) -> Powers {
+        Powers {
+            squares: self.squares.clone(),
+            fourths: self.fourths.clone(),
+            largest: self.largest(),
+        }
     }
 
     /// Adds the trials of another sample.
@@ -426,16 +401,89 @@ pub(super) fn largest_share(count: u64, largest: f64, squares: &ExactSum) -> f64
     }
 }
 
-/// Smallest and largest of some numbers; `None` for no numbers.
-#[inline(always)]
-fn extremes(numbers: &[f64]) -> Option<(f64, f64)> {
-    let first = *numbers.first()?;
-    let (mut low, mut high) = (first, first);
-    for &x in numbers {
-        low = if x < low { x } else { low };
-        high = if high < x { x } else { high };
+/// A sample while its values are gathered.
+pub(super) struct Gathering {
+    sample: Sample,
+    /// Values that wait until there is a block of them.
+    waiting: Terms,
+    count: usize,
+    /// Room for their powers.
+    powers: Box<[Terms; 6]>,
+    lowest: [f64; WAYS],
+    highest: [f64; WAYS],
+    bins: Vec<i32>,
+}
+
+impl Default for Gathering {
+    fn default() -> Self {
+        Self {
+            sample: Sample::default(),
+            waiting: NO_TERMS,
+            count: 0,
+            powers: Box::new([NO_TERMS; 6]),
+            lowest: [f64::INFINITY; WAYS],
+            highest: [f64::NEG_INFINITY; WAYS],
+            bins: Vec::new(),
+        }
     }
-    Some((low, high))
+}
+
+impl Gathering {
+    /// Adds a value or NaN.
+    #[inline(always)]
+    pub(super) fn push(&mut self, x: f64) {
+        if x.is_nan() {
+            self.sample.undefined += 1;
+            return;
+        }
+        // -0 becomes 0, so that the extremes are unique.
+        self.waiting.as_flattened_mut()[self.count] = x + 0.0;
+        self.count += 1;
+        if self.count == BLOCK {
+            self.add_waiting();
+        }
+    }
+
+    fn add_waiting(&mut self) {
+        let count = std::mem::take(&mut self.count);
+        let numbers = self.waiting.as_flattened_mut();
+        self.sample.count += count as u64;
+        self.bins
+            .extend(numbers[..count].iter().map(|x| bin_of(*x)));
+        // What fills up the last numbers side by side must not be an extreme.
+        let whole = count.next_multiple_of(WAYS);
+        if count < whole {
+            let first = numbers[0];
+            numbers[count..whole].fill(first);
+        }
+        let numbers = &mut self.waiting[..whole / WAYS];
+        let (lowest, highest) = (&mut self.lowest, &mut self.highest);
+        with_fma(
+            #[inline(always)]
+            || {
+                for numbers in &*numbers {
+                    for i in 0..WAYS {
+                        let x = numbers[i];
+                        lowest[i] = if x < lowest[i] { x } else { lowest[i] };
+                        highest[i] = if highest[i] < x { x } else { highest[i] };
+                    }
+                }
+                numbers.as_flattened_mut()[count..].fill(0.0);
+                self.sample.add_powers(numbers, &mut self.powers);
+            },
+        );
+    }
+
+    /// Returns the sample of all values.
+    pub(super) fn finish(mut self) -> Sample {
+        self.add_waiting();
+        let mut sample = self.sample;
+        let low = self.lowest.into_iter().fold(f64::INFINITY, f64::min);
+        let high = self.highest.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        sample.extremes = (sample.count > 0).then_some((low, high));
+        sample.sketch = Sketch::of_bins(&self.bins);
+        sample
+    }
 }
 
 #[inline(always)]

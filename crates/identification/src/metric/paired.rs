@@ -1,10 +1,10 @@
 //! Comparison of two methods on the same trials.
 
-use super::double_double::{Dd, powers, product};
+use super::double_double::{Dd, powers, product, two_product};
 use super::estimate::{Estimate, FEWEST_FOR_SQUARES, not_negative};
-use super::exact_sum::{BUNDLE, Buckets, bundles};
-use super::moments::{finite, largest_share};
-use super::sketch::Others;
+use super::exact_sum::{BLOCK, NO_TERMS, Terms, WAYS};
+use super::moments::{self, finite, largest_share};
+use super::sketch::{Others, bin_of};
 use super::statistics::DOMINANT_SHARE;
 use super::{ExactSum, Quantile, Sample, Share, Sketch, Worse};
 use crate::signal::arithmetic::with_fma;
@@ -37,10 +37,10 @@ pub struct Paired {
 
 /// Sums of `x^2` and `x^4`, the latter in double-double, and the largest |x|.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Powers {
-    squares: ExactSum,
-    fourths: ExactSum,
-    largest: f64,
+pub(super) struct Powers {
+    pub(super) squares: ExactSum,
+    pub(super) fourths: ExactSum,
+    pub(super) largest: f64,
 }
 
 impl Powers {
@@ -54,85 +54,28 @@ impl Powers {
 impl Paired {
     /// Gathers the measures (first, second) of some trials; `None` or NaN if a method has none.
     pub fn from_pairs(pairs: impl IntoIterator<Item = (Option<f64>, Option<f64>)>) -> Self {
-        let mut paired = Self::default();
-        let mut both = Vec::new();
-        let defined = |x: Option<f64>| x.filter(|x| !x.is_nan());
-        for (x, y) in pairs {
-            match (defined(x), defined(y)) {
-                (Some(x), Some(y)) => both.push((x, y)),
-                (Some(_), None) => paired.only_first += 1,
-                (None, Some(_)) => paired.only_second += 1,
-                (None, None) => paired.neither += 1,
-            }
+        let mut gathering = Gathering::new(false);
+        let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
+        let pairs = pairs.into_iter();
+        pairs.for_each(|(x, y)| gathering.push(number(x), number(y)));
+        gathering.finish()
+    }
+
+    /// The same of two columns, NaN where a method has no measure, whose samples are known.
+    pub fn of_columns(columns: [&[f64]; 2], samples: [&Sample; 2]) -> Self {
+        let [first, second] = columns;
+        // Without trials that are left out the powers are those of the samples.
+        let whole = |sample: &&Sample| sample.undefined() == 0 && sample.overflowed() == 0;
+        let are_known = samples.iter().all(whole);
+        let mut gathering = Gathering::new(are_known);
+        for (x, y) in first.iter().zip(second) {
+            gathering.push(*x, *y);
         }
-        paired.both = both.len() as u64;
-        with_fma(
-            #[inline(always)]
-            || {
-                let mut buckets = [(); 5].map(|()| Buckets::new());
-                for (bundle, pairs) in bundles(&both) {
-                    paired.add_powers(&bundle, pairs, &mut buckets);
-                }
-                for (sum, buckets) in paired.sums().into_iter().zip(&mut buckets) {
-                    buckets.empty_into(sum);
-                }
-            },
-        );
-        paired.difference = Sample::from_values(both.iter().map(|(x, y)| x - y));
-        let unequal = both.iter().filter(|(x, y)| x != y);
-        let ratios = unequal.map(|(x, y)| x / y);
-        paired.ratio = Sketch::from_values(ratios.filter(|ratio| !ratio.is_nan()));
+        let mut paired = gathering.finish();
+        if are_known {
+            [paired.first, paired.second] = samples.map(Sample::even_powers);
+        }
         paired
-    }
-
-    /// The sums of `x^2`, `x^4`, `y^2`, `y^4` and `x^2 y^2`.
-    fn sums(&mut self) -> [&mut ExactSum; 5] {
-        [
-            &mut self.first.squares,
-            &mut self.first.fourths,
-            &mut self.second.squares,
-            &mut self.second.fourths,
-            &mut self.product,
-        ]
-    }
-
-    /// Adds pairs; the zeros that fill up the bundle add nothing.
-    #[inline(always)]
-    fn add_powers(
-        &mut self,
-        bundle: &[(f64, f64); BUNDLE],
-        pairs: &[(f64, f64)],
-        buckets: &mut [Buckets; 5],
-    ) {
-        // High and low part of each sum's terms.
-        let mut terms = [[[0.0; BUNDLE]; 2]; 5];
-        let mut largest = [self.first.largest, self.second.largest];
-        let mut overflowed = 0;
-        for i in 0..BUNDLE {
-            let (x, y) = bundle[i];
-            let ([x2, _, x4], [y2, _, y4]) = (powers(x), powers(y));
-            let cross = product(x2, y2);
-            let fits = finite(x4) && finite(y4) && finite(cross);
-            overflowed += u64::from(!fits);
-            for (terms, (high, low)) in terms.iter_mut().zip([x2, x4, y2, y4, cross]) {
-                terms[0][i] = if fits { high } else { 0.0 };
-                terms[1][i] = if fits { low } else { 0.0 };
-            }
-            for (largest, x) in largest.iter_mut().zip([x, y]) {
-                let size = if fits { x.abs() } else { 0.0 };
-                *largest = if *largest < size { size } else { *largest };
-            }
-        }
-        for (x, y) in pairs {
-            self.smaller += u64::from(x < y);
-            self.ties += u64::from(x == y);
-        }
-        self.overflowed += overflowed;
-        [self.first.largest, self.second.largest] = largest;
-        for ((sum, buckets), [high, low]) in self.sums().into_iter().zip(buckets).zip(&terms) {
-            buckets.add(high, sum);
-            buckets.add(low, sum);
-        }
     }
 
     /// The bytes of the comparison in memory.
@@ -231,6 +174,146 @@ impl Paired {
             dominated: self.both > 0
                 && (self.overflowed > 0 || dominated(&self.first) || dominated(&self.second)),
         }
+    }
+}
+
+/// A comparison while its pairs are gathered.
+struct Gathering {
+    paired: Paired,
+    /// Whether the powers of x and of y come from elsewhere.
+    powers_are_known: bool,
+    /// Pairs of numbers that wait until there is a block of them.
+    x: Terms,
+    y: Terms,
+    count: usize,
+    /// Room for high and low part of `x^2`, `x^4`, `y^2`, `y^4` and `x^2 y^2`.
+    terms: Vec<[Terms; 2]>,
+    difference: moments::Gathering,
+    ratios: Vec<i32>,
+}
+
+impl Gathering {
+    fn new(powers_are_known: bool) -> Self {
+        Self {
+            paired: Paired::default(),
+            powers_are_known,
+            x: NO_TERMS,
+            y: NO_TERMS,
+            count: 0,
+            terms: vec![[NO_TERMS; 2]; 5],
+            difference: moments::Gathering::default(),
+            ratios: Vec::new(),
+        }
+    }
+
+    /// Adds a pair; NaN if a method has no measure.
+    #[inline(always)]
+    fn push(&mut self, x: f64, y: f64) {
+        match (x.is_nan(), y.is_nan()) {
+            (false, false) => {
+                self.x.as_flattened_mut()[self.count] = x;
+                self.y.as_flattened_mut()[self.count] = y;
+                self.count += 1;
+                if self.count == BLOCK {
+                    self.add_waiting();
+                }
+            }
+            (false, true) => self.paired.only_first += 1,
+            (true, false) => self.paired.only_second += 1,
+            (true, true) => self.paired.neither += 1,
+        }
+    }
+
+    fn add_waiting(&mut self) {
+        let count = std::mem::take(&mut self.count);
+        let (x, y) = (self.x.as_flattened_mut(), self.y.as_flattened_mut());
+        self.paired.both += count as u64;
+        for (x, y) in x[..count].iter().zip(&y[..count]) {
+            self.paired.smaller += u64::from(x < y);
+            self.paired.ties += u64::from(x == y);
+            self.difference.push(x - y);
+            let ratio = x / y;
+            if x != y && !ratio.is_nan() {
+                self.ratios.push(bin_of(ratio));
+            }
+        }
+        x[count..].fill(0.0);
+        y[count..].fill(0.0);
+        with_fma(
+            #[inline(always)]
+            || {
+                let rows = count.div_ceil(WAYS);
+                if self.powers_are_known {
+                    self.add_products(rows);
+                } else {
+                    self.add_powers(rows);
+                }
+            },
+        );
+    }
+
+    /// Adds `x^2 y^2` of so many rows of pairs whose fourth powers are in range; zeros add nothing.
+    #[inline(always)]
+    fn add_products(&mut self, rows: usize) {
+        let [high, low] = &mut self.terms[0];
+        for (k, (x, y)) in self.x.iter().zip(&self.y).take(rows).enumerate() {
+            for i in 0..WAYS {
+                let square = |x: f64| two_product(x, x);
+                (high[k][i], low[k][i]) = product(square(x[i]), square(y[i]));
+            }
+        }
+        self.paired.product.add_block(&mut high[..rows]);
+        self.paired.product.add_block(&mut low[..rows]);
+    }
+
+    /// Adds all powers of so many rows of pairs; zeros add nothing.
+    #[inline(always)]
+    fn add_powers(&mut self, rows: usize) {
+        let (terms, paired) = (&mut self.terms, &mut self.paired);
+        let mut largest = [[0.0; WAYS]; 2];
+        let mut overflowed = [0; WAYS];
+        for (k, (x, y)) in self.x.iter().zip(&self.y).take(rows).enumerate() {
+            for i in 0..WAYS {
+                let ([x2, _, x4], [y2, _, y4]) = (powers(x[i]), powers(y[i]));
+                let cross = product(x2, y2);
+                let fits = finite(x4) && finite(y4) && finite(cross);
+                overflowed[i] += u64::from(!fits);
+                for (j, (high, low)) in [x2, x4, y2, y4, cross].into_iter().enumerate() {
+                    terms[j][0][k][i] = if fits { high } else { 0.0 };
+                    terms[j][1][k][i] = if fits { low } else { 0.0 };
+                }
+                for (largest, x) in largest.iter_mut().zip([x[i], y[i]]) {
+                    let size = if fits { x.abs() } else { 0.0 };
+                    largest[i] = if largest[i] < size { size } else { largest[i] };
+                }
+            }
+        }
+        paired.overflowed += overflowed.iter().sum::<u64>();
+        let sums = [
+            &mut paired.first.squares,
+            &mut paired.first.fourths,
+            &mut paired.second.squares,
+            &mut paired.second.fourths,
+            &mut paired.product,
+        ];
+        for (sum, [high, low]) in sums.into_iter().zip(terms) {
+            sum.add_block(&mut high[..rows]);
+            sum.add_block(&mut low[..rows]);
+        }
+        for (powers, of_row) in [&mut paired.first, &mut paired.second]
+            .into_iter()
+            .zip(largest)
+        {
+            powers.largest = of_row.into_iter().fold(powers.largest, f64::max);
+        }
+    }
+
+    fn finish(mut self) -> Paired {
+        self.add_waiting();
+        let mut paired = self.paired;
+        paired.difference = self.difference.finish();
+        paired.ratio = Sketch::of_bins(&self.ratios);
+        paired
     }
 }
 

@@ -3,6 +3,7 @@
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, Z, not_negative};
 use super::quantile::interval_ends;
 use super::{Quantile, Share};
+use crate::real::with_fma;
 use serde::{Deserialize, Serialize, Serializer};
 
 /// Largest relative error of a normal number that is replaced by the middle of its bin: every octave has 1024 bins of
@@ -42,7 +43,7 @@ impl Sketch {
 
 /// Returns the bin of a value; bins ascend with values.
 #[inline(always)]
-fn bin_of(x: f64) -> i32 {
+pub(super) fn bin_of(x: f64) -> i32 {
     let size = (x.abs().to_bits() >> OPEN_BITS) as i32 + 1;
     if x == 0.0 {
         0
@@ -100,37 +101,25 @@ impl Sketch {
             debug_assert!(!x.is_nan());
             bin_of(x)
         };
-        let mut keys: Vec<i32> = values.into_iter().map(bin).collect();
-        let ends = keys.iter().fold((i32::MAX, i32::MIN), |(low, high), key| {
-            (low.min(*key), high.max(*key))
-        });
-        // If there are many values, they lie in neighbouring bins, and counting is faster than sorting.
-        let width = i64::from(ends.1) - i64::from(ends.0) + 1;
-        if (1..=8 * keys.len() as i64).contains(&width) {
-            return Self::counted(&keys, ends.0, width as usize);
-        }
-        keys.sort_unstable();
-        let runs = keys.chunk_by(|a, b| a == b);
-        Self {
-            bins: runs.map(|run| (run[0], run.len() as u64)).collect(),
-        }
+        let bins: Vec<i32> = values.into_iter().map(bin).collect();
+        Self::of_bins(&bins)
     }
 
-    /// The sketch of values in the bins `lowest ... lowest + width - 1`.
-    fn counted(keys: &[i32], lowest: i32, width: usize) -> Self {
-        let mut counts = vec![0_u32; width];
-        for key in keys {
-            counts[(key - lowest) as usize] += 1;
+    /// The sketch of the values whose bins these are.
+    pub(super) fn of_bins(bins: &[i32]) -> Self {
+        let spans = with_fma(
+            #[inline(always)]
+            || Spans::of(bins),
+        );
+        // If there are many values, those of a sign lie in neighbouring bins, and counting is faster than sorting.
+        if spans.width() <= 8 * bins.len() {
+            return spans.count(bins);
         }
-        // Without a branch: every bin is written to the next free place, which is kept only if the bin is not empty.
-        let mut bins = vec![(0, 0); width + 1];
-        let mut filled = 0;
-        for (bin, count) in (lowest..).zip(counts) {
-            bins[filled] = (bin, u64::from(count));
-            filled += usize::from(count > 0);
-        }
+        let mut bins = bins.to_vec();
+        bins.sort_unstable();
+        let runs = bins.chunk_by(|a, b| a == b);
         Self {
-            bins: bins[..filled].to_vec(),
+            bins: runs.map(|run| (run[0], run.len() as u64)).collect(),
         }
     }
 
@@ -310,6 +299,68 @@ impl Sketch {
             std::cmp::Ordering::Greater => 0,
         });
         Share::new(below.sum(), self.count())
+    }
+}
+
+/// The bins from the lowest to the highest of each sign; none if the first is above the last.
+struct Spans {
+    negative: (i32, i32),
+    positive: (i32, i32),
+}
+
+impl Spans {
+    #[inline(always)]
+    fn of(bins: &[i32]) -> Self {
+        let mut spans = Self {
+            negative: (0, i32::MIN),
+            positive: (i32::MAX, 0),
+        };
+        for &bin in bins {
+            let negative = if bin < 0 { bin } else { i32::MIN };
+            let positive = if bin > 0 { bin } else { i32::MAX };
+            spans.negative.0 = spans.negative.0.min(bin);
+            spans.negative.1 = spans.negative.1.max(negative);
+            spans.positive.0 = spans.positive.0.min(positive);
+            spans.positive.1 = spans.positive.1.max(bin);
+        }
+        spans
+    }
+
+    /// The numbers of bins of each sign.
+    fn widths(&self) -> [usize; 2] {
+        [self.negative, self.positive]
+            .map(|(first, last)| (i64::from(last) - i64::from(first) + 1).max(0) as usize)
+    }
+
+    fn width(&self) -> usize {
+        self.widths().iter().sum()
+    }
+
+    /// The sketch of the values in bins within the spans.
+    fn count(&self, bins: &[i32]) -> Sketch {
+        let [below, above] = self.widths();
+        // Zeros have a place between the signs.
+        let mut counts = vec![0_u32; below + 1 + above];
+        for &bin in bins {
+            let at = match bin.signum() {
+                -1 => bin - self.negative.0,
+                0 => below as i32,
+                _ => bin - self.positive.0 + 1 + below as i32,
+            };
+            counts[at as usize] += 1;
+        }
+        let filled = counts.iter().filter(|count| **count > 0).count();
+        let numbers = (self.negative.0..).take(below).chain([0]);
+        let numbers = numbers.chain((self.positive.0..).take(above));
+        // Without a branch: every bin is written to the next free place, which is kept only if the bin is not empty.
+        let mut bins = vec![(0, 0); filled + 1];
+        let mut next = 0;
+        for (bin, count) in numbers.zip(counts) {
+            bins[next] = (bin, u64::from(count));
+            next += usize::from(count > 0);
+        }
+        bins.truncate(filled);
+        Sketch { bins }
     }
 }
 

@@ -6,6 +6,7 @@ use super::lead::OUTPUTS;
 use crate::figures::curve;
 use crate::plot::{Course, PlotAxis, Point, Series, Style};
 use crate::results::{Study, words};
+use asobench_study::study::CURVE_TRIALS;
 use asobench_study::study::file::Key;
 
 /// e_x(k) over k.
@@ -27,6 +28,13 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
         let ends = ends.into_iter().enumerate().collect::<Vec<_>>();
         (&[], series_of(&ends, Style::Band))
     };
+    let cells = study.summary.cells.iter();
+    let first = match cells.map(|cell| cell.trials).max() {
+        Some(trials) if trials > CURVE_TRIALS => {
+            format!(" They are over the first {CURVE_TRIALS} trials of a cell.")
+        }
+        _ => String::new(),
+    };
     let percent = 100.0 * study.summary.curve_relative_error;
     Figure {
         name: "curves",
@@ -34,7 +42,7 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
         what: &what,
         about: &format!(
             " Before k = N it is the error of an observer run over the window once the estimate is made. Quantiles of \
-             curves come from bins with a relative error below {percent:.1} %."
+             curves come from bins with a relative error below {percent:.1} %.{first}"
         ),
         x: Some(PlotAxis::linear("k, samples")),
         series,

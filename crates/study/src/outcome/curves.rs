@@ -1,14 +1,15 @@
 //! Quantiles of e_x(k) for every k, in memory that does not grow with the number of trials.
 //!
-//! Each k has a histogram with fixed logarithmic bins, 16 per octave from 2^-64 to 2^16. Counts are integers, so
+//! They are over the first [`CURVE_TRIALS`] trials of a cell. Each k has a histogram with fixed logarithmic bins, 16 per octave from 2^-64 to 2^16. Counts are integers, so
 //! merging is exact in any order. A quantile is read as the middle of its bin; its relative error is at most
 //! [`CURVE_BIN_ERROR`].
 
 use crate::design::curve_bins::{
-    BINS, BINS_PER_OCTAVE_LOG2, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes,
+    BINS, BINS_PER_OCTAVE_LOG2, CURVE_TRIALS, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes,
 };
 use asobench_identification::real::{MOST_LANES, Real};
 use serde::{Deserialize, Serialize, Serializer};
+use std::ops::Range;
 
 /// The largest relative error of a curve's quantile: half a bin, 1/32.
 pub const CURVE_BIN_ERROR: f64 = 1.0 / 32.0;
@@ -18,6 +19,8 @@ pub const CURVE_BIN_ERROR: f64 = 1.0 / 32.0;
 #[serde(try_from = "Sparse")]
 pub struct Curves {
     horizon: usize,
+    /// The trials that are counted, those without the measure too.
+    trials: u64,
     counts: Vec<u32>,
 }
 
@@ -25,6 +28,7 @@ pub struct Curves {
 #[derive(Serialize, Deserialize)]
 struct Sparse {
     horizon: usize,
+    trials: u64,
     bins: Vec<(u32, u32)>,
 }
 
@@ -33,6 +37,7 @@ impl Serialize for Curves {
         let bins = (0..).zip(self.counts.iter().copied());
         let sparse = Sparse {
             horizon: self.horizon,
+            trials: self.trials,
             bins: bins.filter(|(_, count)| *count > 0).collect(),
         };
         sparse.serialize(serializer)
@@ -50,6 +55,7 @@ impl TryFrom<Sparse> for Curves {
         let reserved = Vec::<u32>::new().try_reserve_exact(2 * sparse.horizon * BINS);
         reserved.map_err(|_| "curves that do not fit into memory")?;
         let mut curves = Self::new(sparse.horizon);
+        curves.trials = sparse.trials;
         for (bin, count) in sparse.bins {
             match curves.counts.get_mut(bin as usize) {
                 Some(place) if *place == 0 && count > 0 => *place = count,
@@ -153,14 +159,23 @@ impl Curves {
     pub fn new(horizon: usize) -> Self {
         Self {
             horizon,
+            trials: 0,
             counts: vec![0; 2 * horizon * BINS],
         }
     }
 
-    /// Returns these curves and leaves empty ones of the same length.
-    pub(crate) fn take(&mut self) -> Self {
-        let empty = Self::new(self.horizon);
-        std::mem::replace(self, empty)
+    /// Returns these curves, which are of some trials of a cell, and leaves empty ones of the same length.
+    #[must_use]
+    pub fn take(&mut self, trials: &Range<u64>) -> Self {
+        let mut taken = Self::new(self.horizon);
+        std::mem::swap(self, &mut taken);
+        taken.trials = CURVE_TRIALS.min(trials.end) - CURVE_TRIALS.min(trials.start);
+        taken
+    }
+
+    /// The trials that are counted: those among the first [`CURVE_TRIALS`].
+    pub(crate) fn trials(&self) -> u64 {
+        self.trials
     }
 
     /// Returns the first output's curves of one set and the last output's of another.
@@ -172,6 +187,7 @@ impl Curves {
         let half = first.counts.len() / 2;
         Self {
             horizon: first.horizon,
+            trials: first.trials,
             counts: [&first.counts[..half], &last.counts[half..]].concat(),
         }
     }
@@ -218,18 +234,19 @@ impl Curves {
     /// If the horizons differ.
     pub fn merge(&mut self, other: &Self) {
         assert_eq!(self.horizon, other.horizon);
+        self.trials += other.trials;
         for (count, other) in self.counts.iter_mut().zip(&other.counts) {
             *count += other;
         }
     }
 
-    /// Returns quantiles of the first or the last output over so many trials. Trials without the measure rank last.
-    pub fn quantiles(&self, last: bool, trials: u64) -> CurveQuantiles {
+    /// Returns quantiles of the first or the last output. Trials without the measure rank last.
+    pub fn quantiles(&self, last: bool) -> CurveQuantiles {
         let from = usize::from(last) * self.horizon * BINS;
         let histograms = || self.counts[from..].chunks_exact(BINS).take(self.horizon);
         let at = |q: f64| {
             histograms()
-                .map(|h| histogram_quantile(h, trials, q))
+                .map(|h| histogram_quantile(h, self.trials, q))
                 .collect()
         };
         CurveQuantiles {
@@ -266,12 +283,13 @@ mod tests {
             curves.add(true, [*value]);
         }
         values.sort_by(f64::total_cmp);
-        let found = curves.quantiles(true, 9999);
+        let curves = curves.take(&(0..9999));
+        let found = curves.quantiles(true);
         for (found, q) in [(&found.q05, 0.05), (&found.q50, 0.5), (&found.q95, 0.95)] {
             let exact = values[(q * 9999.0_f64).ceil() as usize - 1];
             assert!((found[0].unwrap() / exact - 1.0).abs() <= CURVE_BIN_ERROR);
         }
-        assert_eq!(curves.quantiles(false, 9999).q50, [None]);
+        assert_eq!(curves.quantiles(false).q50, [None]);
     }
 
     #[test]
@@ -280,9 +298,10 @@ mod tests {
         assert_eq!(bin(f64::INFINITY), BINS - 1);
         let mut curves = Curves::new(2);
         curves.add(false, [f64::NAN, 1.0]);
+        let curves = curves.take(&(0..1));
         let mut other = curves.clone();
         other.merge(&curves);
-        let found = other.quantiles(false, 2);
+        let found = other.quantiles(false);
         assert_eq!(found.q50, [None, Some(1.0 + 1.0 / 32.0)]);
     }
 }

@@ -279,7 +279,7 @@ impl CellSummary {
             curves: tally
                 .curves
                 .as_ref()
-                .map(|c| [false, true].map(|last| c.quantiles(last, tally.trials))),
+                .map(|curves| [false, true].map(|last| curves.quantiles(last))),
             traces: tally.traces.clone(),
         }
     }

@@ -68,7 +68,9 @@ where
 impl CellTally {
     /// Returns the tally of some trials. Their curves move into it.
     pub fn from_trials(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
-        let (curves, traces) = (trials.curves.take(), trials.traces.take());
+        let traces = trials.traces.take();
+        let curves = trials.curves.take();
+        let curves = curves.map(|mut curves| curves.take(&trials.rows.trials()));
         let rows = &trials.rows;
         let file = &experiment.file;
         // The rows contain every measure of the file.
@@ -90,9 +92,8 @@ impl CellTally {
             let at = file.measures.iter().position(|other| *other == measure);
             at.map_or(&[], |at| &columns[output][at])
         };
-        let outputs = rows.outputs().iter().zip(&columns);
         let of_coefficients = coefficients::columns(file, cell.order());
-        let outputs = outputs.map(|(output, columns)| OutputTally {
+        let of_output = |(output, columns): (&OutputRows, &Vec<Cow<'_, [f64]>>)| OutputTally {
             outcomes: outcomes(output, rows.trials().start),
             samples: columns.iter().map(|column| sample(column)).collect(),
             parameters: output
@@ -109,19 +110,22 @@ impl CellTally {
                 })
                 .collect(),
             met: met(experiment, cell, rows.measures(), output),
-        });
-        let defined = |x: &f64| Some(*x).filter(|x| !x.is_nan());
-        let pair = |[first, second]: [usize; 2], measure: Measure| {
-            let pairs = column(first, measure).iter().zip(column(second, measure));
-            Paired::from_pairs(pairs.map(|(x, y)| (defined(x), defined(y))))
         };
-        let pairs = experiment.compare.iter();
-        let pairs = pairs.map(|compared| {
-            file.measures
-                .iter()
-                .map(|measure| pair(*compared, *measure))
+        let outputs: Vec<OutputTally> =
+            rows.outputs().iter().zip(&columns).map(of_output).collect();
+        let pair = |compared: &[usize; 2], measure: usize| {
+            let columns = compared.map(|output| &*columns[output][measure]);
+            Paired::of_columns(
+                columns,
+                compared.map(|output| &outputs[output].samples[measure]),
+            )
+        };
+        let all_measures = |compared| {
+            (0..file.measures.len())
+                .map(|at| pair(compared, at))
                 .collect()
-        });
+        };
+        let pairs = experiment.compare.iter().map(all_measures).collect();
         let first = rows.trials().start;
         let group = |column: &[f64], group: usize| {
             let groups = JACKKNIFE_GROUPS as u64;
@@ -145,8 +149,8 @@ impl CellTally {
         Self {
             trials: rows.trial_count() as u64,
             fallbacks: trials.fallbacks,
-            outputs: outputs.collect(),
-            pairs: pairs.collect(),
+            outputs,
+            pairs,
             groups: groups.collect(),
             series: series.collect(),
             curves,
@@ -166,8 +170,11 @@ impl CellTally {
     ) -> Result<(), &'static str> {
         let none = Self::from_trials(experiment, cell, &mut Trials::new(experiment, cell));
         let traces = |traces: &Traces| traces.are_of(cell.order(), self.outputs.len());
+        let curves = self.curves.as_ref().map_or(0, Curves::trials);
         if self.trials != trials.end - trials.start {
             Err("a wrong number of trials")
+        } else if curves > self.trials {
+            Err("curves of more trials")
         } else if self.parts() != none.parts() || !self.traces.as_ref().is_none_or(traces) {
             Err("parts of another study")
         } else {

@@ -27,8 +27,9 @@ use xxhash_rust::xxh3::xxh3_128;
 
 const MAGIC: &[u8; 8] = b"asobench";
 /// The format of block files.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 const HEAD: usize = 8 + 4 + 16 + 4 + 8 + 8;
+const LENGTH: usize = 8;
 const CHECKSUM: usize = 16;
 
 /// Why a block file cannot be used.
@@ -121,9 +122,11 @@ impl Content {
         cell: &Cell,
         to: &mut Vec<u8>,
     ) -> postcard::Result<()> {
-        let tally = postcard::to_stdvec(&self.tally)?;
-        to.extend((tally.len() as u64).to_le_bytes());
-        to.extend(tally);
+        let start = to.len() + LENGTH;
+        to.extend([0; LENGTH]);
+        *to = postcard::to_extend(&self.tally, std::mem::take(to))?;
+        let length = (to.len() - start) as u64;
+        to[start - LENGTH..start].copy_from_slice(&length.to_le_bytes());
         match &self.rows {
             Some(rows) => rows::stored::encode(rows, experiment, cell, to),
             None => Ok(()),

@@ -1,6 +1,7 @@
 //! A pack of trials of one cell: draws, estimates and measures them. The rows are as from [`super::Trial`].
 
 use crate::design::cell::RESPONSE_SAMPLES;
+use crate::design::curve_bins::CURVE_TRIALS;
 use crate::design::lane_plan::Plan;
 use crate::design::measure::Measure;
 use crate::outcome::curves::Waiting;
@@ -113,7 +114,9 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         }
         self.emit(&trials, to);
         to.spent.measures += watch.lap();
-        if to.curves.is_some() {
+        if to.curves.is_some() && trials.start < CURVE_TRIALS {
+            let counted = count.min((CURVE_TRIALS - trials.start) as usize);
+            let asked = R::Mask::from_bits(((1_u16 << counted) - 1) as u8);
             let ends = [0, self.outputs.len() - 1];
             for (waiting, at) in self.curves.iter_mut().zip(ends) {
                 let observed = self.outputs[at].observed & asked.bits();

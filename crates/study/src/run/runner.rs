@@ -468,7 +468,7 @@ impl<'a> Shared<'a> {
             room.clear();
         }
         if let Some(curves) = &mut room.curves {
-            tally.curves = Some(curves.take());
+            tally.curves = Some(curves.take(&(trials.start..end)));
         }
         let block = Block {
             span: Span {

@@ -1,6 +1,7 @@
 //! One trial: draw a record, run every method on it, measure every pass.
 
 use crate::design::cell::{Cell, DiscreteCell};
+use crate::design::curve_bins::CURVE_TRIALS;
 use crate::design::experiment::Experiment;
 use crate::design::measure::Measure;
 use crate::outcome::coefficients;
@@ -196,7 +197,7 @@ impl<'e> Trial<'e> {
             }
             parameters.extend_from_slice(course);
             to.rows.push(row, &parameters);
-            if let Some(curves) = &mut to.curves {
+            if let Some(curves) = to.curves.as_mut().filter(|_| trial < CURVE_TRIALS) {
                 for (is_last, output) in [(false, 0), (true, last)] {
                     if row.output == output {
                         curves.add(is_last, curve.iter().copied());

@@ -105,7 +105,8 @@ pub struct ExperimentFile {
     /// includes what `parameters` gives.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub coverage: bool,
-    /// Whether quantiles of e_x(k) for every k are kept, for the first and the last output.
+    /// Whether quantiles of e_x(k) for every k are kept, for the first and the last output, over the first 10000 trials
+    /// of a cell.
     pub curves: bool,
     /// Errors over the number of samples seen.
     #[serde(skip_serializing_if = "Option::is_none")]

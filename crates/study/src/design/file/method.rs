@@ -156,9 +156,9 @@ impl schemars::JsonSchema for MethodTable {
                 let mut schema =
                     json!({ "description": option.about, "anyOf": several(&option.schema) });
                 if !option.default.is_null() {
-                    schema["default"] = option.default;
+                    schema["default"] = option.default.clone();
                 }
-                properties.insert(option.key, schema);
+                properties.insert(option.key.clone(), schema);
             }
             let observer = "The observer of this method's outputs instead of the setting `gain`: dead-beat, \
                 scaled:RHO, poles:LIST; kalman (steady state; its noise known with \"known\", else identified on the \
