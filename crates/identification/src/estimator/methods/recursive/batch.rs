@@ -30,7 +30,9 @@ impl<R: RecursiveEstimator> Batch<R> {
         let recursion = &mut self.recursion;
         recursion.restart();
         let mut samples = window.u.iter().zip(window.y);
-        let ran = samples.try_for_each(|(u, y)| recursion.update(*u, *y));
+        let last = samples.next_back();
+        let ran = samples.try_for_each(|(u, y)| recursion.pass_over(*u, *y));
+        let ran = ran.and_then(|()| last.map_or(Ok(()), |(u, y)| recursion.update(*u, *y)));
         pass.iterations = Some(recursion.samples());
         ran.map_err(|diverged| diverged.kind)?;
         if !recursion.is_determined() {

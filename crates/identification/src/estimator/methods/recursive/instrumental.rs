@@ -10,6 +10,7 @@ use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, 
 use crate::estimator::{ArxOptions, OptionError};
 use crate::model::Orders;
 use crate::names::named_enum;
+use crate::real::with_fma;
 
 named_enum! {
     /// The instruments of recursive instrumental variables.
@@ -180,23 +181,33 @@ impl InstrumentalUpdate {
 
     /// One equation; theta changes.
     pub(super) fn take(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64, theta: &mut [f64]) {
-        let d = z.len();
-        for i in 0..d {
-            let rows = i * d..(i + 1) * d;
-            add(&mut self.information[rows.clone()], lambda, z[i], phi);
-            add(&mut self.squares[rows.clone()], lambda * lambda, z[i], z);
-            add(&mut self.moments[rows], lambda, phi[i], phi);
-        }
-        add(&mut self.sums, lambda, y, z);
-        add(&mut self.products, lambda, y, phi);
-        self.power = lambda * self.power + y * y;
-        self.weights.add(lambda);
-        if self.keep(z, phi, y, lambda) {
+        if self.add(z, phi, y, lambda) {
             self.solve_first(theta);
         } else {
             theta.copy_from_slice(&self.sums);
-            self.elimination.solve(d, &self.information, theta);
+            self.elimination.solve(z.len(), &self.information, theta);
         }
+    }
+
+    /// One equation without solving; returns whether it is one of the first.
+    fn add(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64) -> bool {
+        let d = z.len();
+        with_fma(
+            #[inline(always)]
+            || {
+                for i in 0..d {
+                    let rows = i * d..(i + 1) * d;
+                    add(&mut self.information[rows.clone()], lambda, z[i], phi);
+                    add(&mut self.squares[rows.clone()], lambda * lambda, z[i], z);
+                    add(&mut self.moments[rows], lambda, phi[i], phi);
+                }
+                add(&mut self.sums, lambda, y, z);
+                add(&mut self.products, lambda, y, phi);
+            },
+        );
+        self.power = lambda * self.power + y * y;
+        self.weights.add(lambda);
+        self.keep(z, phi, y, lambda)
     }
 
     /// Solves the first equations.
@@ -252,6 +263,7 @@ impl InstrumentalUpdate {
 }
 
 /// `to = lambda to + factor of`.
+#[inline(always)]
 fn add(to: &mut [f64], lambda: f64, factor: f64, of: &[f64]) {
     for (to, of) in to.iter_mut().zip(of) {
         *to = lambda * *to + factor * of;
@@ -288,8 +300,9 @@ impl RecursiveIv {
         made
     }
 
-    fn step(&mut self, y: f64) {
+    fn step(&mut self, y: f64, wanted: bool) {
         let Orders { na, nb, nk, .. } = self.settings.orders;
+        let own_output = self.instruments == RecursiveInstruments::Auxiliary;
         let (phi, z) = (&mut self.phi, &mut self.z);
         phi[..na].copy_from_slice(&self.outputs);
         phi[na..].copy_from_slice(&self.inputs[nk..nk + nb]);
@@ -304,19 +317,33 @@ impl RecursiveIv {
         }
         if self.started {
             let lambda = self.forgetting.next();
-            self.update.take(z, phi, y, lambda, &mut self.theta);
+            if wanted || own_output {
+                self.update.take(z, phi, y, lambda, &mut self.theta);
+            } else {
+                self.update.add(z, phi, y, lambda);
+            }
         } else {
             let lambda = self.settings.forgetting;
             self.start.update(phi, y, lambda, &mut self.theta);
             self.update.keep(phi, phi, y, lambda);
         }
-        if self.test.passes(&self.theta[..na]) {
-            self.stable.copy_from_slice(&self.theta);
-        }
-        if self.instruments == RecursiveInstruments::Auxiliary {
+        if own_output {
+            if self.test.passes(&self.theta[..na]) {
+                self.stable.copy_from_slice(&self.theta);
+            }
             let x = dot(z, &self.stable);
             push(&mut self.auxiliary, -x);
         }
+    }
+
+    fn advance(&mut self, u: f64, y: f64, wanted: bool) -> Result<(), Diverged> {
+        self.clock.begin(u, y)?;
+        push(&mut self.inputs, u);
+        if self.clock.samples >= self.settings.first() {
+            self.step(y, wanted);
+        }
+        push(&mut self.outputs, -y);
+        self.clock.end(&self.theta, self.start.size())
     }
 }
 
@@ -326,13 +353,11 @@ impl RecursiveEstimator for RecursiveIv {
     }
 
     fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
-        self.clock.begin(u, y)?;
-        push(&mut self.inputs, u);
-        if self.clock.samples >= self.settings.first() {
-            self.step(y);
-        }
-        push(&mut self.outputs, -y);
-        self.clock.end(&self.theta, self.start.size())
+        self.advance(u, y, true)
+    }
+
+    fn pass_over(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+        self.advance(u, y, false)
     }
 
     fn theta(&self) -> &[f64] {

@@ -2,6 +2,7 @@
 
 use crate::plant::canonical::reverse_negated;
 use crate::plant::stability::is_stable;
+use crate::real::with_fma;
 
 /// Puts the newest sample first; the oldest is dropped.
 pub(super) fn push(lags: &mut [f64], newest: f64) {
@@ -30,7 +31,11 @@ impl StabilityTest {
     /// `d` holds d_1 ... d_n.
     pub(super) fn passes(&mut self, d: &[f64]) -> bool {
         let n = d.len();
-        reverse_negated(d, &mut self.reversed[..n]);
-        is_stable(&self.reversed[..n], &mut self.scratch[..n])
+        let (reversed, scratch) = (&mut self.reversed[..n], &mut self.scratch[..n]);
+        reverse_negated(d, reversed);
+        with_fma(
+            #[inline(always)]
+            || is_stable(reversed, scratch),
+        )
     }
 }

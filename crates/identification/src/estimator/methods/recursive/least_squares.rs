@@ -123,7 +123,7 @@ impl RecursiveLeastSquares {
         made
     }
 
-    fn step(&mut self, y: f64) {
+    fn step(&mut self, y: f64, wanted: bool) {
         let (na, nk) = (self.settings.orders.na, self.settings.orders.nk);
         let (lambda, phi) = (self.settings.forgetting, &mut self.phi);
         phi[..na].copy_from_slice(&self.outputs);
@@ -131,7 +131,7 @@ impl RecursiveLeastSquares {
         match &mut self.memory {
             Memory::Root(root) => {
                 root.update(phi, y, lambda);
-                if root.is_determined() {
+                if wanted && root.is_determined() {
                     root.solve(&mut self.theta);
                 }
             }
@@ -160,6 +160,20 @@ impl RecursiveLeastSquares {
             }
         }
     }
+
+    fn advance(&mut self, u: f64, y: f64, wanted: bool) -> Result<(), Diverged> {
+        self.clock.begin(u, y)?;
+        push(&mut self.inputs, u);
+        if self.clock.samples >= self.settings.first() {
+            self.step(y, wanted);
+        }
+        push(&mut self.outputs, -y);
+        let size = match &self.memory {
+            Memory::Root(root) => root.size(),
+            Memory::Covariance { residual_sum, .. } => *residual_sum,
+        };
+        self.clock.end(&self.theta, size)
+    }
 }
 
 impl RecursiveEstimator for RecursiveLeastSquares {
@@ -168,17 +182,11 @@ impl RecursiveEstimator for RecursiveLeastSquares {
     }
 
     fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
-        self.clock.begin(u, y)?;
-        push(&mut self.inputs, u);
-        if self.clock.samples >= self.settings.first() {
-            self.step(y);
-        }
-        push(&mut self.outputs, -y);
-        let size = match &self.memory {
-            Memory::Root(root) => root.size(),
-            Memory::Covariance { residual_sum, .. } => *residual_sum,
-        };
-        self.clock.end(&self.theta, size)
+        self.advance(u, y, true)
+    }
+
+    fn pass_over(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+        self.advance(u, y, false)
     }
 
     fn theta(&self) -> &[f64] {

@@ -60,6 +60,15 @@ pub trait RecursiveEstimator: Send {
     /// [`Diverged`] if a number is not finite. From then on every call returns the same, and theta must not be used.
     fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged>;
 
+    /// Takes u(k) and y(k) where theta(k) is not asked for: [`Self::update`] but for theta, which a method that goes on
+    /// without it leaves as it was.
+    ///
+    /// # Errors
+    /// As for [`Self::update`], theta not being looked at.
+    fn pass_over(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+        self.update(u, y)
+    }
+
     /// Returns theta(k) after the last sample, in the order A, B, C, D, F.
     fn theta(&self) -> &[f64];
 

@@ -2,6 +2,7 @@
 
 use super::weights::Weights;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::real::with_fma;
 use faer::MatRef;
 
 /// `R'R = P^-1` with R upper triangular, and `z = R theta`: the equations seen so far, rotated into d rows.
@@ -32,6 +33,27 @@ pub struct SquareRoot {
     residual_sum: f64,
     determined: bool,
     equilibration: Equilibration,
+}
+
+/// Rotates an equation into the rows of `[R z]`; what is left of it is its residual.
+#[inline(always)]
+fn rotate_in(r: &mut [f64], equation: &mut [f64]) {
+    let width = equation.len();
+    for (i, row) in r.chunks_exact_mut(width).enumerate() {
+        let b = equation[i];
+        if b == 0.0 {
+            continue;
+        }
+        let a = row[i];
+        let length = (a * a + b * b).sqrt();
+        let (cos, sin) = (a / length, b / length);
+        row[i] = length;
+        for (r, x) in row[i + 1..].iter_mut().zip(&mut equation[i + 1..]) {
+            let old = *r;
+            *r = cos * old + sin * *x;
+            *x = cos * *x - sin * old;
+        }
+    }
 }
 
 impl SquareRoot {
@@ -99,7 +121,7 @@ impl SquareRoot {
     /// # Panics
     /// If phi is not of length d.
     pub fn update(&mut self, phi: &[f64], y: f64, lambda: f64) {
-        let (d, width) = (self.d, self.d + 1);
+        let d = self.d;
         self.row[..d].copy_from_slice(phi);
         self.row[d] = y;
         if lambda < 1.0 {
@@ -107,22 +129,11 @@ impl SquareRoot {
             self.r.iter_mut().for_each(|r| *r *= root);
             self.residual_sum *= lambda;
         }
-        for i in 0..d {
-            let b = self.row[i];
-            if b == 0.0 {
-                continue;
-            }
-            let row = &mut self.r[i * width..][i..width];
-            let a = row[0];
-            let length = (a * a + b * b).sqrt();
-            let (cos, sin) = (a / length, b / length);
-            row[0] = length;
-            for (r, x) in row[1..].iter_mut().zip(&mut self.row[i + 1..]) {
-                let old = *r;
-                *r = cos * old + sin * *x;
-                *x = cos * *x - sin * old;
-            }
-        }
+        let (r, equation) = (&mut self.r, &mut self.row);
+        with_fma(
+            #[inline(always)]
+            || rotate_in(r, equation),
+        );
         self.residual_sum += self.row[d] * self.row[d];
         self.rows += 1;
         self.weights.add(lambda);
