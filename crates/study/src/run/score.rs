@@ -128,9 +128,16 @@ impl Scorer {
         }
         let n = record.truth.a.len();
         let estimates = record.estimates.chunks_exact(n);
-        for (x, x_hat) in record.states.chunks_exact(n).zip(estimates) {
-            self.fed_back.add(x, x_hat);
-        }
+        let pairs = record.states.chunks_exact(n).zip(estimates);
+        let fed_back = &mut self.fed_back;
+        with_fma(
+            #[inline(always)]
+            || {
+                for (x, x_hat) in pairs {
+                    fed_back.add(x, x_hat);
+                }
+            },
+        );
         let Truth { a, b, .. } = &record.truth;
         let (plant, x) = (System { a, b, d: 0.0 }, &mut self.x[..a.len()]);
         let response = &mut self.response;

@@ -1,6 +1,7 @@
 //! Equilibration, condition numbers and the rank rule common to all solvers.
 
 use crate::estimator::FailureKind;
+use crate::real::with_fma;
 use faer::{MatMut, MatRef};
 
 /// A matrix counts as rank deficient if the reciprocal of its equilibrated 1-norm condition number is below this
@@ -67,11 +68,10 @@ impl Equilibration {
     /// [`FailureKind::NonFinite`] if an entry is not finite, [`FailureKind::Singular`] if a row or column is zero.
     pub fn of(&mut self, matrix: MatRef<'_, f64>) -> Result<(), FailureKind> {
         self.rows.fill(0.0);
-        for j in 0..matrix.ncols() {
-            for (i, scale) in self.rows.iter_mut().enumerate() {
-                *scale = maximum(*scale, matrix[(i, j)].abs());
-            }
-        }
+        with_fma(
+            #[inline(always)]
+            || largest_of_rows(matrix, &mut self.rows),
+        );
         if !self.rows.iter().all(|r| r.is_finite()) {
             return Err(FailureKind::NonFinite);
         }
@@ -82,8 +82,10 @@ impl Equilibration {
             *scale = inverse_power_of_two(*scale);
         }
         for (j, scale) in self.columns.iter_mut().enumerate() {
-            let column = (0..matrix.nrows()).map(|i| (self.rows[i] * matrix[(i, j)]).abs());
-            *scale = column.fold(0.0, maximum);
+            *scale = with_fma(
+                #[inline(always)]
+                || largest_of_column(matrix, j, &self.rows),
+            );
             if *scale == 0.0 {
                 return Err(FailureKind::Singular);
             }
@@ -136,9 +138,10 @@ impl Equilibration {
 
     /// Scales `matrix` in place.
     pub fn apply(&self, mut matrix: MatMut<'_, f64>) {
-        for j in 0..matrix.ncols() {
-            for i in 0..matrix.nrows() {
-                matrix[(i, j)] *= self.rows[i] * self.columns[j];
+        for (j, scale) in self.columns.iter().enumerate() {
+            let column = matrix.as_mut().col_mut(j);
+            for (x, row) in column.iter_mut().zip(&self.rows) {
+                *x *= row * scale;
             }
         }
     }
@@ -168,6 +171,61 @@ impl Equilibration {
 /// Returns the larger number, NaN if either is.
 pub(super) fn maximum(x: f64, y: f64) -> f64 {
     if x.is_nan() || x >= y { x } else { y }
+}
+
+/// Raises each number to the largest size in a row of the matrix; NaN if one is. Sizes are compared as integers, whose
+/// order is the same, with NaN above all.
+#[inline(always)]
+fn largest_of_rows(matrix: MatRef<'_, f64>, rows: &mut [f64]) {
+    for j in 0..matrix.ncols() {
+        let column = matrix.col(j);
+        match column.try_as_col_major() {
+            Some(column) => {
+                for (largest, x) in rows.iter_mut().zip(column.as_slice()) {
+                    *largest = larger_size(*largest, *x);
+                }
+            }
+            None => {
+                for (largest, x) in rows.iter_mut().zip(column.iter()) {
+                    *largest = larger_size(*largest, *x);
+                }
+            }
+        }
+    }
+}
+
+/// Returns the largest size in a column of the matrix whose rows are multiplied by these numbers.
+#[inline(always)]
+fn largest_of_column(matrix: MatRef<'_, f64>, j: usize, rows: &[f64]) -> f64 {
+    const WAYS: usize = 8;
+    let mut largest = [0.0; WAYS];
+    let column = matrix.col(j);
+    if let Some(column) = column.try_as_col_major() {
+        let (parts, rest) = column.as_slice().as_chunks::<WAYS>();
+        let (scales, of_rest) = rows.as_chunks::<WAYS>();
+        for (part, scales) in parts.iter().zip(scales) {
+            for i in 0..WAYS {
+                largest[i] = larger_size(largest[i], scales[i] * part[i]);
+            }
+        }
+        for (largest, (x, scale)) in largest.iter_mut().zip(rest.iter().zip(of_rest)) {
+            *largest = larger_size(*largest, scale * x);
+        }
+    } else {
+        for (x, scale) in column.iter().zip(rows) {
+            largest[0] = larger_size(largest[0], scale * x);
+        }
+    }
+    largest.into_iter().fold(0.0, larger_size)
+}
+
+#[inline(always)]
+fn larger_size(size: f64, x: f64) -> f64 {
+    let (a, b) = (
+        size.to_bits().cast_signed(),
+        x.abs().to_bits().cast_signed(),
+    );
+    f64::from_bits(if a < b { b } else { a }.cast_unsigned())
 }
 
 /// Returns the 1-norm of a matrix: its largest column sum.
