@@ -120,7 +120,7 @@ impl Known {
                         self.inside(beyond(x))
                     }
                 };
-                at(largest(p, level))
+                at(largest(|s| p(s) > level))
             }
             Self::Moment {
                 value,
@@ -135,7 +135,7 @@ impl Known {
                     Line::Logarithm => value * (side * s * error / value).exp(),
                     Line::Value | Line::Square => value + side * s * error,
                 };
-                at(largest(|s| self.inside(beyond(at(s))), level))
+                at(largest(|s| !self.is_inside(beyond(at(s)), level)))
             }
             Self::Count { count, total } => {
                 let level = if two { level / 2.0 } else { level };
@@ -146,7 +146,7 @@ impl Known {
                 }
                 // From the share towards 0 or 1, where it is certain.
                 let at = |s: f64| share + s * (edge - share);
-                at(crossing(|s| self.inside(beyond(at(s))), 1.0, level))
+                at(crossing(|s| self.inside(beyond(at(s))) > level, 1.0))
             }
             Self::Ranks { points, .. } => {
                 let level = if two { level / 2.0 } else { level };
@@ -172,25 +172,25 @@ fn moved(range: Range, side: f64, x: f64, logarithmic: bool) -> Range {
     Range { low, high, open }
 }
 
-/// Returns the s from which a falling p-value is at most the level; infinite if there is none.
-fn largest(p: impl Fn(f64) -> f64, level: f64) -> f64 {
+/// Returns the s from which a falling p-value is no longer above the level; infinite if there is none.
+fn largest(is_above: impl Fn(f64) -> bool) -> f64 {
     const FAR: f64 = 1e9;
     let mut high = 4.0;
-    while p(high) > level {
+    while is_above(high) {
         if high > FAR {
             return f64::INFINITY;
         }
         high *= 4.0;
     }
-    crossing(p, high, level)
+    crossing(is_above, high)
 }
 
 /// Returns the s between 0 and `high`, where a falling p-value reaches the level, by bisection.
-fn crossing(p: impl Fn(f64) -> f64, mut high: f64, level: f64) -> f64 {
+fn crossing(is_above: impl Fn(f64) -> bool, mut high: f64) -> f64 {
     let mut low = 0.0;
     for _ in 0..48 {
         let middle = f64::midpoint(low, high);
-        if p(middle) > level {
+        if is_above(middle) {
             low = middle;
         } else {
             high = middle;

@@ -277,6 +277,11 @@ impl Known {
         self.tests_inside(range).map(OneSided::p).fold(0.0, worst)
     }
 
+    /// Whether the p-value of "not inside the range" is at most the level, which is below one half.
+    pub(crate) fn is_inside(&self, range: Range, level: f64) -> bool {
+        self.tests_inside(range).all(|test| test.is_certain(level))
+    }
+
     /// Returns the p-value of "inside the range": small if the number is certainly outside.
     ///
     /// For an estimate and a range with two ends, let t be its distance beyond the nearer end and w the width of the

@@ -118,17 +118,24 @@ pub(crate) enum OneSided<'a> {
 impl OneSided<'_> {
     pub(crate) fn p(self) -> f64 {
         match self {
+            Self::Moment(test, ..) if test.from > 1.0 => 1.0,
             Self::Moment(test, distance, freedom) => {
-                if test.from > 1.0 {
-                    return 1.0;
-                }
-                let is_certain =
-                    |level: f64| student_above(test.t(distance, 1.0, level), freedom.now) <= level;
-                least_level(is_certain)
+                least_level(|level| is_certain(test, distance, freedom, level))
             }
             Self::Sure(is) => f64::from(u8::from(!is)),
             Self::Student(t, freedom) => student_above(t, freedom.now),
             Self::Few(count, total, chance) => binomial_at_most(count, total, chance),
+        }
+    }
+
+    /// Whether p is at most the level, which is below one half.
+    pub(crate) fn is_certain(self, level: f64) -> bool {
+        match self {
+            // Without looking for p, which is many such questions.
+            Self::Moment(test, distance, freedom) => {
+                test.from <= 1.0 && is_certain(test, distance, freedom, level)
+            }
+            other => other.p() <= level,
         }
     }
 
@@ -159,6 +166,11 @@ impl OneSided<'_> {
             }
         }
     }
+}
+
+/// Whether a moment lies on the right side of a limit at a level.
+fn is_certain(test: &SidedTest, distance: (f64, f64), freedom: Freedom, level: f64) -> bool {
+    student_above(test.t(distance, 1.0, level), freedom.now) <= level
 }
 
 /// Returns the least level at which something is certain that is certain at every higher one; 1 if it is at none below
