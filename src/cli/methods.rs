@@ -47,14 +47,14 @@ pub(super) fn described(estimator: EstimatorName) -> String {
         } = option;
         let default = match default {
             Value::Null => String::new(),
-            Value::String(text) => text,
+            Value::String(text) => text.clone(),
             other => other.to_string(),
         };
         let head = format!(
             "  {:<31} ",
             format!("{key} = {default}").trim_end_matches(" = ")
         );
-        text.push_str(&filled(&head, &about, COLUMNS));
+        text.push_str(&filled(&head, about, COLUMNS));
     }
     text
 }

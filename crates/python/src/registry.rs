@@ -13,7 +13,7 @@ pub(crate) fn estimators() -> String {
         .iter()
         .filter(|name| **name != EstimatorName::Known);
     let described = of_records.map(|name| {
-        let options = name.options().into_iter().map(|option| {
+        let options = name.options().iter().map(|option| {
             json!({ "key": option.key, "about": option.about, "default": option.default, "schema": option.schema })
         });
         json!({ "name": name, "about": name.about(), "options": options.collect::<Vec<_>>() })

@@ -33,8 +33,8 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
         let takers = EstimatorName::ALL.iter().filter(|name| name.takes(key));
         let takers: Vec<EstimatorName> = takers.copied().collect();
         let entry = |estimator: EstimatorName| {
-            let mut options = estimator.options().into_iter();
-            options.find(|option| option.key == key)
+            let mut options = estimator.options().iter();
+            options.find(|option| option.key == key).cloned()
         };
         let OptionEntry {
             about,

@@ -17,9 +17,20 @@ pub struct OptionEntry {
     pub schema: Value,
 }
 
+/// The options of each estimator, in the order of [`EstimatorName::ALL`]. They are read off the types once.
+static OPTIONS: LazyLock<Vec<Vec<OptionEntry>>> = LazyLock::new(|| {
+    let all = EstimatorName::ALL.iter();
+    all.map(|estimator| estimator.read_options()).collect()
+});
+
 impl EstimatorName {
     /// Returns the options of the estimator, in their order.
-    pub fn options(self) -> Vec<OptionEntry> {
+    pub fn options(self) -> &'static [OptionEntry] {
+        let at = Self::ALL.iter().position(|name| *name == self);
+        at.map_or(&[], |at| &OPTIONS[at])
+    }
+
+    fn read_options(self) -> Vec<OptionEntry> {
         let (schema, defaults) = (self.options_schema(), self.defaults());
         let entries = defaults.as_object().into_iter().flatten();
         let entries = entries.map(|(key, default)| {
@@ -43,7 +54,7 @@ impl EstimatorName {
 
     /// Returns whether the estimator has an option.
     pub fn takes(self, key: &str) -> bool {
-        self.defaults().get(key).is_some()
+        self.options().iter().any(|option| option.key == key)
     }
 }
 
@@ -54,7 +65,7 @@ pub fn option_keys() -> &'static [String] {
         for estimator in EstimatorName::ALL {
             for option in estimator.options() {
                 if !keys.contains(&option.key) {
-                    keys.push(option.key);
+                    keys.push(option.key.clone());
                 }
             }
         }
@@ -74,7 +85,7 @@ mod tests {
         for estimator in EstimatorName::ALL {
             assert!(!estimator.about().is_empty());
             let options = estimator.options();
-            for option in &options {
+            for option in options {
                 assert!(!option.about.is_empty(), "{estimator} {}", option.key);
                 assert!(estimator.takes(&option.key));
                 assert!(option_keys().contains(&option.key));
