@@ -52,7 +52,7 @@ fn chain(number: u64, next: Next, shared: bool) -> (Verdict, usize) {
             summary: &results,
             times: &[],
         };
-        let tests = [test("share = 'failed'\nof = 'new'\nbelow = 0.5")];
+        let tests = [test_again("share = 'failed'\nof = 'new'\nbelow = 0.5")];
         let evidence = Evidence::new(results, &tests, &Members::Cell(0));
         let cells = Cells {
             judged: &[evidence.p_values()],

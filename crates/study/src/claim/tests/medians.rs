@@ -46,7 +46,8 @@ fn drawn(number: u64, trials: usize, rho: f64) -> (Option<[f64; 2]>, [f64; 2]) {
         summary: &results,
         times: &[],
     };
-    let test = test("ratio = 'e_a'\nof = 'new'\nto = 'old'\nstatistic = 'median'\nbelow = 1.0");
+    let test =
+        test_again("ratio = 'e_a'\nof = 'new'\nto = 'old'\nstatistic = 'median'\nbelow = 1.0");
     let evidence = Evidence::new(results, &[test], &Members::Cell(0));
     let shown = evidence.parts.first().map(|part| part.number.known.shown());
     let p = evidence.p_values();

@@ -9,9 +9,11 @@ use crate::outcome::looks::Look;
 use crate::outcome::outcomes::Outcomes;
 use crate::outcome::summary::{CellSummary, ComparisonSummary, OutputSummary, Summary};
 use asobench_identification::metric::{
-    Estimate, Paired, Quantile, Sample, Share, Statistics, Worse,
+    Estimate, Paired, PairedStatistics, Quantile, Sample, Share, Statistics, Worse,
 };
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::LazyLock;
 
 mod chains;
 mod conditions;
@@ -34,6 +36,20 @@ fn test(toml: &str) -> ClaimTest {
     ClaimTest::from_table(&table).unwrap()
 }
 
+/// The same for a simulation, which asks for few tests and for each of them thousands of times: parsing takes longer
+/// than judging.
+fn test_again(toml: &str) -> ClaimTest {
+    thread_local! {
+        static PARSED: RefCell<HashMap<String, ClaimTest>> = RefCell::default();
+    }
+    PARSED.with_borrow_mut(|parsed| {
+        if !parsed.contains_key(toml) {
+            parsed.insert(toml.to_owned(), test(toml));
+        }
+        parsed[toml].clone()
+    })
+}
+
 /// Makes an output without failures, whose e_a is 1 in all of `trials` trials.
 fn output(label: &str, trials: u64) -> OutputSummary {
     OutputSummary {
@@ -54,7 +70,10 @@ fn output(label: &str, trials: u64) -> OutputSummary {
 }
 
 fn ones(trials: u64) -> Statistics {
-    let mut statistics = Sample::from_values([1.0]).statistics(Worse::Larger);
+    // The sums of a sample take many pages of memory: once for the tens of thousands of cells of a simulation.
+    static ONE: LazyLock<Statistics> =
+        LazyLock::new(|| Sample::from_values([1.0]).statistics(Worse::Larger));
+    let mut statistics = *ONE;
     statistics.count = trials;
     statistics.dominated = false;
     // No trial is larger than the others, so there is no allowance for unseen ones.
@@ -65,7 +84,9 @@ fn ones(trials: u64) -> Statistics {
 
 /// Makes a cell with the outputs "new" and "old", which are compared, at a noise level.
 fn cell(index: usize, eta: f64, trials: u64) -> CellSummary {
-    let mut pair = Paired::from_pairs([(Some(1.0), Some(1.0))]).statistics(Worse::Larger);
+    static PAIR: LazyLock<PairedStatistics> =
+        LazyLock::new(|| Paired::from_pairs([(Some(1.0), Some(1.0))]).statistics(Worse::Larger));
+    let mut pair = *PAIR;
     pair.both = trials;
     pair.dominated = false;
     CellSummary {

@@ -120,7 +120,7 @@ impl Of {
     }
 
     fn test(self, below: f64) -> ClaimTest {
-        test(&match self {
+        test_again(&match self {
             Self::Mean => format!("value = 'e_a'\nof = 'new'\nstatistic = 'mean'\nbelow = {below}"),
             Self::Rms => format!("value = 'e_a'\nof = 'new'\nstatistic = 'rms'\nbelow = {below}"),
             Self::Ratio => {

@@ -140,7 +140,7 @@ struct Failures(f64, u64);
 impl Failures {
     /// Returns the evidence of so many failures.
     fn counted(&self, count: u64) -> Evidence {
-        let test = test(&format!("share = 'failed'\nof = 'new'\nbelow = {}", self.0));
+        let test = test_again(&format!("share = 'failed'\nof = 'new'\nbelow = {}", self.0));
         of_cell(test, self.1, |cell| {
             let failures = &mut cell.outputs[0].outcomes.failures;
             failures.insert("singular".to_owned(), count);
@@ -179,7 +179,7 @@ struct Median(u64);
 impl Median {
     /// Returns the evidence of a median.
     fn of(&self, median: Quantile) -> Evidence {
-        let test = test("value = 'e_a'\nof = 'new'\nbelow = 2");
+        let test = test_again("value = 'e_a'\nof = 'new'\nbelow = 2");
         of_cell(test, self.0, |cell| cell.e_a().q50 = median)
     }
 
