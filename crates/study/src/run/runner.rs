@@ -263,11 +263,12 @@ struct Shared<'a> {
     keep: Keep,
     /// The upper limit of the default size of a block, so that no thread waits long for another's last block.
     share: u64,
+    threads: u64,
     stop: &'a AtomicBool,
     /// Raised when the consumer or a worker has failed.
     ended: AtomicBool,
-    /// The next trials to take: the index of a span, and how many of its trials are already taken.
-    next: Mutex<(usize, u64)>,
+    /// The next trials to take: the index of a span, how many of its trials are already taken, and of all.
+    next: Mutex<(usize, u64, u64)>,
     /// Why a cell has no worker.
     failed: OnceLock<WorkerError>,
 }
@@ -286,9 +287,10 @@ impl<'a> Shared<'a> {
             block,
             keep,
             share: u64::MAX,
+            threads: 1,
             stop,
             ended: AtomicBool::new(false),
-            next: Mutex::new((0, 0)),
+            next: Mutex::new((0, 0, 0)),
             failed: OnceLock::new(),
         }
     }
@@ -303,6 +305,7 @@ impl<'a> Shared<'a> {
         let trials: u64 = self.spans.iter().map(Span::len).sum();
         let share = trials.div_ceil(BLOCKS_OF_A_THREAD * threads.max(1) as u64);
         self.share = share.max(1).next_multiple_of(MOST_LANES as u64);
+        self.threads = threads.max(1) as u64;
         let threads = self.blocks().clamp(1, threads.max(1) as u64) as usize;
         let (sender, receiver) = sync_channel(threads);
         let delivered = pool(threads)?.in_place_scope(|scope| {
@@ -336,6 +339,19 @@ impl<'a> Shared<'a> {
         block_size(self.experiment, cell).min(most).min(self.share)
     }
 
+    /// Returns the upper limit of a block when so many trials are taken: half of what is left for each thread, but not
+    /// below an eighth of a usual share. So the threads end at nearly the same time.
+    fn last_blocks(&self, taken: u64) -> u64 {
+        if self.block.is_some() {
+            return u64::MAX;
+        }
+        let all: u64 = self.spans.iter().map(Span::len).sum();
+        let half = (all - taken) / (2 * self.threads);
+        half.max(self.share / 8)
+            .max(1)
+            .next_multiple_of(MOST_LANES as u64)
+    }
+
     /// Returns the number of blocks.
     fn blocks(&self) -> u64 {
         let blocks = self.spans.iter();
@@ -347,16 +363,18 @@ impl<'a> Shared<'a> {
     fn take(&self) -> Option<Span> {
         // No code panics while holding the lock.
         let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
-        let (index, taken) = *next;
+        let (index, taken, before) = *next;
         let span = self.spans.get(index)?;
         let start = span.trials.start + taken;
         let batch = self.experiment.batch();
-        let end = start.saturating_add(self.block_size(span.cell).next_multiple_of(batch));
+        let size = self.block_size(span.cell).min(self.last_blocks(before));
+        let end = start.saturating_add(size.next_multiple_of(batch));
         let end = span.trials.end.min(end - end % batch);
+        let all = before + (end - start);
         *next = if end == span.trials.end {
-            (index + 1, 0)
+            (index + 1, 0, all)
         } else {
-            (index, end - span.trials.start)
+            (index, end - span.trials.start, all)
         };
         Some(Span {
             cell: span.cell,
