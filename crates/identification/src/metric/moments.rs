@@ -7,7 +7,6 @@
 use super::double_double::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
 use super::exact_sum::{BLOCK, NO_TERMS, Terms, WAYS};
-use super::paired::Powers;
 use super::sketch::{Others, bin_of};
 use super::statistics::{DOMINANT_SHARE, Quantiles, TRIM, largest_for_tail};
 use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
@@ -28,6 +27,22 @@ pub struct Sample {
     /// Smallest and largest.
     extremes: Option<(f64, f64)>,
     sketch: Sketch,
+}
+
+/// Sums of `x^2` and `x^4`, the latter in double-double, and the largest |x|.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct EvenPowers {
+    pub(super) squares: ExactSum,
+    pub(super) fourths: ExactSum,
+    pub(super) largest: f64,
+}
+
+impl EvenPowers {
+    pub(super) fn merge(&mut self, other: &Self) {
+        self.squares.merge(&other.squares);
+        self.fourths.merge(&other.fourths);
+        self.largest = self.largest.max(other.largest);
+    }
 }
 
 impl Sample {
@@ -86,8 +101,8 @@ impl Sample {
     }
 
     /// The sums that a comparison needs.
-    pub(super) fn even_powers(&self) -> Powers {
-        Powers {
+    pub(super) fn even_powers(&self) -> EvenPowers {
+        EvenPowers {
             squares: self.squares.clone(),
             fourths: self.fourths.clone(),
             largest: self.largest(),

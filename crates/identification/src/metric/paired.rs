@@ -3,7 +3,7 @@
 use super::double_double::{Dd, powers, product, two_product};
 use super::estimate::{Estimate, FEWEST_FOR_SQUARES, not_negative};
 use super::exact_sum::{BLOCK, NO_TERMS, Terms, WAYS};
-use super::moments::{self, finite, largest_share};
+use super::moments::{self, EvenPowers, finite, largest_share};
 use super::sketch::{Others, bin_of};
 use super::statistics::DOMINANT_SHARE;
 use super::{ExactSum, Quantile, Sample, Share, Sketch, Worse};
@@ -29,26 +29,10 @@ pub struct Paired {
     difference: Sample,
     /// first / second if it is a number and the two are not equal
     ratio: Sketch,
-    first: Powers,
-    second: Powers,
+    first: EvenPowers,
+    second: EvenPowers,
     /// `x^2 y^2` in double-double
     product: ExactSum,
-}
-
-/// Sums of `x^2` and `x^4`, the latter in double-double, and the largest |x|.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Powers {
-    pub(super) squares: ExactSum,
-    pub(super) fourths: ExactSum,
-    pub(super) largest: f64,
-}
-
-impl Powers {
-    fn merge(&mut self, other: &Self) {
-        self.squares.merge(&other.squares);
-        self.fourths.merge(&other.fourths);
-        self.largest = self.largest.max(other.largest);
-    }
 }
 
 impl Paired {
@@ -153,7 +137,7 @@ impl Paired {
         let others = self.others(worse);
         let ratio = |q: f64| self.ratio.among(others).quantile(q).ranked();
         let trials = self.both + self.only_first + self.only_second + self.neither;
-        let dominated = |powers: &Powers| {
+        let dominated = |powers: &EvenPowers| {
             !(largest_share(self.both, powers.largest, &powers.squares) <= DOMINANT_SHARE)
         };
         PairedStatistics {
