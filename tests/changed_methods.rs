@@ -243,6 +243,46 @@ fn interruptions_and_extensions() {
     assert_same(&at.join("grown"), &at.join("fresh"), true);
 }
 
+/// A run that was ended leaves many blocks of neighbouring trials. Each gets the new method's trials.
+#[test]
+fn every_block_of_a_run_that_was_ended() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let (ten, eleven) = (study("", &LANES[..10]), study("", &LANES));
+    done(at, &ten, &["grown"]);
+    let blocks = at.join("grown/blocks");
+    for (name, _) in files(&blocks)
+        .iter()
+        .filter(|(name, _)| name.starts_with('c'))
+    {
+        std::fs::remove_file(blocks.join(name)).expect("a block");
+    }
+    // Blocks of seven trials, as two shards leave them.
+    let command = |arguments: &str| {
+        let output = Command::new(PROGRAM)
+            .current_dir(at)
+            .args(arguments.split(' '))
+            .output()
+            .expect("it runs");
+        assert!(output.status.success(), "{}", stderr(&output));
+    };
+    command("plan s.toml --shards 2");
+    command("shard s.plan.json 1 --out shards --block 7");
+    command("shard s.plan.json 2 --out shards --block 7");
+    let mut copied = 0;
+    for (path, content) in files(&at.join("shards")) {
+        let name = path.rsplit('/').next().expect("a name");
+        if name.starts_with('c') {
+            std::fs::write(blocks.join(name), content).expect("a block");
+            copied += 1;
+        }
+    }
+    assert!(copied >= 12, "{copied} blocks of four cells");
+    done(at, &eleven, &["grown"]);
+    done(at, &eleven, &["fresh"]);
+    assert_same(&at.join("grown"), &at.join("fresh"), false);
+}
+
 /// What is not a change of methods, or would change the engine's last digits, is refused as before.
 #[test]
 fn refusals() {

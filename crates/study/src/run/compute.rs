@@ -8,6 +8,7 @@ use crate::run::blocks::{BlockError, BlockFolder, Content, EncodedBlock, StoredB
 use crate::run::event::Event;
 use crate::run::runner::{Block, Delivery, Keep, RunError, Span, run_spans};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
@@ -21,7 +22,7 @@ pub(crate) struct Work<'a> {
     pub(crate) threads: usize,
 }
 
-/// Tallies are written when a cell is whole, or after this time: so much is lost if the process is killed.
+/// Tallies are written when a span is whole, or after this time: so much is lost if the process is killed.
 const LONGEST_WAIT: Duration = Duration::from_secs(5);
 
 /// A block on its way from the thread that computed it to its file.
@@ -73,58 +74,61 @@ impl Delivery for Computed {
     }
 }
 
-/// Tallies that wait to be written. Those of neighbouring trials are put together, so that a cell becomes one file.
-#[derive(Default)]
+/// What is done of a span, with the tallies that wait to be written. Those of neighbouring trials are put together, so that
+/// a span becomes one file. Spans stay apart: what they are for, such as a block to be replaced, may need each alone.
 struct Waiting {
-    /// By cell and first trial, with the end of the trials.
-    tallies: BTreeMap<(usize, u64), (u64, CellTally)>,
-    since: Option<Instant>,
+    span: Span,
+    left: u64,
+    /// By first trial, with the end of the trials.
+    tallies: BTreeMap<u64, (u64, CellTally)>,
 }
 
 impl Waiting {
-    fn add(&mut self, span: Span, mut tally: CellTally) {
-        let Span { cell, trials } = span;
-        self.since.get_or_insert_with(Instant::now);
-        let (mut first, mut end) = (trials.start, trials.end);
-        let before = self.tallies.range((cell, 0)..(cell, first)).next_back();
-        let before = before.filter(|(_, (end, _))| *end == first);
-        if let Some(key) = before.map(|(key, _)| *key)
-            && let Some((_, before)) = self.tallies.remove(&key)
+    fn new(span: &Span) -> Self {
+        Self {
+            span: span.clone(),
+            left: span.len(),
+            tallies: BTreeMap::new(),
+        }
+    }
+
+    fn add(&mut self, trials: Range<u64>, mut tally: CellTally) {
+        let Range { mut start, mut end } = trials;
+        self.left -= end - start;
+        let before = self.tallies.range(..start).next_back();
+        let before = before.filter(|(_, (end, _))| *end == start);
+        if let Some(first) = before.map(|(first, _)| *first)
+            && let Some((_, before)) = self.tallies.remove(&first)
         {
-            first = key.1;
+            start = first;
             tally.merge(&before);
         }
-        if let Some((after, behind)) = self.tallies.remove(&(cell, end)) {
-            end = after;
+        if let Some((last, behind)) = self.tallies.remove(&end) {
+            end = last;
             tally.merge(&behind);
         }
-        self.tallies.insert((cell, first), (end, tally));
+        self.tallies.insert(start, (end, tally));
     }
 
-    fn is_long(&self) -> bool {
-        self.since
-            .is_some_and(|since| since.elapsed() > LONGEST_WAIT)
-    }
-
-    /// Takes those of a cell, or all.
-    fn take(&mut self, cell: Option<usize>) -> Vec<(Span, CellTally)> {
-        let of_cell = |(of, _): &(usize, u64), _: &mut _| cell.is_none_or(|cell| cell == *of);
-        let taken = self.tallies.extract_if(.., of_cell);
-        let span = |((cell, first), (end, tally))| {
-            let trials = first..end;
+    fn take(&mut self) -> Vec<(Span, CellTally)> {
+        let cell = self.span.cell;
+        let tallies = std::mem::take(&mut self.tallies).into_iter();
+        let block = |(start, (end, tally))| {
+            let trials = start..end;
             (Span { cell, trials }, tally)
         };
-        let taken = taken.map(span).collect();
-        if self.tallies.is_empty() {
-            self.since = None;
-        }
-        taken
+        tallies.map(block).collect()
     }
 }
 
+/// Takes all that wait.
+fn take_all(waiting: &mut BTreeMap<(usize, u64), Waiting>) -> Vec<(Span, CellTally)> {
+    waiting.values_mut().flat_map(Waiting::take).collect()
+}
+
 impl Work<'_> {
-    /// Computes the spans and writes them to files: one for each block with rows, or one for the trials of a cell. `file`
-    /// receives each written file, and returns whether it completes the trials of a cell.
+    /// Computes the spans and writes them to files: one for each block with rows, else one for each span, or more if it
+    /// takes long. `file` receives each written file, and returns whether it completes the trials of a cell.
     ///
     /// # Errors
     /// [`RunError`]; what is finished stays.
@@ -137,11 +141,9 @@ impl Work<'_> {
         let kept = self.experiment.file.store == Store::Trials;
         let keep = if kept { Keep::Rows } else { Keep::Tally };
         let encode = |block: Block| Computed::new(block, kept, self.blocks);
-        let mut left: BTreeMap<usize, u64> = BTreeMap::new();
-        for span in self.spans {
-            *left.entry(span.cell).or_default() += span.len();
-        }
-        let mut waiting = Waiting::default();
+        let by_start = |span: &Span| ((span.cell, span.trials.start), Waiting::new(span));
+        let mut waiting: BTreeMap<_, Waiting> = self.spans.iter().map(by_start).collect();
+        let mut written = Instant::now();
         // Returns how many cells became whole.
         let mut write = |blocks: &mut dyn Iterator<Item = Result<EncodedBlock, BlockError>>| {
             let mut whole = 0;
@@ -162,18 +164,22 @@ impl Work<'_> {
                 mut spent,
                 content,
             } = computed;
-            let (cell, trials) = (span.cell, span.len());
+            let trials = span.len();
             let whole = match content {
                 Computation::Rows(encoded) => write(&mut std::iter::once(encoded))?,
                 Computation::Tally(tally) => {
-                    waiting.add(span, tally);
-                    let left = left.entry(cell).or_default();
-                    *left -= trials;
-                    let ready = match (*left, waiting.is_long()) {
-                        (_, true) => waiting.take(None),
-                        (0, false) => waiting.take(Some(cell)),
-                        _ => Vec::new(),
-                    };
+                    let mut ready = Vec::new();
+                    let until = ..=(span.cell, span.trials.start);
+                    if let Some((_, of_span)) = waiting.range_mut(until).next_back() {
+                        of_span.add(span.trials, tally);
+                        if of_span.left == 0 {
+                            ready = of_span.take();
+                        }
+                    }
+                    if written.elapsed() > LONGEST_WAIT {
+                        ready.extend(take_all(&mut waiting));
+                        written = Instant::now();
+                    }
                     write(&mut ready.into_iter().map(encoded))?
                 }
             };
@@ -197,7 +203,7 @@ impl Work<'_> {
             store,
         );
         // Those of a run that ended early.
-        let rest = write(&mut waiting.take(None).into_iter().map(encoded));
+        let rest = write(&mut take_all(&mut waiting).into_iter().map(encoded));
         ended.and(rest.map(drop).map_err(RunError::Consumer))
     }
 }
@@ -205,30 +211,48 @@ impl Work<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::ops::Range;
+    use crate::design::file::experiment_file::ExperimentFile;
 
     /// In whatever order blocks arrive, those of neighbouring trials become one, and gaps stay.
     #[test]
     fn neighbours_are_put_together() {
-        let mut waiting = Waiting::default();
-        for (cell, from, to) in [(1, 20, 30), (0, 5, 9), (1, 0, 10), (1, 40, 50), (1, 10, 20)] {
+        let span = |trials| Span { cell: 1, trials };
+        let mut waiting = Waiting::new(&span(0..60));
+        for trials in [20..30, 0..10, 40..50, 10..20] {
             let tally = CellTally {
-                trials: to - from,
+                trials: trials.end - trials.start,
                 ..CellTally::default()
             };
-            let trials = from..to;
-            waiting.add(Span { cell, trials }, tally);
+            waiting.add(trials, tally);
         }
-        let spans = |taken: Vec<(Span, CellTally)>| -> Vec<(usize, Range<u64>, u64)> {
-            let of = |(span, tally): (Span, CellTally)| (span.cell, span.trials, tally.trials);
-            taken.into_iter().map(of).collect()
+        assert_eq!(waiting.left, 20);
+        let of = |(span, tally): (Span, CellTally)| (span, tally.trials);
+        let taken: Vec<(Span, u64)> = waiting.take().into_iter().map(of).collect();
+        assert_eq!(taken, [(span(0..30), 30), (span(40..50), 10)]);
+    }
+
+    /// Spans that touch have files of their own, whatever the blocks.
+    #[test]
+    fn spans_stay_apart() {
+        let text = "trials = 30\n[settings]\nwindow = 18";
+        let experiment = Experiment::new(ExperimentFile::parse(text).unwrap()).unwrap();
+        let place = tempfile::tempdir().unwrap();
+        let blocks = BlockFolder::open(place.path(), &experiment).unwrap();
+        let spans = [0..20, 20..30].map(|trials| Span { cell: 0, trials });
+        let work = Work {
+            experiment: &experiment,
+            blocks: &blocks,
+            spans: &spans,
+            block: Some(4),
+            threads: 2,
         };
-        assert_eq!(
-            spans(waiting.take(Some(1))),
-            [(1, 0..30, 30), (1, 40..50, 10)]
-        );
-        assert!(waiting.since.is_some());
-        assert_eq!(spans(waiting.take(None)), [(0, 5..9, 4)]);
-        assert!(waiting.since.is_none());
+        let mut found = Vec::new();
+        let file = |written: StoredBlock| {
+            found.push(written.span);
+            Ok(false)
+        };
+        work.run(&AtomicBool::new(false), |_| (), file).unwrap();
+        found.sort_by_key(|span| span.trials.start);
+        assert_eq!(found, spans);
     }
 }

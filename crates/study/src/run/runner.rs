@@ -267,7 +267,7 @@ struct Shared<'a> {
     stop: &'a AtomicBool,
     /// Raised when the consumer or a worker has failed.
     ended: AtomicBool,
-    /// The next trials to take: the index of a span, how many of its trials are already taken, and of all.
+    /// The next trials to take: the index of a span, how many of its trials are already taken, how many of all are left.
     next: Mutex<(usize, u64, u64)>,
     /// Why a cell has no worker.
     failed: OnceLock<WorkerError>,
@@ -290,7 +290,7 @@ impl<'a> Shared<'a> {
             threads: 1,
             stop,
             ended: AtomicBool::new(false),
-            next: Mutex::new((0, 0, 0)),
+            next: Mutex::new((0, 0, spans.iter().map(Span::len).sum())),
             failed: OnceLock::new(),
         }
     }
@@ -339,14 +339,13 @@ impl<'a> Shared<'a> {
         block_size(self.experiment, cell).min(most).min(self.share)
     }
 
-    /// Returns the upper limit of a block when so many trials are taken: half of what is left for each thread, but not
+    /// Returns the upper limit of a block when so many trials are left: half of what is left for each thread, but not
     /// below an eighth of a usual share. So the threads end at nearly the same time.
-    fn last_blocks(&self, taken: u64) -> u64 {
+    fn last_blocks(&self, left: u64) -> u64 {
         if self.block.is_some() {
             return u64::MAX;
         }
-        let all: u64 = self.spans.iter().map(Span::len).sum();
-        let half = (all - taken) / (2 * self.threads);
+        let half = left / (2 * self.threads);
         half.max(self.share / 8)
             .max(1)
             .next_multiple_of(MOST_LANES as u64)
@@ -363,18 +362,18 @@ impl<'a> Shared<'a> {
     fn take(&self) -> Option<Span> {
         // No code panics while holding the lock.
         let mut next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
-        let (index, taken, before) = *next;
+        let (index, taken, left) = *next;
         let span = self.spans.get(index)?;
         let start = span.trials.start + taken;
         let batch = self.experiment.batch();
-        let size = self.block_size(span.cell).min(self.last_blocks(before));
+        let size = self.block_size(span.cell).min(self.last_blocks(left));
         let end = start.saturating_add(size.next_multiple_of(batch));
         let end = span.trials.end.min(end - end % batch);
-        let all = before + (end - start);
+        let left = left - (end - start);
         *next = if end == span.trials.end {
-            (index + 1, 0, all)
+            (index + 1, 0, left)
         } else {
-            (index, end - span.trials.start, all)
+            (index, end - span.trials.start, left)
         };
         Some(Span {
             cell: span.cell,
