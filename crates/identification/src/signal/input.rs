@@ -108,7 +108,10 @@ impl Input {
     /// Returns every setting, for a manifest.
     #[cfg(feature = "json")]
     pub fn describe(&self) -> Value {
-        let law = |law: InputLaw, sequence: Option<Sequence>| json!({ "law": law, "amplitude": self.amplitude(), "sequence": sequence });
+        let law = |law: InputLaw, sequence: Option<Sequence>| {
+            let amplitude = self.amplitude();
+            json!({ "law": law, "amplitude": amplitude, "sequence": sequence })
+        };
         match self {
             Self::Signs(signs) => law(InputLaw::Signs, Some(signs.sequence)),
             Self::Gaussian { .. } => law(InputLaw::Gaussian, None),

@@ -5,8 +5,8 @@ use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::{Estimator, FailureKind, Pass, Visit, Window};
 use crate::model::LinearModel;
 
-/// Runs a recursion over the window. `iterations` of the pass is the number of samples taken, so that it says at which
-/// k a recursion diverged.
+/// Runs a recursion over the window, which finds theta after the last sample, and before where it needs it. `iterations`
+/// of the pass is the number of samples taken, so that it says at which k a number was found not to be finite.
 pub(super) struct Batch<R> {
     recursion: R,
     model: LinearModel,
@@ -31,7 +31,7 @@ impl<R: RecursiveEstimator> Batch<R> {
         recursion.restart();
         let mut samples = window.u.iter().zip(window.y);
         let last = samples.next_back();
-        let ran = samples.try_for_each(|(u, y)| recursion.pass_over(*u, *y));
+        let ran = samples.try_for_each(|(u, y)| recursion.advance(*u, *y, false));
         let ran = ran.and_then(|()| last.map_or(Ok(()), |(u, y)| recursion.update(*u, *y)));
         pass.iterations = Some(recursion.samples());
         ran.map_err(|diverged| diverged.kind)?;

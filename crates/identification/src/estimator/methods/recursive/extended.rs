@@ -121,7 +121,7 @@ impl RecursiveEstimator for ExtendedLeastSquares {
         self.settings.orders
     }
 
-    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+    fn advance(&mut self, u: f64, y: f64, _: bool) -> Result<(), Diverged> {
         self.clock.begin(u, y)?;
         push(&mut self.inputs, u);
         if self.clock.samples >= self.settings.first() {

@@ -335,6 +335,12 @@ impl RecursiveIv {
             push(&mut self.auxiliary, -x);
         }
     }
+}
+
+impl RecursiveEstimator for RecursiveIv {
+    fn orders(&self) -> Orders {
+        self.settings.orders
+    }
 
     fn advance(&mut self, u: f64, y: f64, wanted: bool) -> Result<(), Diverged> {
         self.clock.begin(u, y)?;
@@ -344,20 +350,6 @@ impl RecursiveIv {
         }
         push(&mut self.outputs, -y);
         self.clock.end(&self.theta, self.start.size())
-    }
-}
-
-impl RecursiveEstimator for RecursiveIv {
-    fn orders(&self) -> Orders {
-        self.settings.orders
-    }
-
-    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
-        self.advance(u, y, true)
-    }
-
-    fn pass_over(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
-        self.advance(u, y, false)
     }
 
     fn theta(&self) -> &[f64] {

@@ -160,6 +160,12 @@ impl RecursiveLeastSquares {
             }
         }
     }
+}
+
+impl RecursiveEstimator for RecursiveLeastSquares {
+    fn orders(&self) -> Orders {
+        self.settings.orders
+    }
 
     fn advance(&mut self, u: f64, y: f64, wanted: bool) -> Result<(), Diverged> {
         self.clock.begin(u, y)?;
@@ -173,20 +179,6 @@ impl RecursiveLeastSquares {
             Memory::Covariance { residual_sum, .. } => *residual_sum,
         };
         self.clock.end(&self.theta, size)
-    }
-}
-
-impl RecursiveEstimator for RecursiveLeastSquares {
-    fn orders(&self) -> Orders {
-        self.settings.orders
-    }
-
-    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
-        self.advance(u, y, true)
-    }
-
-    fn pass_over(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
-        self.advance(u, y, false)
     }
 
     fn theta(&self) -> &[f64] {

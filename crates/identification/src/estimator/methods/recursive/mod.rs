@@ -54,19 +54,19 @@ pub trait RecursiveEstimator: Send {
     /// Returns the orders of the model.
     fn orders(&self) -> Orders;
 
-    /// Takes u(k) and y(k), k = 0, 1, ...
+    /// Takes u(k) and y(k), k = 0, 1, ... Where theta(k) is not `wanted`, a method that goes on without it may leave theta
+    /// as it was.
     ///
     /// # Errors
     /// [`Diverged`] if a number is not finite. From then on every call returns the same, and theta must not be used.
-    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged>;
+    fn advance(&mut self, u: f64, y: f64, wanted: bool) -> Result<(), Diverged>;
 
-    /// Takes u(k) and y(k) where theta(k) is not asked for: [`Self::update`] but for theta, which a method that goes on
-    /// without it leaves as it was.
+    /// Takes u(k) and y(k), and finds theta(k).
     ///
     /// # Errors
-    /// As for [`Self::update`], theta not being looked at.
-    fn pass_over(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
-        self.update(u, y)
+    /// As for [`Self::advance`].
+    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+        self.advance(u, y, true)
     }
 
     /// Returns theta(k) after the last sample, in the order A, B, C, D, F.

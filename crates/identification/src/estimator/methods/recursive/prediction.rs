@@ -156,7 +156,7 @@ impl RecursiveEstimator for RecursivePrediction {
         self.settings.orders
     }
 
-    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+    fn advance(&mut self, u: f64, y: f64, _: bool) -> Result<(), Diverged> {
         self.clock.begin(u, y)?;
         self.predictor.input(u, &self.theta);
         let (mut error, has_equation) = (0.0, self.clock.samples >= self.settings.first());

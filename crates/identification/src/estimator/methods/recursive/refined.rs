@@ -140,7 +140,7 @@ impl RecursiveEstimator for RecursiveSriv {
         self.settings.orders
     }
 
-    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+    fn advance(&mut self, u: f64, y: f64, _: bool) -> Result<(), Diverged> {
         self.clock.begin(u, y)?;
         let Orders { nb, nf, nk, .. } = self.settings.orders;
         // The outputs' lags have a minus, so a filter 1/F adds f_i times a lag.

@@ -125,7 +125,7 @@ impl RecursiveEstimator for Rerun {
 
     /// # Errors
     /// The failure of the run of this sample.
-    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+    fn advance(&mut self, u: f64, y: f64, _: bool) -> Result<(), Diverged> {
         let (RerunWindow::Growing(least) | RerunWindow::Sliding(least)) = self.window;
         if self.sliding.is_some() && self.y.len() == least {
             for (signal, newest) in [(&mut self.u, u), (&mut self.y, y)] {
