@@ -16,8 +16,8 @@ pub(crate) const BINS: usize =
 /// The largest size in bytes of a cell's histograms. Each thread holds some of them at a time.
 pub(crate) const CURVES_LIMIT: usize = 1 << 30;
 
-/// The trials of a cell that its curves are made of: the first ones. A picture of three quantiles shows no more: the 5 %
-/// quantile of so many has a standard error of 0.2 % in probability.
+/// The trials of a cell that its curves are made of: the first ones. A picture of three quantiles shows no more: the
+/// 5 % quantile of so many has a standard error of 0.2 % in probability.
 pub const CURVE_TRIALS: u64 = 10_000;
 
 /// Returns the bytes of the histograms for records of K samples.

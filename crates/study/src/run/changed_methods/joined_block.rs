@@ -1,0 +1,205 @@
+//! A block of the new study, put together from that of the old one and the same trials of the new methods.
+
+use super::{ADDED, Change, Source, remove_added};
+use crate::design::file::experiment_file::Store;
+use crate::files::{self, Kind};
+use crate::outcome::curves::Curves;
+use crate::outcome::results_folder::{BLOCKS, DESIGN, span_of};
+use crate::outcome::tally::CellTally;
+use crate::outcome::trials::Trials;
+use crate::run::blocks::{BlockError, BlockFolder, Content, StoredBlock};
+use crate::run::event::CampaignError;
+use crate::run::runner::Span;
+use std::path::Path;
+
+impl Change<'_> {
+    /// Replaces every block of the old study by one of the new.
+    pub(super) fn replace(&self, path: &Path) -> Result<(), CampaignError> {
+        let blocks = path.join(BLOCKS);
+        let [old, new] = [&self.old, self.new].map(|of| BlockFolder::at(blocks.clone(), of));
+        let mut added = Vec::new();
+        for ((name, engine), experiment) in ADDED.into_iter().zip(self.added.iter().flatten()) {
+            if let Some(folder) = files::subfolder(path, name)? {
+                let folder = BlockFolder::at(folder, experiment);
+                let there = folder.list()?.0;
+                added.push((engine, folder, there));
+            }
+        }
+        for file in files::list(&blocks)? {
+            if span_of(&file).is_none() {
+                continue;
+            }
+            let (span, bytes) = match old.verified(&file) {
+                Ok(found) => found,
+                // It was replaced before.
+                Err(BlockError::OtherDesign { .. }) => continue,
+                Err(error) => return Err(error.into()),
+            };
+            let before = Content::decode(&bytes, &self.old, &span);
+            let path = file.clone();
+            let before = before.map_err(|reason| BlockError::Damaged { path, reason })?;
+            let of_engine = added
+                .iter()
+                .find(|(engine, ..)| *engine == self.engine(span.cell));
+            let parts = match of_engine {
+                Some((_, folder, there)) => Some(read_within(folder, there, &span)?),
+                None => None,
+            };
+            match self.joined(&span, &before, parts) {
+                Some(content) => {
+                    new.encode(span, &content)?.write()?;
+                }
+                None => files::remove(&file, Kind::Block)?,
+            }
+        }
+        let design = files::sealed(&self.new.stamped_design());
+        files::replace(&blocks.join(DESIGN), Kind::Design, design.as_bytes())?;
+        remove_added(path)
+    }
+
+    /// Returns the content of a block of the new study. `None` if it cannot be told: the lanes' repeated solves are
+    /// counted for all methods together.
+    fn joined(&self, span: &Span, before: &Content, added: Option<Content>) -> Option<Content> {
+        let fewer = self
+            .places
+            .iter()
+            .zip(&self.computed)
+            .filter(|(place, computed)| place.is_some() && !**computed);
+        if before.tally.fallbacks > 0 && fewer.count() < self.old.methods.len() {
+            return None;
+        }
+        let cell = &self.new.cells[span.cell];
+        let added = added.unwrap_or_else(|| Content {
+            tally: CellTally::default(),
+            rows: None,
+        });
+        let from = |source: &Source| match source {
+            Source::Old(at) => (before, *at),
+            Source::Added(at) => (&added, *at),
+        };
+        let rows = match (&before.rows, self.new.file.store) {
+            (Some(rows), Store::Trials) => {
+                let outputs = self.sources.iter().map(|source| {
+                    let (content, at) = from(source);
+                    Some(content.rows.as_ref()?.outputs()[at].clone())
+                });
+                Some(rows.with_outputs(outputs.collect::<Option<Vec<_>>>()?))
+            }
+            _ => None,
+        };
+        let curves = self.new.file.curves.then(|| {
+            let of = |at: usize| from(&self.sources[at]).0.tally.curves.as_ref();
+            Some(Curves::of_ends(of(0)?, of(self.sources.len() - 1)?))
+        });
+        let tally = CellTally {
+            trials: before.tally.trials,
+            fallbacks: before.tally.fallbacks + added.tally.fallbacks,
+            outputs: self
+                .sources
+                .iter()
+                .map(from)
+                .map(|(of, at)| of.tally.outputs[at].clone())
+                .collect(),
+            curves: curves.unwrap_or_default(),
+            ..CellTally::default()
+        };
+        Some(match rows {
+            Some(rows) => {
+                let mut trials = Trials::new(self.new, cell);
+                (trials.rows, trials.curves) = (rows, None);
+                let of_rows = CellTally::from_trials(self.new, cell, &mut trials);
+                let (pairs, groups, series) = (of_rows.pairs, of_rows.groups, of_rows.series);
+                let rows = Some(trials.rows);
+                Content {
+                    tally: CellTally {
+                        pairs,
+                        groups,
+                        series,
+                        ..tally
+                    },
+                    rows,
+                }
+            }
+            None => Content {
+                tally: self.with_shared(tally, span.cell, &before.tally, &added.tally)?,
+                rows: None,
+            },
+        })
+    }
+
+    /// Adds comparisons, the jackknife's groups and series to a tally, from those of both studies.
+    fn with_shared(
+        &self,
+        tally: CellTally,
+        cell: usize,
+        before: &CellTally,
+        added: &CellTally,
+    ) -> Option<CellTally> {
+        let of_added = self.added.as_ref().map(|[added, _]| added);
+        let from = |source: Source| match source {
+            Source::Old(at) => (before, at),
+            Source::Added(at) => (added, at),
+        };
+        let pair = |pair: &[usize; 2]| {
+            if let Some(at) = self.old_pair(*pair) {
+                return Some(before.pairs[at].clone());
+            }
+            let places = pair.map(|of| from(self.sources[of]).1);
+            let mut compared = of_added?.compare.iter();
+            let at = compared.position(|other| *other == places)?;
+            Some(added.pairs[at].clone())
+        };
+        let groups = |measure: usize| {
+            let groups = self.sources.iter().map(|source| from(*source));
+            groups
+                .map(|(tally, at)| tally.groups[measure][at].clone())
+                .collect()
+        };
+        let series = |(output, measure): (usize, _)| {
+            let (tally, at) = from(self.sources[output]);
+            let of = match self.sources[output] {
+                Source::Old(_) => &self.old,
+                Source::Added(_) => of_added?,
+            };
+            let place = of
+                .series_of(&of.cells[cell])
+                .position(|other| other == (at, measure))?;
+            Some(tally.series[place].clone())
+        };
+        Some(CellTally {
+            pairs: self.new.compare.iter().map(pair).collect::<Option<_>>()?,
+            groups: (0..self.new.sloped_measures().len()).map(groups).collect(),
+            series: self
+                .new
+                .series_of(&self.new.cells[cell])
+                .map(series)
+                .collect::<Option<_>>()?,
+            ..tally
+        })
+    }
+}
+
+/// Reads what a folder has of the trials of a span, which its blocks cover.
+fn read_within(
+    folder: &BlockFolder<'_>,
+    there: &[StoredBlock],
+    span: &Span,
+) -> Result<Content, BlockError> {
+    let mut whole = Content {
+        tally: CellTally::default(),
+        rows: None,
+    };
+    for block in there.iter().filter(|block| span.holds(&block.span)) {
+        let Content { tally, rows } = folder.read(block)?;
+        whole.tally.merge(&tally);
+        whole.rows = match (whole.rows.take(), rows) {
+            (Some(mut before), Some(rows)) => {
+                before.append(rows);
+                Some(before)
+            }
+            (None, rows) => rows,
+            (before, None) => before,
+        };
+    }
+    Ok(whole)
+}
