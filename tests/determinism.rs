@@ -59,7 +59,7 @@ fn bytes(
         .expect("a run");
     let mut tallies = vec![CellTally::default(); experiment.cells.len()];
     run(experiment, trials, threads, &stop, |block| {
-        tallies[block.span.cell].merge(&block.tally);
+        tallies[block.span.cell].merge(block.tally);
         Ok::<(), std::io::Error>(())
     })
     .expect("a run");

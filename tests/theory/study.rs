@@ -67,7 +67,7 @@ impl Found {
     pub fn tally(&mut self, experiment: &Experiment, cell: &Cell) -> CellTally {
         let mut all = CellTally::default();
         for trial in &mut self.trials {
-            all.merge(&CellTally::from_trials(experiment, cell, trial));
+            all.merge(CellTally::from_trials(experiment, cell, trial));
         }
         all
     }

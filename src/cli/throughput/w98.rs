@@ -127,7 +127,7 @@ fn sample(
 ) -> Result<CellTally, Error> {
     let mut tally = CellTally::default();
     let done = run::<Infallible>(experiment, trials, threads, stop, |block| {
-        tally.merge(&block.tally);
+        tally.merge(block.tally);
         Ok(())
     });
     match done {

@@ -7,7 +7,7 @@
 use super::double_double::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
 use super::exact_sum::{BLOCK, NO_TERMS, Terms, WAYS};
-use super::sketch::{Others, bin_of};
+use super::sketch::{Among, Others, bin_of};
 use super::statistics::{DOMINANT_SHARE, Quantiles, TRIM, largest_for_tail};
 use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
 use crate::signal::arithmetic::with_fma;
@@ -171,8 +171,8 @@ impl Sample {
         others
     }
 
-    fn quantile_among(&self, q: f64, others: Others) -> Quantile {
-        let quantile = self.sketch.among(others).quantile(q).ranked();
+    fn quantile_among(&self, q: f64, all: &Among<'_>) -> Quantile {
+        let quantile = all.quantile(q).ranked();
         Quantile {
             value: self.clamp(quantile.value),
             ..quantile
@@ -182,13 +182,14 @@ impl Sample {
     /// The q-quantile over all trials from the sketch, clamped to the smallest and largest value. Trials without a
     /// measure stand at the worse end.
     pub fn quantile(&self, q: f64, worse: Worse) -> Quantile {
-        self.quantile_among(q, self.without_value(worse))
+        self.quantile_among(q, &self.sketch.among(self.without_value(worse)))
     }
 
     /// The reported quantiles, with the trials without a measure given by `others` (none: over trials with a measure
     /// only).
     fn quantiles(&self, others: Others) -> Quantiles {
-        let [q05, q25, q50, q75, q95] = Quantiles::SHARES.map(|q| self.quantile_among(q, others));
+        let all = self.sketch.among(others);
+        let [q05, q25, q50, q75, q95] = Quantiles::SHARES.map(|q| self.quantile_among(q, &all));
         Quantiles {
             q05,
             q25,

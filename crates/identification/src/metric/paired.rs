@@ -135,7 +135,8 @@ impl Paired {
     /// Computes all statistics reported of a comparison.
     pub fn statistics(&self, worse: Worse) -> PairedStatistics {
         let others = self.others(worse);
-        let ratio = |q: f64| self.ratio.among(others).quantile(q).ranked();
+        let ratios = self.ratio.among(others);
+        let ratio = |q: f64| ratios.quantile(q).ranked();
         let trials = self.both + self.only_first + self.only_second + self.neither;
         let dominated = |powers: &EvenPowers| {
             !(largest_share(self.both, powers.largest, &powers.squares) <= DOMINANT_SHARE)

@@ -91,6 +91,17 @@ struct OrderStatistic {
     half_width: f64,
 }
 
+impl OrderStatistic {
+    /// Returns the value at a place in a bin with so many.
+    fn inside((bin, count): (i32, u64), place: u64) -> Self {
+        let (low, high) = edges(bin);
+        Self {
+            value: between(low, high, (place as f64 + 0.5) / count as f64),
+            half_width: if low == high { 0.0 } else { (high - low) / 2.0 },
+        }
+    }
+}
+
 impl Sketch {
     /// Builds the sketch of some values.
     ///
@@ -125,29 +136,27 @@ impl Sketch {
 
     /// Adds the counts of another sketch.
     pub fn merge(&mut self, other: &Self) {
-        if other.bins.is_empty() {
+        let (left, right) = (&self.bins, &other.bins);
+        if right.is_empty() {
             return;
         }
-        let mut bins = Vec::with_capacity(self.bins.len() + other.bins.len());
-        let (mut left, mut right) = (self.bins.as_slice(), other.bins.as_slice());
-        while let ([a, left_rest @ ..], [b, right_rest @ ..]) = (left, right) {
-            match a.0.cmp(&b.0) {
-                std::cmp::Ordering::Less => {
-                    bins.push(*a);
-                    left = left_rest;
-                }
-                std::cmp::Ordering::Greater => {
-                    bins.push(*b);
-                    right = right_rest;
-                }
-                std::cmp::Ordering::Equal => {
-                    bins.push((a.0, a.1 + b.1));
-                    (left, right) = (left_rest, right_rest);
-                }
-            }
+        let mut bins = vec![(0, 0); left.len() + right.len()];
+        let (mut i, mut j, mut next) = (0, 0, 0);
+        // Without a branch: which of the two bins comes first cannot be predicted.
+        while i < left.len() && j < right.len() {
+            let (a, b) = (left[i], right[j]);
+            let (is_left, is_right) = (a.0 <= b.0, b.0 <= a.0);
+            let count = a.1 * u64::from(is_left) + b.1 * u64::from(is_right);
+            bins[next] = (a.0.min(b.0), count);
+            i += usize::from(is_left);
+            j += usize::from(is_right);
+            next += 1;
         }
-        bins.extend_from_slice(left);
-        bins.extend_from_slice(right);
+        for rest in [&left[i..], &right[j..]] {
+            bins[next..next + rest.len()].copy_from_slice(rest);
+            next += rest.len();
+        }
+        bins.truncate(next);
         self.bins = bins;
     }
 
@@ -159,24 +168,28 @@ impl Sketch {
     /// Returns the order statistic of a rank in 0 ... count-1.
     fn order_statistic(&self, rank: u64) -> Option<OrderStatistic> {
         let mut before = 0;
-        for &(bin, count) in &self.bins {
-            if rank < before + count {
-                let part = ((rank - before) as f64 + 0.5) / count as f64;
-                let (low, high) = edges(bin);
-                return Some(OrderStatistic {
-                    value: between(low, high, part),
-                    half_width: if low == high { 0.0 } else { (high - low) / 2.0 },
-                });
+        for bin in &self.bins {
+            if rank < before + bin.1 {
+                return Some(OrderStatistic::inside(*bin, rank - before));
             }
-            before += count;
+            before += bin.1;
         }
         None
     }
 
     /// Combines the values with others that are in no bin.
     pub(super) fn among(&self, others: Others) -> Among<'_> {
+        let mut end = 0;
+        let until = |(_, count): &(i32, u64)| {
+            end += count;
+            end
+        };
+        let ends: Vec<u64> = self.bins.iter().map(until).collect();
+        let below_one = self.bins.partition_point(|(bin, _)| *bin < bin_of(1.0));
         Among {
-            sketch: self,
+            before_one: below_one.checked_sub(1).map_or(0, |last| ends[last]),
+            bins: &self.bins,
+            ends,
             others,
         }
     }
@@ -376,20 +389,29 @@ pub(super) struct Others {
 }
 
 /// The values of a sketch together with others, in order.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Among<'a> {
-    sketch: &'a Sketch,
+    bins: &'a [(i32, u64)],
+    /// The values up to the end of each bin.
+    ends: Vec<u64>,
+    /// The values in bins below that of 1.
+    before_one: u64,
     others: Others,
 }
 
 impl Among<'_> {
-    fn count(self) -> u64 {
+    /// The values in bins.
+    fn in_bins(&self) -> u64 {
+        self.ends.last().copied().unwrap_or(0)
+    }
+
+    fn count(&self) -> u64 {
         let Others { below, ones, above } = self.others;
-        below + ones + above + self.sketch.count()
+        below + ones + above + self.in_bins()
     }
 
     /// Returns the order statistic of a rank in 0 ... count-1; it is infinite among those below and above.
-    fn order_statistic(self, rank: u64) -> Option<OrderStatistic> {
+    fn order_statistic(&self, rank: u64) -> Option<OrderStatistic> {
         let exactly = |value: f64| OrderStatistic {
             value,
             half_width: 0.0,
@@ -398,22 +420,22 @@ impl Among<'_> {
         let Some(rank) = rank.checked_sub(below) else {
             return Some(exactly(f64::NEG_INFINITY));
         };
-        let before_one = self.sketch.bins.iter();
-        let before_one: u64 = before_one
-            .take_while(|(bin, _)| *bin < bin_of(1.0))
-            .map(|(_, count)| count)
-            .sum();
+        let before_one = self.before_one;
         if (before_one..before_one + ones).contains(&rank) {
             return Some(exactly(1.0));
         }
         let rank = if rank < before_one { rank } else { rank - ones };
-        let inside = self.sketch.order_statistic(rank);
-        inside.or_else(|| (rank < self.sketch.count() + above).then(|| exactly(f64::INFINITY)))
+        if rank >= self.in_bins() {
+            return (rank < self.in_bins() + above).then(|| exactly(f64::INFINITY));
+        }
+        let at = self.ends.partition_point(|end| *end <= rank);
+        let bin = self.bins[at];
+        Some(OrderStatistic::inside(bin, rank - (self.ends[at] - bin.1)))
     }
 
     /// The value at a fractional position between the order statistics 0 ... count-1, and the half width of the wider
     /// of the two bins. `None` if there are no values.
-    fn at(self, count: u64, position: f64) -> Option<OrderStatistic> {
+    fn at(&self, count: u64, position: f64) -> Option<OrderStatistic> {
         let position = position.clamp(0.0, count.saturating_sub(1) as f64);
         let rank = position.floor() as u64;
         let low = self.order_statistic(rank)?;
@@ -433,7 +455,7 @@ impl Among<'_> {
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].
-    pub(super) fn quantile(self, q: f64) -> Quantile {
+    pub(super) fn quantile(&self, q: f64) -> Quantile {
         debug_assert!((0.0..=1.0).contains(&q));
         let count = self.count();
         let Some(at) = self.at(count, q * (count as f64 - 1.0)) else {
@@ -456,7 +478,7 @@ impl Among<'_> {
     }
 
     /// The value of [`Self::quantile`] without its error.
-    pub(super) fn quantile_value(self, q: f64) -> f64 {
+    pub(super) fn quantile_value(&self, q: f64) -> f64 {
         let count = self.count();
         self.at(count, q * (count as f64 - 1.0))
             .map_or(f64::NAN, |at| at.value)

@@ -141,10 +141,10 @@ impl Original {
             let (_, own) = self.decode(path, bytes.clone()).expect("a true block");
             let mut tally = CellTally::default();
             if index == span.cell {
-                tally.merge(&content.tally);
-                tally.merge(&own.tally);
+                tally.merge(content.tally.clone());
+                tally.merge(own.tally.clone());
             } else {
-                tally.merge(&own.tally);
+                tally.merge(own.tally.clone());
             }
             cells.push(CellSummary::new(&self.experiment, index, &tally));
             slopes.push(SlopeStatistics::new(&self.experiment, &tally));

@@ -15,13 +15,21 @@ use std::ops::Range;
 pub const CURVE_BIN_ERROR: f64 = 1.0 / 32.0;
 
 /// Histograms of e_x(k) for the first and the last output of a trial, k = 0 ... K-1.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(try_from = "Sparse")]
 pub struct Curves {
     horizon: usize,
     /// The trials that are counted, those without the measure too.
     trials: u64,
+    /// The first output's histograms, then the last's; nothing before the first error is counted.
     counts: Vec<u32>,
+}
+
+impl PartialEq for Curves {
+    fn eq(&self, other: &Self) -> bool {
+        (self.horizon, self.trials) == (other.horizon, other.trials)
+            && self.filled().eq(other.filled())
+    }
 }
 
 /// The nonempty bins, as they are stored.
@@ -34,11 +42,10 @@ struct Sparse {
 
 impl Serialize for Curves {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let bins = (0..).zip(self.counts.iter().copied());
         let sparse = Sparse {
             horizon: self.horizon,
             trials: self.trials,
-            bins: bins.filter(|(_, count)| *count > 0).collect(),
+            bins: self.filled().collect(),
         };
         sparse.serialize(serializer)
     }
@@ -51,11 +58,14 @@ impl TryFrom<Sparse> for Curves {
         if curve_bytes(sparse.horizon) > CURVES_LIMIT {
             return Err("curves of a record that is too long");
         }
-        // The length comes from a file, so it is used only if there is memory for it.
-        let reserved = Vec::<u32>::new().try_reserve_exact(2 * sparse.horizon * BINS);
-        reserved.map_err(|_| "curves that do not fit into memory")?;
         let mut curves = Self::new(sparse.horizon);
         curves.trials = sparse.trials;
+        if !sparse.bins.is_empty() {
+            // The length comes from a file, so it is used only if there is memory for it.
+            let reserved = Vec::<u32>::new().try_reserve_exact(curves.len());
+            reserved.map_err(|_| "curves that do not fit into memory")?;
+            curves.make_room();
+        }
         for (bin, count) in sparse.bins {
             match curves.counts.get_mut(bin as usize) {
                 Some(place) if *place == 0 && count > 0 => *place = count,
@@ -160,8 +170,32 @@ impl Curves {
         Self {
             horizon,
             trials: 0,
-            counts: vec![0; 2 * horizon * BINS],
+            counts: Vec::new(),
         }
+    }
+
+    /// The bins of all histograms.
+    fn len(&self) -> usize {
+        2 * self.horizon * BINS
+    }
+
+    /// Makes room for all bins.
+    fn make_room(&mut self) {
+        if self.counts.is_empty() {
+            self.counts = vec![0; self.len()];
+        }
+    }
+
+    /// Returns the bins that are not empty, with their counts.
+    fn filled(&self) -> impl Iterator<Item = (u32, u32)> {
+        let bins = (0..).zip(self.counts.iter().copied());
+        bins.filter(|(_, count)| *count > 0)
+    }
+
+    /// Returns the histograms of the first or the last output, if anything is counted.
+    fn half(&self, last: bool) -> Option<&[u32]> {
+        let (first_half, last_half) = self.counts.split_at_checked(self.len() / 2)?;
+        Some(if last { last_half } else { first_half })
     }
 
     /// Returns these curves, which are of some trials of a cell, and leaves empty ones of the same length.
@@ -184,12 +218,18 @@ impl Curves {
     /// If the horizons differ.
     pub(crate) fn of_ends(first: &Self, last: &Self) -> Self {
         assert_eq!(first.horizon, last.horizon);
-        let half = first.counts.len() / 2;
-        Self {
-            horizon: first.horizon,
+        let mut ends = Self {
             trials: first.trials,
-            counts: [&first.counts[..half], &last.counts[half..]].concat(),
+            ..Self::new(first.horizon)
+        };
+        for (of, last) in [(first, false), (last, true)] {
+            if let Some(counts) = of.half(last) {
+                ends.make_room();
+                let from = usize::from(last) * counts.len();
+                ends.counts[from..from + counts.len()].copy_from_slice(counts);
+            }
         }
+        ends
     }
 
     /// Counts e_x(0) ... e_x(K-1) of one trial, for the last output or (`last` false) the first. NaN is not counted.
@@ -197,6 +237,7 @@ impl Curves {
     /// # Panics
     /// If there are not K errors.
     pub fn add(&mut self, last: bool, errors: impl IntoIterator<Item = f64>) {
+        self.make_room();
         let from = usize::from(last) * self.horizon * BINS;
         let mut histograms = self.counts[from..]
             .chunks_exact_mut(BINS)
@@ -216,6 +257,7 @@ impl Curves {
     /// If the horizons differ.
     pub(crate) fn add_waiting(&mut self, last: bool, waiting: &mut Waiting) {
         assert_eq!(waiting.bins.len(), self.horizon * WAITING);
+        self.make_room();
         let from = usize::from(last) * self.horizon * BINS;
         let histograms = self.counts[from..].chunks_exact_mut(BINS);
         for (bins, histogram) in waiting.bins.chunks_exact(WAITING).zip(histograms) {
@@ -232,9 +274,13 @@ impl Curves {
     ///
     /// # Panics
     /// If the horizons differ.
-    pub fn merge(&mut self, other: &Self) {
+    pub fn merge(&mut self, other: Self) {
         assert_eq!(self.horizon, other.horizon);
         self.trials += other.trials;
+        if self.counts.is_empty() {
+            self.counts = other.counts;
+            return;
+        }
         for (count, other) in self.counts.iter_mut().zip(&other.counts) {
             *count += other;
         }
@@ -242,12 +288,14 @@ impl Curves {
 
     /// Returns quantiles of the first or the last output. Trials without the measure rank last.
     pub fn quantiles(&self, last: bool) -> CurveQuantiles {
-        let from = usize::from(last) * self.horizon * BINS;
-        let histograms = || self.counts[from..].chunks_exact(BINS).take(self.horizon);
-        let at = |q: f64| {
-            histograms()
-                .map(|h| histogram_quantile(h, self.trials, q))
-                .collect()
+        let at = |q: f64| match self.half(last) {
+            Some(histograms) => {
+                let histograms = histograms.chunks_exact(BINS);
+                histograms
+                    .map(|histogram| histogram_quantile(histogram, self.trials, q))
+                    .collect()
+            }
+            None => vec![None; self.horizon],
         };
         CurveQuantiles {
             q05: at(0.05),
@@ -300,7 +348,7 @@ mod tests {
         curves.add(false, [f64::NAN, 1.0]);
         let curves = curves.take(&(0..1));
         let mut other = curves.clone();
-        other.merge(&curves);
+        other.merge(curves);
         let found = other.quantiles(false);
         assert_eq!(found.q50, [None, Some(1.0 + 1.0 / 32.0)]);
     }

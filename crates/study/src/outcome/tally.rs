@@ -52,17 +52,19 @@ pub struct CellTally {
     pub traces: Option<Traces>,
 }
 
-fn merge_all<T>(left: &mut Vec<T>, right: &[T], merge: impl Fn(&mut T, &T))
-where
-    T: Clone,
-{
+/// Adds parts to others, or moves them where there are none.
+fn merge_all<T>(left: &mut Vec<T>, right: Vec<T>, merge: impl Fn(&mut T, T)) {
     if left.is_empty() {
-        left.extend_from_slice(right);
+        *left = right;
     } else {
         left.iter_mut()
             .zip(right)
             .for_each(|(left, right)| merge(left, right));
     }
+}
+
+fn merge_samples(left: &mut Vec<Sample>, right: Vec<Sample>) {
+    merge_all(left, right, |left, right| left.merge(&right));
 }
 
 impl CellTally {
@@ -236,33 +238,30 @@ impl CellTally {
     }
 
     /// Adds the tally of other trials of the same cell.
-    pub fn merge(&mut self, other: &Self) {
+    pub fn merge(&mut self, other: Self) {
         self.trials += other.trials;
         self.fallbacks += other.fallbacks;
-        merge_all(&mut self.outputs, &other.outputs, |left, right| {
+        merge_all(&mut self.outputs, other.outputs, |left, right| {
             left.outcomes.merge(&right.outcomes);
-            merge_all(&mut left.samples, &right.samples, Sample::merge);
-            merge_all(&mut left.parameters, &right.parameters, Sample::merge);
-            merge_all(&mut left.met, &right.met, |left, right| *left += right);
+            merge_samples(&mut left.samples, right.samples);
+            merge_samples(&mut left.parameters, right.parameters);
+            merge_all(&mut left.met, right.met, |left, right| *left += right);
         });
-        merge_all(&mut self.pairs, &other.pairs, |left, right| {
-            merge_all(left, right, Paired::merge);
+        merge_all(&mut self.pairs, other.pairs, |left, right| {
+            merge_all(left, right, |left, right| left.merge(&right));
         });
-        merge_all(&mut self.groups, &other.groups, |left, right| {
-            merge_all(left, right, |left, right| {
-                merge_all(left, right, Sample::merge);
-            });
+        merge_all(&mut self.groups, other.groups, |left, right| {
+            merge_all(left, right, merge_samples);
         });
-        merge_all(&mut self.series, &other.series, |left, right| {
-            left.extend(right.iter().map(|(first, values)| (*first, values.clone())));
-        });
-        match (&mut self.curves, &other.curves) {
-            (Some(left), Some(right)) => left.merge(right),
-            (left, right) => left.clone_from(right),
-        }
-        if self.traces.is_none() {
-            self.traces.clone_from(&other.traces);
-        }
+        merge_all(&mut self.series, other.series, BTreeMap::extend);
+        self.curves = match (self.curves.take(), other.curves) {
+            (Some(mut left), Some(right)) => {
+                left.merge(right);
+                Some(left)
+            }
+            (left, right) => left.or(right),
+        };
+        self.traces = self.traces.take().or(other.traces);
     }
 }
 

@@ -340,7 +340,7 @@ impl<'e> BlockFolder<'e> {
     pub fn tally(&self, blocks: &[StoredBlock]) -> Result<CellTally, BlockError> {
         let mut whole = CellTally::default();
         for block in blocks {
-            whole.merge(&self.read(block)?.tally);
+            whole.merge(self.read(block)?.tally);
         }
         Ok(whole)
     }

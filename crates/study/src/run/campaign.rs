@@ -289,7 +289,7 @@ impl<'e> Campaign<'e> {
     fn read_tallies(&self, stop: &AtomicBool) -> Result<Parts, CampaignError> {
         let of_cell = |cell: usize| {
             let mut tally = self.no_trials(cell);
-            tally.merge(&self.blocks.tally(&self.stored[cell])?);
+            tally.merge(self.blocks.tally(&self.stored[cell])?);
             Ok(self.part(cell, tally))
         };
         Parts::read(self.stored.len(), self.options.threads, stop, of_cell)
@@ -322,7 +322,7 @@ impl<'e> Campaign<'e> {
             for block in blocks {
                 go_on(stop)?;
                 let content = self.blocks.read(block)?;
-                tally.merge(&content.tally);
+                tally.merge(content.tally);
                 if let Some(rows) = content.rows {
                     on_rows(cell, rows)?;
                 }

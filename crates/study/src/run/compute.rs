@@ -101,11 +101,11 @@ impl Waiting {
             && let Some((_, before)) = self.tallies.remove(&first)
         {
             start = first;
-            tally.merge(&before);
+            tally.merge(before);
         }
         if let Some((last, behind)) = self.tallies.remove(&end) {
             end = last;
-            tally.merge(&behind);
+            tally.merge(behind);
         }
         self.tallies.insert(start, (end, tally));
     }

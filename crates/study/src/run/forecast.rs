@@ -420,7 +420,7 @@ fn sample(
     let (decode, _) = clocked(times, || {
         let mut merged = CellTally::default();
         if let Ok(content) = Content::decode(&bytes, experiment, &span) {
-            merged.merge(&content.tally);
+            merged.merge(content.tally);
         }
         xxh3_128(&bytes)
     });

@@ -94,7 +94,7 @@ fn tallies(
     let mut tallies = vec![CellTally::default(); spans.len()];
     let consume = |block: Block| {
         add(&block);
-        tallies[block.span.cell - cells.start].merge(&block.tally);
+        tallies[block.span.cell - cells.start].merge(block.tally);
         Ok(())
     };
     run_spans(

@@ -475,7 +475,7 @@ impl<'a> Shared<'a> {
             if self.keep != Keep::Nothing {
                 // Curves are counted over the whole block.
                 let curves = room.curves.take();
-                tally.merge(&CellTally::from_trials(self.experiment, settings, room));
+                tally.merge(CellTally::from_trials(self.experiment, settings, room));
                 room.curves = curves;
             }
             room.spent.statistics += watch.lap();

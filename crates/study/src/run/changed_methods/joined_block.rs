@@ -191,7 +191,7 @@ fn read_within(
     };
     for block in there.iter().filter(|block| span.holds(&block.span)) {
         let Content { tally, rows } = folder.read(block)?;
-        whole.tally.merge(&tally);
+        whole.tally.merge(tally);
         whole.rows = match (whole.rows.take(), rows) {
             (Some(mut before), Some(rows)) => {
                 before.append(rows);
