@@ -16,7 +16,7 @@ const RECORDS: u64 = 6;
 /// slows all of them alike.
 const ROUNDS: usize = 4;
 /// The time of a turn, over which the estimates are counted; exceeded if one takes longer.
-const TURN: Duration = Duration::from_micros(1600);
+const TURN: Duration = Duration::from_micros(800);
 /// A method with one estimate as long as this has a turn in the first round of each record alone: an estimate that long
 /// averages over what the machine does besides, and six turns tell the spread of one.
 const LONG: Duration = Duration::from_millis(20);

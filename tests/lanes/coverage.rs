@@ -58,12 +58,6 @@ fn what_is_not_covered_runs_on_faer_or_is_refused() {
         (
             "",
             "",
-            &method("drive = \"observer\""),
-            "drive = \"observer\"",
-        ),
-        (
-            "",
-            "",
             &method("stabilise = \"reflect\""),
             "stabilise = \"reflect\"",
         ),

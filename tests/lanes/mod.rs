@@ -109,7 +109,7 @@ fn orders(cases: &mut Vec<Case>) {
     }
 }
 
-/// Readings E4, E11 and the start.
+/// Readings E4, E11, E12 and the start.
 fn readings(cases: &mut Vec<Case>) {
     let mut methods = "[[methods]]\nname = \"plain\"\nestimator = \"ls\"\n".to_owned();
     for reading in ["refresh", "frozen", "literal"] {
@@ -120,14 +120,25 @@ fn readings(cases: &mut Vec<Case>) {
             );
         }
     }
+    let mut driven = String::new();
+    for reading in ["refresh", "frozen", "literal"] {
+        for gain in ["dead-beat", "scaled:0.5", "scaled:1.0"] {
+            driven += &format!(
+                "[[methods]]\nname = \"{reading}-{gain}\"\nestimator = \"iv\"\nauxiliary = \"{reading}\"\n\
+                 drive = \"observer\"\ngain = \"{gain}\"\nreport = [0, 1, 2, 3, 4]\n"
+            );
+        }
+    }
     for (order, eta) in [(2, 5.0), (6, 5.0), (6, 80.0), (3, 300.0)] {
         let settings = format!("window = 50\nhorizon = 97\neta = {eta:?}");
-        cases.push(Case::all(
-            &format!("readings, order {order}, eta {eta}"),
-            order,
-            &settings,
-            &methods,
-        ));
+        for (name, methods) in [("readings", &methods), ("driven by an observer", &driven)] {
+            cases.push(Case::all(
+                &format!("{name}, order {order}, eta {eta}"),
+                order,
+                &settings,
+                methods,
+            ));
+        }
     }
 }
 

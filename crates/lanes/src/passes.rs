@@ -4,10 +4,11 @@ use super::information::PackedInformation;
 use super::partitioned::{Parameters, Triangles};
 use super::{initial_state, inverses, order, partitioned};
 use asobench_identification::estimator::{
-    Auxiliary, Failure, FailureKind, IvOptions, Stage, StartState,
+    Auxiliary, Drive, Failure, FailureKind, IvOptions, Stage, StartState,
 };
+use asobench_identification::observer::Gain;
 use asobench_identification::plant::canonical::{reverse_negated, solve_toeplitz};
-use asobench_identification::plant::inlined::simulate;
+use asobench_identification::plant::inlined::{observe, simulate};
 use asobench_identification::plant::stability::is_stable;
 use asobench_identification::real::{MOST_LANES, Mask, Real};
 
@@ -60,6 +61,9 @@ impl<R: Real, const N: usize> PassPack<R, N> {
 pub struct Passes<R: Real, const N: usize> {
     start: StartState,
     auxiliary: Auxiliary,
+    drive: Drive,
+    /// The gain if the observer is the auxiliary model.
+    gain: Gain,
     /// Whether condition numbers are wanted.
     with_condition: bool,
     information: PackedInformation<R, N>,
@@ -85,6 +89,8 @@ impl<R: Real, const N: usize> Passes<R, N> {
         Self {
             start: options.initial_state,
             auxiliary: options.auxiliary,
+            drive: options.drive,
+            gain: options.gain.clone(),
             with_condition,
             information: PackedInformation::new(n),
             triangles: Triangles::new(),
@@ -108,7 +114,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
             pass.failures = [None; MOST_LANES];
             if let Some(previous) = before.last() {
                 pass.failures = previous.failures;
-                going = self.simulate(before, u, pass, asked & previous.state);
+                going = self.simulate(before, (u, y), pass, asked & previous.state);
                 self.sum_instruments(u, y);
             }
             self.solve(number, pass, going);
@@ -143,7 +149,7 @@ impl<R: Real, const N: usize> Passes<R, N> {
     pub fn simulate(
         &mut self,
         before: &[PassPack<R, N>],
-        u: &[R],
+        (u, y): (&[R], &[R]),
         pass: &mut PassPack<R, N>,
         going: R::Mask,
     ) -> R::Mask {
@@ -155,20 +161,37 @@ impl<R: Real, const N: usize> Passes<R, N> {
         };
         let n = self.information.order();
         let (a, b, x0) = (&previous.a, &source.b, &source.x0);
-        let yhat = &mut self.yhat[..];
+        let (drive, gain, yhat) = (self.drive, &self.gain, &mut self.yhat[..]);
         let finite = R::run(
             #[inline(always)]
             || {
                 let n = order::<N>(n);
                 let (a, b, mut x) = (*a, *b, *x0);
-                simulate(
-                    &a[..n],
-                    &b[..n],
-                    &mut x[..n],
-                    u,
-                    #[inline(always)]
-                    |k, x| yhat[k] = x[0],
-                );
+                let (a, b, x) = (&a[..n], &b[..n], &mut x[..n]);
+                match drive {
+                    Drive::Model => simulate(
+                        a,
+                        b,
+                        x,
+                        u,
+                        #[inline(always)]
+                        |k, x| yhat[k] = x[0],
+                    ),
+                    Drive::Observer => {
+                        let mut g = [R::zero(); N];
+                        gain.compute(a, &mut g[..n]);
+                        observe(
+                            a,
+                            b,
+                            &g[..n],
+                            x,
+                            u,
+                            y,
+                            #[inline(always)]
+                            |k, x| yhat[k] = x[0],
+                        );
+                    }
+                }
                 // Once not finite, the output stays so.
                 yhat[yhat.len() - 1].is_finite()
             },

@@ -26,7 +26,7 @@ pub(crate) struct PlannedMethod<'e> {
 ///
 /// The lanes cover open loops with one plant for all trials, of the estimator's order and at most [`LARGEST_ORDER`];
 /// inputs without measurement noise; least squares and IV by the partitioned inverse, stage 10 corrected, with every
-/// reading of E4 and E11; every gain; and the measures that the table of measures marks.
+/// reading of E4, E11 and E12; every gain; and the measures that the table of measures marks.
 #[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 pub struct Plan<'e> {
     pub(crate) cell: &'e DiscreteCell,

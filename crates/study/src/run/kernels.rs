@@ -100,7 +100,7 @@ impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
             }
             Kernel::Auxiliary => {
                 let done = std::mem::take(&mut passes.done);
-                passes.simulate(&done[..last], u, &mut pass, all);
+                passes.simulate(&done[..last], (u, y), &mut pass, all);
                 passes.done = done;
             }
             Kernel::Estimate => {

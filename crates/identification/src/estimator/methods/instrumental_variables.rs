@@ -138,8 +138,8 @@ impl MethodKind for IvOptions {
     }
 
     fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
-        // The ignored fields (`_`): any number of passes is possible; the gain belongs to a drive that lanes do not
-        // have; lanes do not run if standard errors are wanted.
+        // The ignored fields (`_`): any number of passes and every gain is possible; lanes do not run if standard errors
+        // are wanted.
         let Self {
             iterations: _,
             solver,
@@ -162,7 +162,7 @@ impl MethodKind for IvOptions {
             auxiliary,
             Auxiliary::Refresh | Auxiliary::Frozen | Auxiliary::Literal
         );
-        let by_model = matches!(drive, Drive::Model);
+        let drives = matches!(drive, Drive::Model | Drive::Observer);
         let of_input = matches!(instruments, InstrumentSource::Input);
         let as_found = matches!(stabilise, Stabilise::None);
         let papers = orders.is_none() && rows.is_none();
@@ -172,7 +172,7 @@ impl MethodKind for IvOptions {
             (partitioned, ("solver", solver.name())),
             (corrected, ("stage10", stage10.name())),
             (renews, ("auxiliary", auxiliary.name())),
-            (by_model, ("drive", drive.name())),
+            (drives, ("drive", drive.name())),
             (of_input, ("instruments", instruments.name())),
             (as_found, ("stabilise", stabilise.name())),
             (starts, ("initial_state", initial_state.name())),
