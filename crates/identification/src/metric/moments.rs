@@ -10,7 +10,7 @@ use super::exact_sum::{BLOCK, NO_TERMS, Terms, WAYS};
 use super::sketch::{Among, Others, bin_of};
 use super::statistics::{DOMINANT_SHARE, Quantiles, TRIM, largest_for_tail};
 use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
-use crate::signal::arithmetic::with_fma;
+use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
 /// A measure over trials, gathered so that the result does not depend on the order of trials, on blocks or on merges.
@@ -48,9 +48,14 @@ impl EvenPowers {
 impl Sample {
     /// Gathers the measure of some trials. NaN means "no measure": the trial is counted and left out.
     pub fn from_values(values: impl IntoIterator<Item = f64>) -> Self {
+        Self::gathered::<f64>(values)
+    }
+
+    /// Does the same by the vector instructions of R.
+    pub fn gathered<R: Real>(values: impl IntoIterator<Item = f64>) -> Self {
         let mut gathering = Gathering::default();
-        values.into_iter().for_each(|x| gathering.push(x));
-        gathering.finish()
+        values.into_iter().for_each(|x| gathering.push::<R>(x));
+        gathering.finish::<R>()
     }
 
     /// Adds the first to fourth powers of some numbers; zeros add nothing.
@@ -447,7 +452,7 @@ impl Default for Gathering {
 impl Gathering {
     /// Adds a value or NaN.
     #[inline(always)]
-    pub(super) fn push(&mut self, x: f64) {
+    pub(super) fn push<R: Real>(&mut self, x: f64) {
         if x.is_nan() {
             self.sample.undefined += 1;
             return;
@@ -456,16 +461,17 @@ impl Gathering {
         self.waiting.as_flattened_mut()[self.count] = x + 0.0;
         self.count += 1;
         if self.count == BLOCK {
-            self.add_waiting();
+            self.add_waiting::<R>();
         }
     }
 
-    fn add_waiting(&mut self) {
+    fn add_waiting<R: Real>(&mut self) {
         let count = std::mem::take(&mut self.count);
         let numbers = self.waiting.as_flattened_mut();
         self.sample.count += count as u64;
-        self.bins
-            .extend(numbers[..count].iter().map(|x| bin_of(*x)));
+        let before = self.bins.len();
+        self.bins.resize(before + count, 0);
+        let bins = &mut self.bins[before..];
         // What fills up the last numbers side by side must not be an extreme.
         let whole = count.next_multiple_of(WAYS);
         if count < whole {
@@ -474,9 +480,12 @@ impl Gathering {
         }
         let numbers = &mut self.waiting[..whole / WAYS];
         let (lowest, highest) = (&mut self.lowest, &mut self.highest);
-        with_fma(
+        R::run(
             #[inline(always)]
             || {
+                for (bin, x) in bins.iter_mut().zip(numbers.as_flattened()) {
+                    *bin = bin_of(*x);
+                }
                 for numbers in &*numbers {
                     for i in 0..WAYS {
                         let x = numbers[i];
@@ -491,8 +500,8 @@ impl Gathering {
     }
 
     /// Returns the sample of all values.
-    pub(super) fn finish(mut self) -> Sample {
-        self.add_waiting();
+    pub(super) fn finish<R: Real>(mut self) -> Sample {
+        self.add_waiting::<R>();
         let mut sample = self.sample;
         let low = self.lowest.into_iter().fold(f64::INFINITY, f64::min);
         let high = self.highest.into_iter().fold(f64::NEG_INFINITY, f64::max);

@@ -7,7 +7,7 @@ use super::moments::{self, EvenPowers, finite, largest_share};
 use super::sketch::{Others, bin_of};
 use super::statistics::DOMINANT_SHARE;
 use super::{ExactSum, Quantile, Sample, Share, Sketch, Worse};
-use crate::signal::arithmetic::with_fma;
+use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
 /// One measure of two methods over the same trials, independent of their order like [`Sample`].
@@ -41,21 +41,22 @@ impl Paired {
         let mut gathering = Gathering::new(false);
         let number = |x: Option<f64>| x.unwrap_or(f64::NAN);
         let pairs = pairs.into_iter();
-        pairs.for_each(|(x, y)| gathering.push(number(x), number(y)));
-        gathering.finish()
+        pairs.for_each(|(x, y)| gathering.push::<f64>(number(x), number(y)));
+        gathering.finish::<f64>()
     }
 
-    /// The same of two columns, NaN where a method has no measure, whose samples are known.
-    pub fn of_columns(columns: [&[f64]; 2], samples: [&Sample; 2]) -> Self {
+    /// The same of two columns, NaN where a method has no measure, whose samples are known, by the vector instructions
+    /// of R.
+    pub fn of_columns<R: Real>(columns: [&[f64]; 2], samples: [&Sample; 2]) -> Self {
         let [first, second] = columns;
         // Without trials that are left out the powers are those of the samples.
         let whole = |sample: &&Sample| sample.undefined() == 0 && sample.overflowed() == 0;
         let are_known = samples.iter().all(whole);
         let mut gathering = Gathering::new(are_known);
         for (x, y) in first.iter().zip(second) {
-            gathering.push(*x, *y);
+            gathering.push::<R>(*x, *y);
         }
-        let mut paired = gathering.finish();
+        let mut paired = gathering.finish::<R>();
         if are_known {
             [paired.first, paired.second] = samples.map(Sample::even_powers);
         }
@@ -193,14 +194,14 @@ impl Gathering {
 
     /// Adds a pair; NaN if a method has no measure.
     #[inline(always)]
-    fn push(&mut self, x: f64, y: f64) {
+    fn push<R: Real>(&mut self, x: f64, y: f64) {
         match (x.is_nan(), y.is_nan()) {
             (false, false) => {
                 self.x.as_flattened_mut()[self.count] = x;
                 self.y.as_flattened_mut()[self.count] = y;
                 self.count += 1;
                 if self.count == BLOCK {
-                    self.add_waiting();
+                    self.add_waiting::<R>();
                 }
             }
             (false, true) => self.paired.only_first += 1,
@@ -209,24 +210,27 @@ impl Gathering {
         }
     }
 
-    fn add_waiting(&mut self) {
+    fn add_waiting<R: Real>(&mut self) {
         let count = std::mem::take(&mut self.count);
-        let (x, y) = (self.x.as_flattened_mut(), self.y.as_flattened_mut());
         self.paired.both += count as u64;
-        for (x, y) in x[..count].iter().zip(&y[..count]) {
-            self.paired.smaller += u64::from(x < y);
-            self.paired.ties += u64::from(x == y);
-            self.difference.push(x - y);
-            let ratio = x / y;
-            if x != y && !ratio.is_nan() {
-                self.ratios.push(bin_of(ratio));
-            }
-        }
-        x[count..].fill(0.0);
-        y[count..].fill(0.0);
-        with_fma(
+        // Every bin is written to the next free place, which is kept only if it is that of a ratio.
+        let mut next = self.ratios.len();
+        self.ratios.resize(next + count, 0);
+        let mut differences = [0.0; BLOCK];
+        R::run(
             #[inline(always)]
             || {
+                let (x, y) = (self.x.as_flattened_mut(), self.y.as_flattened_mut());
+                for ((x, y), difference) in x.iter().zip(&*y).zip(&mut differences).take(count) {
+                    self.paired.smaller += u64::from(x < y);
+                    self.paired.ties += u64::from(x == y);
+                    *difference = x - y;
+                    let ratio = x / y;
+                    self.ratios[next] = bin_of(ratio);
+                    next += usize::from(x != y && !ratio.is_nan());
+                }
+                x[count..].fill(0.0);
+                y[count..].fill(0.0);
                 let rows = count.div_ceil(WAYS);
                 if self.powers_are_known {
                     self.add_products(rows);
@@ -235,6 +239,10 @@ impl Gathering {
                 }
             },
         );
+        self.ratios.truncate(next);
+        for difference in &differences[..count] {
+            self.difference.push::<R>(*difference);
+        }
     }
 
     /// Adds `x^2 y^2` of so many rows of pairs whose fourth powers are in range; zeros add nothing.
@@ -293,10 +301,10 @@ impl Gathering {
         }
     }
 
-    fn finish(mut self) -> Paired {
-        self.add_waiting();
+    fn finish<R: Real>(mut self) -> Paired {
+        self.add_waiting::<R>();
         let mut paired = self.paired;
-        paired.difference = self.difference.finish();
+        paired.difference = self.difference.finish::<R>();
         paired.ratio = Sketch::of_bins(&self.ratios);
         paired
     }

@@ -160,6 +160,12 @@ impl Rows {
         self.first..self.first + self.trial_count() as u64
     }
 
+    /// Returns the number of measures and coefficients of a trial.
+    pub(crate) fn values_of_trial(&self) -> usize {
+        let of_output = |of: &OutputRows| of.values.len() + of.parameters.len();
+        self.outputs.iter().map(of_output).sum()
+    }
+
     /// Returns the number of trials.
     pub fn trial_count(&self) -> usize {
         self.outputs.first().map_or(0, OutputRows::len)

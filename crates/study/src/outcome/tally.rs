@@ -12,6 +12,8 @@ use crate::outcome::rows::{Flags, OutputRows};
 use crate::outcome::traces::Traces;
 use crate::outcome::trials::Trials;
 use asobench_identification::metric::{JACKKNIFE_GROUPS, Paired, Sample};
+use asobench_identification::real::Real;
+use asobench_lanes::{Call, Isa};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -70,6 +72,12 @@ fn merge_samples(left: &mut Vec<Sample>, right: Vec<Sample>) {
 impl CellTally {
     /// Returns the tally of some trials. Their curves move into it.
     pub fn from_trials(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
+        // One instruction set for all orders.
+        Isa::best().dispatch(1, Counted(experiment, cell, trials))
+    }
+
+    /// Does [`Self::from_trials`] by the vector instructions of R.
+    fn counted<R: Real>(experiment: &Experiment, cell: &Cell, trials: &mut Trials) -> Self {
         let traces = trials.traces.take();
         let curves = trials.curves.take();
         let curves = curves.map(|mut curves| curves.take(&trials.rows.trials()));
@@ -97,17 +105,17 @@ impl CellTally {
         let of_coefficients = coefficients::columns(file, cell.order());
         let of_output = |(output, columns): (&OutputRows, &Vec<Cow<'_, [f64]>>)| OutputTally {
             outcomes: outcomes(output, rows.trials().start),
-            samples: columns.iter().map(|column| sample(column)).collect(),
+            samples: columns.iter().map(|column| sample::<R>(column)).collect(),
             parameters: output
                 .parameters()
                 .iter()
                 .enumerate()
                 .map(|(i, errors)| {
                     if i < of_coefficients {
-                        sample(&output.counted(errors))
+                        sample::<R>(&output.counted(errors))
                     } else {
                         // An error over `[course]` is right, whatever came later.
-                        sample(errors)
+                        sample::<R>(errors)
                     }
                 })
                 .collect(),
@@ -117,7 +125,7 @@ impl CellTally {
             rows.outputs().iter().zip(&columns).map(of_output).collect();
         let pair = |compared: &[usize; 2], measure: usize| {
             let columns = compared.map(|output| &*columns[output][measure]);
-            Paired::of_columns(
+            Paired::of_columns::<R>(
                 columns,
                 compared.map(|output| &outputs[output].samples[measure]),
             )
@@ -133,7 +141,7 @@ impl CellTally {
             let groups = JACKKNIFE_GROUPS as u64;
             let begin = (group as u64 + groups - first % groups) % groups;
             let of_group = column.iter().skip(begin as usize);
-            Sample::from_values(of_group.step_by(JACKKNIFE_GROUPS).copied())
+            Sample::gathered::<R>(of_group.step_by(JACKKNIFE_GROUPS).copied())
         };
         let groups_of = |measure: Measure| -> Vec<Vec<Sample>> {
             let of_output = |output| {
@@ -265,8 +273,20 @@ impl CellTally {
     }
 }
 
-fn sample(column: &[f64]) -> Sample {
-    Sample::from_values(column.iter().copied())
+/// The trials of [`CellTally::from_trials`].
+struct Counted<'a>(&'a Experiment, &'a Cell, &'a mut Trials);
+
+impl Call for Counted<'_> {
+    type Output = CellTally;
+
+    fn with<R: Real, const N: usize>(self) -> CellTally {
+        let Self(experiment, cell, trials) = self;
+        CellTally::counted::<R>(experiment, cell, trials)
+    }
+}
+
+fn sample<R: Real>(column: &[f64]) -> Sample {
+    Sample::gathered::<R>(column.iter().copied())
 }
 
 /// Counts the outcomes of trials from `first` on.

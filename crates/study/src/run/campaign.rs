@@ -58,6 +58,8 @@ pub struct Campaign<'e> {
     pub(crate) blocks: BlockFolder<'e>,
     /// The stored blocks of every cell, ascending.
     pub(crate) stored: Vec<Vec<StoredBlock>>,
+    /// What the summary needs of the cells whose trials this run has computed all.
+    parts: Vec<Option<Part>>,
     /// The origin that the results state.
     pub(crate) origin: Origin,
     /// The looks at the folder's results before this run.
@@ -112,6 +114,7 @@ impl<'e> Campaign<'e> {
             options,
             folder,
             blocks,
+            parts: vec![None; stored.len()],
             stored,
             origin: Origin {
                 faer_instructions: Engine::faer_instructions().to_owned(),
@@ -217,6 +220,7 @@ impl<'e> Campaign<'e> {
         let mut left = vec![0; targets.len()];
         for span in &missing {
             left[span.cell] += span.len();
+            self.parts[span.cell] = None;
         }
         let done = trials - left.iter().sum::<u64>();
         on_event(Event::Planned { trials, done });
@@ -226,7 +230,7 @@ impl<'e> Campaign<'e> {
         let keep = self.experiment.file.store == Store::Trials;
         let RunOptions { threads, block, .. } = self.options;
         let experiment = self.experiment;
-        let (blocks, stored) = (&self.blocks, &mut self.stored);
+        let (blocks, stored, parts) = (&self.blocks, &mut self.stored, &mut self.parts);
         let work = Work {
             experiment,
             blocks,
@@ -234,7 +238,7 @@ impl<'e> Campaign<'e> {
             block,
             threads,
         };
-        work.run(stop, on_event, |written| {
+        work.run(stop, on_event, |written, tally| {
             let cell = written.span.cell;
             left[cell] -= written.span.len();
             stored[cell].push(written);
@@ -243,7 +247,9 @@ impl<'e> Campaign<'e> {
             }
             let of_cell = &mut stored[cell];
             of_cell.sort_by_key(|block| block.span.trials.start);
-            if !keep && of_cell.len() > 1 {
+            if of_cell.len() == 1 {
+                parts[cell] = tally.map(|tally| Part::new(experiment, cell, tally));
+            } else if !keep {
                 *of_cell = vec![blocks.consolidate(of_cell)?];
             }
             Ok(true)
@@ -285,9 +291,12 @@ impl<'e> Campaign<'e> {
         Ok(summary)
     }
 
-    /// Reads what the summary needs of every cell, with as many cells at a time as there are threads.
+    /// Reads what the summary needs of every cell and is not known, with as many cells at a time as there are threads.
     fn read_tallies(&self, stop: &AtomicBool) -> Result<Parts, CampaignError> {
         let of_cell = |cell: usize| {
+            if let Some(part) = &self.parts[cell] {
+                return Ok(part.clone());
+            }
             let mut tally = self.no_trials(cell);
             tally.merge(self.blocks.tally(&self.stored[cell])?);
             Ok(self.part(cell, tally))
@@ -392,6 +401,7 @@ struct Parts {
 }
 
 /// What the summary needs of one cell.
+#[derive(Clone)]
 pub(crate) struct Part {
     cell: CellSummary,
     slopes: SlopeStatistics,

@@ -396,7 +396,7 @@ impl<'e> Change<'e> {
                 block: options.block,
                 threads: options.threads,
             };
-            work.run(stop, &mut *on_event, |_| Ok(false))?;
+            work.run(stop, &mut *on_event, |_, _| Ok(false))?;
         }
         go_on(stop)
     }

@@ -121,6 +121,9 @@ impl Waiting {
     }
 }
 
+/// What receives a written file, as in [`Work::run`].
+type OnFile<'a> = dyn FnMut(StoredBlock, Option<&CellTally>) -> Result<bool, BlockError> + 'a;
+
 /// Takes all that wait.
 fn take_all(waiting: &mut BTreeMap<(usize, u64), Waiting>) -> Vec<(Span, CellTally)> {
     waiting.values_mut().flat_map(Waiting::take).collect()
@@ -128,7 +131,8 @@ fn take_all(waiting: &mut BTreeMap<(usize, u64), Waiting>) -> Vec<(Span, CellTal
 
 impl Work<'_> {
     /// Computes the spans and writes them to files: one for each block with rows, else one for each span, or more if it
-    /// takes long. `file` receives each written file, and returns whether it completes the trials of a cell.
+    /// takes long. `file` receives each written file, with its tally if it is without rows, and returns whether it
+    /// completes the trials of a cell.
     ///
     /// # Errors
     /// [`RunError`]; what is finished stays.
@@ -136,7 +140,7 @@ impl Work<'_> {
         &self,
         stop: &AtomicBool,
         mut on_event: impl FnMut(Event),
-        mut file: impl FnMut(StoredBlock) -> Result<bool, BlockError>,
+        mut file: impl FnMut(StoredBlock, Option<&CellTally>) -> Result<bool, BlockError>,
     ) -> Result<(), RunError<BlockError>> {
         let kept = self.experiment.file.store == Store::Trials;
         let keep = if kept { Keep::Rows } else { Keep::Tally };
@@ -144,17 +148,20 @@ impl Work<'_> {
         let by_start = |span: &Span| ((span.cell, span.trials.start), Waiting::new(span));
         let mut waiting: BTreeMap<_, Waiting> = self.spans.iter().map(by_start).collect();
         let mut written = Instant::now();
-        // Returns how many cells became whole.
-        let mut write = |blocks: &mut dyn Iterator<Item = Result<EncodedBlock, BlockError>>| {
-            let mut whole = 0;
-            for encoded in blocks {
-                whole += usize::from(file(encoded?.write()?)?);
-            }
-            Ok(whole)
+        // Return how many cells became whole.
+        let write = |encoded: EncodedBlock, tally: Option<&CellTally>, file: &mut OnFile<'_>| {
+            file(encoded.write()?, tally).map(usize::from)
         };
-        let encoded = |(span, tally): (Span, CellTally)| {
-            let rows = None;
-            self.blocks.encode(span, &Content { tally, rows })
+        let write_tallies = |ready: Vec<(Span, CellTally)>, file: &mut OnFile<'_>| {
+            let of_one = |(span, tally)| {
+                let content = Content { tally, rows: None };
+                let encoded = self.blocks.encode(span, &content)?;
+                write(encoded, Some(&content.tally), file)
+            };
+            ready
+                .into_iter()
+                .map(of_one)
+                .sum::<Result<usize, BlockError>>()
         };
         let store = |computed: Computed| {
             let mut watch = Watch::start();
@@ -166,7 +173,7 @@ impl Work<'_> {
             } = computed;
             let trials = span.len();
             let whole = match content {
-                Computation::Rows(encoded) => write(&mut std::iter::once(encoded))?,
+                Computation::Rows(encoded) => write(encoded?, None, &mut file)?,
                 Computation::Tally(tally) => {
                     let mut ready = Vec::new();
                     let until = ..=(span.cell, span.trials.start);
@@ -180,7 +187,7 @@ impl Work<'_> {
                         ready.extend(take_all(&mut waiting));
                         written = Instant::now();
                     }
-                    write(&mut ready.into_iter().map(encoded))?
+                    write_tallies(ready, &mut file)?
                 }
             };
             spent.storage += watch.lap();
@@ -203,7 +210,7 @@ impl Work<'_> {
             store,
         );
         // Those of a run that ended early.
-        let rest = write(&mut take_all(&mut waiting).into_iter().map(encoded));
+        let rest = write_tallies(take_all(&mut waiting), &mut file);
         ended.and(rest.map(drop).map_err(RunError::Consumer))
     }
 }
@@ -247,7 +254,7 @@ mod tests {
             threads: 2,
         };
         let mut found = Vec::new();
-        let file = |written: StoredBlock| {
+        let file = |written: StoredBlock, _: Option<&CellTally>| {
             found.push(written.span);
             Ok(false)
         };

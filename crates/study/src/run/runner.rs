@@ -13,7 +13,7 @@ use asobench_identification::estimator::{Method, ProgramError};
 use asobench_identification::real::MOST_LANES;
 use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -29,8 +29,15 @@ const STEP_WORK: usize = 6;
 /// The work of a block in samples times outputs: about half a second.
 const BLOCK_WORK: usize = 1 << 21;
 
-/// If rows are not kept, so many trials are tallied at once.
-const TALLIED: u64 = 1 << 14;
+/// If rows are not kept, so many trials are tallied at once. More make fewer tallies to merge; above the fewest their
+/// numbers are at most [`TALLIED_VALUES`].
+const TALLIED: RangeInclusive<u64> = 1 << 14..=1 << 16;
+
+/// 16 MB of measures and coefficients.
+const TALLIED_VALUES: u64 = 1 << 21;
+
+/// The most trials in a block with rows.
+const ROWS: u64 = 1 << 14;
 
 /// The least number of blocks per thread, if there are enough trials.
 const BLOCKS_OF_A_THREAD: u64 = 4;
@@ -129,7 +136,7 @@ pub fn block_size(experiment: &Experiment, cell: usize) -> u64 {
     };
     // Rows stay in memory until their block ends.
     let most = match experiment.file.store {
-        Store::Trials => TALLIED,
+        Store::Trials => ROWS,
         Store::Summaries => 1 << 20,
     };
     let work = (work as u64).clamp(1, most);
@@ -332,7 +339,7 @@ impl<'a> Shared<'a> {
             return block.max(1);
         }
         let most = if self.keep == Keep::Rows {
-            TALLIED
+            ROWS
         } else {
             u64::MAX
         };
@@ -454,7 +461,10 @@ impl<'a> Shared<'a> {
             // Rows that are not kept are tallied once there are many.
             let most = match self.keep {
                 Keep::Rows => trials.end - trials.start,
-                Keep::Tally | Keep::Nothing => TALLIED,
+                Keep::Tally | Keep::Nothing => {
+                    let values = room.rows.values_of_trial().max(1) as u64;
+                    (TALLIED_VALUES / values).clamp(*TALLIED.start(), *TALLIED.end())
+                }
             };
             let to = trials.end.min(end + most);
             room.rows.reserve((to - end) as usize);

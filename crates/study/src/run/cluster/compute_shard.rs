@@ -90,7 +90,7 @@ pub fn compute_shard(
         block: options.block,
         threads: options.threads,
     };
-    work.run(stop, on_event, |written| {
+    work.run(stop, on_event, |written, _| {
         let of_span = missing.iter().position(|span| span.holds(&written.span));
         let Some((left, own)) = of_span.and_then(|at| spans.get_mut(at)) else {
             return Ok(false);
