@@ -76,7 +76,7 @@ fn exactly_the_guilty_trials_are_typed() {
     let place = tempfile::tempdir().unwrap();
     let processes = place.path().join("processes");
     let experiment = permitted(&study(&processes, PERIOD, 1));
-    let found = rows(&experiment, TRIALS, 8);
+    let found = rows(&experiment, TRIALS, 12);
     assert_eq!(found.len() as u64, TRIALS);
     let mut counts: BTreeMap<&str, u64> = BTreeMap::new();
     for (_, row) in &found {
@@ -100,7 +100,7 @@ fn exactly_the_guilty_trials_are_typed() {
     assert!(log.len() < 1 << 18, "{}", log.len());
     // Any trial alone, in its batch again.
     let again = permitted(&study(&processes, PERIOD, 1));
-    let few = rows(&again, 20, 1);
+    let few = rows(&again, 20, 2);
     assert!(
         few.iter()
             .zip(&found)

@@ -87,7 +87,7 @@ fn a_program_that_does_not_start_shows_its_error() {
 #[test]
 fn a_run_warns_early_of_a_program_that_answers_nothing() {
     let fails = "        raise ValueError('not yet written')\n";
-    let run = ["run", "--trials", "40", "--threads", "1"];
+    let run = ["run", "--trials", "8", "--threads", "1"];
     let Some((text, code)) = printed(&run, FOUND, fails) else {
         return;
     };
@@ -97,7 +97,7 @@ fn a_run_warns_early_of_a_program_that_answers_nothing() {
          status 1",
         "| ValueError: not yet written",
         "test-method FILE tests the program",
-        "mine: crashed 40",
+        "mine: crashed 8",
     ] {
         assert_eq!(text.matches(part).count(), 1, "{part}: {text}");
     }

@@ -5,6 +5,7 @@ use super::{LEVEL, Z_99};
 use crate::metric::prediction_errors;
 use crate::metric::tails::{chi_square_above, normal_above};
 use crate::model::LinearModel;
+use crate::signal::arithmetic::{dot, with_fma};
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
 use serde::Serialize;
@@ -99,17 +100,33 @@ fn any_of(single: f64, count: usize) -> f64 {
     -(count as f64 * (-single).ln_1p()).exp_m1()
 }
 
+/// Returns `1/M sum_k x(k + lag) z(k)` for as many lags, from 0 on.
+fn covariances(x: &[f64], z: &[f64], lags: usize) -> Vec<f64> {
+    /// Samples that all lags use while they are in the first-level cache.
+    const CHUNK: usize = 1024;
+    let rows = z.len();
+    let mut sums = vec![0.0; lags];
+    with_fma(
+        #[inline(always)]
+        || {
+            for (place, z) in z.chunks(CHUNK).enumerate() {
+                for (lag, sum) in sums.iter_mut().enumerate() {
+                    let late = x.get(place * CHUNK + lag..).unwrap_or_default();
+                    let count = late.len().min(z.len());
+                    *sum += dot(&late[..count], &z[..count]);
+                }
+            }
+        },
+    );
+    sums.iter().map(|sum| sum / rows as f64).collect()
+}
+
 /// Returns `r' P^-1 r` for covariances r of e and u at successive lags. P, with entries
 /// `P(h) = sum_tau w(tau) R_e(tau) R_u(tau + h)`, is the covariance of `sqrt(M) r`; the weights
-/// `w = 1 - |tau|/(lags + 1)` keep it positive definite. `None` if it is singular up to rounding.
-fn together(r: &[f64], e: &[f64], u: &[f64], lags: usize) -> Option<f64> {
-    let (rows, count) = (e.len(), r.len());
-    let covariance = |x: &[f64], lag: usize| -> f64 {
-        let pairs = x.get(lag..).unwrap_or_default().iter().zip(x);
-        pairs.map(|(late, early)| late * early).sum::<f64>() / rows as f64
-    };
-    let of_e: Vec<f64> = (0..=lags).map(|lag| covariance(e, lag)).collect();
-    let of_u: Vec<f64> = (0..lags + count).map(|lag| covariance(u, lag)).collect();
+/// `w = 1 - |tau|/(lags + 1)` keep it positive definite; R_e is known for all these lags, R_u for those and as many as
+/// r has. `None` if P is singular up to rounding.
+fn together(r: &[f64], of_e: &[f64], of_u: &[f64]) -> Option<f64> {
+    let (lags, count) = (of_e.len() - 1, r.len());
     let p: Vec<f64> = (0..count)
         .map(|h| {
             let term = |tau: usize| {
@@ -147,14 +164,10 @@ impl Residuals {
         let rows = e.len();
         let lags = LAGS.min(rows / 4);
         let m = rows as f64;
-        let covariance = |x: &[f64], z: &[f64], lag: usize| -> f64 {
-            let pairs = x[lag.min(rows)..].iter().zip(z);
-            pairs.map(|(x, z)| x * z).sum::<f64>() / m
-        };
-        let autocovariances: Vec<f64> = (0..=lags).map(|lag| covariance(e, e, lag)).collect();
-        let of_u: Vec<f64> = (0..=lags).map(|lag| covariance(u, u, lag)).collect();
-        let future = (1..=lags).rev().map(|lag| covariance(u, e, lag));
-        let past = (0..=lags).map(|lag| covariance(e, u, lag));
+        let autocovariances = covariances(e, e, lags + 1);
+        let of_u = covariances(u, u, 2 * lags + 1);
+        let future = covariances(u, e, lags + 1).into_iter().skip(1).rev();
+        let past = covariances(e, u, lags + 1);
         let crosscovariances: Vec<f64> = future.chain(past).collect();
         let (variance, input_variance) = (autocovariances[0], of_u[0]);
         let scale = (variance * input_variance).sqrt();
@@ -185,7 +198,7 @@ impl Residuals {
         let fitted = (past.len() - 1).min(orders.nb + orders.nf);
         let degrees_of_past = past.len() - fitted;
         // Fitted parameters make the covariances small, so that the largest alone says nothing of a right model.
-        let free_of_past_input = match together(&crosscovariances[past], e, u, lags) {
+        let free_of_past_input = match together(&crosscovariances[past], &autocovariances, &of_u) {
             Some(square) => {
                 let all = chi_square_above(m * square, degrees_of_past);
                 Whiteness::new(degrees_of_past, any_of(largest.p_value.min(all), 2))

@@ -26,7 +26,7 @@ const CELLS: usize = 40;
 /// So many at least are sampled, even if their trials take long.
 const FEWEST: usize = 4;
 /// The time for the trials of all of them. It may take twice as long; more if single trials do.
-const BUDGET: Duration = Duration::from_millis(800);
+const BUDGET: Duration = Duration::from_millis(400);
 /// A trial that takes longer, in seconds, is run once: what a first run loads and allocates is little beside it.
 const LONG: f64 = 0.02;
 /// How often the other steps are timed, unless they take longer than this.
