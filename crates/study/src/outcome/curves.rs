@@ -1,8 +1,8 @@
 //! Quantiles of e_x(k) for every k, in memory that does not grow with the number of trials.
 //!
-//! They are over the first [`CURVE_TRIALS`] trials of a cell. Each k has a histogram with fixed logarithmic bins, 16 per
-//! octave from 2^-64 to 2^16. Counts are integers, so merging is exact in any order. A quantile is read as the middle of its bin; its relative error is at most
-//! [`CURVE_BIN_ERROR`].
+//! They are over the first [`CURVE_TRIALS`] trials of a cell. Each k has a histogram with fixed logarithmic bins, 16
+//! per octave from 2^-64 to 2^16. Counts are integers, so merging is exact in any order. A quantile is read as the
+//! middle of its bin; its relative error is at most [`CURVE_BIN_ERROR`].
 
 use crate::design::curve_bins::{
     BINS, BINS_PER_OCTAVE_LOG2, CURVE_TRIALS, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes,

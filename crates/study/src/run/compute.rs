@@ -74,8 +74,8 @@ impl Delivery for Computed {
     }
 }
 
-/// What is done of a span, with the tallies that wait to be written. Those of neighbouring trials are put together, so that
-/// a span becomes one file. Spans stay apart: what they are for, such as a block to be replaced, may need each alone.
+/// What is done of a span, with the tallies that wait to be written. Those of neighbouring trials are put together, so
+/// that a span becomes one file. Spans stay apart: what they are for, such as a block to be replaced, may need each alone.
 struct Waiting {
     span: Span,
     left: u64,

@@ -274,7 +274,7 @@ struct Shared<'a> {
     stop: &'a AtomicBool,
     /// Raised when the consumer or a worker has failed.
     ended: AtomicBool,
-    /// The next trials to take: the index of a span, how many of its trials are already taken, how many of all are left.
+    /// The next trials to take: the index of a span, how many of its trials are taken, how many of all are left.
     next: Mutex<(usize, u64, u64)>,
     /// Why a cell has no worker.
     failed: OnceLock<WorkerError>,

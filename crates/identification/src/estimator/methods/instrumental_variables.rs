@@ -138,8 +138,8 @@ impl MethodKind for IvOptions {
     }
 
     fn in_lanes(&self) -> Option<Result<IvOptions, String>> {
-        // The ignored fields (`_`): any number of passes and every gain is possible; lanes do not run if standard errors
-        // are wanted.
+        // The ignored fields (`_`): any number of passes and every gain is possible; lanes do not run if standard
+        // errors are wanted.
         let Self {
             iterations: _,
             solver,

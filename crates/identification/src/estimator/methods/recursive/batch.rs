@@ -5,8 +5,8 @@ use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::{Estimator, FailureKind, Pass, Visit, Window};
 use crate::model::LinearModel;
 
-/// Runs a recursion over the window, which finds theta after the last sample, and before where it needs it. `iterations`
-/// of the pass is the number of samples taken, so that it says at which k a number was found not to be finite.
+/// Runs a recursion over the window, which finds theta after the last sample, and before where it needs it. The pass's
+/// `iterations` is the number of samples taken, so that it says at which k a number was found not to be finite.
 pub(super) struct Batch<R> {
     recursion: R,
     model: LinearModel,
