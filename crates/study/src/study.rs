@@ -29,7 +29,7 @@ pub use crate::outcome::row::Row;
 pub use crate::outcome::rows::{OutputRows, Rows};
 pub use crate::outcome::spent::Spent;
 pub use crate::outcome::summary::{
-    BoundSummary, CellSummary, ComparisonSummary, MedianPair, OutputShare, OutputSummary,
+    BoundSummary, CellSummary, ComparisonSummary, Joint, OutputShare, OutputSummary,
     SlopeStatistics, SlopeSummary, Summary,
 };
 pub use crate::outcome::summary_table::stored_alike;

@@ -35,6 +35,8 @@ pub(crate) fn study(toml: &str) -> Study {
                 .map(|measure| (*measure, statistics))
                 .collect(),
             parameters: Vec::new(),
+            above_truth: Vec::new(),
+            sketches: Default::default(),
             coverage: Vec::new(),
             course: None,
             theory: Default::default(),
@@ -46,6 +48,7 @@ pub(crate) fn study(toml: &str) -> Study {
                 first,
                 second,
                 measures: Default::default(),
+                ratios: Default::default(),
             })
             .collect();
         cell
