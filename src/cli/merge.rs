@@ -39,7 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = &arguments.plan;
     let (plan, mut experiment) = ShardPlan::read(path).map_err(refused)?;
     let out = arguments.out.clone();
-    let out = out.unwrap_or_else(|| Path::new("results").join(cluster::name_of(path)));
+    let out = out.unwrap_or_else(|| Path::new("results").join(ShardPlan::name_of(path)));
     mark_added(&mut experiment.file, &out);
     let folders = folders(path, &arguments.folders);
     let stop = progress::stop_flag()?;

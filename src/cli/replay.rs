@@ -60,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             folder.join("manifest.json").display()
         ))
     })?;
-    programs::permit_here(&experiment, folder, arguments.consent)?;
+    programs::permit_here(&experiment, folder, &arguments.consent)?;
     let command = format!(
         "asobench replay {} {}",
         shell_word(folder.display()),

@@ -64,7 +64,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut prepared: Vec<Prepared<'_>> = read.collect::<Result<_, Error>>()?;
     let names: Vec<String> = prepared
         .iter()
-        .map(|prepared| prepared.path.display().to_string())
+        .map(|prepared| &prepared.path)
+        .map(|path| {
+            path.to_str()
+                .map_or_else(|| format!("{path:?}"), str::to_owned)
+        })
         .collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
         let message =
@@ -141,7 +145,7 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
         path,
         made,
     } = prepared;
-    let (file, introduced) = programs::introduced(file, &study.file, arguments.consent)?;
+    let (file, introduced) = programs::introduced(file, &study.file, &arguments.consent)?;
     // What programs say of themselves is part of the study.
     let made = made.filter(|_| introduced.is_none());
     let (mut experiment, rule) = made.map_or_else(|| study.of_file(file, &path), Ok)?;

@@ -4,6 +4,7 @@ use super::error::Error;
 use super::output::note;
 use crate::study::file::{ExperimentFile, FileError, Needs, Store, TRIAL_LIMIT, TrialRule};
 use crate::study::{Engine, Experiment, read_manifest, stored_design};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// Which study.
@@ -105,15 +106,14 @@ impl StudyArguments {
 
     /// Returns the folder of the results: the given one, or results/NAME, with --quick results/NAME-quick.
     pub(super) fn folder(&self, out: Option<&Path>) -> PathBuf {
-        let quick = if self.quick { "-quick" } else { "" };
-        let default = || Path::new("results").join(format!("{}{quick}", self.name()));
-        out.map_or_else(default, Path::to_owned)
+        let mut name = self.name();
+        name.push(if self.quick { "-quick" } else { "" });
+        out.map_or_else(|| Path::new("results").join(name), Path::to_owned)
     }
 
     /// Returns the file's name without folder and extension.
-    pub(super) fn name(&self) -> String {
-        let stem = self.file.file_stem().unwrap_or_default();
-        stem.to_string_lossy().into_owned()
+    pub(super) fn name(&self) -> OsString {
+        self.file.file_stem().unwrap_or_default().to_owned()
     }
 }
 
