@@ -316,7 +316,10 @@ impl Pass {
     /// # Errors
     /// [`FailureKind::NonFinite`] if a number leaves the range of doubles; then nothing is known any more.
     pub fn set_units(&mut self, units: Units) -> Result<(), FailureKind> {
-        let mut lost = false;
+        let mut lost = self.model.covariance.iter().any(|p| p.is_infinite());
+        if units == Units::ONE && !lost {
+            return Ok(());
+        }
         self.model.set_units(units, &mut lost);
         self.continuous.set_units(units, &mut lost);
         let of_input = self.b.iter_mut().chain(&mut self.h);

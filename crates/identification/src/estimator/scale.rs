@@ -120,12 +120,13 @@ impl Scaled {
 impl Estimator for Scaled {
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
         let units = self.rescale(window);
-        if units == Units::ONE {
-            return self.inner.estimate(window, passes);
-        }
         let [u, y, r] = &self.signals;
-        let scaled = Window::with_reference(u, y, r, window.len());
-        self.inner.estimate(scaled, passes);
+        let seen = if units == Units::ONE {
+            window
+        } else {
+            Window::with_reference(u, y, r, window.len())
+        };
+        self.inner.estimate(seen, passes);
         for (number, pass) in passes.iter_mut().enumerate() {
             bring_back(pass, number, units);
         }
@@ -179,7 +180,7 @@ impl Estimator for Scaled {
     }
 }
 
-/// Brings a pass back from units; it fails if they take a number out of the range of doubles.
+/// Brings a pass back from units; it fails if a number is out of the range of doubles.
 fn bring_back(pass: &mut Pass, number: usize, units: Units) {
     if let Err(kind) = pass.set_units(units) {
         pass.fail(Failure {
