@@ -1,15 +1,32 @@
 //! The scale of a record: none that can be measured changes a model.
 
-use super::{Covariance, Estimator, Pass, ProgramError, Records, Visit, Window};
+use super::{
+    Covariance, Estimator, Failure, OptionUnits, Pass, ProgramError, Records, Stage, Visit, Window,
+};
+use crate::model::Units;
 use crate::real::with_fma;
 
 /// The binary exponents of the largest sample that estimators are given as they are: squares, and products of four
 /// samples, neither overflow nor underflow.
 const BAND: std::ops::RangeInclusive<i32> = -64..=64;
 
+/// How far the exponents of u and y may be apart: sums of both lose as many bits of the smaller one.
+const APART: u32 = 8;
+
 /// Returns the power of two that brings the largest of some samples to between 1 and 2; 1 for samples that need none,
 /// because it is within 2^-64 to 2^65, zero, or not finite.
 pub fn unit_of(signals: &[&[f64]]) -> f64 {
+    let exponent = exponent_of(signals).filter(|exponent| !BAND.contains(exponent));
+    exponent.map_or(1.0, power)
+}
+
+/// The power of two; 2^1023 / 2^1023 is 1, and the inverse of a unit is a normal number.
+fn power(exponent: i32) -> f64 {
+    2.0_f64.powi(exponent.max(-1022))
+}
+
+/// Returns the binary exponent of the largest of some samples; `None` if it is zero or not finite.
+fn exponent_of(signals: &[&[f64]]) -> Option<i32> {
     let largest = with_fma(
         #[inline(always)]
         || {
@@ -18,11 +35,29 @@ pub fn unit_of(signals: &[&[f64]]) -> f64 {
         },
     );
     let exponent = ((largest.to_bits() >> 52) as i32) - 1023;
-    if largest == 0.0 || largest.is_infinite() || BAND.contains(&exponent) {
-        return 1.0;
+    (largest != 0.0 && largest.is_finite()).then_some(exponent)
+}
+
+/// Returns the units in which an estimator sees a record.
+fn units_of(window: Window<'_>, options: OptionUnits) -> Units {
+    let Window { u, y, r } = window;
+    match options {
+        OptionUnits::Signals => Units::ONE,
+        OptionUnits::Gain => Units::shared(unit_of(&[u, y, r])),
+        OptionUnits::None => {
+            let [Some(input), Some(output)] = [exponent_of(&[u, r]), exponent_of(&[y])] else {
+                return Units::shared(unit_of(&[u, y, r]));
+            };
+            let is_near = BAND.contains(&input) && BAND.contains(&output);
+            if is_near && input.abs_diff(output) <= APART {
+                return Units::ONE;
+            }
+            Units {
+                input: power(input),
+                output: power(output),
+            }
+        }
     }
-    // 2^1023 / 2^1023 is 1, and the inverse of a unit is a normal number.
-    2.0_f64.powi(exponent.max(-1022))
 }
 
 /// The larger number; `of` where x is not a number.
@@ -45,55 +80,64 @@ fn largest_size(signal: &[f64]) -> f64 {
     most.into_iter().chain(rest).fold(0.0, larger)
 }
 
-/// An estimator that sees records far from 1 in a unit of its own, a power of two that u, y and r share. So no sample
-/// is rounded, and the polynomials of the model and the covariance of their coefficients need no change.
+/// An estimator that sees records far from 1 in units of its own, powers of two: one of u and r, and one of y, where no
+/// option has a unit. So no sample is rounded.
 pub(super) struct Scaled {
     inner: Box<dyn Estimator>,
+    options: OptionUnits,
     signals: [Vec<f64>; 3],
 }
 
 impl Scaled {
-    pub(super) fn new(inner: Box<dyn Estimator>) -> Self {
+    pub(super) fn new(inner: Box<dyn Estimator>, options: OptionUnits) -> Self {
         let signals = std::array::from_fn(|_| Vec::new());
-        Self { inner, signals }
+        Self {
+            inner,
+            options,
+            signals,
+        }
     }
-}
 
-impl Scaled {
-    /// Keeps the samples in their unit, if it is not 1, and returns it.
-    fn rescale(&mut self, window: Window<'_>) -> f64 {
-        let given = [window.u, window.y, window.r];
-        let unit = unit_of(&given);
-        if unit != 1.0 {
-            for (scaled, given) in self.signals.iter_mut().zip(given) {
+    /// Keeps the samples in their units, if these are not 1, and returns the units.
+    fn rescale(&mut self, window: Window<'_>) -> Units {
+        let units = units_of(window, self.options);
+        if units != Units::ONE {
+            let given = [window.u, window.y, window.r];
+            let of_each = [units.input, units.output, units.input];
+            for ((scaled, given), unit) in self.signals.iter_mut().zip(given).zip(of_each) {
                 scaled.clear();
                 scaled.extend(given.iter().map(|sample| sample / unit));
             }
         }
-        unit
+        units
+    }
+
+    fn is_needed(&self, window: Window<'_>) -> bool {
+        units_of(window, self.options) != Units::ONE
     }
 }
 
 impl Estimator for Scaled {
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let unit = self.rescale(window);
-        if unit == 1.0 {
-            return self.inner.estimate(window, passes);
-        }
+        let units = self.rescale(window);
         let [u, y, r] = &self.signals;
-        let scaled = Window::with_reference(u, y, r, window.len());
-        self.inner.estimate(scaled, passes);
-        for pass in passes {
-            pass.set_unit(unit);
+        let seen = if units == Units::ONE {
+            window
+        } else {
+            Window::with_reference(u, y, r, window.len())
+        };
+        self.inner.estimate(seen, passes);
+        for (number, pass) in passes.iter_mut().enumerate() {
+            bring_back(pass, number, units);
         }
     }
 
     fn estimate_from(&mut self, known: &[Pass], window: Window<'_>, passes: &mut [Pass]) {
-        // In another unit the known passes would have to be brought back to it.
-        if unit_of(&[window.u, window.y, window.r]) == 1.0 {
-            self.inner.estimate_from(known, window, passes);
-        } else {
+        // In other units the known passes would have to be brought to them.
+        if self.is_needed(window) {
             self.estimate(window, passes);
+        } else {
+            self.inner.estimate_from(known, window, passes);
         }
     }
 
@@ -104,8 +148,7 @@ impl Estimator for Scaled {
         found: &[Pass],
         passes: &mut [Pass],
     ) -> bool {
-        unit_of(&[window.u, window.y, window.r]) == 1.0
-            && self.inner.estimate_again(covariance, window, found, passes)
+        !self.is_needed(window) && self.inner.estimate_again(covariance, window, found, passes)
     }
 
     fn run_along(
@@ -115,23 +158,36 @@ impl Estimator for Scaled {
         pass: &mut Pass,
         visit: &mut Visit<'_>,
     ) {
-        let unit = self.rescale(window);
-        if unit == 1.0 {
+        let units = self.rescale(window);
+        if units == Units::ONE {
             return self.inner.run_along(window, at, pass, visit);
         }
         let [u, y, r] = &self.signals;
         let scaled = Window::with_reference(u, y, r, window.len());
-        let mut in_samples = Vec::new();
+        let (mut in_samples, mut told) = (Vec::new(), pass.clone());
         self.inner
             .run_along(scaled, at, pass, &mut |k, pass, state| {
                 in_samples.clear();
-                in_samples.extend(state.into_iter().flatten().map(|x| x * unit));
-                visit(k, pass, state.map(|_| &in_samples[..]));
+                in_samples.extend(state.into_iter().flatten().map(|x| x * units.output));
+                told.assign(pass);
+                bring_back(&mut told, 0, units);
+                visit(k, &told, state.map(|_| &in_samples[..]));
             });
     }
 
     fn gather(&mut self, trial: u64, records: &mut dyn Records) -> Result<(), ProgramError> {
         self.inner.gather(trial, records)
+    }
+}
+
+/// Brings a pass back from units; it fails if a number is out of the range of doubles.
+fn bring_back(pass: &mut Pass, number: usize, units: Units) {
+    if let Err(kind) = pass.set_units(units) {
+        pass.fail(Failure {
+            kind,
+            stage: Stage::Other,
+            pass: number,
+        });
     }
 }
 

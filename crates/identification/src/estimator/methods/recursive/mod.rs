@@ -13,6 +13,7 @@ pub(in crate::estimator) mod batch;
 mod coefficients;
 mod elimination;
 mod extended;
+mod first_equations;
 mod instrumental;
 mod lags;
 mod least_squares;
