@@ -125,6 +125,14 @@ pub(super) fn execute(
     );
     taken_over.map_err(|error| ended(error, flag, options))?;
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
+    match campaign.looks_elsewhere() {
+        0 => {}
+        looks => note(&format!(
+            "{} at these claims in folders beside {} count",
+            count(looks as u64, "look"),
+            path.display()
+        )),
+    }
     if replaces {
         note(&format!("replacing the results in {}", path.display()));
     }

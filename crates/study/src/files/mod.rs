@@ -348,6 +348,14 @@ pub(crate) fn make_new_subfolder(path: &Path) -> Result<bool, PathError> {
     }
 }
 
+/// Returns the real folders beside a folder, in the same parent and in order; none where that cannot be read.
+pub(crate) fn beside(folder: &Path) -> Vec<PathBuf> {
+    let own = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    let there = own.parent().and_then(|parent| entries(parent).ok());
+    let [_, folders, _] = there.unwrap_or_default();
+    folders.into_iter().filter(|other| *other != own).collect()
+}
+
 /// The content of a folder: its files, its subfolders, and what is neither, such as links.
 ///
 /// # Errors

@@ -106,7 +106,7 @@ impl<'e> Campaign<'e> {
         }
         let blocks = BlockFolder::open(path, experiment)?;
         let stored = stored(&blocks, experiment.cells.len(), options.repair)?;
-        let looks = Looks::read(path)?;
+        let looks = Looks::before_run(path, experiment)?;
         let campaign = Self {
             looks,
             experiment,
@@ -123,6 +123,11 @@ impl<'e> Campaign<'e> {
         };
         campaign.check_extent()?;
         Ok(campaign)
+    }
+
+    /// Returns how many looks at the study's claims count that were made in other folders.
+    pub fn looks_elsewhere(&self) -> usize {
+        self.looks.elsewhere()
     }
 
     /// Returns the rule with the stored blocks.
@@ -285,7 +290,9 @@ impl<'e> Campaign<'e> {
             .write_manifest(manifest(experiment, targets, &self.origin))?;
         go_on(stop)?;
         // A look counts from when its results can be read.
-        self.looks.add(summary.trials(), &self.rule);
+        let planned = experiment.file.looks;
+        self.looks
+            .add_planned(summary.trials(), planned, &self.rule);
         self.looks.write(self.folder.path())?;
         self.folder.publish()?;
         Ok(summary)
