@@ -143,6 +143,7 @@ fn mistakes_are_named_with_their_place() {
             "{{ ratio = 'e_a', of = 'iv(4)', to = 'ls', {rest} }}"
         ))
     };
+    let value = |rest: &str| claim(&format!("{{ value = 'e_a', of = 'iv(4)', {rest} }}"));
     let with = |more: &str| format!("{}\n{more}", ratio("below = 1"));
     for (claims, parts) in [
         (
