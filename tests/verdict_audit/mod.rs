@@ -87,7 +87,7 @@ impl Found<'_> {
         }
         let says = |sentence: &str| !self.never.is_empty() && sentence.contains(self.never);
         if let Some((_, sentence)) = all.iter().flatten().find(|(_, sentence)| says(sentence)) {
-            line += &format!("  BEYOND: {sentence}");
+            line += &("  BEYOND: ".to_owned() + sentence);
         }
         println!("{line}");
         line.contains("BEYOND").then_some(line)

@@ -13,6 +13,15 @@ pub enum Truth {
 
 use Truth::{Fails, Holds, Limit};
 
+/// Where a further look is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    Here,
+    NewFolder,
+    /// A new folder, by trials of another seed.
+    Confirmed,
+}
+
 /// A claim on numbers of known laws.
 #[derive(Clone)]
 pub struct Row {
@@ -26,6 +35,7 @@ pub struct Row {
     pub truth: Truth,
     /// The looks: what the file plans, and the trials.
     pub looks: Vec<(Option<u32>, u64)>,
+    pub place: Place,
     pub windows: &'static str,
     /// What the sentence must not say.
     pub never: &'static str,
@@ -46,6 +56,11 @@ impl Row {
     fn doubled(mut self, first: u64, plans: &[Option<u32>]) -> Self {
         let looks = plans.iter().zip(0..);
         self.looks = looks.map(|(plan, i)| (*plan, first << i)).collect();
+        self
+    }
+
+    fn at(mut self, place: Place) -> Self {
+        self.place = place;
         self
     }
 
@@ -76,6 +91,7 @@ fn row(law: &'static str, x: &'static str, test: String, truth: Truth) -> Row {
         holds: "everywhere",
         truth,
         looks: vec![(Some(1), 1000)],
+        place: Place::Here,
         windows: "4",
         never: "",
     }
@@ -318,6 +334,10 @@ pub fn others() -> Vec<Row> {
         "looks 1, 2, 3, doubled": "uniform 0 1", share(0.5, "above", 0.5) => Limit .doubled(100, &edited);
         "looks 9, 2, -, 4, doubled": "uniform 0 1",
             share(0.5, "above", 0.5) => Limit .doubled(100, &[Some(9), Some(2), None, Some(4)]);
+        "doubled in new folders": "uniform 0 1", share(0.5, "above", 0.5) => Limit
+            .doubled(100, &[None; 8]) .at(Place::NewFolder);
+        "confirmed eight times": "uniform 0 1", share(0.5, "above", 0.5) => Limit
+            .doubled(100, &[None; 8]) .at(Place::Confirmed);
         "doubled seven times": "halfnormal 1", median => Limit .doubled(100, &[None; 8]);
         "doubled seven times": "uniform 0 1", share(0.05, "below", 0.05) => Limit .doubled(100, &[None; 8]);
     }
