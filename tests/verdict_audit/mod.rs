@@ -1,12 +1,15 @@
 //! An audit of verdicts through the program: workers whose errors are known exactly, and built-in methods of known
 //! moments, at limits that are the truth or just beside it. Ignored, since it takes minutes.
 
+mod built_in;
+mod cost;
 mod law;
 mod rows;
 mod study;
 
 use law::{Draws, Law, Stream};
 use rows::{Row, Truth};
+use std::path::Path;
 use study::{Verdict, looks, make_worker};
 
 /// Whether the program has the keys `cap` and `kurtosis` and the statistic `share-above`.
@@ -44,64 +47,83 @@ fn set(name: &str, default: u64) -> u64 {
     std::env::var(name).map_or(default, |text| text.parse().expect("a number"))
 }
 
-/// Prints a line for each row, and returns those of more wrong verdicts than the level and three simulation errors let
-/// through.
-fn audit(rows: &[Row], studies: u32) -> Vec<String> {
-    let folder = tempfile::tempdir().expect("a folder");
-    make_worker(folder.path());
-    let chosen = std::env::var("AUDIT_ROWS").unwrap_or_default();
-    let allowed = LEVEL + 3.0 * (LEVEL * (1.0 - LEVEL) / f64::from(studies)).sqrt();
-    println!(
-        "{:34} {:76} {:6} {:>14}  {:>12}  {:>12}  {:>9}",
-        "law", "claim", "truth", "trials", "wrong: holds", "does not", "undecided"
-    );
-    let mut beyond = Vec::new();
-    for row in rows
-        .iter()
-        .filter(|row| row.law.contains(&chosen) || row.test.contains(&chosen))
-    {
-        let all = looks(folder.path(), row, studies, set("AUDIT_SEED", 2023));
-        let wrong = wrong(row.truth, &all);
-        let open = |looks: &&Vec<(Verdict, String)>| {
+/// What the studies of one claim said.
+struct Found<'a> {
+    law: &'a str,
+    test: &'a str,
+    truth: Truth,
+    trials: String,
+    all: &'a [Vec<(Verdict, String)>],
+    never: &'a str,
+}
+
+impl Found<'_> {
+    /// Prints a line; returns it if there are more wrong verdicts than the level and three simulation errors let
+    /// through, or a sentence says what it must not.
+    fn line(&self) -> Option<String> {
+        let (all, studies) = (self.all, self.all.len() as f64);
+        let wrong = wrong(self.truth, all);
+        let is_open = |looks: &&Vec<(Verdict, String)>| {
             looks.iter().all(|(said, _)| *said == Verdict::Undecided)
         };
-        let open = all.iter().filter(open).count();
-        let trials = match &row.looks[..] {
-            [(_, trials)] => trials.to_string(),
-            looks => format!("{} ... {}", looks[0].1, looks[looks.len() - 1].1),
-        };
-        let claim = row
+        let open = all.iter().filter(is_open).count() as f64;
+        let claim = self
             .test
             .replace("value = ", "")
             .replace("'e_a', of = 'x', ", "");
         let claim = claim.replace("statistic = ", "").replace('\'', "");
         let mut line = format!(
-            "{:34} {claim:76} {:6} {trials:>14}  {}  {}  {:8.1} %",
-            row.law,
-            format!("{:?}", row.truth),
+            "{:33} {claim:60} {:6} {:>14}  {}  {}  {:7.1} %",
+            self.law,
+            format!("{:?}", self.truth),
+            self.trials,
             per_cent(wrong[0], all.len()),
             per_cent(wrong[1], all.len()),
-            100.0 * open as f64 / all.len() as f64
+            100.0 * open / studies
         );
-        if wrong
-            .iter()
-            .any(|count| *count as f64 > allowed * all.len() as f64)
-        {
+        let allowed = studies * LEVEL + 3.0 * (studies * LEVEL * (1.0 - LEVEL)).sqrt();
+        if wrong.iter().any(|count| *count as f64 > allowed) {
             line += "  BEYOND";
         }
-        let says = |sentence: &str| !row.never.is_empty() && sentence.contains(row.never);
+        let says = |sentence: &str| !self.never.is_empty() && sentence.contains(self.never);
         if let Some((_, sentence)) = all.iter().flatten().find(|(_, sentence)| says(sentence)) {
-            line += &format!("  BEYOND: {sentence}");
+            line += &("  BEYOND: ".to_owned() + sentence);
         }
         println!("{line}");
-        if line.contains("BEYOND") {
-            beyond.push(line);
-        }
+        line.contains("BEYOND").then_some(line)
+    }
+}
+
+/// Whether the environment asks for this law and claim.
+fn is_chosen(law: &str, test: &str) -> bool {
+    let part = std::env::var("AUDIT_ROWS").unwrap_or_default();
+    law.contains(&part) || test.contains(&part)
+}
+
+/// Prints a line for each row, and returns those beyond the level.
+fn audit(rows: &[Row], folder: &Path, studies: u32) -> Vec<String> {
+    let mut beyond = Vec::new();
+    for row in rows.iter().filter(|row| is_chosen(row.law, &row.test)) {
+        let all = looks(folder, row, studies, set("AUDIT_SEED", 2023));
+        let trials = match &row.looks[..] {
+            [(_, trials)] => trials.to_string(),
+            looks => format!("{} ... {}", looks[0].1, looks[looks.len() - 1].1),
+        };
+        let found = Found {
+            law: row.law,
+            test: &row.test,
+            truth: row.truth,
+            trials,
+            all: &all,
+            never: row.never,
+        };
+        beyond.extend(found.line());
     }
     beyond
 }
 
-/// `AUDIT_ROWS` names a part of the laws or claims, `AUDIT_STUDIES` and `AUDIT_SEED` another number of studies and seed.
+/// `AUDIT_ROWS` names a part of the laws or claims, `AUDIT_STUDIES` and `AUDIT_SEED` set the number of studies and the
+/// seed.
 #[test]
 #[ignore = "20 minutes: cargo test --release --test it verdict_audit::wrong -- --ignored --nocapture"]
 fn wrong_verdicts_on_known_laws_keep_the_level() {
@@ -115,13 +137,32 @@ fn wrong_verdicts_on_known_laws_keep_the_level() {
     if WITH_ASSUMPTIONS {
         rows.extend(rows::with_assumptions());
     }
-    let beyond = audit(&rows, set("AUDIT_STUDIES", 1000) as u32);
+    let folder = tempfile::tempdir().expect("a folder");
+    make_worker(folder.path());
+    let studies = set("AUDIT_STUDIES", 1000) as u32;
+    println!(
+        "{:33} {:60} truth          trials  wrong: holds      does not  undecided",
+        "law", "claim"
+    );
+    let mut beyond = audit(&rows, folder.path(), studies);
+    // A run for each study: a tenth of them.
+    beyond.extend(built_in::audit(folder.path(), u64::from(studies / 10)));
     assert!(
         beyond.is_empty(),
         "{} rows:\n{}",
         beyond.len(),
         beyond.join("\n")
     );
+}
+
+/// `AUDIT_STUDIES` and `AUDIT_TRIALS` set the number of studies and the largest number of trials.
+#[test]
+#[ignore = "prints a table, 20 minutes: cargo test --release --test it verdict_audit::trials -- --ignored --nocapture"]
+fn trials_for_even_odds_of_a_decision() {
+    let folder = tempfile::tempdir().expect("a folder");
+    make_worker(folder.path());
+    let (studies, most) = (set("AUDIT_STUDIES", 100), set("AUDIT_TRIALS", 50_000));
+    cost::table(folder.path(), studies as u32, most, WITH_ASSUMPTIONS);
 }
 
 /// Shares of 100,000 draws within five standard errors of what the laws are by arithmetic.

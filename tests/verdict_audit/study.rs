@@ -1,7 +1,7 @@
 //! Many independent studies in one run: a cell for each, whose number is its `eta`, with a claim of its own. The worker
 //! makes the numbers of a cell from that, so cells share nothing, and no claim sees two of them.
 
-use super::rows::Row;
+use super::rows::{Place, Row};
 use crate::common::{asobench_in, stderr, stdout};
 use std::path::Path;
 use std::process::Command;
@@ -62,13 +62,14 @@ pub fn file(
             text += &method(name, stream, words, batch);
         }
     }
-    for study in 1..=studies {
-        for (place, claim) in claims.iter().enumerate() {
-            text += &format!(
-                "[[claims]]\nid = 'S{study}-{place}'\nwhere = {{ eta = {study} }}\n{claim}\n"
-            );
-        }
-    }
+    let claims_of = |study: u32| {
+        let claims = claims.iter().zip(0..);
+        let with_id = move |(claim, place): (&String, usize)| {
+            format!("[[claims]]\nid = 'S{study}-{place}'\nwhere = {{ eta = {study} }}\n{claim}\n")
+        };
+        claims.map(with_id)
+    };
+    text.extend((1..=studies).flat_map(claims_of));
     text
 }
 
@@ -109,17 +110,20 @@ pub fn looks(folder: &Path, row: &Row, studies: u32, seed: u64) -> Vec<Vec<(Verd
         std::fs::remove_dir_all(&results).expect("removed");
     }
     let mut all = vec![Vec::new(); studies as usize];
-    for (plan, trials) in &row.looks {
+    for ((plan, trials), number) in row.looks.iter().zip(1..) {
         let plan = plan.map_or_else(String::new, |looks| format!("looks = {looks}\n"));
-        std::fs::write(
-            folder.join("study.toml"),
-            format!("seed = {seed}\n{plan}{text}"),
-        )
-        .expect("a file");
-        let found = verdicts(
-            folder,
-            &["--trials", &trials.to_string(), "--out", "results/out"],
-        );
+        let file = format!("seed = {seed}\n{plan}{text}");
+        std::fs::write(folder.join("study.toml"), file).expect("a file");
+        let (out, fresh) = (format!("results/{number}"), (seed + number).to_string());
+        let (out, confirm) = match row.place {
+            Place::Here => ("results/out", None),
+            Place::NewFolder => (&*out, None),
+            Place::Confirmed => (&*out, Some(["--confirm", &fresh])),
+        };
+        let trials = trials.to_string();
+        let mut arguments = vec!["--trials", &trials, "--out", out];
+        arguments.extend(confirm.into_iter().flatten());
+        let found = verdicts(folder, &arguments);
         assert_eq!(found.len(), all.len(), "{}: {}", row.law, row.test);
         all.iter_mut()
             .zip(found)
