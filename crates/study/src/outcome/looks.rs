@@ -14,7 +14,9 @@ use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::rule::TrialRule;
 use crate::files;
 use crate::files::Kind;
-use crate::outcome::results_folder::{FolderError, LOOKS};
+use crate::outcome::layout::LOOKS;
+use crate::outcome::publication::read_current;
+use crate::outcome::results_folder::FolderError;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -72,7 +74,7 @@ impl Looks {
     /// If the list cannot be read, or no run could have written it.
     pub fn read(folder: &Path) -> Result<Self, FolderError> {
         let path = folder.join(LOOKS);
-        let Some(text) = files::read_own(&path, Kind::Looks)? else {
+        let Some(text) = read_current(folder, LOOKS, Kind::Looks)? else {
             return Ok(Self::default());
         };
         let stored = files::parsed(&text).and_then(|json| {
@@ -144,17 +146,12 @@ impl Looks {
         }
     }
 
-    /// Writes the list into a folder.
-    ///
-    /// # Errors
-    /// If it cannot be written, or a foreign file has its name.
-    pub fn write(&self, folder: &Path) -> Result<(), FolderError> {
-        let stored = Stored {
+    /// Returns the text of the list's file.
+    pub(crate) fn text(&self) -> String {
+        files::sealed(&Stored {
             looks_of: "asobench".to_owned(),
             looks: self.clone(),
-        };
-        let (path, text) = (folder.join(LOOKS), files::sealed(&stored));
-        Ok(files::replace(&path, Kind::Looks, text.as_bytes())?)
+        })
     }
 }
 
@@ -232,7 +229,7 @@ mod tests {
         assert_eq!(Looks::read(place.path()).unwrap(), Looks::default());
         let mut looks = Looks::default();
         looks.add(100, &TrialRule::Fixed(100));
-        looks.write(place.path()).unwrap();
+        std::fs::write(place.path().join(LOOKS), looks.text()).unwrap();
         assert_eq!(Looks::read(place.path()).unwrap(), looks);
         let forged = r#"{"looks_of":"asobench","looks":[{"trials":1,"share":-3,"set_aside":0}]}"#;
         std::fs::write(place.path().join(LOOKS), forged).unwrap();
