@@ -2,7 +2,7 @@
 
 use super::cluster::{self, folders, refused, word};
 use super::error::Error;
-use super::execute::{results, threads};
+use super::execute::{Overwrite, replaces, results, threads};
 use super::output::{note, print_with_verdicts};
 use super::progress;
 use super::study_arguments::mark_added;
@@ -30,6 +30,8 @@ pub(super) struct Arguments {
     /// Accept faer's cells that were computed with different vector instructions
     #[arg(long)]
     mix_instructions: bool,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -47,6 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         threads: threads(arguments.threads),
         partial: arguments.partial,
         mix_instructions: arguments.mix_instructions,
+        overwrite: arguments.overwrite.overwrite.then_some(replaces),
     };
     let found = Collection::from_folders(&folders, &experiment, true).map_err(refused)?;
     let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);

@@ -2,7 +2,7 @@
 
 use super::confirm::Confirmation;
 use super::error::Error;
-use super::execute::{Executed, execute, results, threads};
+use super::execute::{Executed, Overwrite, execute, results, threads};
 use super::files::cannot_write;
 use super::output::{note, print_with_verdicts};
 use super::programs::{self, Consent};
@@ -38,6 +38,8 @@ pub(super) struct Arguments {
     /// Compute damaged block files again
     #[arg(long)]
     repair: bool,
+    #[command(flatten)]
+    overwrite: Overwrite,
     #[command(flatten)]
     consent: Consent,
     /// Run it even if `check` expects too little memory or disk
@@ -150,12 +152,15 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
     let made = made.filter(|_| introduced.is_none());
     let (mut experiment, rule) = made.map_or_else(|| study.of_file(file, &path), Ok)?;
     programs::take_over(&experiment, introduced.as_ref());
-    programs::same_versions(&experiment, &path)?;
+    if !arguments.overwrite.overwrite {
+        programs::same_versions(&experiment, &path)?;
+    }
     mark_added(&mut experiment.file, &path);
     let options = RunOptions {
         threads: threads(arguments.threads),
         block: arguments.block,
         repair: arguments.repair,
+        overwrite: arguments.overwrite.overwrite,
         // A part of the file's methods is no reason to remove the others.
         same_methods: !study.method.is_empty(),
         ..RunOptions::default()

@@ -12,8 +12,8 @@ use crate::estimator::{
 use crate::files;
 use crate::study::file::MethodTable;
 use crate::study::{
-    Cell, DiscreteCell, Experiment, Measure, Row, Rows, Source, TrialRecord, check_result,
-    design_of, read_manifest, stage_twelve, stored_alike,
+    Cell, DiscreteCell, Experiment, FolderError, Measure, Row, Rows, Source, TrialRecord,
+    check_result, current, design_of, read_results, stage_twelve, stored_alike,
 };
 use crate::text::{number, visible, wrap};
 use serde_json::{Map, Value, json};
@@ -49,29 +49,47 @@ pub(super) fn stored(
     cell: usize,
     rows: &Rows,
 ) -> Option<bool> {
+    let compared = read_results(folder, |manifest| {
+        Ok::<_, FolderError>(compared(folder, manifest, (experiment, cell), rows))
+    });
     // Other contents of the folder do not matter to a replay.
-    let manifest = read_manifest(folder).ok()??;
+    match compared.ok()? {
+        Ok(alike) => alike,
+        Err(error) => {
+            note(&format!("warning: the stored rows cannot be read: {error}"));
+            None
+        }
+    }
+}
+
+/// The same, of the results with this manifest.
+fn compared(
+    folder: &Path,
+    manifest: &Value,
+    (experiment, cell): (&Experiment, usize),
+    rows: &Rows,
+) -> Result<Option<bool>, String> {
     let partial = manifest["partial"] == Value::Bool(true);
     if partial || design_of(&manifest["experiment"]) != experiment.design() {
-        return None;
+        return Ok(None);
     }
-    let file = folder.join("trials.parquet");
-    if !files::is_there(&file) {
-        return None;
-    }
-    let trials = match &manifest["trials"] {
-        Value::Array(counts) => counts.iter().map(Value::as_u64).collect::<Option<_>>()?,
-        count => vec![count.as_u64()?; experiment.cells.len()],
+    let file = current(folder, TRIALS).map_err(|error| error.to_string())?;
+    let trials: Option<Vec<u64>> = match &manifest["trials"] {
+        Value::Array(counts) => counts.iter().map(Value::as_u64).collect(),
+        count => count
+            .as_u64()
+            .map(|count| vec![count; experiment.cells.len()]),
     };
-    let refused = |error: &dyn std::fmt::Display| {
-        note(&format!("warning: the stored rows cannot be read: {error}"));
+    let Some(trials) = trials.filter(|_| files::is_there(&file)) else {
+        return Ok(None);
     };
-    check_result(folder, &manifest, "trials.parquet", None)
-        .map_err(|error| refused(&error))
-        .ok()?;
+    check_result(folder, manifest, TRIALS, None).map_err(|error| error.to_string())?;
     let alike = stored_alike(&file, experiment, cell, &trials, rows);
-    alike.map_err(|error| refused(&error)).ok()?
+    alike.map_err(|error| error.to_string())
 }
+
+/// The file with the stored rows.
+const TRIALS: &str = "trials.parquet";
 
 /// One stage's vectors under their names.
 pub(super) type Stage = (String, Vec<(String, Vec<f64>)>);

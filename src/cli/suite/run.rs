@@ -146,9 +146,13 @@ fn in_folder(
         }
     };
     programs::take_over(&experiment, introduced.as_ref());
-    programs::same_versions(&experiment, folder)?;
+    let overwrite = how.overwrite.overwrite;
+    if !overwrite {
+        programs::same_versions(&experiment, folder)?;
+    }
     let options = RunOptions {
         threads: threads(how.threads),
+        overwrite,
         ..RunOptions::default()
     };
     let rule = TrialRule::Fixed(trials);

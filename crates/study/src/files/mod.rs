@@ -265,6 +265,23 @@ fn remove_file(path: &Path) -> Result<(), PathError> {
     }
 }
 
+/// Moves one of the program's own files over another of this kind.
+///
+/// # Errors
+/// If what is there is not the program's own, or the file cannot be moved.
+pub(crate) fn move_over(from: &Path, to: &Path, kind: Kind) -> Result<(), PathError> {
+    replaceable(to, kind)?;
+    fs::rename(from, to).map_err(PathError::io(to))
+}
+
+/// Renames one of the program's own folders, to a name that is free or has an empty folder.
+///
+/// # Errors
+/// If it cannot be renamed.
+pub(crate) fn rename_folder(from: &Path, to: &Path) -> Result<(), PathError> {
+    fs::rename(from, to).map_err(PathError::io(to))
+}
+
 /// Renames a regular file that is in the way. The new name ends in `.damaged`, with a number if that name is taken.
 ///
 /// # Errors

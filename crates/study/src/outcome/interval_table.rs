@@ -1,6 +1,7 @@
 //! The errors of single trials with their standard errors, read from trials.parquet.
 
 use crate::files::{self, PathError};
+use crate::outcome::publication::current;
 use crate::outcome::trial_table::StoreError;
 use polars::prelude::{DataFrame, ParquetReader, PolarsResult, SerReader};
 use std::io::ErrorKind;
@@ -30,7 +31,7 @@ pub fn errors_of_trials(
     (estimator, pass): (&str, usize),
     coefficient: &str,
 ) -> Result<Option<Vec<[f64; 2]>>, StoreError> {
-    let path = folder.join("trials.parquet");
+    let path = current(folder, "trials.parquet")?;
     let wrong = |source| StoreError::Parquet {
         path: path.clone(),
         source,

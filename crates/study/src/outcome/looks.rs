@@ -18,7 +18,9 @@ use crate::design::file::rule::TrialRule;
 use crate::design::file::test_table::TestTable;
 use crate::files;
 use crate::files::Kind;
-use crate::outcome::results_folder::{FolderError, LOOKS};
+use crate::outcome::layout::LOOKS;
+use crate::outcome::publication::read_current;
+use crate::outcome::results_folder::FolderError;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::path::Path;
@@ -133,7 +135,7 @@ impl Looks {
     /// If the list cannot be read, or no run could have written it.
     pub fn read(folder: &Path) -> Result<Self, FolderError> {
         let path = folder.join(LOOKS);
-        let Some(text) = files::read_own(&path, Kind::Looks)? else {
+        let Some(text) = read_current(folder, LOOKS, Kind::Looks)? else {
             return Ok(Self::default());
         };
         let stored = files::parsed(&text).and_then(|json| {
@@ -151,12 +153,21 @@ impl Looks {
     }
 
     /// Reads the looks at a folder before a run there, and adds those at the same claims that stand in the folders
-    /// beside it. A list there that cannot be read counts for nothing.
+    /// beside it. A list there that cannot be read counts for nothing; the folder's own is `forgotten` if it is about
+    /// results of another study, which are replaced.
     ///
     /// # Errors
     /// As for [`Self::read`].
-    pub(crate) fn before_run(folder: &Path, experiment: &Experiment) -> Result<Self, FolderError> {
-        let mut looks = Self::read(folder)?;
+    pub(crate) fn before_run(
+        folder: &Path,
+        experiment: &Experiment,
+        forgotten: bool,
+    ) -> Result<Self, FolderError> {
+        let mut looks = if forgotten {
+            Self::default()
+        } else {
+            Self::read(folder)?
+        };
         looks.study = Study::of(experiment);
         let Some(study) = looks.study.clone() else {
             return Ok(looks);
@@ -250,17 +261,12 @@ impl Looks {
         }
     }
 
-    /// Writes the list into a folder.
-    ///
-    /// # Errors
-    /// If it cannot be written, or a foreign file has its name.
-    pub fn write(&self, folder: &Path) -> Result<(), FolderError> {
-        let stored = Stored {
+    /// Returns the text of the list's file.
+    pub(crate) fn text(&self) -> String {
+        files::sealed(&Stored {
             looks_of: "asobench".to_owned(),
             looks: self.clone(),
-        };
-        let (path, text) = (folder.join(LOOKS), files::sealed(&stored));
-        Ok(files::replace(&path, Kind::Looks, text.as_bytes())?)
+        })
     }
 }
 
@@ -409,7 +415,7 @@ mod tests {
         assert_eq!(Looks::read(place.path()).unwrap(), Looks::default());
         let mut looks = Looks::default();
         looks.add(100, &TrialRule::Fixed(100));
-        looks.write(place.path()).unwrap();
+        std::fs::write(place.path().join(LOOKS), looks.text()).unwrap();
         assert_eq!(Looks::read(place.path()).unwrap(), looks);
         let forged = r#"{"looks_of":"asobench","looks":[{"trials":1,"share":-3,"set_aside":0}]}"#;
         std::fs::write(place.path().join(LOOKS), forged).unwrap();
