@@ -269,7 +269,7 @@ impl Study {
 
     /// How many claims were tested and at what rate; `None` if no claim was.
     pub fn tested(&self) -> Option<String> {
-        tested(&self.file, &self.judged)
+        tested(&self.file, &self.judged, self.look)
     }
 
     /// The label of every output, in order.
