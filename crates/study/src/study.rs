@@ -15,7 +15,6 @@ pub use crate::design::state_feedback::{LoopModel, StateFeedback};
 pub use crate::design::theory::FoundTheory;
 pub use crate::outcome::course_summary::{CourseQuantiles, CourseSummary};
 pub use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
-pub use crate::outcome::interval_table::{CellRows, errors_of_trials};
 pub use crate::outcome::looks::{Look, Looks};
 pub use crate::outcome::method_times::MethodTime;
 pub use crate::outcome::outcomes::Outcomes;
@@ -28,11 +27,11 @@ pub use crate::outcome::results_folder::{
 pub use crate::outcome::row::Row;
 pub use crate::outcome::rows::{OutputRows, Rows};
 pub use crate::outcome::spent::Spent;
+pub use crate::outcome::stored_trials::{CellRows, StoredTrials};
 pub use crate::outcome::summary::{
     BoundSummary, CellSummary, ComparisonSummary, MedianPair, OutputShare, OutputSummary,
     SlopeStatistics, SlopeSummary, Summary,
 };
-pub use crate::outcome::summary_table::stored_alike;
 pub use crate::outcome::tally::{CellTally, OutputTally};
 pub use crate::outcome::theory_summary::{LimitError, OfBounds, TheorySummary};
 pub use crate::outcome::traces::{OutputTrace, Traces};
