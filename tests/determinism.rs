@@ -4,7 +4,7 @@ use asobench::estimator::{Estimator, LeastSquares, Method, Output, Pass, Solver,
 use asobench::study::file::{ExperimentFile, TrialRule};
 use asobench::study::{
     Campaign, Cell, CellTally, DiscreteCell, Engine, Experiment, Measure, Row, Rows, RunOptions,
-    Source, Trial, Trials, Worker, run, stored_alike,
+    Source, StoredTrials, Trial, Trials, Worker, run,
 };
 use polars::prelude::{Column, DataFrame, ParquetReader, ParquetWriter, SerReader};
 use std::path::Path;
@@ -149,13 +149,23 @@ fn check_threads(experiment: &Experiment) {
             let expected = Some(row[Measure::Ea]).filter(|value| !value.is_nan());
             assert_eq!(values[index].map(f64::to_bits), expected.map(f64::to_bits));
         }
-        let alike = stored_alike(&path, experiment, cell, &trials, &kept).expect("a table");
-        assert_eq!(alike, Some(true));
+        let alike = |folder: &Path| {
+            let rows = trials.iter().sum::<u64>() * outputs as u64;
+            let stored = StoredTrials::open(folder, rows).expect("a table");
+            let mut stored = stored.expect("the trials");
+            stored
+                .alike(experiment, cell, &trials, &kept)
+                .expect("a table")
+        };
+        assert_eq!(alike(folder.path()), Some(true));
         let first = (cell * TRIALS as usize + trial as usize) * outputs;
-        let changed = folder.path().join("changed.parquet");
-        write_changed(&table, "e_b", first, &changed);
-        let alike = stored_alike(&changed, experiment, cell, &trials, &kept).expect("a table");
-        assert_eq!(alike, Some(false), "a changed bit must be seen");
+        let changed = tempfile::tempdir().expect("a folder");
+        write_changed(&table, "e_b", first, &changed.path().join("trials.parquet"));
+        assert_eq!(
+            alike(changed.path()),
+            Some(false),
+            "a changed bit must be seen"
+        );
     }
 }
 

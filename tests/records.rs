@@ -589,7 +589,7 @@ fn parquet_tables() {
         &["--input", "note", "--output", "Druck"],
     ));
     assert!(
-        note.contains("line 2, column note: 'Utf8") && note.contains("is not a finite number"),
+        note.contains("line 2, column note: 'a text'") && note.contains("is not a finite number"),
         "{note}"
     );
     let whole = std::fs::read(at("my.parquet")).expect("a file");

@@ -44,6 +44,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     for folder in &arguments.folders {
         steps.show(&format!("reading {}", folder.display()));
         let mut study = read(folder, arguments.partial)?;
+        study
+            .check_trials()
+            .map_err(|error| Error::Input(error.to_string()))?;
         if let Some(file) = &others {
             let wrong = |error| Error::Input(format!("{}: {error}", folder.display()));
             study.judge_others(file).map_err(wrong)?;

@@ -220,7 +220,9 @@ fn replays_of_a_damaged_manifest_are_compared_with_nothing() {
         manifest["trials"] = trials;
         std::fs::write(&path, manifest.to_string()).expect("written");
         let output = place.run(&["replay", "out", "2:7", "--format", "json"]);
-        succeeds(&output);
+        let said = stderr(&output);
+        let other = said.contains("trials.parquet: damaged: ") && said.contains(" rows; expected ");
+        assert_eq!(output.status.code(), Some(i32::from(other)), "{said}");
         let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
         json["equal_to_stored"].clone()
     };

@@ -5,11 +5,12 @@ use asobench_identification::metric::Statistics;
 use asobench_study::claim::{Judged, judge, tested};
 use asobench_study::files::{self, Kind, PathError};
 pub use asobench_study::study::MethodTime as Time;
-use asobench_study::study::file::{ClaimTable, ExperimentFile, FileError, Key};
+use asobench_study::study::file::{ClaimTable, ExperimentFile, FileError, Key, Store};
 pub use asobench_study::study::place::{axis_label, value_name, words};
 use asobench_study::study::{
-    CellSummary, Experiment, Look, Looks, Measure, OutputSummary, Summary, TIMES, TIMING,
-    TheoryReference, check_result, read_current, read_results,
+    CellRows, CellSummary, Experiment, Look, Looks, Measure, OutputSummary, StoreError,
+    StoredTrials, Summary, TIMES, TIMING, TheoryReference, check_result, read_current,
+    read_results,
 };
 use asobench_study::text::{grouped, shell_word};
 use serde::Deserialize;
@@ -340,6 +341,40 @@ impl Study {
         cell.eta == 0.0 && self.index.noisy
     }
 
+    /// Whether a report shows intervals of single trials, for which it reads them.
+    pub(crate) fn keeps_intervals(&self) -> bool {
+        self.file.store == Store::Trials && self.file.coverage
+    }
+
+    /// Where the rows of a cell are in the file of trials.
+    pub(crate) fn rows_of(&self, cell: &CellSummary) -> CellRows {
+        let cells = self.summary.cells.iter();
+        CellRows {
+            cell: cell.cell,
+            first: row_count(cells.take_while(|of| of.cell < cell.cell)),
+            count: row_count([cell].into_iter()),
+        }
+    }
+
+    /// The trials that the study has stored.
+    ///
+    /// # Errors
+    /// If they are damaged.
+    pub(crate) fn trials_stored(&self) -> Result<Option<StoredTrials>, StoreError> {
+        StoredTrials::open(&self.folder, row_count(self.summary.cells.iter()))
+    }
+
+    /// Checks the stored trials, if a report reads them.
+    ///
+    /// # Errors
+    /// If they are damaged.
+    pub fn check_trials(&self) -> Result<(), StoreError> {
+        if self.keeps_intervals() {
+            self.trials_stored()?;
+        }
+        Ok(())
+    }
+
     /// The cells with these settings.
     pub fn cells(&self, wanted: &[(Key, &str)]) -> Vec<&CellSummary> {
         let place = |(key, value): &(Key, &str)| {
@@ -404,6 +439,12 @@ impl Study {
             ""
         }
     }
+}
+
+/// The number of rows of some cells in the file of trials.
+fn row_count<'a>(cells: impl Iterator<Item = &'a CellSummary>) -> u64 {
+    let rows = |cell: &CellSummary| cell.trials.saturating_mul(cell.outputs.len() as u64);
+    cells.map(rows).fold(0, u64::saturating_add)
 }
 
 /// Judges the claims of a file. A verdict on times names the machine.

@@ -16,7 +16,6 @@ pub use crate::design::theory::FoundTheory;
 pub use crate::outcome::course_summary::{CourseQuantiles, CourseSummary};
 pub use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub use crate::outcome::design_difference::same_trials;
-pub use crate::outcome::interval_table::{CellRows, errors_of_trials};
 pub use crate::outcome::layout::{Done, MANIFEST, TIMES, TIMING};
 pub use crate::outcome::looks::{Look, Looks};
 pub use crate::outcome::method_times::MethodTime;
@@ -32,11 +31,11 @@ pub use crate::outcome::results_folder::{
 pub use crate::outcome::row::Row;
 pub use crate::outcome::rows::{OutputRows, Rows};
 pub use crate::outcome::spent::Spent;
+pub use crate::outcome::stored_trials::{CellRows, StoredTrials};
 pub use crate::outcome::summary::{
     BoundSummary, CellSummary, ComparisonSummary, Joint, OutputShare, OutputSummary,
     SlopeStatistics, SlopeSummary, Summary,
 };
-pub use crate::outcome::summary_table::stored_alike;
 pub use crate::outcome::tally::{CellTally, OutputTally};
 pub use crate::outcome::theory_summary::{LimitError, OfBounds, TheorySummary};
 pub use crate::outcome::traces::{OutputTrace, Traces};

@@ -38,10 +38,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         .extension()
         .is_some_and(|own| own.eq_ignore_ascii_case("parquet"))
     {
-        read_table(
-            files::parquet_as_csv(from).map_err(&bad)?.as_bytes(),
-            &options,
-        )
+        read_table(files::ParquetText::open(from).map_err(&bad)?, &options)
     } else {
         read_table(from, &options)
     };

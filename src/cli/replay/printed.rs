@@ -1,7 +1,7 @@
 //! All that one trial computes, printed by stage.
 
 use crate::cli::error::{Error, failed};
-use crate::cli::output::{Format, note, print, print_json};
+use crate::cli::output::{Format, print, print_json};
 use crate::data::Realisation;
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
@@ -9,11 +9,10 @@ use crate::estimator::solver::Instruments;
 use crate::estimator::{
     Auxiliary, InstrumentSource, Method, Output, Pass, Progress, Stabilise, Window,
 };
-use crate::files;
 use crate::study::file::MethodTable;
 use crate::study::{
-    Cell, DiscreteCell, Experiment, FolderError, Measure, Row, Rows, Source, TrialRecord,
-    check_result, current, design_of, read_results, stage_twelve, stored_alike,
+    Cell, DiscreteCell, Experiment, Measure, Row, Rows, Source, StoreError, StoredTrials,
+    TrialRecord, design_of, read_manifest, read_results, stage_twelve,
 };
 use crate::text::{number, visible, wrap};
 use serde_json::{Map, Value, json};
@@ -43,53 +42,43 @@ const LONG: usize = 48;
 const IN_LINE: usize = 3;
 
 /// Whether the stored rows equal these bit for bit; `None` if the folder does not hold this trial of this experiment.
+///
+/// # Errors
+/// If the stored trials cannot be read.
 pub(super) fn stored(
     folder: &Path,
     experiment: &Experiment,
     cell: usize,
     rows: &Rows,
-) -> Option<bool> {
-    let compared = read_results(folder, |manifest| {
-        Ok::<_, FolderError>(compared(folder, manifest, (experiment, cell), rows))
-    });
+) -> Result<Option<bool>, StoreError> {
     // Other contents of the folder do not matter to a replay.
-    match compared.ok()? {
-        Ok(alike) => alike,
-        Err(error) => {
-            note(&format!("warning: the stored rows cannot be read: {error}"));
-            None
-        }
+    if !matches!(read_manifest(folder), Ok(Some(_))) {
+        return Ok(None);
     }
+    read_results(folder, |manifest| {
+        let Some(trials) = trials_of(manifest, experiment) else {
+            return Ok(None);
+        };
+        let all = trials.iter().fold(0_u64, |all, of| all.saturating_add(*of));
+        let all = all.saturating_mul(rows.len() as u64);
+        match StoredTrials::open(folder, all)? {
+            Some(mut stored) => stored.alike(experiment, cell, &trials, rows),
+            None => Ok(None),
+        }
+    })
 }
 
-/// The same, of the results with this manifest.
-fn compared(
-    folder: &Path,
-    manifest: &Value,
-    (experiment, cell): (&Experiment, usize),
-    rows: &Rows,
-) -> Result<Option<bool>, String> {
+/// The number of trials of each cell, if the manifest is that of whole results of this experiment.
+fn trials_of(manifest: &Value, experiment: &Experiment) -> Option<Vec<u64>> {
     let partial = manifest["partial"] == Value::Bool(true);
     if partial || design_of(&manifest["experiment"]) != experiment.design() {
-        return Ok(None);
+        return None;
     }
-    let file = current(folder, TRIALS).map_err(|error| error.to_string())?;
-    let trials: Option<Vec<u64>> = match &manifest["trials"] {
+    match &manifest["trials"] {
         Value::Array(counts) => counts.iter().map(Value::as_u64).collect(),
-        count => count
-            .as_u64()
-            .map(|count| vec![count; experiment.cells.len()]),
-    };
-    let Some(trials) = trials.filter(|_| files::is_there(&file)) else {
-        return Ok(None);
-    };
-    check_result(folder, manifest, TRIALS, None).map_err(|error| error.to_string())?;
-    let alike = stored_alike(&file, experiment, cell, &trials, rows);
-    alike.map_err(|error| error.to_string())
+        count => Some(vec![count.as_u64()?; experiment.cells.len()]),
+    }
 }
-
-/// The file with the stored rows.
-const TRIALS: &str = "trials.parquet";
 
 /// One stage's vectors under their names.
 pub(super) type Stage = (String, Vec<(String, Vec<f64>)>);
@@ -100,8 +89,8 @@ pub(super) struct Replay<'a> {
     pub(super) index: usize,
     pub(super) trial: u64,
     pub(super) seed: u64,
-    /// Whether the rows equal the stored ones; `None` if unknown.
-    pub(super) stored: Option<bool>,
+    /// Whether the rows equal the stored ones; `None` if there are none.
+    pub(super) stored: Result<Option<bool>, StoreError>,
     /// A method whose program says that it is not deterministic.
     pub(super) may_differ: Option<String>,
     pub(super) stages: Vec<Stage>,
@@ -149,7 +138,7 @@ impl<'a> Replay<'a> {
             index,
             trial,
             seed: experiment.file.seed,
-            stored: None,
+            stored: Ok(None),
             may_differ: None,
             stages,
             rows: record.rows.iter().map(|row| (output(row), row)).collect(),
@@ -160,6 +149,9 @@ impl<'a> Replay<'a> {
         match options.format {
             Format::Text => print(&self.text(options)?)?,
             Format::Json => print_json(&self.json())?,
+        }
+        if let Err(error) = &self.stored {
+            return Err(failed(error));
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -218,16 +210,17 @@ impl<'a> Replay<'a> {
             }
         }
         let equal = match self.stored {
-            None => {
+            Err(_) => "Not compared: the stored trials cannot be read in",
+            Ok(None) => {
                 "Not compared: no rows of this trial (those of the run's own trials are kept by store = \"trials\") in"
             }
-            Some(true) => "These rows equal, bit for bit, those stored in",
-            Some(false) => "These rows DIFFER from those stored in",
+            Ok(Some(true)) => "These rows equal, bit for bit, those stored in",
+            Ok(Some(false)) => "These rows DIFFER from those stored in",
         };
         let line = format!("{equal} {}.", visible(folder.display()));
         text.push('\n');
         text.push_str(&wrap(&line, 80, ""));
-        if let (Some(false), Some(method)) = (self.stored, &self.may_differ) {
+        if let (Ok(Some(false)), Some(method)) = (&self.stored, &self.may_differ) {
             let line = format!("Those of '{method}' may: it says that it is not deterministic.");
             writeln!(text, "{}", visible(line)).map_err(failed)?;
         }
@@ -281,7 +274,7 @@ impl<'a> Replay<'a> {
             "seed": self.seed,
             "stages": stages,
             "rows": rows,
-            "equal_to_stored": self.stored,
+            "equal_to_stored": self.stored.as_ref().ok().copied().flatten(),
         })
     }
 

@@ -43,16 +43,24 @@ struct Shipped {
     open: Option<(Suite, Vec<MethodResults>)>,
 }
 
+/// The times in the folder of a run.
+fn own_times(out: &Path) -> Result<Option<Times>, Error> {
+    let path = out.join(TIMES);
+    let text = files::read_own(&path, Kind::Suite);
+    let text = text.map_err(|error| Error::Input(error.to_string()))?;
+    let times = text.map(|text| Times::parse(&String::from_utf8_lossy(&text)));
+    let named = |error| Error::Input(format!("{}: {error}", path.display()));
+    times.transpose().map_err(named)
+}
+
 impl Shipped {
     /// `out`: the folder of a run, whose own times come first. The open division and recorded data stand on the page of
     /// the shipped results alone.
     fn new(part: &Part, out: Option<&Path>) -> Result<Self, Error> {
-        let own = match out.map(|out| files::read_own(&out.join(TIMES), Kind::Suite)) {
-            Some(Ok(Some(text))) => Some(Times::parse(&String::from_utf8_lossy(&text))),
-            _ => None,
+        let times = match out.map(own_times).transpose()?.flatten() {
+            Some(own) => Some(own),
+            None => Times::shipped().map_err(|error| refused(&error))?,
         };
-        let times = own.map_or_else(Times::shipped, |own| own.map(Some));
-        let times = times.map_err(|error| refused(&error))?;
         let is_whole = out.is_none() && part.division == Division::Closed;
         let recorded = RecordedFits::shipped().map_err(|error| refused(&error))?;
         let open = if is_whole {

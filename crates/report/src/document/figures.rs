@@ -9,7 +9,7 @@ use super::zip_plot::{Zipped, zip_plot};
 use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::results::Study;
 use asobench_identification::metric::{Quantile, Statistics, Z};
-use asobench_study::study::file::{Key, Store};
+use asobench_study::study::file::Key;
 use asobench_study::study::{
     Better, CellSummary, ComparisonSummary, Measure, TheoryReference, measure,
 };
@@ -70,9 +70,8 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
 
 /// The zip plot of a study that kept its trials and their intervals.
 fn zipped(study: &Study) -> Option<Drawn> {
-    let kept = study.file.store == Store::Trials && study.file.coverage;
-    kept.then(|| zip_plot(study, &Zipped::default()).ok())
-        .flatten()
+    let drawn = || zip_plot(study, &Zipped::default()).ok();
+    study.keeps_intervals().then(drawn).flatten()
 }
 
 /// The nested-loop plot of a study with more settings than other figures can show.

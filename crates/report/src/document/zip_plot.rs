@@ -7,7 +7,7 @@ use super::lead::lead_outputs;
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
 use crate::results::{Study, place};
 use asobench_identification::metric::{Share, Z};
-use asobench_study::study::{CellRows, CellSummary, errors_of_trials};
+use asobench_study::study::{CellSummary, StoreError};
 
 /// Intervals of a panel. Of more trials, as many are drawn, evenly by rank.
 const INTERVALS: usize = 200;
@@ -45,15 +45,17 @@ pub(super) fn zip_plot(study: &Study, wanted: &Zipped<'_>) -> Result<Drawn, Stri
         some => some.to_vec(),
     };
     let (cell, coefficient) = worst(study, wanted, &outputs).ok_or(without)?;
-    let rows = rows_of(study, cell);
+    let rows = study.rows_of(cell);
+    let said = |error: StoreError| error.to_string();
+    let mut stored = study.trials_stored().map_err(said)?.ok_or(without)?;
     let mut plots = Vec::new();
     for (_, label) in outputs.iter().take(OUTPUTS) {
         let Some(output) = study.output(cell, label) else {
             continue;
         };
         let of = (output.estimator.as_str(), output.pass);
-        let pairs = errors_of_trials(&study.folder, rows, of, coefficient);
-        let pairs = pairs.map_err(|error| error.to_string())?.ok_or(without)?;
+        let pairs = stored.errors(rows, of, coefficient);
+        let pairs = pairs.map_err(said)?.ok_or(without)?;
         if !pairs.is_empty() {
             plots.push(panel(label, coefficient, &pairs));
         }
@@ -109,17 +111,6 @@ fn worst<'a>(
         distance(a.1.covered.share).total_cmp(&distance(b.1.covered.share))
     });
     worst.map(|(cell, (name, _))| (cell, name.as_str()))
-}
-
-/// Where the rows of a cell are in the file.
-fn rows_of(study: &Study, cell: &CellSummary) -> CellRows {
-    let rows = |cell: &CellSummary| cell.trials as usize * cell.outputs.len();
-    let cells = study.summary.cells.iter();
-    CellRows {
-        cell: cell.cell,
-        first: cells.take_while(|of| of.cell < cell.cell).map(rows).sum(),
-        count: rows(cell),
-    }
 }
 
 /// The largest ratio of the widths of panels that have one axis.

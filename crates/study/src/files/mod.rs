@@ -13,14 +13,15 @@
 )]
 
 mod kind;
-mod parquet_record;
+mod parquet;
 #[cfg(target_os = "linux")]
 mod pipes;
 mod seal;
 mod staged;
 
 pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
-pub use parquet_record::parquet_as_csv;
+pub use parquet::ParquetText;
+pub(crate) use parquet::{Column, Table, Values};
 #[cfg(target_os = "linux")]
 pub(crate) use pipes::{Mark, Pipes};
 pub use seal::{checksum, checksum_of, parsed, sealed, unseal};

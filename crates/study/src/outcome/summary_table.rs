@@ -1,21 +1,18 @@
-//! Parquet files: writes the summary as a table, and reads stored trials again.
+//! summary.parquet: the summary as a table.
 
 use crate::design::cell::Cell;
 use crate::design::experiment::Experiment;
 use crate::design::file::axis::Scalar;
-use crate::files;
 use crate::files::PathError;
-use crate::outcome::coefficients::Kept;
-use crate::outcome::rows::Rows;
 use crate::outcome::summary::{CellSummary, OutputSummary, Summary};
-use crate::outcome::trial_table::{GROUP_ROWS, Setting, StoreError, TrialTable, numeric_settings};
+use crate::outcome::trial_table::{GROUP_ROWS, Setting, StoreError, numeric_settings};
 use asobench_identification::metric::{Statistic, Statistics};
 use polars::prelude::{
-    BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetReader, ParquetWriter,
-    PolarsResult, SerReader, Series,
+    BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetWriter, PolarsResult,
+    Series,
 };
 use std::fs::File;
-use std::io::{BufWriter, Cursor};
+use std::io::BufWriter;
 use std::path::Path;
 
 /// Makes a writer of row groups with the columns of a table.
@@ -174,83 +171,4 @@ where
 {
     let values: Vec<T> = rows.iter().map(value).collect();
     Series::new(name.into(), values).into()
-}
-
-fn read_rows(path: &Path, first: usize, count: usize) -> Result<DataFrame, StoreError> {
-    let missing = || PathError::io(path)(std::io::ErrorKind::NotFound.into());
-    let file = files::open_own(path)?.ok_or_else(missing)?;
-    let reader = ParquetReader::new(file).with_slice(Some((first, count)));
-    reader.finish().map_err(|source| StoreError::Parquet {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-/// Whether a stored file contains `rows`, all outputs of one trial of a cell, bit for bit. `trials` is the number of
-/// trials of each of its cells. `None` if the file does not have this trial. Files of older builds have no
-/// coefficients, and are compared without them.
-///
-/// # Errors
-/// If the file cannot be read.
-pub fn stored_alike(
-    path: &Path,
-    experiment: &Experiment,
-    cell: usize,
-    trials: &[u64],
-    rows: &Rows,
-) -> Result<Option<bool>, StoreError> {
-    let Some(first) = first_row(cell, trials, rows) else {
-        return Ok(None);
-    };
-    let stored = read_rows(path, first, rows.len())?;
-    let replayed = TrialTable::new(experiment)
-        .and_then(|table| table.file_of(cell, rows.clone()))
-        .and_then(|bytes| ParquetReader::new(Cursor::new(bytes)).finish());
-    let alike = replayed.and_then(|replayed| {
-        let coefficients = Kept::new(&experiment.file, &experiment.cells).names();
-        let is_older = coefficients.iter().all(|name| stored.column(name).is_err());
-        let comparable = if is_older {
-            replayed.drop_many(coefficients)
-        } else {
-            replayed
-        };
-        same_bits(&comparable, &stored)
-    });
-    alike.map(Some).map_err(|source| StoreError::Parquet {
-        path: path.to_owned(),
-        source,
-    })
-}
-
-/// Returns the index of the first row of a trial in a file whose cells have these numbers of trials; `None` if it does
-/// not have the trial.
-fn first_row(cell: usize, trials: &[u64], rows: &Rows) -> Option<usize> {
-    let (before, of_cell) = (trials.get(..cell)?, trials.get(cell)?);
-    let trial = rows.trials().next()?;
-    if trial >= *of_cell {
-        return None;
-    }
-    let before = before
-        .iter()
-        .try_fold(trial, |sum, n| sum.checked_add(*n))?;
-    usize::try_from(before).ok()?.checked_mul(rows.len())
-}
-
-/// Whether two tables are equal, numbers bit for bit.
-fn same_bits(left: &DataFrame, right: &DataFrame) -> PolarsResult<bool> {
-    if left.schema() != right.schema() || left.height() != right.height() {
-        return Ok(false);
-    }
-    for (left, right) in left.columns().iter().zip(right.columns()) {
-        let alike = if let Ok(left) = left.f64() {
-            let bits = |value: Option<f64>| value.map(f64::to_bits);
-            left.iter().map(bits).eq(right.f64()?.iter().map(bits))
-        } else {
-            left.equals_missing(right)
-        };
-        if !alike {
-            return Ok(false);
-        }
-    }
-    Ok(true)
 }

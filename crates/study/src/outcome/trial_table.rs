@@ -6,6 +6,7 @@ use crate::design::file::key::Key;
 use crate::design::measure::Measure;
 use crate::files::PathError;
 use crate::outcome::coefficients::Kept;
+use crate::outcome::results_folder::FolderError;
 use crate::outcome::rows::{OutputRows, Rows};
 use asobench_identification::estimator::{FailureKind, Output};
 use polars::prelude::{PlSmallStr, PolarsError, PolarsResult};
@@ -510,7 +511,18 @@ pub enum StoreError {
     /// A file failed.
     #[error(transparent)]
     File(#[from] PathError),
-    /// The file's content or its encoding is wrong.
+    /// The manifest cannot be read, or has another checksum of a file.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// The content of a file is wrong.
+    #[error("{}: {reason}", .path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A table cannot be encoded.
     #[error("{}: {source}", .path.display())]
     Parquet {
         /// The file.

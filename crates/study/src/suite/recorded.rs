@@ -3,8 +3,9 @@
 
 use super::competitor::{Competitor, Told};
 use super::manifest::{self, Division};
-use super::results::ResultsError;
+use super::results::{ResultsError, parsed};
 use crate::files;
+use crate::text::visible;
 use asobench_identification::data::{Detrend, Trend, csv::Record};
 use asobench_identification::estimator::{EstimatorName, MethodOptions};
 use asobench_identification::fit;
@@ -131,13 +132,23 @@ fn options(estimator: EstimatorName, first: usize) -> Option<MethodOptions> {
 }
 
 impl RecordedFits {
-    /// Reads the text of a file and checks its checksum.
+    /// Reads the text of a file and checks its checksum, and that a run could have written it.
     ///
     /// # Errors
     /// [`ResultsError::Damaged`].
     pub fn parse(text: &str) -> Result<Self, ResultsError> {
-        let value = files::parsed(text.as_bytes()).map_err(ResultsError::Damaged)?;
-        serde_json::from_value(value).map_err(|error| ResultsError::Damaged(error.to_string()))
+        let own: Self = parsed(text)?;
+        match own
+            .records
+            .iter()
+            .find(|of| of.fits.len() != own.methods.len())
+        {
+            Some(of) => Err(ResultsError::Damaged(format!(
+                "record {}: expected a FIT for each method",
+                visible(&of.file)
+            ))),
+            None => Ok(own),
+        }
     }
 
     /// Returns the text of the file, with its checksum.

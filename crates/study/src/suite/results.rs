@@ -8,7 +8,9 @@ use crate::design::measure::Measure;
 use crate::files::{self, Kind, PathError};
 use crate::outcome::rows::Rows;
 use crate::run::blocks::{BlockError, BlockFolder};
+use crate::text::visible;
 use asobench_identification::metric::Z;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -73,14 +75,26 @@ pub enum ResultsError {
     Other(String),
 }
 
+/// Reads the text of a file with a checksum.
+pub(super) fn parsed<T: DeserializeOwned>(text: &str) -> Result<T, ResultsError> {
+    let value = files::parsed(text.as_bytes()).map_err(ResultsError::Damaged)?;
+    serde_json::from_value(value).map_err(|error| ResultsError::Damaged(error.to_string()))
+}
+
 impl MethodResults {
-    /// Reads the text of a file and checks its checksum.
+    /// Reads the text of a file and checks its checksum, and that a run could have written it.
     ///
     /// # Errors
     /// [`ResultsError::Damaged`].
     pub fn parse(text: &str) -> Result<Self, ResultsError> {
-        let value = files::parsed(text.as_bytes()).map_err(ResultsError::Damaged)?;
-        serde_json::from_value(value).map_err(|error| ResultsError::Damaged(error.to_string()))
+        let own: Self = parsed(text)?;
+        match own.scenarios.iter().find(|of| !of.is_sound()) {
+            Some(of) => Err(ResultsError::Damaged(format!(
+                "scenario {}: d, fit and hits of other numbers of trials, or more hits than intervals",
+                visible(&of.name)
+            ))),
+            None => Ok(own),
+        }
     }
 
     /// Returns the text of the file, with its checksum.
@@ -162,6 +176,16 @@ impl ScenarioResults {
             content: scenario.content.clone(),
             ..Self::default()
         }
+    }
+
+    /// Whether every run has a d, a FIT and hits, or is lost, and no run has more hits than intervals.
+    fn is_sound(&self) -> bool {
+        let most = self.hits.iter().flatten().max();
+        let runs = self.d.len();
+        self.fit.len() == runs
+            && self.hits.len() == runs
+            && most.is_none_or(|most| *most <= self.intervals)
+            && self.d.iter().flatten().all(|d| *d >= 0.0)
     }
 
     /// Whether it has runs: whether the method is for this scenario.

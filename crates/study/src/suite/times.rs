@@ -2,12 +2,13 @@
 //! reference in the same round.
 
 use super::manifest;
-use super::results::ResultsError;
+use super::results::{ResultsError, parsed};
 use super::scenario::Scenario;
 use super::score::Estimated;
 use crate::design::experiment::Experiment;
 use crate::files;
 use crate::run::trial::Trial;
+use crate::text::visible;
 use asobench_identification::estimator::SetupError;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -178,13 +179,26 @@ impl MethodTimes {
 }
 
 impl Times {
-    /// Reads the text of a file and checks its checksum.
+    /// Reads the text of a file and checks its checksum, and that a run could have written it.
     ///
     /// # Errors
     /// [`ResultsError::Damaged`].
     pub fn parse(text: &str) -> Result<Self, ResultsError> {
-        let value = files::parsed(text.as_bytes()).map_err(ResultsError::Damaged)?;
-        serde_json::from_value(value).map_err(|error| ResultsError::Damaged(error.to_string()))
+        let own: Self = parsed(text)?;
+        let all = own.methods.iter().flat_map(|of| &of.scenarios);
+        let known = |x: f64| x > 0.0 && x.is_finite();
+        let mut unsound = all.filter(|of| {
+            of.ratios.is_empty()
+                || of.seconds < 0.0
+                || !of.ratios.iter().flatten().all(|x| known(*x))
+        });
+        match unsound.next() {
+            Some(of) => Err(ResultsError::Damaged(format!(
+                "scenario {}: expected times of one round or more",
+                visible(&of.name)
+            ))),
+            None => Ok(own),
+        }
     }
 
     /// Returns the text of the file, with its checksum.
