@@ -13,7 +13,7 @@ use std::path::Path;
 use study::{Verdict, looks, make_worker};
 
 /// Whether the program has the keys `cap` and `kurtosis` and the statistic `share-above`.
-const WITH_ASSUMPTIONS: bool = false;
+const WITH_ASSUMPTIONS: bool = true;
 
 /// The promised rate of wrong verdicts, a side.
 const LEVEL: f64 = 0.025;
