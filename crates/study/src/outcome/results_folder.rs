@@ -583,6 +583,15 @@ impl ResultsFolder {
     }
 }
 
+impl Drop for ResultsFolder {
+    /// Leaves no empty folder of new results, while the lock is held.
+    fn drop(&mut self) {
+        self.staged = Staged::default();
+        // There is none as a rule; a failure here cannot be handled.
+        let _ = files::remove_empty(&self.path.join(NEW));
+    }
+}
+
 /// How the names of the program's temporary files and folders begin.
 const OWN_PREFIX: &str = ".asobench-";
 /// What is said of a result that a manifest does not list, or that was changed since.

@@ -571,7 +571,7 @@ mod tests {
         };
         let error = run(true).unwrap_err();
         assert!(matches!(error, CampaignError::Stopped), "{error}");
-        assert_eq!(files(), 2, "the lock and the blocks");
+        assert_eq!(files(), 3, "the lock, the blocks and what is to be");
         // All trials are stored; only the results are missing.
         stop.store(false, Ordering::Relaxed);
         assert_eq!(run(false).unwrap().cells.len(), 2);
