@@ -316,7 +316,7 @@ impl Pass {
     /// # Errors
     /// [`FailureKind::NonFinite`] if a number leaves the range of doubles; then nothing is known any more.
     pub fn set_units(&mut self, units: Units) -> Result<(), FailureKind> {
-        let mut lost = self.model.covariance.iter().any(|p| p.is_infinite());
+        let mut lost = !self.model.covariance.iter().all(|p| p.is_finite());
         if units == Units::ONE && !lost {
             return Ok(());
         }

@@ -191,73 +191,9 @@ fn bring_back(pass: &mut Pass, number: usize, units: Units) {
     }
 }
 
-#[cfg(all(test, feature = "json"))]
+#[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::data::csv;
-    use crate::estimator::{EstimatorName, Method, Problem, Progress, Shape};
-
-    /// The model of a record is that of the record in any other unit, from 1e-150 to 1e150, for every estimator.
-    #[test]
-    fn the_same_model_at_every_scale() {
-        let record = include_bytes!("../../../../examples/record.csv");
-        let record = csv::read(&record[..]).unwrap();
-        let shape = Shape {
-            order: 2,
-            window: 400,
-        };
-        let model = |name: EstimatorName, scale: f64| {
-            let times = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v * scale).collect() };
-            let (u, y) = (times(&record.u), times(&record.y));
-            let method = Method::named(name.name(), name.parse(serde_json::Map::new()).unwrap());
-            let mut estimator = method
-                .prepare(Problem {
-                    covariance: true,
-                    ..shape.into()
-                })
-                .ok()?;
-            let mut passes = vec![Pass::new(shape.order); method.passes()];
-            estimator.estimate(Window::new(&u, &y, shape.window), &mut passes);
-            passes.pop()
-        };
-        let mut compared = 0;
-        for name in EstimatorName::ALL {
-            // `known` needs the plant.
-            let Some(pass) = model(*name, 1.0) else {
-                assert_eq!(name.name(), "known");
-                continue;
-            };
-            assert_eq!(pass.progress, Progress::InitialState, "{name}");
-            for power in (-150..=150).step_by(75) {
-                let scale = 10.0_f64.powi(power);
-                let other = model(*name, scale).unwrap();
-                let near = |what: &str, a: &[f64], b: &[f64], unit: f64| {
-                    assert_eq!(a.len(), b.len(), "{name} 1e{power}: {what}");
-                    let largest = a.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
-                    for (a, b) in a.iter().zip(b) {
-                        let b = b / unit;
-                        let close = (a - b).abs() <= 1e-6 * largest || a.is_nan() && b.is_nan();
-                        assert!(close, "{name} 1e{power}: {what} {a} and {b}");
-                    }
-                };
-                let (m, o) = (&pass.model, &other.model);
-                near("A", &m.a, &o.a, 1.0);
-                near("B", &m.b, &o.b, 1.0);
-                near("C", &m.c, &o.c, 1.0);
-                near("D", &m.d, &o.d, 1.0);
-                near("F", &m.f, &o.f, 1.0);
-                near("covariance", &m.covariance, &o.covariance, 1.0);
-                near("x0", &pass.x0, &other.x0, scale);
-                let variance = |pass: &Pass| [pass.model.noise_variance.sqrt()];
-                near("sigma", &variance(&pass), &variance(&other), scale);
-                let values = (&pass.singular_values, &other.singular_values);
-                near("singular values", values.0, values.1, scale);
-                near("rho", &pass.correlations, &other.correlations, 1.0);
-                compared += 1;
-            }
-        }
-        assert_eq!(compared, 5 * (EstimatorName::ALL.len() - 1));
-    }
+    use super::unit_of;
 
     #[test]
     fn units_are_powers_of_two() {

@@ -5,11 +5,11 @@ use super::elimination::Elimination;
 use crate::estimator::solver::rank::{Equilibration, RANK_MULTIPLE, check_rank_of_columns};
 use faer::MatRef;
 
-/// While Z'Phi has not full rank, `R = I/p0 + Z'Phi` is singular but for the prior, which rounding may lose, and what is
-/// lost there stays lost. So Z'Phi is kept as `E'F`, E having as many rows as there are independent instruments: an
-/// equation with the instruments `z = sum_i f_i E_i + rest` adds `f_i phi` to row i of F, and the rest is a new row of E
-/// with phi beside it, unless it is rounding. With `c = 1/p0` times all lambda, and G in F's place for
-/// `y - phi'theta(0)`,
+/// While Z'Phi has not full rank, `R = I/p0 + Z'Phi` is singular but for the prior, which rounding may lose, and what
+/// is lost there stays lost. So Z'Phi is kept as `E'F`, E having as many rows as there are independent instruments. The
+/// instruments z of an equation are eliminated by these rows with pivoting, `z = sum_i g_i E_i + rest`, which adds
+/// `g_i phi` to row i of F; the rest is a new row of E with phi beside it, unless it is rounding. With `c = 1/p0` times
+/// all lambda, and G beside F for `y - phi'theta(0)`,
 ///
 /// ```text
 ///     theta = theta(0) + s,  F s + c l = G,  s = E'l:  (c I + E'F) s = E'G
@@ -22,16 +22,16 @@ pub(super) struct FirstEquations {
     start: Vec<f64>,
     /// c; `None` without p0, and once Z'Phi has full rank.
     prior: Option<f64>,
-    /// The columns in which rows of E are the first that are not 0.
+    /// A column for each row of E, in which later rows are 0.
     pivots: Vec<usize>,
-    /// E, and the rows of `[F G]`.
-    directions: Vec<f64>,
-    equations: Vec<f64>,
+    /// The rows of `[E F G]`, and that of a new equation.
+    rows: Vec<f64>,
+    row: Vec<f64>,
+    /// For each number of E the sum of the sizes of what it is the difference of.
+    terms: Vec<f64>,
+    of_row: Vec<f64>,
     /// The largest size of each instrument.
     sizes: Vec<f64>,
-    rest: Vec<f64>,
-    /// The sum of the sizes of what the rest is the difference of.
-    terms: Vec<f64>,
     matrix: Vec<f64>,
     solution: Vec<f64>,
     elimination: Elimination,
@@ -45,11 +45,11 @@ impl FirstEquations {
             start: vector(),
             prior: None,
             pivots: Vec::with_capacity(d),
-            directions: vec![0.0; d * d],
-            equations: vec![0.0; d * (d + 1)],
+            rows: vec![0.0; d * (2 * d + 1)],
+            row: vec![0.0; 2 * d + 1],
+            terms: vec![0.0; d * d],
+            of_row: vector(),
             sizes: vector(),
-            rest: vector(),
-            terms: vector(),
             matrix: vec![0.0; 4 * d * d],
             solution: vec![0.0; d * d.max(2)],
             elimination: Elimination::new(2 * d),
@@ -77,64 +77,62 @@ impl FirstEquations {
             return;
         };
         *prior *= lambda;
-        let (d, count) = (z.len(), self.pivots.len());
-        let value = y - dot(phi, &self.start);
-        for (size, z) in self.sizes.iter_mut().zip(z) {
-            *size = size.max(z.abs());
+        let (d, width) = (z.len(), self.row.len());
+        self.row[..d].copy_from_slice(z);
+        self.row[d..2 * d].copy_from_slice(phi);
+        self.row[2 * d] = y - dot(phi, &self.start);
+        for (j, z) in z.iter().enumerate() {
+            self.of_row[j] = z.abs();
+            self.sizes[j] = self.sizes[j].max(z.abs());
         }
-        self.rest.copy_from_slice(z);
-        self.terms.iter_mut().zip(z).for_each(|(t, z)| *t = z.abs());
-        let rows = self.equations[..count * (d + 1)].chunks_exact_mut(d + 1);
-        let directions = self.directions.chunks_exact(d);
-        for ((row, direction), pivot) in rows.zip(directions).zip(&self.pivots) {
-            let share = self.rest[*pivot] / direction[*pivot];
-            let sums = self.rest.iter_mut().zip(&mut self.terms);
-            for ((rest, terms), e) in sums.zip(direction) {
-                *rest -= share * e;
-                *terms += (share * e).abs();
+        let kept = self.rows.chunks_exact_mut(width);
+        let kept = kept.zip(self.terms.chunks_exact_mut(d));
+        for (pivot, (kept, terms)) in self.pivots.iter().zip(kept) {
+            kept[d..].iter_mut().for_each(|f| *f *= lambda);
+            if self.row[*pivot].abs() > kept[*pivot].abs() {
+                self.row.swap_with_slice(kept);
+                self.of_row.swap_with_slice(terms);
             }
-            self.rest[*pivot] = 0.0;
-            let (of_phi, of_value) = row.split_at_mut(d);
-            for (to, phi) in of_phi.iter_mut().zip(phi) {
-                *to = lambda * *to + share * phi;
+            let share = self.row[*pivot] / kept[*pivot];
+            for j in 0..d {
+                self.row[j] -= share * kept[j];
+                self.of_row[j] += share.abs() * terms[j];
             }
-            of_value[0] = lambda * of_value[0] + share * value;
+            self.row[*pivot] = 0.0;
+            for (f, of_row) in kept[d..].iter_mut().zip(&self.row[d..]) {
+                *f += share * of_row;
+            }
         }
         if let Some(pivot) = self.new_pivot() {
+            let count = self.pivots.len();
+            self.rows[count * width..][..width].copy_from_slice(&self.row);
+            self.terms[count * d..][..d].copy_from_slice(&self.of_row);
             self.pivots.push(pivot);
-            self.directions[count * d..][..d].copy_from_slice(&self.rest);
-            let row = &mut self.equations[count * (d + 1)..][..d + 1];
-            row[..d].copy_from_slice(phi);
-            row[d] = value;
         }
         if self.pivots.len() == d && self.has_full_rank() {
             self.prior = None;
         }
     }
 
-    /// The column in which the rest is largest beside the instrument's size; `None` if all of it is rounding.
+    /// The first column in which the rest is largest beside the instrument's size; `None` if all of it is rounding.
     fn new_pivot(&self) -> Option<usize> {
-        let d = self.rest.len();
+        let d = self.sizes.len();
         let least = RANK_MULTIPLE * 2.0 * d as f64 * f64::EPSILON;
-        let counts = |j: &usize| self.rest[*j].abs() > least * self.terms[*j];
-        let size = |j: &usize| self.rest[*j].abs() / self.sizes[*j];
-        (0..d)
-            .filter(counts)
-            .max_by(|i, j| size(i).total_cmp(&size(j)))
+        let counts = |j: &usize| self.row[*j].abs() > least * self.of_row[*j];
+        let size = |j: &usize| self.row[*j].abs() / self.sizes[*j];
+        let columns = (0..d).rev().filter(counts);
+        columns.max_by(|i, j| size(i).total_cmp(&size(j)))
     }
 
     /// The rank rule of all solvers, for E'F.
     fn has_full_rank(&mut self) -> bool {
-        let d = self.rest.len();
+        let (d, width) = (self.sizes.len(), self.row.len());
         let product = &mut self.matrix[..d * d];
         product.fill(0.0);
-        for (direction, row) in self
-            .directions
-            .chunks_exact(d)
-            .zip(self.equations.chunks_exact(d + 1))
-        {
-            for (to, e) in product.chunks_exact_mut(d).zip(direction) {
-                to.iter_mut().zip(row).for_each(|(to, f)| *to += e * f);
+        for row in self.rows.chunks_exact(width) {
+            let (e, f) = row.split_at(d);
+            for (to, e) in product.chunks_exact_mut(d).zip(e) {
+                to.iter_mut().zip(f).for_each(|(to, f)| *to += e * f);
             }
         }
         let inverse = &mut self.solution[..d * d];
@@ -158,12 +156,13 @@ impl FirstEquations {
         let solution = &mut self.solution[..size];
         matrix.fill(0.0);
         solution.fill(0.0);
-        for i in 0..count {
-            let row = &self.equations[i * (d + 1)..][..d + 1];
-            matrix[i * size..][..d].copy_from_slice(&row[..d]);
+        let rows = self.rows.chunks_exact(self.row.len()).take(count);
+        for (i, row) in rows.enumerate() {
+            let (e, f) = row.split_at(d);
+            matrix[i * size..][..d].copy_from_slice(&f[..d]);
             matrix[i * size + d + i] = self.prior.unwrap_or(0.0);
-            solution[i] = row[d];
-            for (j, e) in self.directions[i * d..][..d].iter().enumerate() {
+            solution[i] = f[d];
+            for (j, e) in e.iter().enumerate() {
                 matrix[(count + j) * size + d + i] = -e;
             }
         }
