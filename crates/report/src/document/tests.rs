@@ -58,6 +58,7 @@ pub(crate) fn study(toml: &str) -> Study {
     Study {
         look: asobench_study::study::Look::ONLY,
         machine: None,
+        unfinished: false,
         judged: Vec::new(),
         name: "many".to_owned(),
         folder: PathBuf::from("many"),
