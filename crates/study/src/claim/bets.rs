@@ -8,7 +8,7 @@
 //! An upper bound of a mean is a lower bound of `T - Y`, which needs `Y <= T`. Without such a bound no trials tell that
 //! a mean is small (Bahadur and Savage, *Annals of Mathematical Statistics* 27, 1956).
 
-use crate::claim::known::{OneSided, Prospect};
+use crate::claim::one_sided::{OneSided, Prospect};
 
 /// The number of fractions at stake.
 const STAKES: i32 = 10;

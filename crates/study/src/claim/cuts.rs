@@ -5,7 +5,7 @@
 //! Only the values of A and B matter as cuts, and since one cut that is not rejected is enough to stay silent, their
 //! number costs nothing.
 
-use crate::claim::known::{OneSided, Prospect};
+use crate::claim::one_sided::{OneSided, Prospect};
 use asobench_identification::metric::tails::binomial_at_least;
 
 /// The shares of the level for the three tests of a cut.

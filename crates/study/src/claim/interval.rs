@@ -7,7 +7,8 @@
 //! number.
 
 use crate::claim::evidence::Part;
-use crate::claim::known::{Known, Side, slope_end};
+use crate::claim::known::{Known, slope_end};
+use crate::claim::one_sided::Side;
 use crate::design::file::claim::Holds;
 
 /// The outcome of a cell that certainly passes, that certainly fails, and that is not judged.

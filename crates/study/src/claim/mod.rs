@@ -16,6 +16,7 @@ mod judge;
 mod judged;
 mod known;
 mod needed;
+mod one_sided;
 mod power;
 mod ranked;
 mod scale;

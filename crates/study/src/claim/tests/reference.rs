@@ -8,7 +8,8 @@
 
 use crate::claim::bets::mean_above;
 use crate::claim::cuts::median_below;
-use crate::claim::known::{Bound, Known, Range, Side};
+use crate::claim::known::{Bound, Known, Range};
+use crate::claim::one_sided::Side;
 use crate::claim::ranked::{Group, Ranked, end_rank};
 use serde_json::Value;
 
