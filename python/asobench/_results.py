@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import os
@@ -13,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._errors import StudyError
 from ._frames import frame, frames
 from ._method import Method, Relay
 from ._program import call
@@ -95,11 +97,23 @@ class Results:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """summary.json as it is."""
-        path = self.folder / "summary.json"
-        if not path.exists():
-            raise FileNotFoundError(f"{self.folder}: no results; expected the folder of a run that has ended")
-        summary: dict[str, Any] = json.loads(path.read_text())
+        summary: dict[str, Any] = json.loads(self._read("summary.json"))
         return summary
+
+    def _places(self, name: str) -> list[Path]:
+        """Where a file may be: one that is on its way to replace another counts first."""
+        return [self.folder / ".asobench-whole" / name, self.folder / name]
+
+    def _read(self, name: str) -> str:
+        for path in self._places(name):
+            with contextlib.suppress(FileNotFoundError):
+                return path.read_text()
+        try:
+            # The program knows whether a run has begun.
+            call("failures", self.folder)
+        except StudyError as error:
+            raise FileNotFoundError(str(error)) from None
+        raise FileNotFoundError(f"{self.folder / name}: expected a file of the results")
 
     @cached_property
     def axes(self) -> list[str]:
@@ -145,10 +159,12 @@ class Results:
 
     def trials(self, kind: str | None = None) -> Any:
         """Every trial as a frame, of a study with ``store = "trials"``."""
-        path = self.folder / "trials.parquet"
-        if not path.exists():
-            raise FileNotFoundError(f'{path}: only a study with store="trials" keeps its trials')
-        return frames(kind).read_parquet(path)
+        self._read("manifest.json")
+        places = self._places("trials.parquet")
+        found = [path for path in places if path.exists()]
+        if not found:
+            raise FileNotFoundError(f'{places[-1]}: only a study with store="trials" keeps its trials')
+        return frames(kind).read_parquet(found[0])
 
     def comparisons(self, kind: str | None = None, **settings: Any) -> Any:
         """The comparisons of the study as a frame: a row for each cell, pair and measure."""
@@ -162,7 +178,7 @@ class Results:
 
     def verdicts(self) -> list[Verdict]:
         """The verdicts on the claims of the study, as its report has them."""
-        claims = json.loads((self.folder / "manifest.json").read_text())["experiment"].get("claims", [])
+        claims = json.loads(self._read("manifest.json"))["experiment"].get("claims", [])
         if not claims:
             return []
         with tempfile.TemporaryDirectory() as folder:

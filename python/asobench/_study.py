@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -15,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._arrays import whole
-from ._errors import StudyError
 from ._method import Method, Relay
 from ._program import call
 from ._results import Results, same
@@ -101,7 +99,8 @@ class Study:
         progress : bool, optional
             Whether a bar is shown; if left out, on a terminal and in a notebook.
         overwrite : bool
-            Whether results of another study in the folder are removed first.
+            Whether the program replaces results of another study, or of more trials, in the folder. They stay until the
+            new ones are whole. Other files stay; a folder without results of the program is refused.
         threads : int, optional
             One for each processor if left out.
         allow_commands : bool
@@ -118,17 +117,12 @@ class Study:
         arguments: list[Any] = ["--out", folder]
         arguments += [] if trials is None else ["--trials", whole("trials", trials, 1)]
         arguments += [] if threads is None else ["--threads", whole("threads", threads, 1)]
+        arguments += ["--overwrite"] if overwrite else []
         arguments += ["--allow-commands"] if allow_commands or self.functions else []
         if progress is None:
             progress = sys.stderr.isatty() or "ipykernel" in sys.modules
         with self._file() as path, Relay(self.functions) as environment:
-            try:
-                text = call("run", path, *arguments, show=progress, environment=environment)
-            except StudyError:
-                if not (overwrite and _is_results(folder)):
-                    raise
-                shutil.rmtree(folder)
-                text = call("run", path, *arguments, show=progress, environment=environment)
+            text = call("run", path, *arguments, show=progress, environment=environment)
         return Results(folder, text, methods=self.functions)
 
     def simulate(self, trials: int = 100, cell: int | None = None, **settings: Any) -> dict[str, NDArray[np.float64]]:
@@ -181,11 +175,6 @@ def _entry(entry: Any) -> dict[str, Any]:
         return dict(entry)
     hint = "; decorate the function: @asobench.method" if callable(entry) else ""
     raise TypeError(f"methods: {entry!r}; expected a name, a dict or a method{hint}")
-
-
-def _is_results(folder: Path) -> bool:
-    """Whether a folder holds results and nothing else of a user."""
-    return (folder / "manifest.json").exists() or (folder / "blocks").is_dir()
 
 
 # What of a study its records follow from.

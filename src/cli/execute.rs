@@ -8,7 +8,7 @@ use crate::report::{Study, terminal};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{
     BlockError, Campaign, CampaignError, Event, Experiment, FolderError, MANIFEST, MethodChange,
-    RunError, RunOptions, Summary, take_over,
+    ResultsFolder, RunError, RunOptions, Summary, take_over,
 };
 use crate::text::{count, visible, wrap};
 use crate::{claim, files};
@@ -96,6 +96,17 @@ pub(super) struct Overwrite {
     /// stay; one that is no folder of results is refused
     #[arg(long)]
     pub(super) overwrite: bool,
+}
+
+impl Overwrite {
+    /// Refuses a folder that is none of results, before anything is started.
+    pub(super) fn check(self, folder: &Path) -> Result<(), Error> {
+        if !self.overwrite {
+            return Ok(());
+        }
+        let checked = ResultsFolder::refuse_foreign(folder);
+        checked.map_err(|error| refused("--out ", error.into()))
+    }
 }
 
 /// Returns the number of threads.

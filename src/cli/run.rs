@@ -147,6 +147,7 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
         path,
         made,
     } = prepared;
+    arguments.overwrite.check(&path)?;
     let (file, introduced) = programs::introduced(file, &study.file, &arguments.consent)?;
     // What programs say of themselves is part of the study.
     let made = made.filter(|_| introduced.is_none());

@@ -138,6 +138,7 @@ fn in_folder(
     folder: &Path,
     trials: u64,
 ) -> Result<Vec<(String, Vec<ScenarioResults>)>, Error> {
+    how.overwrite.check(folder)?;
     let (experiment, introduced) = match own {
         None => (experiment, None),
         Some(path) => {

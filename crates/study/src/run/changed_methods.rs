@@ -61,9 +61,6 @@ pub fn take_over(
     if options.fresh || options.same_methods || stored(path).is_none() {
         return Ok(());
     }
-    if options.overwrite {
-        ResultsFolder::refuse_foreign(path)?;
-    }
     let folder = ResultsFolder::open(path)?;
     // A change that was under way when the program was ended.
     if let Some((design, before)) =
