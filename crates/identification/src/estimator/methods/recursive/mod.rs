@@ -28,6 +28,7 @@ mod start;
 mod weights;
 
 pub use coefficients::Coefficients;
+pub(crate) use elimination::Elimination;
 pub use extended::{ExtendedLeastSquares, RelsOptions};
 pub use instrumental::{RecursiveInstruments, RecursiveIv, RecursiveIvOptions};
 pub use least_squares::{RecursiveForm, RecursiveLeastSquares, RlsOptions};
