@@ -7,7 +7,7 @@ use crate::claim::bets::mean_above;
 use crate::claim::cuts::median_below;
 use crate::claim::one_sided::{More, OneSided, Prospect, Side};
 use crate::claim::ranked::Ranked;
-use asobench_identification::metric::tails::{normal_above, normal_point};
+use asobench_identification::metric::tails::normal_above;
 
 /// The numbers that meet a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -209,11 +209,10 @@ impl Known {
         range.ends().map(of_end).fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns how far inside a range the number lies, as the distance of a normal number from its mean that would be
-    /// as certain; negative outside.
+    /// Returns how far inside a range the number lies, in approximate standard errors; negative outside.
     pub(crate) fn margin(&self, range: Range) -> f64 {
-        let distance = |p: f64| normal_point(p.min(0.5));
-        distance(self.inside(range)) - distance(self.outside(range))
+        let margins = self.tests_inside(range).map(OneSided::margin);
+        margins.fold(f64::INFINITY, f64::min)
     }
 
     /// Tests that the number is on this side of a limit. `closed`: the limit itself is on this side.

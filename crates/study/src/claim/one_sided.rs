@@ -73,6 +73,23 @@ impl OneSided {
         }
     }
 
+    /// Returns how far on the right side of the limit the number lies, in approximate standard errors.
+    pub(crate) fn margin(self) -> f64 {
+        match self.prospect {
+            // Counts tell numbers apart whose p-values are 0 or 1.
+            Prospect::Few {
+                count,
+                total,
+                chance,
+                ..
+            } => {
+                let (n, k) = (total as f64, count as f64);
+                (n * chance - k) / (n * chance * (1.0 - chance)).sqrt().max(1e-300)
+            }
+            _ => normal_point(self.p),
+        }
+    }
+
     /// Returns the chance that p is at most `level` with more trials.
     pub(crate) fn power(self, More { factor, shift }: More, level: f64) -> f64 {
         match self.prospect {
