@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ._frames import frame, frames
-from ._method import Method, Relay
+from ._method import Method, Relay, consent
 from ._program import call
 
 #: The figures of a measure, in the order of columns.
@@ -67,7 +67,7 @@ class Picture:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Writes the SVG."""
-        Path(path).write_text(self.svg)
+        Path(path).write_text(self.svg, encoding="utf-8")
         return Path(path)
 
     def _repr_svg_(self) -> str:
@@ -98,7 +98,7 @@ class Results:
         path = self.folder / "summary.json"
         if not path.exists():
             raise FileNotFoundError(f"{self.folder}: no results; expected the folder of a run that has ended")
-        summary: dict[str, Any] = json.loads(path.read_text())
+        summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         return summary
 
     @cached_property
@@ -162,13 +162,13 @@ class Results:
 
     def verdicts(self) -> list[Verdict]:
         """The verdicts on the claims of the study, as its report has them."""
-        claims = json.loads((self.folder / "manifest.json").read_text())["experiment"].get("claims", [])
+        claims = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))["experiment"].get("claims", [])
         if not claims:
             return []
         with tempfile.TemporaryDirectory() as folder:
             call("report", self.folder, "--out", folder)
-            lines = Path(folder, "claims.md").read_text().splitlines()
-            with Path(folder, "tables", "claims.csv").open(newline="") as file:
+            lines = Path(folder, "claims.md").read_text(encoding="utf-8").splitlines()
+            with Path(folder, "tables", "claims.csv").open(newline="", encoding="utf-8") as file:
                 numbers = list(csv.DictReader(file))
         found = []
         for claim in claims:
@@ -207,7 +207,7 @@ class Results:
                         )
         return rows
 
-    def replay(self, trial: int, cell: int | None = None, **settings: Any) -> Replay:
+    def replay(self, trial: int, cell: int | None = None, *, allow_commands: bool = False, **settings: Any) -> Replay:
         """A trial computed again, with every stage.
 
         Parameters
@@ -215,12 +215,14 @@ class Results:
         trial : int
         cell : int, optional
             The number of the cell; or its settings, such as ``eta=10``.
+        allow_commands : bool
+            Whether programs that are methods may be run, in the current folder. The functions of these results may.
         """
         chosen = [cell] if cell is not None else self.cells(**settings)
         if len(chosen) != 1:
             raise ValueError(f"{len(chosen)} cells; expected one: {', '.join(f'{key}=...' for key in self.axes)}")
         with Relay(self.methods) as environment:
-            allow = ["--allow-commands"] if self.methods else []
+            allow = ["--allow-commands"] if allow_commands else consent(self.methods)
             text = call(
                 "replay", self.folder, f"cell={chosen[0]}:{trial}", "--format", "json", *allow, environment=environment
             )
@@ -262,7 +264,7 @@ class Results:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "figure.svg")
             call("plot", self.folder, *given, "--out", path)
-            return Picture(path.read_text())
+            return Picture(path.read_text(encoding="utf-8"))
 
     def report(self) -> Path:
         """Writes report.html; gives its path."""
