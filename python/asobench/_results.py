@@ -16,7 +16,7 @@ import numpy as np
 
 from ._errors import StudyError
 from ._frames import frame, frames
-from ._method import Method, Relay
+from ._method import Method, Relay, consent
 from ._program import call
 
 #: The figures of a measure, in the order of columns.
@@ -69,7 +69,7 @@ class Picture:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Writes the SVG."""
-        Path(path).write_text(self.svg)
+        Path(path).write_text(self.svg, encoding="utf-8")
         return Path(path)
 
     def _repr_svg_(self) -> str:
@@ -107,7 +107,7 @@ class Results:
     def _read(self, name: str) -> str:
         for path in self._places(name):
             with contextlib.suppress(FileNotFoundError):
-                return path.read_text()
+                return path.read_text(encoding="utf-8")
         try:
             # The program knows whether a run has begun.
             call("failures", self.folder)
@@ -183,8 +183,8 @@ class Results:
             return []
         with tempfile.TemporaryDirectory() as folder:
             call("report", self.folder, "--out", folder)
-            lines = Path(folder, "claims.md").read_text().splitlines()
-            with Path(folder, "tables", "claims.csv").open(newline="") as file:
+            lines = Path(folder, "claims.md").read_text(encoding="utf-8").splitlines()
+            with Path(folder, "tables", "claims.csv").open(newline="", encoding="utf-8") as file:
                 numbers = list(csv.DictReader(file))
         found = []
         for claim in claims:
@@ -223,7 +223,7 @@ class Results:
                         )
         return rows
 
-    def replay(self, trial: int, cell: int | None = None, **settings: Any) -> Replay:
+    def replay(self, trial: int, cell: int | None = None, *, allow_commands: bool = False, **settings: Any) -> Replay:
         """A trial computed again, with every stage.
 
         Parameters
@@ -231,12 +231,14 @@ class Results:
         trial : int
         cell : int, optional
             The number of the cell; or its settings, such as ``eta=10``.
+        allow_commands : bool
+            Whether programs that are methods may be run, in the current folder. The functions of these results may.
         """
         chosen = [cell] if cell is not None else self.cells(**settings)
         if len(chosen) != 1:
             raise ValueError(f"{len(chosen)} cells; expected one: {', '.join(f'{key}=...' for key in self.axes)}")
         with Relay(self.methods) as environment:
-            allow = ["--allow-commands"] if self.methods else []
+            allow = ["--allow-commands"] if allow_commands else consent(self.methods)
             text = call(
                 "replay", self.folder, f"cell={chosen[0]}:{trial}", "--format", "json", *allow, environment=environment
             )
@@ -278,7 +280,7 @@ class Results:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "figure.svg")
             call("plot", self.folder, *given, "--out", path)
-            return Picture(path.read_text())
+            return Picture(path.read_text(encoding="utf-8"))
 
     def report(self) -> Path:
         """Writes report.html; gives its path."""
