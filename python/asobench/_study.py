@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._arrays import whole
+from ._errors import StudyError
 from ._method import Method, Relay, command, consent
 from ._program import call
 from ._results import Results, same
