@@ -507,7 +507,7 @@ fn plain_noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
                     )
                 }
                 RatioStatistic::PairedMedian if measure != measure_of_to => {
-                    format!("the median ratio of {first} of {output} to {second} of {to},")
+                    format!("the median ratio of {first} of {output} to {second} of {to}")
                 }
                 RatioStatistic::PairedMedian => {
                     format!("the median ratio of {first}, {output} over {to},")
