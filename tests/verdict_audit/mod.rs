@@ -127,7 +127,7 @@ fn audit(rows: &[Row], folder: &Path, studies: u32) -> Vec<String> {
 /// `AUDIT_ROWS` names a part of the laws or claims, `AUDIT_STUDIES` and `AUDIT_SEED` set the number of studies and the
 /// seed.
 #[test]
-#[ignore = "15 minutes on two quiet cores: cargo test --release --test it verdict_audit::wrong -- --ignored --nocapture"]
+#[ignore = "15 minutes: cargo test --release --test it verdict_audit::wrong -- --ignored --nocapture"]
 fn wrong_verdicts_on_known_laws_keep_the_level() {
     let mut rows = [
         rows::moments(),
