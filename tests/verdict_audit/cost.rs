@@ -132,24 +132,29 @@ pub fn table(folder: &Path, studies: u32, most: u64, with_cap: bool) {
     );
     for law in &LAWS {
         let kinds = kinds(law, with_cap);
-        let tests = kinds.iter().flat_map(|(_, tests)| tests);
-        let claims: Vec<String> = tests.map(|test| format!("test = {{ {test} }}")).collect();
         let x = format!("se {:?} -- {}", law.q95 / 1.959_963_984_540_054, law.words);
-        let mut decided = vec![Vec::new(); claims.len()];
+        let mut decided = vec![Vec::new(); kinds.len() * EFFECTS.len()];
         for trials in ladder(most) {
-            let text = file([&x, law.words], "4", trials, studies, &claims);
-            std::fs::write(folder.join("study.toml"), format!("looks = 1\n{text}"))
-                .expect("a file");
-            let found = verdicts(
-                folder,
-                &["--out", &format!("results/{}-{trials}", law.words)],
-            );
-            assert_eq!(found.len(), claims.len() * studies as usize);
-            for (place, decided) in decided.iter_mut().enumerate() {
-                let of_claim = found.iter().skip(place).step_by(claims.len());
-                let count = of_claim.filter(|(said, _)| *said == Verdict::Holds).count();
-                decided.push((trials, count as f64 / f64::from(studies)));
+            let out = format!("cost/{}-{trials}", law.law);
+            // The trials of the first effect are judged again for the others.
+            for effect in 0..EFFECTS.len() {
+                let claims = kinds
+                    .iter()
+                    .map(|(_, tests)| format!("test = {{ {} }}", tests[effect]));
+                let claims: Vec<String> = claims.collect();
+                let text = file([&x, law.words], "4", trials, studies, &claims);
+                let text = format!("looks = 1\n{text}");
+                std::fs::write(folder.join("study.toml"), text).expect("a file");
+                let found = verdicts(folder, &["--out", &out]);
+                assert_eq!(found.len(), claims.len() * studies as usize);
+                for place in 0..claims.len() {
+                    let of_claim = found.iter().skip(place).step_by(claims.len());
+                    let count = of_claim.filter(|(said, _)| *said == Verdict::Holds).count();
+                    let share = count as f64 / f64::from(studies);
+                    decided[place * EFFECTS.len() + effect].push((trials, share));
+                }
             }
+            std::fs::remove_dir_all(folder.join(&out)).expect("removed");
         }
         for ((kind, _), decided) in kinds.iter().zip(decided.chunks(EFFECTS.len())) {
             let most = decided[0].last().map_or(0, |(trials, _)| *trials);
