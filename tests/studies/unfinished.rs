@@ -11,7 +11,17 @@ const STUDY: &str = "trials = 20000\nmeasures = [\"e_a\"]\nstore = \"trials\"\nc
                      [[claims]]\nid = \"c1\"\ntext = \"OE is nearer.\"\n\
                      test = { ratio = \"e_a\", of = \"oe\", to = \"arx\", below = 1.0 }\n";
 
-const RUN: [&str; 6] = ["run", "study.toml", "--out", "out", "--block", "50"];
+/// On one thread, so that those that are there have no gap.
+const RUN: [&str; 8] = [
+    "run",
+    "study.toml",
+    "--out",
+    "out",
+    "--block",
+    "50",
+    "--threads",
+    "1",
+];
 
 /// Starts the study, and stops it when it has some blocks; the number of trials that are there.
 fn stopped(place: &Place, signal: &str) -> String {
