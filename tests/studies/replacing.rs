@@ -209,7 +209,7 @@ fn a_wrong_study_replaces_nothing() {
         "out",
         &[
             &OVERWRITE[..],
-            &["--trials", "1000000000000", "--set", "store=trials"],
+            &["--trials", "4000000000", "--set", "store=trials"],
         ]
         .concat(),
         &["disk", "--anyway"],
@@ -235,8 +235,9 @@ fn a_busy_folder_is_refused() {
         "50",
         "--anyway",
     ];
+    let count = blocks(&place.path("out")).len();
     let mut child = place.start(&long);
-    wait_until(|| blocks(&place.path("out")).len() > 3);
+    wait_until(|| blocks(&place.path("out")).len() > count + 3);
     let before = contents(&place.path("out"));
     place.refuses(&OVERWRITE, &["--out", "out", "another run"]);
     child.kill().expect("killed");

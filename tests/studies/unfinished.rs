@@ -4,7 +4,7 @@ use super::{Place, assert_same, blocks, contents, stderr, stdout, succeeds, wait
 use std::process::Command;
 
 /// One cell, so that what is there are the first trials. The judged measure comes from a search, which takes its time.
-const STUDY: &str = "trials = 20000\nmeasures = [\"e_a\"]\nstore = \"trials\"\ncoverage = true\n[settings]\n\
+const STUDY: &str = "trials = 4000\nmeasures = [\"e_a\"]\nstore = \"trials\"\ncoverage = true\n[settings]\n\
                      plant = \"mine\"\nnoise = \"white\"\neta = 10\nwindow = 98\n\
                      [plants.mine]\nA = [1, -1.5, 0.7]\nB = [0, 1, 0.5]\n\
                      [[methods]]\nestimator = \"arx\"\n[[methods]]\nestimator = \"oe\"\n\
@@ -63,7 +63,7 @@ fn every_reader_tells_a_stopped_run_from_none() {
             &["replay", "out", "0:0"],
         ] {
             let said =
-                format!("out: no results yet: {there} of 20000 trials of a run that has not ended");
+                format!("out: no results yet: {there} of 4000 trials of a run that has not ended");
             place.refuses(
                 reader,
                 &[&said, "the same command goes on", "report --partial"],
