@@ -62,8 +62,9 @@ fn every_reader_tells_a_stopped_run_from_none() {
             &["compare", "out", "out"],
             &["replay", "out", "0:0"],
         ] {
-            let said =
-                format!("out: no results yet: {there} of 4000 trials of a run that has not ended");
+            let said = format!(
+                "out: no results yet (no manifest.json): {there} of 4000 trials of a run that has not ended"
+            );
             place.refuses(
                 reader,
                 &[&said, "the same command goes on", "report --partial"],
