@@ -249,7 +249,7 @@ fn newer_versions_and_other_designs_are_left_alone() {
     let older = with_checksum(&whole, |bytes| bytes[8] -= 1);
     std::fs::write(&victim, older).expect("written");
     for more in [&[][..], &["--repair"]] {
-        refuses(more, &[&name, "older build of asobench", "--fresh"]);
+        refuses(more, &[&name, "older build of asobench", "--overwrite"]);
     }
     let foreign = with_checksum(&whole, |bytes| bytes[12] ^= 1);
     std::fs::write(&victim, foreign).expect("written");

@@ -13,10 +13,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A study that keeps its trials; [`OTHER`] keeps none, and has other cells.
 const FIRST: &str = "trials = 40\nseed = 1\nstore = \"trials\"\nmeasures = [\"e_a\"]\n[settings]\neta = [2, 10]\n\
                      window = 18\n[[methods]]\nestimator = \"ls\"\n\
-                     [[claims]]\nid = \"c1\"\ntext = \"Small.\"\ntest = { median = \"e_a\", of = \"ls\", below = 9 }\n";
+                     [[claims]]\nid = \"c1\"\ntext = \"Small.\"\ntest = { value = \"e_a\", of = \"ls\", below = 9 }\n";
 const OTHER: &str = "trials = 60\nseed = 2\nmeasures = [\"e_a\"]\n[settings]\neta = 5\nwindow = 50\n[[methods]]\n\
                      iterations = 1\n\
-                     [[claims]]\nid = \"c2\"\ntext = \"Large.\"\ntest = { median = \"e_a\", of = \"iv(1)\", below = 9 }\n";
+                     [[claims]]\nid = \"c2\"\ntext = \"Large.\"\ntest = { value = \"e_a\", of = \"iv(1)\", below = 9 }\n";
 
 /// The studies, and the results of the first in `out`.
 fn prepared() -> Place {
@@ -182,23 +182,18 @@ fn what_is_not_listed_stays_and_is_said() {
 #[test]
 fn a_wrong_study_replaces_nothing() {
     let place = prepared();
-    let study = |name: &str, from: &str, to: &str| {
-        assert!(OTHER.contains(from));
-        place.write(name, OTHER.replace(from, to).as_bytes());
+    let (unjudged, _) = OTHER.split_once("[[claims]]").expect("claims");
+    let study = |name: &str, of: &str, from: &str, to: &str| {
+        assert!(of.contains(from));
+        place.write(name, of.replace(from, to).as_bytes());
     };
-    study("typo.toml", "iterations = 1", "estimator = \"arks\"");
-    study("key.toml", "seed = 2", "sed = 2");
-    study("claim.toml", "of = \"iv(1)\"", "of = \"iv(7)\"");
-    study(
-        "consent.toml",
-        "iterations = 1",
-        "name = \"m\"\ncommand = [\"true\"]",
-    );
-    study(
-        "crash.toml",
-        "iterations = 1",
-        "name = \"m\"\ncommand = [\"false\"]",
-    );
+    study("typo.toml", OTHER, "iterations = 1", "estimator = \"arks\"");
+    study("key.toml", OTHER, "seed = 2", "sed = 2");
+    study("claim.toml", OTHER, "of = \"iv(1)\"", "of = \"iv(7)\"");
+    for (name, command) in [("consent.toml", "true"), ("crash.toml", "false")] {
+        let method = format!("name = \"m\"\ncommand = [\"{command}\"]");
+        study(name, unjudged, "iterations = 1", &method);
+    }
     let run = |file| ["run", file, "--out", "out", "--overwrite"];
     for (file, part) in [
         ("typo.toml", "arks"),
@@ -214,7 +209,7 @@ fn a_wrong_study_replaces_nothing() {
         "out",
         &[
             &OVERWRITE[..],
-            &["--trials", "1000000000000", "--set", "store=trials"],
+            &["--trials", "4000000000", "--set", "store=trials"],
         ]
         .concat(),
         &["disk", "--anyway"],
@@ -240,8 +235,9 @@ fn a_busy_folder_is_refused() {
         "50",
         "--anyway",
     ];
+    let count = blocks(&place.path("out")).len();
     let mut child = place.start(&long);
-    wait_until(|| blocks(&place.path("out")).len() > 3);
+    wait_until(|| blocks(&place.path("out")).len() > count + 3);
     let before = contents(&place.path("out"));
     place.refuses(&OVERWRITE, &["--out", "out", "another run"]);
     child.kill().expect("killed");
@@ -255,6 +251,8 @@ fn a_busy_folder_is_refused() {
 #[test]
 fn a_stopped_replacement_goes_on() {
     let place = prepared();
+    let rows = OTHER.replace("seed = 2", "seed = 2\nstore = \"trials\"");
+    place.write("other.toml", rows.as_bytes());
     let before = contents(&place.path("out"));
     let long = [&OVERWRITE[..], &["--trials", "300000", "--block", "50"]].concat();
     let child = place.start(&long);
@@ -287,10 +285,9 @@ fn a_stopped_replacement_goes_on() {
             .expect("a time")
     };
     let stamp = time(&kept);
-    let child = place.start(&long);
-    wait_until(|| blocks(&replacing).len() > 6);
+    let (count, mut child) = (blocks(&replacing).len(), place.start(&long));
+    wait_until(|| blocks(&replacing).len() > count + 3);
     assert!(kept.exists() && time(&kept) == stamp);
-    let mut child = child;
     child.kill().expect("killed");
     child.wait().expect("ended");
     // Fewer trials than that run has computed, then fewer than the results have.
@@ -370,6 +367,8 @@ fn killer(place: &Place) -> Option<PathBuf> {
 
 /// What the readers say of the results in `out`: the report's tables and the rows of a trial.
 fn read(place: &Place, page: &str) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
+    // Tables of the other study would stay.
+    let _ = std::fs::remove_dir_all(place.path(page));
     succeeds(&place.run(&["report", "out", "--out", page]));
     let found = tree(&place.path(page)).into_iter();
     let named = found.map(|(path, content)| {
@@ -462,8 +461,7 @@ fn readers_beside_see_old_or_new() {
         let reader = scope.spawn(|| {
             let mut readings = 0;
             while !stop.load(Ordering::Relaxed) {
-                // Each page into a folder of its own: tables of the other study would stay.
-                let page = read(&place, &format!("beside-{readings}"));
+                let page = read(&place, "beside");
                 assert!(pages.contains(&page), "reading {readings}: neither");
                 readings += 1;
             }

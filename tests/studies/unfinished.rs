@@ -4,14 +4,24 @@ use super::{Place, assert_same, blocks, contents, stderr, stdout, succeeds, wait
 use std::process::Command;
 
 /// One cell, so that what is there are the first trials. The judged measure comes from a search, which takes its time.
-const STUDY: &str = "trials = 20000\nmeasures = [\"e_a\"]\nstore = \"trials\"\ncoverage = true\n[settings]\n\
+const STUDY: &str = "trials = 4000\nmeasures = [\"e_a\"]\nstore = \"trials\"\ncoverage = true\n[settings]\n\
                      plant = \"mine\"\nnoise = \"white\"\neta = 10\nwindow = 98\n\
                      [plants.mine]\nA = [1, -1.5, 0.7]\nB = [0, 1, 0.5]\n\
                      [[methods]]\nestimator = \"arx\"\n[[methods]]\nestimator = \"oe\"\n\
                      [[claims]]\nid = \"c1\"\ntext = \"OE is nearer.\"\n\
                      test = { ratio = \"e_a\", of = \"oe\", to = \"arx\", below = 1.0 }\n";
 
-const RUN: [&str; 6] = ["run", "study.toml", "--out", "out", "--block", "50"];
+/// On one thread, so that those that are there have no gap.
+const RUN: [&str; 8] = [
+    "run",
+    "study.toml",
+    "--out",
+    "out",
+    "--block",
+    "50",
+    "--threads",
+    "1",
+];
 
 /// Starts the study, and stops it when it has some blocks; the number of trials that are there.
 fn stopped(place: &Place, signal: &str) -> String {
@@ -52,8 +62,9 @@ fn every_reader_tells_a_stopped_run_from_none() {
             &["compare", "out", "out"],
             &["replay", "out", "0:0"],
         ] {
-            let said =
-                format!("out: no results yet: {there} of 20000 trials of a run that has not ended");
+            let said = format!(
+                "out: no results yet (no manifest.json): {there} of 4000 trials of a run that has not ended"
+            );
             place.refuses(
                 reader,
                 &[&said, "the same command goes on", "report --partial"],

@@ -312,3 +312,28 @@ fn recorded_data_have_the_fit_of_another_computation() {
         assert!(printed.contains(licence), "{licence}");
     }
 }
+
+/// A run of the suite that has not ended is told from a folder without one.
+#[test]
+fn a_stopped_run_is_told_from_none() {
+    let place = tempfile::tempdir().expect("a folder");
+    let part = ["--tier", "quick", "--only", "P01"];
+    let scores = |folder: &str| {
+        let output = asobench(
+            place.path(),
+            &[&["suite", "scores", folder], &part[..]].concat(),
+        );
+        assert_eq!(output.status.code(), Some(2));
+        stderr(&output)
+    };
+    let studies = Suite::of(None, Division::Closed, Tier::Quick, &["P01".to_owned()])
+        .expect("a suite")
+        .studies;
+    let ended = place.path().join("out/studies").join(&studies[0].name);
+    std::fs::create_dir_all(place.path().join("empty")).expect("made");
+    std::fs::create_dir_all(&ended).expect("made");
+    std::fs::write(ended.join("manifest.json"), "{}").expect("written");
+    let said = format!("out: no results yet: 1 of {} studies", studies.len());
+    assert!(scores("out").contains(&said), "{}", scores("out"));
+    assert!(scores("empty").contains("empty: no results of the suite"));
+}

@@ -13,7 +13,8 @@ use crate::report::{Study, report, write_report};
 use crate::study::file::TrialRule;
 use crate::study::{Experiment, RunOptions};
 use crate::suite::{
-    Competitor, METHODS, MethodResults, ScenarioResults, Suite, SuiteStudy, collect, declined,
+    Competitor, METHODS, MethodResults, STUDIES, ScenarioResults, Suite, SuiteStudy, collect,
+    declined,
 };
 use crate::text::file_part;
 use std::path::{Path, PathBuf};
@@ -72,7 +73,7 @@ pub(super) fn compute(
         })
         .collect();
     files::make_folder(out).map_err(|error| cannot_write(&error))?;
-    let studies = files::make_subfolder(out, "studies").map_err(|error| cannot_write(&error))?;
+    let studies = files::make_subfolder(out, STUDIES).map_err(|error| cannot_write(&error))?;
     for study in &suite.studies {
         let begin = Instant::now();
         let found = of_study(

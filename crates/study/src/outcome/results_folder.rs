@@ -51,7 +51,8 @@ pub enum FolderError {
     NoResults(PathBuf),
     /// A run of the folder has not ended.
     #[error(
-        "{}: no results yet: {done}{} trials of a run that has not ended are there; the same command goes on, \
+        "{}: no results yet (no manifest.json): {done}{} trials of a run that has not ended are there; the same \
+        command goes on, \
         report --partial shows them",
         .path.display(), .wanted.map_or_else(String::new, |wanted| format!(" of {wanted}"))
     )]
@@ -458,17 +459,12 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Begins to replace the results that are there, which stay until the new ones are whole; `anew` does not go on
-    /// with what an earlier run has computed of these.
+    /// Checks that the results and blocks that are there are the program's own, as the manifest lists them, so that
+    /// those of another study may replace them.
     ///
     /// # Errors
-    /// If a file is not as the manifest lists it, or there is something foreign among the blocks. Nothing is removed
-    /// then.
-    pub fn replace(&mut self, figures: &[&str], anew: bool) -> Result<(), FolderError> {
-        self.check_targets(figures)?;
-        if let Some(blocks) = files::subfolder(&self.path, BLOCKS)? {
-            own_blocks(&blocks)?;
-        }
+    /// The first that is not.
+    pub fn check_listed(&self) -> Result<(), FolderError> {
         let manifest = read_manifest(&self.path)?;
         for (name, _) in RESULTS {
             let path = self.path.join(name);
@@ -478,6 +474,20 @@ impl ResultsFolder {
             if files::is_there(&path) && !manifest.as_ref().is_some_and(is_listed) {
                 return Err(PathError::foreign(&path, UNLISTED).into());
             }
+        }
+        Ok(())
+    }
+
+    /// Begins to replace the results that are there, which stay until the new ones are whole; `anew` does not go on
+    /// with what an earlier run has computed of these.
+    ///
+    /// # Errors
+    /// If a foreign file has the name of a result or of one of `figures`, or there is one among the blocks. Nothing is
+    /// removed then.
+    pub fn replace(&mut self, figures: &[&str], anew: bool) -> Result<(), FolderError> {
+        self.check_targets(figures)?;
+        if let Some(blocks) = files::subfolder(&self.path, BLOCKS)? {
+            own_blocks(&blocks)?;
         }
         if anew {
             publication::discard_replacing(&self.path)?;

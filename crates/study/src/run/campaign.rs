@@ -130,7 +130,12 @@ impl<'e> Campaign<'e> {
         match checked.map_err(CampaignError::from) {
             Err(error) if !replaceable(&error) => return Err(error),
             Ok(()) if !options.fresh => {}
-            _ => folder.replace(options.figures, options.fresh)?,
+            checked => {
+                if checked.is_err() {
+                    folder.check_listed()?;
+                }
+                folder.replace(options.figures, options.fresh)?;
+            }
         }
         let find = |folder: &ResultsFolder| {
             folder.claim(&design)?;
@@ -150,6 +155,7 @@ impl<'e> Campaign<'e> {
         // them.
         for anew in [folder.replaces(), true] {
             if found.as_ref().is_err_and(replaceable) {
+                folder.check_listed()?;
                 folder.replace(options.figures, anew)?;
                 found = find(folder);
             }

@@ -23,7 +23,8 @@ pub use paired::{Paired, paired};
 pub use published::{PublishedTable, Reproduced, published};
 pub use recorded::{RecordEntry, RecordFits, RecordedFits, choosing, recorded_entries};
 pub use results::{
-    METHODS, MethodResults, ResultsError, ScenarioResults, collect, declined, of_folder, shipped,
+    METHODS, MethodResults, ResultsError, STUDIES, ScenarioResults, collect, declined, of_folder,
+    shipped,
 };
 pub use scenario::{Made, Scenario, Suite, SuiteError, SuiteStudy, ideal_weights};
 pub use score::{Estimated, NEAR, Score, efficiency, ideal_share, score, share_within};

@@ -6,6 +6,7 @@ use super::scenario::{Scenario, Suite, SuiteStudy};
 use crate::design::experiment::Experiment;
 use crate::design::measure::Measure;
 use crate::files::{self, Kind, PathError};
+use crate::outcome::layout::MANIFEST;
 use crate::outcome::rows::Rows;
 use crate::run::blocks::{BlockError, BlockFolder};
 use crate::text::visible;
@@ -231,7 +232,9 @@ pub fn shipped(suite: &Suite) -> Result<Vec<MethodResults>, ResultsError> {
 /// [`ResultsError`].
 pub fn of_folder(suite: &Suite, folder: &Path) -> Result<Vec<MethodResults>, ResultsError> {
     let mut found = Vec::new();
-    for path in files::list(&folder.join(METHODS))? {
+    let methods = files::subfolder(folder, METHODS)?;
+    let paths = methods.map(|methods| files::list(&methods)).transpose()?;
+    for path in paths.unwrap_or_default() {
         if path.extension().is_some_and(|of| of == "json") {
             let text = files::read_own(&path, Kind::Suite)?.unwrap_or_default();
             let named =
@@ -241,17 +244,31 @@ pub fn of_folder(suite: &Suite, folder: &Path) -> Result<Vec<MethodResults>, Res
         }
     }
     if found.is_empty() {
-        let message = "no results of the suite; expected a folder of suite run";
-        return Err(ResultsError::Other(format!(
-            "{}: {message}",
-            folder.display()
-        )));
+        let why = without_results(suite, folder);
+        return Err(ResultsError::Other(format!("{}: {why}", folder.display())));
     }
     Ok(in_order(found))
 }
 
+/// Why a folder has no results of methods.
+fn without_results(suite: &Suite, folder: &Path) -> String {
+    let studies = folder.join(STUDIES);
+    if !files::is_there(&studies) {
+        return "no results of the suite; expected a folder of suite run".to_owned();
+    }
+    let has_ended =
+        |study: &&SuiteStudy| files::is_there(&studies.join(&study.name).join(MANIFEST));
+    let ended = suite.studies.iter().filter(has_ended).count();
+    format!(
+        "no results yet: {ended} of {} studies of a run that has not ended are there; the same command goes on",
+        suite.studies.len()
+    )
+}
+
 /// The folder of the results of methods, within that of a run.
 pub const METHODS: &str = "methods";
+/// That of the studies.
+pub const STUDIES: &str = "studies";
 
 /// Those that have runs, in the order of the registry, others last.
 fn in_order(mut methods: Vec<MethodResults>) -> Vec<MethodResults> {

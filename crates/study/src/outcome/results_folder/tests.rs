@@ -164,6 +164,10 @@ fn what_is_not_listed_is_never_replaced() {
     let mut results = ResultsFolder::open(path).unwrap();
     claim(&results, &design(1, 2)).unwrap();
     publish(&mut results, &design(1, 2));
+    let replace = |results: &mut ResultsFolder| {
+        results.check_listed()?;
+        results.replace(&[], true)
+    };
     for foreign in [
         "trials.parquet",
         "summary.parquet",
@@ -173,7 +177,7 @@ fn what_is_not_listed_is_never_replaced() {
         "blocks/c00001-0000000000-0000000001.block",
     ] {
         fs::write(path.join(foreign), b"thesis").unwrap();
-        let error = results.replace(&[], true).unwrap_err().to_string();
+        let error = replace(&mut results).unwrap_err().to_string();
         assert!(error.contains(foreign), "{error}");
         assert!(path.join(foreign).exists() && path.join("summary.json").exists());
         fs::remove_file(path.join(foreign)).unwrap();
@@ -181,16 +185,16 @@ fn what_is_not_listed_is_never_replaced() {
     // The program's own, but changed since.
     let edited = [OWN_SUMMARY, b"\n"].concat();
     fs::write(path.join("summary.json"), edited).unwrap();
-    let error = results.replace(&[], true).unwrap_err().to_string();
+    let error = replace(&mut results).unwrap_err().to_string();
     assert!(
         error.contains("summary.json: not as manifest.json"),
         "{error}"
     );
     fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
-    results.replace(&[], true).unwrap();
+    replace(&mut results).unwrap();
     // Nothing lists results without a manifest.
     fs::remove_file(path.join(MANIFEST)).unwrap();
-    let error = results.replace(&[], true).unwrap_err().to_string();
+    let error = replace(&mut results).unwrap_err().to_string();
     assert!(error.contains("summary.json"), "{error}");
 }
 
@@ -267,7 +271,11 @@ fn a_folder_without_results_says_why() {
     for trials in ["0000000000-0000000040", "0000000050-0000000070"] {
         fs::write(path.join(format!("blocks/c00000-{trials}.block")), b"").unwrap();
     }
-    assert!(why().contains("no results yet: 60 trials"), "{}", why());
+    assert!(
+        why().contains("no results yet (no manifest.json): 60 trials"),
+        "{}",
+        why()
+    );
     let manifest = json!({"program": "asobench", "experiment": {}, "wanted": 400});
     results.announce(manifest).unwrap();
     assert!(why().contains("60 of 400 trials of a run that has not ended"));
