@@ -331,12 +331,15 @@ class Relay:
         finally:
             os.close(place)
         self.door.listen(64)
-        threading.Thread(target=self._accept, daemon=True).start()
+        self.porter = threading.Thread(target=self._accept, daemon=True)
+        self.porter.start()
         return {"ASOBENCH_RELAY": str(self.folder)}
 
     def __exit__(self, *_: Any) -> None:
         if not self.methods:
             return
+        self.door.shutdown(socket.SHUT_RDWR)
+        self.porter.join(LAST_WORDS)
         self.door.close()
         until = time.monotonic() + LAST_WORDS
         for child in self.children:

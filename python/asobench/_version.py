@@ -43,6 +43,9 @@ DYNAMIC = ({"eval", "exec", "globals", "__import__", "import_module"}, {"getattr
 #: Whose state changes with every call.
 RANDOM = (random.Random, np.random.Generator, np.random.RandomState, np.random.BitGenerator)
 
+#: A function with its results so far.
+CACHE = type(functools.lru_cache(len))
+
 
 class Version:
     """A function as it is now.
@@ -201,8 +204,8 @@ class Version:
             return self._all(*value.reached_by_version)
         if isinstance(value, functools.cached_property):
             return self._all(value.func)
-        if not isinstance(value, functools.partial) and hasattr(value, "__wrapped__"):
-            return self._all(kind, value.__wrapped__)
+        if kind is CACHE:
+            return self._all(value.__wrapped__)
         return self._object(value)
 
     def _object(self, value: Any) -> Iterator[bytes]:
