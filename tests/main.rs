@@ -37,3 +37,5 @@ mod studies;
 mod suite;
 mod theory;
 mod value_stability;
+#[cfg(target_os = "linux")]
+mod verdict_audit;

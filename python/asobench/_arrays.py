@@ -40,10 +40,16 @@ def real(name: str, given: Any) -> Vector:
         return array.astype(np.float64)
 
 
-def whole(name: str, given: Any, least: int) -> int:
+#: The largest number that the extension takes.
+LARGEST = 2**63 - 1
+
+
+def whole(name: str, given: Any, least: int, most: int = LARGEST) -> int:
     """A whole number."""
     if isinstance(given, (bool, np.bool_)) or not isinstance(given, (int, np.integer)):
         raise TypeError(f"{name}: {given!r}; expected a whole number")
     if given < least:
         raise ValueError(f"{name}: {given}; expected a whole number of at least {least}")
+    if given > most:
+        raise ValueError(f"{name}: {given}; expected a whole number of at most {most}")
     return int(given)

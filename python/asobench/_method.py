@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 import json
 import os
@@ -11,19 +10,19 @@ import signal
 import socket
 import sys
 import tempfile
-import textwrap
 import threading
+import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import FunctionType
-from typing import Any, overload
+from typing import Any, Protocol, overload
 
 import numpy as np
 
 from ._arrays import whole
 from ._model import PARTS, Model
+from ._version import Version
 from ._worker import answer
 
 #: What a function may ask for by the name of an argument.
@@ -33,8 +32,9 @@ TOLD = ("u", "y", "r", "na", "nb", "nc", "nd", "nf", "nk", "order", "samples", "
 RELAY = """
 import os, select, socket, sys
 here = socket.socket(socket.AF_UNIX)
-here.connect(os.environ["ASOBENCH_RELAY"])
-here.sendall(sys.argv[1].encode() + b"\\n")
+os.chdir(os.environ["ASOBENCH_RELAY"])
+here.connect("door")
+here.sendall(os.fsencode(sys.argv[1]).hex().encode() + b"\\n")
 requests = os.open(os.environ["ASOBENCH_REQUESTS"], os.O_RDONLY)
 replies = os.open(os.environ["ASOBENCH_REPLIES"], os.O_WRONLY)
 while True:
@@ -48,6 +48,34 @@ while True:
         if not data: break
         here.sendall(data)
 """
+
+#: Keys of an experiment file that a function sets itself.
+OWN_KEYS = ("command", "workers", "worker", "estimator")
+#: Seconds that copies of this process have to say what changed in them.
+LAST_WORDS = 1.0
+
+
+def command(name: str) -> list[str]:
+    """The program that is a function's method: Python apart from its environment and the current folder."""
+    return [sys.executable, "-I", "-S", "-c", RELAY, name]
+
+
+def consent(methods: Sequence[Answering]) -> list[str]:
+    """The flags that agree to the commands of functions, and to no other."""
+    return [word for method in methods for word in ("--allow-command", json.dumps(command(method.name)))]
+
+
+class Answering(Protocol):
+    """What a relay can ask."""
+
+    name: str
+    processes: int | None
+    single: bool
+
+    def ready(self) -> dict[str, Any]: ...
+    def changes(self) -> list[str]: ...
+    def say_changed(self, labels: Sequence[str]) -> None: ...
+    def reply(self, u: Any, y: Any, r: Any, setting: Mapping[str, Any]) -> dict[str, Any]: ...
 
 
 class Method:
@@ -64,6 +92,13 @@ class Method:
         keys: Mapping[str, Any],
         options: Mapping[str, Any],
     ) -> None:
+        if not isinstance(name, str):
+            raise TypeError(f"name: {name!r}; expected text")
+        for key in OWN_KEYS:
+            if key in keys:
+                raise TypeError(f"method {name}: key {key!r}; a function sets it itself")
+        if version is not None and not (0 < len(str(version)) <= 80 and str(version).isprintable()):
+            raise ValueError(f"version: {str(version)[:80]!r}; expected 1 to 80 visible characters")
         parameters = inspect.signature(function).parameters
         own = {}
         for parameter in parameters.values():
@@ -82,8 +117,9 @@ class Method:
         self.function, self.name, self.batch, self.processes = function, name, batch, processes
         self.timeout, self.keys, self.options = timeout, dict(keys), {**own, **options}
         self._told = [key for key in TOLD if key in parameters]
-        self._given_version = version
-        self.version = version or _identity(function, self.options)
+        self._given_version = None if version is None else str(version)
+        self._running: Version | None = None
+        self._said: set[str] = set()
         self.__doc__, self.__name__ = function.__doc__, name
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
@@ -93,35 +129,83 @@ class Method:
         """The same method with other options, under a name of its own."""
         values = {**{k: v for k, v in self.options.items() if v is not inspect.Parameter.empty}, **options}
         label = name or self.name + "".join(f"-{key}-{value}" for key, value in options.items())
-        return Method(
+        other = Method(
             self.function, label, self._given_version, self.batch, self.processes, self.timeout, self.keys, values
         )
+        other._said = self._said
+        return other
 
     def table(self) -> dict[str, Any]:
         """The method as an entry of an experiment file."""
-        command = [sys.executable, "-S", "-E", "-c", RELAY, self.name]
         workers = {"workers": self.processes or 1}
         return {
             "name": self.name,
-            "command": command,
+            "command": command(self.name),
             "batch": self.batch,
             "timeout": self.timeout,
             **workers,
             **self.keys,
         }
 
+    #: Whether it is given one record after the other.
+    single = True
+
+    @property
+    def reached_by_version(self) -> tuple[Any, ...]:
+        """What belongs to the version of a function that calls this method."""
+        return self._given_version or self.function, self.options
+
+    @property
+    def version(self) -> str:
+        """The version as it is now: the given one, or a digest of what the function reaches; with its options."""
+        return self._text(self._now())
+
+    def _now(self) -> Version:
+        return Version(self.function if self._given_version is None else None, self.options)
+
+    def _text(self, of: Version) -> str:
+        if self._given_version is None:
+            return of.text
+        return f"{self._given_version} {of.text[:8]}" if self.options else self._given_version
+
     def ready(self) -> dict[str, Any]:
-        """What it answers to hello."""
+        """What it answers to hello while a study runs; a word on what its version does not cover."""
+        self._running = self._now()
+        unknown = {f"{label or self.name} ({why})" for label, why in self._running.unknown.items()} - self._said
+        if unknown:
+            warnings.warn(
+                f"method {self.name}: its version does not cover {', '.join(sorted(unknown))}: results are taken up "
+                "when that has changed, unless version= says so",
+                stacklevel=4,
+            )
+            self._said |= unknown
         return {
             "frame": "ready",
             "protocol": 1,
-            "name": self.name,
-            "version": self.version,
+            "name": self.name[:100],
+            "version": self._text(self._running),
             "returns": "polynomials",
             "deterministic": True,
         }
 
-    def of_record(self, u: Any, y: Any, r: Any, setting: Mapping[str, Any]) -> dict[str, Any]:
+    def changes(self) -> list[str]:
+        """What of the version has changed since the study began to run."""
+        before, now = self._running, self._now()
+        labels = {*now.parts, *(before.parts if before else ())}
+        changed = {label or self.name for label in labels if before and before.parts.get(label) != now.parts.get(label)}
+        return sorted(changed - self._said)
+
+    def say_changed(self, labels: Sequence[str]) -> None:
+        """A word on what changed while a study ran."""
+        if labels:
+            warnings.warn(
+                f"method {self.name}: {', '.join(labels)} changed while the study ran, and its version with it; "
+                "expected what is constant, or version=",
+                stacklevel=5,
+            )
+        self._said |= set(labels)
+
+    def reply(self, u: Any, y: Any, r: Any, setting: Mapping[str, Any]) -> dict[str, Any]:
         """The reply of one record."""
         known = {"u": u, "y": y, "r": r, **setting}
         found = self.function(**{key: known[key] for key in self._told}, **self.options)
@@ -180,8 +264,9 @@ def method(
     name : str, optional
         The name in results; that of the function if left out.
     version : str, optional
-        Results of another version are not taken up. If left out, it follows from the text of the function, of the
-        functions of its module that it calls, and from the options.
+        Results of another version, or of other options, are not taken up. If left out, the version is a digest of
+        the bytecode, of the globals, closures and defaults that this names, and of the functions and classes that are
+        reached through them; installed packages count by their versions. A warning names what it cannot cover.
     batch : int
         Records in a message. All models of a message have the same orders; with 1 each record may have its own.
     processes : int, optional
@@ -218,58 +303,50 @@ def _made(
 ) -> Method:
     if not callable(function) or inspect.isclass(function):
         raise TypeError(f"method: {function!r}; expected a function")
+    name = name or getattr(function, "__name__", None)
+    if name is None:
+        raise TypeError(f"method: {type(function).__name__}; expected name=, since it has none of its own")
     batch = whole("batch", batch, 1)
     processes = None if processes is None else whole("processes", processes, 1)
-    return Method(function, name or function.__name__, version, batch, processes, timeout, keys, {})
-
-
-def _identity(function: Callable[..., Any], options: Mapping[str, Any]) -> str:
-    """A digest of a function, of the functions beside it that it calls, and of its options."""
-    texts: dict[str, str] = {}
-
-    def add(of: Any) -> None:
-        key = f"{of.__module__}.{of.__qualname__}"
-        if key in texts:
-            return
-        try:
-            texts[key] = textwrap.dedent(inspect.getsource(of))
-        except (OSError, TypeError):
-            texts[key] = repr((of.__code__.co_code, of.__code__.co_consts)) if isinstance(of, FunctionType) else key
-        for name in of.__code__.co_names if isinstance(of, FunctionType) else ():
-            called = of.__globals__.get(name)
-            if isinstance(called, FunctionType) and called.__module__ == of.__module__:
-                add(called)
-
-    add(function)
-    cells = [repr(cell.cell_contents) for cell in getattr(function, "__closure__", None) or ()]
-    text = json.dumps([texts, cells, {key: repr(value) for key, value in options.items()}], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    return Method(function, name, version, batch, processes, timeout, keys, {})
 
 
 class Relay:
     """Where the program's relays find the functions, while a study runs."""
 
-    def __init__(self, methods: Sequence[Method]) -> None:
-        self.methods = {method.name: method for method in methods}
-        self.folder = Path(tempfile.mkdtemp(prefix="asobench-"))
+    def __init__(self, methods: Sequence[Answering]) -> None:
+        self.methods = list(methods)
         self.children: list[int] = []
 
     def __enter__(self) -> dict[str, str]:
         if not self.methods:
             return {}
+        self.ready = [method.ready() for method in self.methods]
+        self.folder = Path(tempfile.mkdtemp(prefix="asobench-"))
         self.door = socket.socket(socket.AF_UNIX)
-        self.door.bind(str(self.folder / "door"))
+        place = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            # A door's path is short; that of the folder may be long.
+            self.door.bind(f"/proc/self/fd/{place}/door")
+        finally:
+            os.close(place)
         self.door.listen(64)
         threading.Thread(target=self._accept, daemon=True).start()
-        return {"ASOBENCH_RELAY": str(self.folder / "door")}
+        return {"ASOBENCH_RELAY": str(self.folder)}
 
     def __exit__(self, *_: Any) -> None:
-        if self.methods:
-            self.door.close()
-            for child in self.children:
-                os.kill(child, signal.SIGKILL)  # the program has all answers; one may hang in its function
-                os.waitpid(child, 0)
-            self._warn()
+        if not self.methods:
+            return
+        self.door.close()
+        until = time.monotonic() + LAST_WORDS
+        for child in self.children:
+            while not os.waitpid(child, os.WNOHANG)[0]:
+                if time.monotonic() > until:
+                    os.kill(child, signal.SIGKILL)  # the program has all answers; one may hang in its function
+                    os.waitpid(child, 0)
+                    break
+                time.sleep(0.01)
+        self._warn()
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def _accept(self) -> None:
@@ -278,16 +355,16 @@ class Relay:
                 line, _ = self.door.accept()
             except OSError:
                 return
-            name = line.makefile("rb", 0).readline().decode().strip()
-            method = self.methods.get(name)
-            if method is None:
+            name = bytes.fromhex(line.makefile("rb", 0).readline().decode()).decode()
+            at = next((at for at, method in enumerate(self.methods) if method.name == name), None)
+            if at is None:
                 line.close()
-            elif method.processes:
-                self._fork(method, line)
+            elif self.methods[at].processes:
+                self._fork(at, line)
             else:
-                threading.Thread(target=self._serve, args=(method, line), daemon=True).start()
+                threading.Thread(target=self._serve, args=(at, line), daemon=True).start()
 
-    def _fork(self, method: Method, line: socket.socket) -> None:
+    def _fork(self, at: int, line: socket.socket) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)
             child = os.fork()
@@ -296,35 +373,47 @@ class Relay:
             line.close()
             return
         try:
-            self._serve(method, line)
+            self._serve(at, line)
+            self._note(at, "changed", "\n".join(self.methods[at].changes()))
         finally:
             os._exit(0)
 
-    def _serve(self, method: Method, line: socket.socket) -> None:
+    def _note(self, at: int, about: str, text: str) -> None:
+        """Leaves a text about a method, whose name is none of a file."""
+        path = self.folder / f"{at}-{about}-{os.getpid()}"
+        path.write_text(text, encoding="utf-8", errors="backslashreplace")
+
+    def _serve(self, at: int, line: socket.socket) -> None:
+        method = self.methods[at]
         first: list[int] = []
 
         def on_error(trial: int) -> None:
             if not first or trial < first[0]:
                 first[:] = [trial]
-                (self.folder / f"{method.name}.{trial:020d}").write_text(traceback.format_exc())
+                self._note(at, f"error-{trial:020d}", traceback.format_exc())
 
         with line, line.makefile("rb") as requests, line.makefile("wb") as replies:
             try:
-                answer(method.of_record, method.ready(), True, requests, replies, on_error)
+                answer(method.reply, self.ready[at], method.single, requests, replies, on_error)
             except (BrokenPipeError, ConnectionResetError):
                 pass
             except Exception:
-                (self.folder / f"{method.name}.").write_text(traceback.format_exc())
+                self._note(at, "error-", traceback.format_exc())
 
-    def errors(self) -> Iterator[tuple[str, int | None, str]]:
-        """Of each method with exceptions: its name, the first trial, and the traceback."""
-        for name in self.methods:
-            found = sorted(self.folder.glob(f"{name}.*"))
-            if found:
-                number = found[0].name.rpartition(".")[2]
-                yield name, int(number) if number else None, found[0].read_text()
+    def _notes(self, at: int, about: str) -> list[tuple[str, str]]:
+        """The texts about a method, with the rest of their names."""
+        found = sorted(self.folder.glob(f"{at}-{about}-*"))
+        return [(path.name.split("-")[2], path.read_text(encoding="utf-8")) for path in found]
 
     def _warn(self) -> None:
-        for name, trial, text in self.errors():
-            where = "a message" if trial is None else f"trial {trial} (the first)"
-            warnings.warn(f"method {name}: {where} failed:\n{text}", stacklevel=4)
+        for at, method in enumerate(self.methods):
+            errors = self._notes(at, "error")
+            if errors:
+                number, text = errors[0]
+                where = f"trial {int(number)} (the first)" if number else "a message"
+                warnings.warn(f"method {method.name}: {where} failed:\n{text}", stacklevel=4)
+            changed = {
+                *method.changes(),
+                *(label for _, text in self._notes(at, "changed") for label in text.split("\n")),
+            }
+            method.say_changed(sorted(changed - {""}))

@@ -142,6 +142,9 @@ class Model:
             raise TypeError("B: left out; expected its coefficients")
         a, c, d, f = (_monic(name, part) for name, part in (("A", A), ("C", C), ("D", D), ("F", F)))
         b, delay = _delayed(signal("B", B), nk)
+        for name, part in zip(PARTS, (a, b, c, d, f)):
+            if len(part) > MOST_COEFFICIENTS:
+                raise ValueError(f"{name}: {len(part)} coefficients; expected at most {MOST_COEFFICIENTS}")
         p = sum(map(len, (a, b, c, d, f))) - 4 - delay
         covariance = np.zeros((0, 0)) if cov is None else real("cov", cov)
         if cov is not None and covariance.shape != (p, p):
@@ -368,7 +371,7 @@ class Model:
 
     def equation(self, digits: int = 6) -> str:
         """The model as an equation, which makes signs visible."""
-        return self._native.equation(digits)
+        return self._native.equation(whole("digits", digits, 0))
 
     def state_space(self) -> tuple[NDArray[np.float64], Vector, Vector, float]:
         """A (n, n), b (n,), c (n,) and d of ``x(k+1) = A x(k) + b u(k)``, ``y = c x + d u``.
@@ -448,7 +451,7 @@ class Model:
         )
 
     def step_response(self, samples: int = 50) -> StepResponse:
-        """The step response from rest, k = 0 ... `samples` - 1."""
+        """The step response from rest, k = 0 ... `samples` - 1, of at most a million samples."""
         return StepResponse(*self._native.step_response(whole("samples", samples, 1)))
 
     # What a record says of it.
@@ -549,6 +552,9 @@ ELSEWHERE = {
     "DENOMINATOR": "F or A", "dcgain": "gain", "damp": "poles", "pole": "poles", "zero": "zeros", "save": "pickle.dump",
 }  # fmt: skip
 
+#: Of a polynomial, the delay's zeros among them: matrices of a model have as many rows and columns.
+MOST_COEFFICIENTS = 10_000
+
 #: Samples of a record up to which a notebook draws it.
 LARGEST_PICTURE = 20_000
 
@@ -571,7 +577,7 @@ def _delayed(b: Vector, nk: int | None) -> tuple[Vector, int]:
     zeros = int(np.flatnonzero(b)[0])
     if nk is None:
         return b, zeros
-    delay = whole("nk", nk, 0)
+    delay = whole("nk", nk, 0, MOST_COEFFICIENTS)
     if delay and zeros:
         raise ValueError(
             f"B: begins with zero beside nk = {delay}; expected the coefficients from the delay on, or no nk"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,10 @@ class OrderTable:
         return "\n".join(lines)
 
 
+#: How many models are compared at once.
+MOST_MODELS = 10_000
+
+
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.5g}"
 
@@ -77,8 +82,10 @@ def orders(u: ArrayLike, y: ArrayLike, n: int | Iterable[int], nk: int | Iterabl
     >>> ab.orders(u, y, range(1, 5)).best["bic"]["na"] >= 2
     True
     """
-    asked = [(_each("n", n, 1), _each("nk", nk, 0))]
-    pairs = [(order, delay) for ns, delays in asked for delay in delays for order in ns]
+    ns, delays = _each("n", n, 1), _each("nk", nk, 0)
+    if len(ns) * len(delays) > MOST_MODELS:
+        raise ValueError(f"n, nk: more than {MOST_MODELS} models")
+    pairs = [(order, delay) for delay in delays for order in ns]
     triples = [(order, order, delay) for order, delay in pairs]
     equations, names, found, best = _native.compare_orders(triples, u, y)
     rows = []
@@ -97,7 +104,7 @@ def _each(name: str, given: int | Iterable[int], least: int) -> list[int]:
     """Whole numbers."""
     if isinstance(given, str) or given is None:
         raise TypeError(f"{name}: {given!r}; expected a whole number, or several such as range(1, 9)")
-    numbers = list(given) if isinstance(given, Iterable) else [given]
+    numbers = list(islice(given, MOST_MODELS + 1)) if isinstance(given, Iterable) else [given]
     if not numbers:
         raise ValueError(f"{name}: empty; expected at least one whole number")
     return [whole(name, number, least) for number in numbers]

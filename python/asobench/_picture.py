@@ -22,6 +22,6 @@ def picture(model: Model) -> str:
     with tempfile.TemporaryDirectory() as folder:
         record, drawing = Path(folder, "record.csv"), Path(folder, "record.svg")
         lines = ["u,y", *(f"{a!r},{b!r}" for a, b in zip(np.asarray(u).tolist(), np.asarray(y).tolist()))]
-        record.write_text("\n".join(lines) + "\n")
+        record.write_text("\n".join(lines) + "\n", encoding="utf-8")
         call("estimate", record, "--estimator", model.estimator, *flags, "--plot", drawing)
-        return drawing.read_text()
+        return drawing.read_text(encoding="utf-8")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import os
@@ -13,8 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._errors import StudyError
 from ._frames import frame, frames
-from ._method import Method, Relay
+from ._method import Method, Relay, consent
 from ._program import call
 
 #: The figures of a measure, in the order of columns.
@@ -67,7 +69,7 @@ class Picture:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Writes the SVG."""
-        Path(path).write_text(self.svg)
+        Path(path).write_text(self.svg, encoding="utf-8")
         return Path(path)
 
     def _repr_svg_(self) -> str:
@@ -95,11 +97,23 @@ class Results:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """summary.json as it is."""
-        path = self.folder / "summary.json"
-        if not path.exists():
-            raise FileNotFoundError(f"{self.folder}: no results; expected the folder of a run that has ended")
-        summary: dict[str, Any] = json.loads(path.read_text())
+        summary: dict[str, Any] = json.loads(self._read("summary.json"))
         return summary
+
+    def _places(self, name: str) -> list[Path]:
+        """Where a file may be: one that is on its way to replace another counts first."""
+        return [self.folder / ".asobench-whole" / name, self.folder / name]
+
+    def _read(self, name: str) -> str:
+        for path in self._places(name):
+            with contextlib.suppress(FileNotFoundError):
+                return path.read_text(encoding="utf-8")
+        try:
+            # The program knows whether a run has begun.
+            call("failures", self.folder)
+        except StudyError as error:
+            raise FileNotFoundError(str(error)) from None
+        raise FileNotFoundError(f"{self.folder / name}: expected a file of the results")
 
     @cached_property
     def axes(self) -> list[str]:
@@ -145,10 +159,12 @@ class Results:
 
     def trials(self, kind: str | None = None) -> Any:
         """Every trial as a frame, of a study with ``store = "trials"``."""
-        path = self.folder / "trials.parquet"
-        if not path.exists():
-            raise FileNotFoundError(f'{path}: only a study with store="trials" keeps its trials')
-        return frames(kind).read_parquet(path)
+        self._read("manifest.json")
+        places = self._places("trials.parquet")
+        found = [path for path in places if path.exists()]
+        if not found:
+            raise FileNotFoundError(f'{places[-1]}: only a study with store="trials" keeps its trials')
+        return frames(kind).read_parquet(found[0])
 
     def comparisons(self, kind: str | None = None, **settings: Any) -> Any:
         """The comparisons of the study as a frame: a row for each cell, pair and measure."""
@@ -162,13 +178,13 @@ class Results:
 
     def verdicts(self) -> list[Verdict]:
         """The verdicts on the claims of the study, as its report has them."""
-        claims = json.loads((self.folder / "manifest.json").read_text())["experiment"].get("claims", [])
+        claims = json.loads(self._read("manifest.json"))["experiment"].get("claims", [])
         if not claims:
             return []
         with tempfile.TemporaryDirectory() as folder:
             call("report", self.folder, "--out", folder)
-            lines = Path(folder, "claims.md").read_text().splitlines()
-            with Path(folder, "tables", "claims.csv").open(newline="") as file:
+            lines = Path(folder, "claims.md").read_text(encoding="utf-8").splitlines()
+            with Path(folder, "tables", "claims.csv").open(newline="", encoding="utf-8") as file:
                 numbers = list(csv.DictReader(file))
         found = []
         for claim in claims:
@@ -207,7 +223,7 @@ class Results:
                         )
         return rows
 
-    def replay(self, trial: int, cell: int | None = None, **settings: Any) -> Replay:
+    def replay(self, trial: int, cell: int | None = None, *, allow_commands: bool = False, **settings: Any) -> Replay:
         """A trial computed again, with every stage.
 
         Parameters
@@ -215,12 +231,14 @@ class Results:
         trial : int
         cell : int, optional
             The number of the cell; or its settings, such as ``eta=10``.
+        allow_commands : bool
+            Whether programs that are methods may be run, in the current folder. The functions of these results may.
         """
         chosen = [cell] if cell is not None else self.cells(**settings)
         if len(chosen) != 1:
             raise ValueError(f"{len(chosen)} cells; expected one: {', '.join(f'{key}=...' for key in self.axes)}")
         with Relay(self.methods) as environment:
-            allow = ["--allow-commands"] if self.methods else []
+            allow = ["--allow-commands"] if allow_commands else consent(self.methods)
             text = call(
                 "replay", self.folder, f"cell={chosen[0]}:{trial}", "--format", "json", *allow, environment=environment
             )
@@ -262,7 +280,7 @@ class Results:
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "figure.svg")
             call("plot", self.folder, *given, "--out", path)
-            return Picture(path.read_text())
+            return Picture(path.read_text(encoding="utf-8"))
 
     def report(self) -> Path:
         """Writes report.html; gives its path."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from ._arrays import whole
 from ._errors import StudyError
-from ._method import Method, Relay
+from ._method import Method, Relay, command, consent
 from ._program import call
 from ._results import Results, same
 from ._toml import read, toml
@@ -72,13 +71,13 @@ class Study:
 
     def save(self, path: Path_) -> Path:
         """Writes the experiment file."""
-        Path(path).write_text(self.to_toml())
+        Path(path).write_text(self.to_toml(), encoding="utf-8")
         return Path(path)
 
     def check(self) -> str:
         """What ``asobench check`` says: the size of the grid, and what a run takes."""
-        with self._file() as path, Relay(self.functions) as environment:
-            return call("check", path, environment=environment)
+        with self._file() as path:
+            return call("check", path)
 
     def run(
         self,
@@ -101,11 +100,12 @@ class Study:
         progress : bool, optional
             Whether a bar is shown; if left out, on a terminal and in a notebook.
         overwrite : bool
-            Whether results of another study in the folder are removed first.
+            Whether the program replaces results of another study, or of more trials, in the folder. They stay until the
+            new ones are whole. Other files stay; a folder without results of the program is refused.
         threads : int, optional
             One for each processor if left out.
         allow_commands : bool
-            Whether programs that are methods may be run. Functions always may.
+            Whether programs that are methods may be run. The functions among the methods may, and no other command.
 
         Raises
         ------
@@ -118,17 +118,12 @@ class Study:
         arguments: list[Any] = ["--out", folder]
         arguments += [] if trials is None else ["--trials", whole("trials", trials, 1)]
         arguments += [] if threads is None else ["--threads", whole("threads", threads, 1)]
-        arguments += ["--allow-commands"] if allow_commands or self.functions else []
+        arguments += ["--overwrite"] if overwrite else []
+        arguments += ["--allow-commands"] if allow_commands else consent(self.functions)
         if progress is None:
             progress = sys.stderr.isatty() or "ipykernel" in sys.modules
         with self._file() as path, Relay(self.functions) as environment:
-            try:
-                text = call("run", path, *arguments, show=progress, environment=environment)
-            except StudyError:
-                if not (overwrite and _is_results(folder)):
-                    raise
-                shutil.rmtree(folder)
-                text = call("run", path, *arguments, show=progress, environment=environment)
+            text = call("run", path, *arguments, show=progress, environment=environment)
         return Results(folder, text, methods=self.functions)
 
     def simulate(self, trials: int = 100, cell: int | None = None, **settings: Any) -> dict[str, NDArray[np.float64]]:
@@ -165,8 +160,9 @@ class Study:
 
 @contextlib.contextmanager
 def _written(keys: Mapping[str, Any], folder: Path) -> Iterator[Path]:
-    with tempfile.NamedTemporaryFile("w", prefix=".asobench-", suffix=".toml", dir=folder) as file:
-        file.write(toml(keys))
+    text = toml(keys)
+    with tempfile.NamedTemporaryFile("w", prefix=".asobench-", suffix=".toml", dir=folder, encoding="utf-8") as file:
+        file.write(text)
         file.flush()
         yield Path(file.name)
 
@@ -183,21 +179,52 @@ def _entry(entry: Any) -> dict[str, Any]:
     raise TypeError(f"methods: {entry!r}; expected a name, a dict or a method{hint}")
 
 
-def _is_results(folder: Path) -> bool:
-    """Whether a folder holds results and nothing else of a user."""
-    return (folder / "manifest.json").exists() or (folder / "blocks").is_dir()
-
-
-# What of a study its records follow from.
+#: What of a study its records follow from.
 DATA = ("seed", "settings", "zip", "exclude", "plants", "noises", "feedbacks", "columns")
+#: Bytes of the records in a message.
+MESSAGE = 1 << 26
+
+
+class Records:
+    """A method that keeps the records of trials, and whose models are of no interest."""
+
+    name: str = "records"
+    processes: int | None = None
+    single: bool = False
+
+    def __init__(self) -> None:
+        self.trials, self.samples = 0, 0
+        self.kept: dict[str, list[Any]] = {name: [] for name in ("trial", "u", "y", "r")}
+
+    def ready(self) -> dict[str, Any]:
+        own = {"name": self.name, "version": "1", "returns": "polynomials", "deterministic": True}
+        return {"frame": "ready", "protocol": 1, **own}
+
+    def changes(self) -> list[str]:
+        return []
+
+    def say_changed(self, labels: Sequence[str]) -> None:
+        pass
+
+    def reply(self, u: Any, y: Any, r: Any, setting: Mapping[str, Any]) -> dict[str, Any]:
+        wanted = setting["trials"] < self.trials
+        self.samples = setting["samples"]
+        for name, rows in {"trial": setting["trials"], "u": u, "y": y, "r": r}.items():
+            self.kept[name].append(rows[wanted])
+        return {"A": np.zeros((len(u), setting["na"])), "B": np.zeros((len(u), setting["nb"]))}
+
+    def arrays(self) -> dict[str, NDArray[np.float64]]:
+        """What was kept."""
+        return {name: np.concatenate(parts) for name, parts in self.kept.items()}
 
 
 def simulate_cell(
     study: Study, trials: int, cell: int | None, settings: Mapping[str, Any]
 ) -> dict[str, NDArray[np.float64]]:
-    """The records of a cell: a program that is a method keeps them. Nothing is estimated."""
+    """The records of a cell: a method keeps them. Nothing is estimated."""
     whole("trials", trials, 1)
     data = {key: study.keys[key] for key in DATA if key in study.keys}
+    toml(data)
     known = dict(data.get("settings", {}))
     axes = [key for key, value in known.items() if isinstance(value, (list, tuple, range, np.ndarray))]
     with tempfile.TemporaryDirectory() as name:
@@ -210,15 +237,31 @@ def simulate_cell(
         else:
             chosen = _of_cell(data, study.folder, place, whole("cell", cell, 0), axes)
         alone = {key: data[key] for key in data if key not in ("zip", "exclude")} | {"settings": known | chosen}
-        records = place / "records.npz"
-        start = f"import sys; sys.path.insert(0, {str(Path(__file__).parent.parent)!r}); import asobench._capture"
-        command = [sys.executable, "-c", start, str(records), str(trials)]
-        method = {"name": "records", "command": command, "batch": max(1, min(trials, 65536))}
-        _run_data(alone, study.folder, place / "results", method, trials)
-        if not records.exists():
-            raise ValueError(f"no record of the first {trials} trials can be drawn")
-        with np.load(records) as arrays:
-            return dict(arrays)
+        records = Records()
+        # The first trial says how long a record is.
+        for count, out in ((0, "first"), (trials, "results")):
+            size = 24 * records.samples
+            if size * count > _memory() / 2:
+                raise ValueError(
+                    f"trials: {trials} records of {records.samples} samples take {size * count / 2**30:.3g} GiB; "
+                    f"expected at most half of the memory, {_memory() / 2**31:.3g} GiB"
+                )
+            records.trials, records.kept = count, {name: [] for name in records.kept}
+            batch = max(1, min(count, 65536, MESSAGE // max(size, 1)))
+            method = {"name": records.name, "command": command(records.name), "batch": batch}
+            run = _run_data(alone, study.folder, place / out, method, max(count, 1), [records])
+            for row in run.failed():
+                if row["kind"] in ("crashed", "timeout", "malformed"):
+                    raise StudyError(f"records of {row['count']} trials were not kept: {row['kind']}")
+        arrays = records.arrays()
+    if not len(arrays["trial"]):
+        raise ValueError(f"no record of the first {trials} trials can be drawn")
+    return arrays
+
+
+def _memory() -> float:
+    """The bytes of this machine's memory."""
+    return float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
 
 
 def _choose(key: str, values: Any, settings: Mapping[str, Any]) -> Any:
@@ -243,9 +286,17 @@ def _of_cell(data: Mapping[str, Any], folder: Path, place: Path, cell: int, axes
     return {key: cells[cell]["settings"][key] for key in axes}
 
 
-def _run_data(data: Mapping[str, Any], folder: Path, out: Path, method: Mapping[str, Any], trials: int) -> Results:
-    with _written({**data, "measures": ["e_a"], "methods": [method]}, folder) as path:
-        text = call("run", path, "--out", out, "--trials", trials, "--threads", 1, "--allow-commands")
+def _run_data(
+    data: Mapping[str, Any],
+    folder: Path,
+    out: Path,
+    method: Mapping[str, Any],
+    trials: int,
+    asked: Sequence[Records] = (),
+) -> Results:
+    with _written({**data, "measures": ["e_a"], "methods": [method]}, folder) as path, Relay(asked) as environment:
+        flags = ["--out", out, "--trials", trials, "--threads", 1, *consent(asked)]
+        text = call("run", path, *flags, environment=environment)
     return Results(out, text)
 
 

@@ -10,7 +10,7 @@ import asobench
 
 
 def modules():
-    names = [name for _, name, _ in pkgutil.iter_modules(asobench.__path__) if name not in ("__main__", "_capture")]
+    names = [name for _, name, _ in pkgutil.iter_modules(asobench.__path__) if name != "__main__"]
     return [importlib.import_module(f"asobench.{name}") for name in names]
 
 

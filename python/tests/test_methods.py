@@ -1,6 +1,7 @@
 """Functions as methods, studies as objects, results as frames."""
 
 import json
+import os
 import shutil
 import sys
 import tempfile
@@ -8,6 +9,7 @@ import time
 import unittest
 import warnings
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -35,6 +37,13 @@ def ridge(u, y, na, nb, nk, *, weight=1.0):
     phi, target = regression(u, y, na, nb, nk)
     theta = np.linalg.solve(phi.T @ phi + weight * np.eye(na + nb), phi.T @ target)
     return {"A": theta[:na], "B": theta[na:], "nk": nk}
+
+
+@ab.method(batch=4)
+def failing(u, y, trial):
+    if trial < 2:
+        raise ValueError("too early")
+    return ab.Model(B=[1.0], F=[1, -0.5], nk=1)
 
 
 class Studies(unittest.TestCase):
@@ -139,6 +148,78 @@ class Studies(unittest.TestCase):
         self.assertIn("mine", json.dumps(trial.raw))
         with self.assertRaisesRegex(ValueError, "2 cells; expected one: eta=..."):
             results.replay(7)
+
+    def test_a_function_is_no_consent_to_programs(self):
+        started = self.folder / "started"
+        source = f"open({str(started)!r}, 'w')\nexec(open({str(MINE)!r}).read())"
+        foreign = {"name": "foreign", "command": [sys.executable, "-c", source], "batch": 10}
+        study = ab.Study(methods=[foreign, mine], settings=SETTINGS, measures=["e_a"])
+        with self.assertRaisesRegex(ab.StudyError, r"starts a program: \S+ \(method foreign\)") as caught:
+            study.run(self.folder / "out", trials=3, progress=False)
+        self.assertNotIn("method mine", str(caught.exception))
+        self.assertFalse(started.exists())
+        self.assertFalse((self.folder / "out").exists())
+        results = study.run(self.folder / "out", trials=3, progress=False, allow_commands=True)
+        self.assertTrue(started.exists())
+        started.unlink()
+        for methods in ([], [mine], [failing, mine]):
+            with self.assertRaisesRegex(ab.StudyError, r"starts a program: \S+ \(method foreign\)|\(method mine\)"):
+                ab.Results(results.folder, methods=methods).replay(1, eta=10)
+        self.assertFalse(started.exists())
+        self.assertEqual(results.replay(1, eta=10, allow_commands=True).trial, 1)
+        self.assertTrue(started.exists())
+
+    def test_nothing_is_imported_from_the_folder_of_a_file(self):
+        place = self.folder / "theirs"
+        place.mkdir()
+        for name in ("socket", "select", "os", "numpy", "json"):
+            (place / f"{name}.py").write_text(f"open({str(self.folder / 'started')!r}, 'w')\n")
+        (place / "study.toml").write_text('[settings]\neta = 10\nwindow = 40\n[[methods]]\nestimator = "arx"\n')
+        study = ab.Study.read(place / "study.toml")
+        self.assertEqual(len(study.simulate(trials=3)["trial"]), 3)
+        own = ab.Study(methods=[failing], settings={"eta": 10, "window": 40}, measures=["e_g"])
+        own.folder = place
+        with self.assertWarns(UserWarning):
+            own.run(self.folder / "out", trials=4, progress=False)
+        self.assertFalse((self.folder / "started").exists())
+
+    def test_a_name_is_never_a_path(self):
+        names = ["a/b", "../../esc", "..", ".hidden", "[x]*?", "a b", "-c", "ä", "x" * 150, "0", "0-error", "a\\b", "~"]
+        for name in names:
+            place = self.folder / "1/2/3"
+            place.mkdir(parents=True, exist_ok=True)
+            with (
+                self.subTest(name),
+                mock.patch.object(tempfile, "tempdir", str(place)),
+                warnings.catch_warnings(record=True) as caught,
+            ):
+                warnings.simplefilter("always")
+                results = self.run_methods([failing.having(name), failing], f"1/out{names.index(name)}", trials=4)
+                failed = {(row["output"], row["kind"], row["count"]) for row in results.failed()}
+                self.assertEqual(failed, {(label, "external: ValueError? too early", 2) for label in (name, "failing")})
+                self.assertEqual({str(word.message).split(" failed:")[0] for word in caught},
+                                 {f"method {label}: trial 0 (the first)" for label in (name, "failing")})  # fmt: skip
+                self.assertEqual(list(place.iterdir()), [])
+        made = {path.name for path in (self.folder / "1").iterdir()}
+        self.assertEqual(made, {"2", *(f"out{at}" for at in range(len(names)))})
+        self.assertEqual([path.name for path in self.folder.iterdir()], ["1"])
+
+    def test_paths_of_any_bytes_and_length(self):
+        for name in (b"long" * 50, b"a\xffb", "ä [x] %".encode()):
+            with self.subTest(name):
+                place = Path(os.fsdecode(os.path.join(os.fsencode(self.folder), name)))
+                place.mkdir()
+                study = ab.Study(settings={"window": 98, "eta": [2, 10]}, measures=["e_a"], methods=["arx"])
+                path = study.save(place / place.name[:9])
+                with mock.patch.object(tempfile, "tempdir", str(place)):
+                    study = ab.Study.read(path)
+                    study = ab.Study(**{**study.keys, "methods": [*study.keys["methods"], mine]})
+                    study.folder = place
+                    results = study.run(place / "out", trials=5, progress=False)
+                    self.assertEqual(len(study.simulate(3, eta=10)["trial"]), 3)
+                    self.assertEqual(results.replay(3, eta=10).trial, 3)
+                    self.assertTrue(results.report().exists())
+                    self.assertIn("<svg", results.plot("e_a", x="eta").svg)
 
     def test_frames_by_labels(self):
         results = self.run_methods(["iv", "arx"], compare=[["iv(4)", "arx"]])

@@ -1,5 +1,7 @@
 """Wrong uses: each has one clear line."""
 
+import functools
+import itertools
 import os
 import signal
 import subprocess
@@ -71,6 +73,20 @@ CASES = [
     (lambda: ab.Model(B=[0, 1.0], nk=1), ValueError, "B: begins with zero beside nk = 1"),
     (lambda: ab.Model(B=[1.0], cov=np.eye(2)), ValueError, "cov: shape (2, 2); expected (1, 1)"),
     (lambda: arx().predict(U, Y, 0), ValueError, "k: 0; expected a whole number of at least 1"),
+    (lambda: arx().step_response(10**12), ValueError, "samples: 1000000000000; expected a whole number of at most"),
+    (lambda: arx().step_response(10**30), ValueError, "expected a whole number of at most"),
+    (lambda: arx()._native.noise_response(10**12), ValueError, "count: 1000000000000; expected a whole number of"),
+    (lambda: arx().equation(10**6), ValueError, "digits: 1000000; expected a whole number of at most 100"),
+    (lambda: ab.Model(B=[1.0], nk=10**12), ValueError, "nk: 1000000000000; expected a whole number of at most 10000"),
+    (lambda: ab.Model(B=np.ones(10**6)), ValueError, "B: 1000000 coefficients; expected at most 10000"),
+    (lambda: ab.Model(A=np.eye(1, 10**6)[0], B=[1]), ValueError, "A: 1000000 coefficients; expected at most 10000"),
+    (lambda: ab.orders(U, Y, range(1, 10**12)), ValueError, "n, nk: more than 10000 models"),
+    (lambda: ab.orders(U, Y, 2, itertools.count()), ValueError, "n, nk: more than 10000 models"),
+    (lambda: ab.orders(U, Y, 10**30), ValueError, "expected a whole number of at most"),
+    (lambda: ab.Study(settings={"eta": range(10**12)}).to_toml(), ValueError, "settings.eta: more than 1000000 values"),
+    (lambda: ab.simulate({"settings": {"eta": range(10**30)}}, eta=1), ValueError, "settings.eta: more than 1000000"),
+    (lambda: ab.simulate({"settings": {"eta": 1}}, trials=10**12), ValueError, "GiB; expected at most half of the"),
+    (lambda: ab.Study(title="\udcff").to_toml(), ValueError, "title: '\\udcff'; an experiment file has text in UTF-8"),
     (lambda: arx().fit(U), TypeError, "expected both u and y, or neither"),
     (lambda: ab.observer(arx(), "fast"), ValueError, "unknown gain 'fast'; expected dead-beat"),
     (lambda: ab.observer("arx"), TypeError, "model: str; expected a Model"),
@@ -80,6 +96,9 @@ CASES = [
     (lambda: ab.Study(settings={"eta": {1, 2}}).to_toml(), TypeError, "settings.eta: {1, 2}; expected text"),
     (lambda: ab.method(lambda u, y, w: None), TypeError, "argument w has no default and is none of u, y"),
     (lambda: ab.method(arx.__call__)(1), TypeError, "expected arguments with names"),
+    (lambda: ab.method(functools.partial(arx)), TypeError, "method: partial; expected name="),
+    (lambda: ab.method(arx, name=3), TypeError, "name: 3; expected text"),
+    (lambda: ab.method(command=["true"])(arx), TypeError, "method arx: key 'command'; a function sets it itself"),
 ]
 
 

@@ -77,7 +77,7 @@ fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> Str
     let file = &experiment.file;
     let mut text = String::new();
     let title = if file.title.is_empty() {
-        arguments.study.name()
+        arguments.study.name().display().to_string()
     } else {
         file.title.clone()
     };

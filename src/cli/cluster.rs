@@ -37,16 +37,11 @@ pub(super) fn refused(error: impl Into<ClusterError>) -> Error {
     }
 }
 
-/// Returns the name of a plan's study: NAME of NAME.plan.json.
-pub(super) fn name_of(plan: &Path) -> String {
-    let folder = ShardPlan::default_folder(plan);
-    let name = folder.file_name().unwrap_or_default().to_string_lossy();
-    name.strip_suffix("-shards").unwrap_or(&name).to_owned()
-}
-
 /// Returns the job script of a plan, which `slurm` writes beside it.
 pub(super) fn script_of(plan: &Path) -> PathBuf {
-    plan.with_file_name(format!("{}.sbatch", name_of(plan)))
+    let mut name = ShardPlan::name_of(plan);
+    name.push(".sbatch");
+    plan.with_file_name(name)
 }
 
 /// Returns a path as a word of a command.

@@ -7,8 +7,8 @@ use super::progress;
 use crate::report::{Study, terminal};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{
-    BlockError, Campaign, CampaignError, Event, Experiment, FolderError, MethodChange, RunError,
-    RunOptions, Summary, take_over,
+    BlockError, Campaign, CampaignError, Event, Experiment, FolderError, MANIFEST, MethodChange,
+    ResultsFolder, RunError, RunOptions, Summary, take_over,
 };
 use crate::text::{count, visible, wrap};
 use crate::{claim, files};
@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Columns in a line.
-const WIDTH: usize = 80;
+pub(super) const WIDTH: usize = 80;
 
 /// Returns the text on what was computed and its results, and separately the verdicts.
 pub(super) fn results(
@@ -54,6 +54,9 @@ pub(super) fn results(
 /// The most kinds of failures of an output in the line of a run.
 const KINDS_SHOWN: usize = 10;
 
+/// The most names of files that are left.
+const NAMES_SHOWN: usize = 8;
+
 /// Returns the number of failed estimates, by output and kind, as text.
 fn failures(summary: &Summary) -> String {
     let mut by_output: Vec<(String, BTreeMap<&str, u64>)> = Vec::new();
@@ -86,6 +89,26 @@ fn failures(summary: &Summary) -> String {
     format!("{all} estimates failed{gap}{failed}")
 }
 
+/// Whether results of another study may be replaced.
+#[derive(Clone, Copy, clap::Args)]
+pub(super) struct Overwrite {
+    /// Replace results of another study, or of more trials, once the new ones are whole. Other files in the folder
+    /// stay; one that is no folder of results is refused
+    #[arg(long)]
+    pub(super) overwrite: bool,
+}
+
+impl Overwrite {
+    /// Refuses a folder that is none of results, before anything is started.
+    pub(super) fn check(self, folder: &Path) -> Result<(), Error> {
+        if !self.overwrite {
+            return Ok(());
+        }
+        let checked = ResultsFolder::refuse_foreign(folder);
+        checked.map_err(|error| refused("--out ", error.into()))
+    }
+}
+
 /// Returns the number of threads.
 pub(super) fn threads(asked: Option<u16>) -> usize {
     asked.map_or_else(
@@ -112,7 +135,6 @@ pub(super) fn execute(
     options: RunOptions,
     figures: impl Fn(&Summary) -> Vec<(String, String)>,
 ) -> Result<Executed, Error> {
-    let replaces = options.fresh && files::is_there(&path.join("trials.parquet"));
     let stop = progress::stop_flag()?;
     let mut display = progress::Display::new(experiment.cells.len());
     let taken_over = take_over(
@@ -125,8 +147,17 @@ pub(super) fn execute(
     );
     taken_over.map_err(|error| ended(error, flag, options))?;
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
-    if replaces {
-        note(&format!("replacing the results in {}", path.display()));
+    match campaign.looks_elsewhere() {
+        0 => {}
+        looks => note(&format!(
+            "{} at these claims in folders beside {} count",
+            count(looks as u64, "look"),
+            path.display()
+        )),
+    }
+    let beside = campaign.replaced_beside().map_err(|e| refused(flag, e))?;
+    if let Some(beside) = beside.filter(|_| files::is_there(&path.join(MANIFEST))) {
+        replaces(path, &beside);
     }
     let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
     let outcome = campaign.run(
@@ -142,6 +173,24 @@ pub(super) fn execute(
         stop,
         speed: display.speed(),
     })
+}
+
+/// Says that results are replaced, and which files are not theirs.
+pub(super) fn replaces(path: &Path, beside: &[String]) {
+    let path = path.display();
+    let shown = beside.iter().take(NAMES_SHOWN).map(String::as_str);
+    let shown = visible(shown.collect::<Vec<_>>().join(", "));
+    let more = match beside.len().saturating_sub(NAMES_SHOWN) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let stays = match beside {
+        [] => String::new(),
+        _ => format!("; not of them, and left as it is: {shown}{more}"),
+    };
+    note(&format!(
+        "replacing the results in {path} when the new ones are whole{stays}"
+    ));
 }
 
 /// Says what other methods in the file mean for a folder of results.

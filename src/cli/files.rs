@@ -3,6 +3,7 @@
 use super::error::Error;
 use crate::files::{Kind, PathError, Staged, replaceable};
 use crate::report::plot::Drawing;
+use crate::text::shell_word;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -44,19 +45,18 @@ pub(super) fn write_whole(
 ///
 /// # Errors
 /// What its name must end in; of an SVG, one command makes a PNG.
-pub(super) fn picture_path(text: &str) -> Result<PathBuf, String> {
-    let error = match path_in(text, &["svg", "pdf"]) {
+pub(super) fn picture_path(path: PathBuf) -> Result<PathBuf, String> {
+    let error = match path_in(path.clone(), &["svg", "pdf"]) {
         Ok(path) => return Ok(path),
         Err(error) => error,
     };
-    let path = Path::new(text);
     let form = path.extension().and_then(|form| form.to_str());
     match form.filter(|form| ["png", "eps", "ps"].contains(form)) {
         Some(form) => {
             let svg = path.with_extension("svg");
-            let svg = svg.display();
+            let [path, svg] = [&path, &svg].map(|path| shell_word(path.display()));
             Err(format!(
-                "{error}; rsvg-convert -f {form} -o {text} {svg} converts one"
+                "{error}; rsvg-convert -f {form} -o {path} {svg} converts one"
             ))
         }
         None => Err(error),
@@ -67,13 +67,12 @@ pub(super) fn picture_path(text: &str) -> Result<PathBuf, String> {
 ///
 /// # Errors
 /// What its name must end in.
-pub(super) fn page_path(text: &str) -> Result<PathBuf, String> {
-    path_in(text, &["html"])
+pub(super) fn page_path(path: PathBuf) -> Result<PathBuf, String> {
+    path_in(path, &["html"])
 }
 
 /// A path whose name ends in one of some forms.
-fn path_in(text: &str, forms: &[&str]) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
+fn path_in(path: PathBuf, forms: &[&str]) -> Result<PathBuf, String> {
     let own = path.extension().unwrap_or_default();
     if forms.iter().any(|form| own.eq_ignore_ascii_case(form)) {
         return Ok(path);

@@ -2,7 +2,7 @@
 
 use super::cluster::{self, folders, refused, word};
 use super::error::Error;
-use super::execute::{results, threads};
+use super::execute::{Overwrite, replaces, results, threads};
 use super::output::{note, print_with_verdicts};
 use super::progress;
 use super::study_arguments::mark_added;
@@ -30,6 +30,8 @@ pub(super) struct Arguments {
     /// Accept faer's cells that were computed with different vector instructions
     #[arg(long)]
     mix_instructions: bool,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -39,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = &arguments.plan;
     let (plan, mut experiment) = ShardPlan::read(path).map_err(refused)?;
     let out = arguments.out.clone();
-    let out = out.unwrap_or_else(|| Path::new("results").join(cluster::name_of(path)));
+    let out = out.unwrap_or_else(|| Path::new("results").join(ShardPlan::name_of(path)));
     mark_added(&mut experiment.file, &out);
     let folders = folders(path, &arguments.folders);
     let stop = progress::stop_flag()?;
@@ -47,6 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         threads: threads(arguments.threads),
         partial: arguments.partial,
         mix_instructions: arguments.mix_instructions,
+        overwrite: arguments.overwrite.overwrite.then_some(replaces),
     };
     let found = Collection::from_folders(&folders, &experiment, true).map_err(refused)?;
     cluster::note_refused(&found);

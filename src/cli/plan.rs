@@ -60,26 +60,28 @@ pub(super) struct SizeArguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let name = arguments.study.name();
-    let name = name.strip_suffix(".plan").unwrap_or(&name);
+    let mut name = PathBuf::from(arguments.study.name());
+    if name.extension().is_some_and(|form| form == "plan") {
+        name.set_extension("");
+    }
     let path = match &arguments.out {
         Some(out) => out.clone(),
-        None if name == "-" => {
+        None if name == Path::new("-") => {
             let message =
                 "--out: expected a plan's name, because the experiment comes from standard input";
             return Err(Error::Input(message.to_owned()));
         }
-        None => PathBuf::from(format!("{name}.plan.json")),
+        None => name.with_added_extension("plan.json"),
     };
     let planned = plan(
-        (&arguments.study, arguments.consent),
+        (&arguments.study, &arguments.consent),
         &arguments.size,
         usize::from(arguments.threads),
         &path,
         &arguments.from,
     )?;
     let count = planned.plan.shards.len();
-    let out = word(&Path::new("results").join(name));
+    let out = word(&Path::new("results").join(&name));
     let plan = word(&path);
     let allow = planned.allow;
     let shard = match count {
@@ -126,7 +128,7 @@ impl Planned {
 
 /// Plans the missing trials of a study, and writes the plan.
 pub(super) fn plan(
-    (study, consent): (&StudyArguments, Consent),
+    (study, consent): (&StudyArguments, &Consent),
     size: &SizeArguments,
     threads_of_shard: usize,
     path: &Path,

@@ -10,6 +10,7 @@ use crate::report::{Chosen, FigureKind, Mark, Study, chosen_figure, held};
 use crate::study::Measure;
 use crate::study::file::Key;
 use crate::text::shell_word;
+use clap::builder::{PathBufValueParser, TypedValueParser as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -73,7 +74,10 @@ pub(super) struct Arguments {
     #[arg(long)]
     linear: bool,
     /// The file, .svg or .pdf [default: STUDY-MEASURE.svg here]
-    #[arg(long, alias = "output", short_alias = 'o', value_name = "FILE", value_parser = picture_path)]
+    #[arg(
+        long, alias = "output", short_alias = 'o', value_name = "FILE",
+        value_parser = PathBufValueParser::new().try_map(picture_path)
+    )]
     out: Option<PathBuf>,
 }
 

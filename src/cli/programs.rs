@@ -7,7 +7,7 @@ use crate::estimator::{Problem, ProgramError};
 use crate::files::{self, Kind};
 use crate::study::file::ExperimentFile;
 use crate::study::{Experiment, stored_design};
-use crate::text::{judged_word, visible};
+use crate::text::{judged_word, shell_word, visible};
 use crate::worker::{self, Guard, Permit, Program};
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal, Write};
@@ -28,22 +28,45 @@ const SHORTEST: usize = 16;
 /// How many of its lines are shown after a failure.
 const LINES: usize = 10;
 
-/// Whether programs may run.
-#[derive(Clone, Copy, clap::Args)]
+/// Which programs may run without a question.
+#[derive(Clone, clap::Args)]
 pub(super) struct Consent {
     /// Run the programs that are methods of the file without asking
     #[arg(long)]
-    pub(super) allow_commands: bool,
+    allow_commands: bool,
+    /// Run this program without asking: its whole 'command' as a JSON list; may be repeated
+    #[arg(long, value_name = "COMMAND", value_parser = command)]
+    allow_command: Vec<Command>,
+}
+
+/// The text of a command: the program and all its arguments.
+#[derive(Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+struct Command(Vec<String>);
+
+fn command(text: &str) -> Result<Command, &'static str> {
+    let expected = r#"expected a JSON list of texts, such as '["python3", "mine.py"]'"#;
+    serde_json::from_str(text).map_err(|_| expected)
 }
 
 impl Consent {
-    /// Returns the flag as given, with a leading blank.
-    pub(super) fn flag(self) -> &'static str {
-        if self.allow_commands {
-            " --allow-commands"
-        } else {
-            ""
-        }
+    /// Returns the flags as given, each with a leading blank.
+    pub(super) fn flags(&self) -> String {
+        let all = self.allow_commands.then(|| " --allow-commands".to_owned());
+        let each = self.allow_command.iter().map(|command| {
+            let command = json!(command).to_string();
+            format!(" --allow-command {}", shell_word(command))
+        });
+        all.into_iter().chain(each).collect()
+    }
+
+    /// Returns the programs of a study that the flags do not name.
+    fn others<'a>(&self, experiment: &'a Experiment) -> Vec<&'a Program> {
+        let named = |program: &Program| {
+            let mut agreed = self.allow_command.iter();
+            self.allow_commands || agreed.any(|command| command.0 == program.options.command)
+        };
+        let programs = experiment.programs.iter().map(Arc::as_ref);
+        programs.filter(|program| !named(program)).collect()
     }
 }
 
@@ -52,7 +75,7 @@ impl Consent {
 pub(super) fn introduced(
     mut file: ExperimentFile,
     path: &Path,
-    consent: Consent,
+    consent: &Consent,
 ) -> Result<(ExperimentFile, Option<Experiment>), Error> {
     if file.methods.iter().all(|method| method.program().is_none()) {
         return Ok((file, None));
@@ -61,8 +84,9 @@ pub(super) fn introduced(
     let experiment =
         experiment.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
     let folder = folder_of(path)?;
-    if !consent.allow_commands {
-        ask(&experiment, path, &folder)?;
+    match &consent.others(&experiment)[..] {
+        [] => {}
+        others => ask(others, path, &folder)?,
     }
     permit(&experiment, &folder)?;
     for (program, identity) in identities(&experiment)? {
@@ -171,11 +195,11 @@ pub(super) fn permit(experiment: &Experiment, folder: &Path) -> Result<(), Error
 pub(super) fn permit_here(
     experiment: &Experiment,
     stored: &Path,
-    consent: Consent,
+    consent: &Consent,
 ) -> Result<(), Error> {
-    match experiment.programs.first() {
-        None => Ok(()),
-        Some(_) if consent.allow_commands => permit(experiment, &folder_of(Path::new("-"))?),
+    match consent.others(experiment).first() {
+        None if experiment.programs.is_empty() => Ok(()),
+        None => permit(experiment, &folder_of(Path::new("-"))?),
         Some(program) => Err(Error::Input(format!(
             "{}: this study starts a program: {}; expected --allow-commands, which runs it in this folder",
             judged_path(stored),
@@ -231,34 +255,18 @@ pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
 }
 
 /// Asks on a terminal, once for each content of a file in a folder.
-fn ask(experiment: &Experiment, path: &Path, folder: &Path) -> Result<(), Error> {
-    // The content is that of the file, without changes by flags; the commands are those that will run.
-    let file = if path == Path::new("-") {
-        experiment.file.clone()
-    } else {
-        ExperimentFile::read(path).map_err(|error| Error::Input(error.to_string()))?
-    };
-    let content = serde_json::to_string(&file).map_err(failed)?;
-    let commands: Vec<&[String]> = experiment
-        .programs
-        .iter()
-        .map(|program| &program.options.command[..])
-        .collect();
-    let agreed = json!({
-        "folder": folder,
-        "commands": commands,
-        "content": format!("{:032x}", xxh3_128(content.as_bytes())),
-    });
+fn ask(programs: &[&Program], path: &Path, folder: &Path) -> Result<(), Error> {
+    let agreed = agreement(programs, path, folder)?;
     let place = agreed_file();
     let known = place
         .as_deref()
         .map(lines_of)
         .transpose()?
         .unwrap_or_default();
-    if known.contains(&agreed) {
+    if agreed.as_ref().is_some_and(|line| known.contains(line)) {
         return Ok(());
     }
-    let shown = commands_shown(experiment);
+    let shown = commands_shown(programs);
     let file = judged_path(path);
     if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
         return Err(Error::Input(format!(
@@ -278,10 +286,28 @@ fn ask(experiment: &Experiment, path: &Path, folder: &Path) -> Result<(), Error>
         let message = "no program was started, since you did not agree";
         return Err(Error::Input(format!("{file}: {message}")));
     }
-    match place {
-        Some(place) => remember(&place, known, agreed),
-        None => Ok(()),
+    match (place, agreed) {
+        (Some(place), Some(agreed)) => remember(&place, known, agreed),
+        _ => Ok(()),
     }
+}
+
+/// Returns the line of the file with the agreed commands. Commands of standard input are asked for each time.
+fn agreement(programs: &[&Program], path: &Path, folder: &Path) -> Result<Option<Value>, Error> {
+    if path == Path::new("-") {
+        return Ok(None);
+    }
+    // The content is that of the file, without changes by flags; the commands are those that will run.
+    let file = ExperimentFile::read(path).map_err(|error| Error::Input(error.to_string()))?;
+    let content = serde_json::to_string(&file).map_err(failed)?;
+    let commands = programs.iter().map(|program| &program.options.command);
+    // A path need not be UTF-8: then its bytes.
+    let bytes = || json!(folder.as_os_str().as_encoded_bytes());
+    Ok(Some(json!({
+        "folder": folder.to_str().map_or_else(bytes, |text| json!(text)),
+        "commands": commands.collect::<Vec<_>>(),
+        "content": format!("{:032x}", xxh3_128(content.as_bytes())),
+    })))
 }
 
 /// Returns a path for people who judge it: of a long one the end, where its name is.
@@ -298,8 +324,7 @@ fn judged_path(path: &Path) -> String {
 
 /// Returns what a study starts, a line for each program: the program first, then the method, then every argument, with
 /// nothing that could hide a part of it or scroll it away.
-fn commands_shown(experiment: &Experiment) -> Vec<String> {
-    let programs = &experiment.programs;
+fn commands_shown(programs: &[&Program]) -> Vec<String> {
     let shown = programs.len().clamp(1, PROGRAMS_SHOWN);
     let mut lines: Vec<String> = programs[..shown.min(programs.len())]
         .iter()

@@ -14,7 +14,8 @@ use crate::data::{Realisation, csv};
 use crate::files::Kind;
 use crate::study::file::ExperimentFile;
 use crate::study::{
-    DiscreteCell, Experiment, Row, Source, Trial, TrialRecord, Trials, Worker, read_manifest,
+    DiscreteCell, Experiment, FolderError, Row, Source, Trial, TrialRecord, Trials, Worker,
+    read_results,
 };
 use crate::text::{number, shell_word, visible};
 use crate::worker::ask_once;
@@ -49,10 +50,8 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = &arguments.folder;
     let wrong = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
-    let Some(manifest) = read_manifest(folder).map_err(|e| wrong(&e))? else {
-        let message = format!("{}: holds no results (no manifest.json)", folder.display());
-        return Err(Error::Input(message));
-    };
+    let manifest = read_results(folder, |manifest| Ok::<_, FolderError>(manifest.clone()));
+    let manifest = manifest.map_err(|e| wrong(&e))?;
     let file = ExperimentFile::from_json(&manifest["experiment"]);
     let experiment = file.and_then(Experiment::new).map_err(|error| {
         Error::Input(format!(
@@ -60,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             folder.join("manifest.json").display()
         ))
     })?;
-    programs::permit_here(&experiment, folder, arguments.consent)?;
+    programs::permit_here(&experiment, folder, &arguments.consent)?;
     let command = format!(
         "asobench replay {} {}",
         shell_word(folder.display()),

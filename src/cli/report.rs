@@ -1,13 +1,15 @@
 //! `asobench report`: makes pages, figures, tables and verdicts from stored results; runs nothing.
 
 use super::error::{Error, failed};
+use super::execute::{WIDTH, refused, threads};
 use super::files::cannot_write;
 use super::output::{print, print_with_verdicts};
 use super::progress;
 use crate::files;
-use crate::report::{Study, prepare_report, report, terminal, write_report};
+use crate::report::{ResultsError, Study, prepare_report, report, terminal, write_report};
 use crate::study::file::ExperimentFile;
-use crate::text::{alike, folded, visible};
+use crate::study::{FolderError, partial_results};
+use crate::text::{alike, folded, visible, wrap};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
@@ -21,6 +23,9 @@ pub(super) struct Arguments {
     /// Folder of the report [default: DIR if there is one, else report]
     #[arg(long, alias = "output", short_alias = 'o', value_name = "OUT")]
     out: Option<PathBuf>,
+    /// Report also a run that has not ended, marked as partial; its claims are not judged
+    #[arg(long)]
+    partial: bool,
     /// Judge the claims of this experiment file instead of those stored with the results
     #[arg(long, value_name = "FILE")]
     claims: Option<PathBuf>,
@@ -38,7 +43,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut steps = progress::Steps::new();
     for folder in &arguments.folders {
         steps.show(&format!("reading {}", folder.display()));
-        let mut study = Study::read(folder).map_err(|error| Error::Input(error.to_string()))?;
+        let mut study = read(folder, arguments.partial)?;
         study
             .check_trials()
             .map_err(|error| Error::Input(error.to_string()))?;
@@ -86,7 +91,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     drop(steps);
     let verdicts: String = studies.iter().map(terminal::verdicts).collect();
     print_with_verdicts("", &verdicts)?;
-    if verdicts.is_empty() {
+    let parts = studies.iter().filter_map(Study::partial_line);
+    let parts: String = parts.map(|line| wrap(&line, WIDTH, "")).collect();
+    print(&parts)?;
+    if parts.is_empty() && verdicts.is_empty() {
         print("no claims: --claims FILE.toml judges those of a file\n")?;
     }
     let page = out.join("report.html");
@@ -99,6 +107,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         open(&page)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Reads the results in a folder; with `partial` those of a run that has not ended, too.
+fn read(folder: &Path, partial: bool) -> Result<Study, Error> {
+    let wrong = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
+    let error = match Study::read(folder) {
+        Err(error @ ResultsError::Folder(FolderError::Unfinished { .. })) if partial => error,
+        read => return read.map_err(|error| wrong(&error)),
+    };
+    let part = partial_results(folder, threads(None), &*progress::stop_flag()?);
+    let (file, summary) = part
+        .map_err(|e| refused("", e))?
+        .ok_or_else(|| wrong(&error))?;
+    Study::of_part(folder, file, &summary).map_err(|error| wrong(&error))
 }
 
 /// Opens a page with the system's program for it.

@@ -83,7 +83,7 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Study>, Error> {
     let options = RunOptions {
         threads: threads(arguments.threads),
         fresh: true,
-        replace: arguments.out.is_none(),
+        overwrite: arguments.overwrites(),
         figures: &["fig1.svg", "fig2.svg", "fig3.svg"],
         ..RunOptions::default()
     };

@@ -2,7 +2,7 @@
 
 use super::confirm::Confirmation;
 use super::error::Error;
-use super::execute::{Executed, execute, results, threads};
+use super::execute::{Executed, Overwrite, execute, results, threads};
 use super::files::cannot_write;
 use super::output::{note, print_with_verdicts};
 use super::programs::{self, Consent};
@@ -39,6 +39,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     repair: bool,
     #[command(flatten)]
+    overwrite: Overwrite,
+    #[command(flatten)]
     consent: Consent,
     /// Run it even if `check` expects too little memory or disk
     #[arg(long)]
@@ -64,7 +66,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let mut prepared: Vec<Prepared<'_>> = read.collect::<Result<_, Error>>()?;
     let names: Vec<String> = prepared
         .iter()
-        .map(|prepared| prepared.path.display().to_string())
+        .map(|prepared| &prepared.path)
+        .map(|path| {
+            path.to_str()
+                .map_or_else(|| format!("{path:?}"), str::to_owned)
+        })
         .collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
         let message =
@@ -141,17 +147,21 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
         path,
         made,
     } = prepared;
-    let (file, introduced) = programs::introduced(file, &study.file, arguments.consent)?;
+    arguments.overwrite.check(&path)?;
+    let (file, introduced) = programs::introduced(file, &study.file, &arguments.consent)?;
     // What programs say of themselves is part of the study.
     let made = made.filter(|_| introduced.is_none());
     let (mut experiment, rule) = made.map_or_else(|| study.of_file(file, &path), Ok)?;
     programs::take_over(&experiment, introduced.as_ref());
-    programs::same_versions(&experiment, &path)?;
+    if !arguments.overwrite.overwrite {
+        programs::same_versions(&experiment, &path)?;
+    }
     mark_added(&mut experiment.file, &path);
     let options = RunOptions {
         threads: threads(arguments.threads),
         block: arguments.block,
         repair: arguments.repair,
+        overwrite: arguments.overwrite.overwrite,
         // A part of the file's methods is no reason to remove the others.
         same_methods: !study.method.is_empty(),
         ..RunOptions::default()

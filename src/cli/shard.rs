@@ -48,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = &arguments.plan;
     let (plan, experiment) = ShardPlan::read(path).map_err(refused)?;
     let index = index(arguments.shard.as_deref(), plan.shards.len(), path)?;
-    programs::permit_here(&experiment, path, arguments.consent)?;
+    programs::permit_here(&experiment, path, &arguments.consent)?;
     let options = ShardOptions {
         threads: allocated(arguments.threads),
         block: arguments.block,
@@ -94,7 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Err(ClusterError::Run(RunError::Interrupted { .. })) => {
             let out = arguments.out.as_ref();
             let out = out.map_or_else(String::new, |out| format!(" --out {}", word(out)));
-            let allow = arguments.consent.flag();
+            let allow = arguments.consent.flags();
             Err(Error::Again(format!(
                 "stopped, run again: asobench shard {} {number}/{total}{out}{allow}",
                 word(path)

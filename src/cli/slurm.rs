@@ -164,18 +164,21 @@ fn places(
 
 /// Returns a path as a word of a script.
 fn path_word(path: &Path) -> Result<String, Error> {
-    let refused = |error: String| Error::Input(format!("slurm: {error}"));
-    let text = path.to_str().ok_or_else(|| {
-        refused(format!(
-            "'{}'; expected a path in UTF-8, for a job script",
-            visible(path.display())
-        ))
-    })?;
-    script_word(text).map_err(refused)
+    let text = path.to_str().ok_or_else(|| not_utf8(path))?;
+    script_word(text).map_err(|error| Error::Input(format!("slurm: {error}")))
+}
+
+/// Returns the error of a path that cannot be in a script.
+fn not_utf8(path: &Path) -> Error {
+    Error::Input(format!(
+        "slurm: '{}'; expected a path in UTF-8, for a job script",
+        visible(path.display())
+    ))
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let name = arguments.study.name();
+    let name = name.to_str().ok_or_else(|| not_utf8(Path::new(&name)))?;
     if name == "-" || name.chars().any(|c| c.is_control() || c.is_whitespace()) {
         let message = "expected an experiment file whose name has no blanks, because the job gets the same name";
         return Err(Error::Input(format!("'{name}': {message}")));
@@ -187,7 +190,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let work = work.unwrap_or_else(|| PathBuf::from(format!("{name}-slurm")));
     let path = work.join(format!("{name}.plan.json"));
     let out = arguments.study.folder(arguments.out.as_deref());
-    let mut places = places(&name, &arguments.study.file, &path, &out)?;
+    let mut places = places(name, &arguments.study.file, &path, &out)?;
     files::make_folder(&work).map_err(failed)?;
     files::make_folder(&work.join("logs")).map_err(failed)?;
     let size = SizeArguments {
@@ -196,7 +199,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         shards: arguments.size.shards,
     };
     let cpus = job.cpus_per_task.unwrap_or(1);
-    let study = (&arguments.study, arguments.consent);
+    let study = (&arguments.study, &arguments.consent);
     let planned = plan(study, &size, usize::from(cpus), &path, &[])?;
     let home = places.pop().filter(|_| !planned.allow.is_empty());
     let line = |time| format!("#SBATCH --time={}\n", slurm_time(time));

@@ -3,7 +3,10 @@
 use super::error::Error;
 use super::output::note;
 use crate::study::file::{ExperimentFile, FileError, Needs, Store, TRIAL_LIMIT, TrialRule};
-use crate::study::{Engine, Experiment, read_manifest, stored_design};
+use crate::study::{
+    Engine, Experiment, read_announced, read_manifest, same_trials, stored_designs,
+};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// Which study.
@@ -105,40 +108,47 @@ impl StudyArguments {
 
     /// Returns the folder of the results: the given one, or results/NAME, with --quick results/NAME-quick.
     pub(super) fn folder(&self, out: Option<&Path>) -> PathBuf {
-        let quick = if self.quick { "-quick" } else { "" };
-        let default = || Path::new("results").join(format!("{}{quick}", self.name()));
-        out.map_or_else(default, Path::to_owned)
+        let mut name = self.name();
+        name.push(if self.quick { "-quick" } else { "" });
+        out.map_or_else(|| Path::new("results").join(name), Path::to_owned)
     }
 
     /// Returns the file's name without folder and extension.
-    pub(super) fn name(&self) -> String {
-        let stem = self.file.file_stem().unwrap_or_default();
-        stem.to_string_lossy().into_owned()
+    pub(super) fn name(&self) -> OsString {
+        self.file.file_stem().unwrap_or_default().to_owned()
     }
 }
 
-/// Returns the study with the needs of its claims as they were when the results in a folder were begun, if these are
-/// results of it. Editing a claim then requires no new run.
+/// Returns the study with the needs of its claims as they were when the results in a folder were begun, or those that
+/// are to replace others there, if these are results of it. Editing a claim then requires no new run.
 fn as_stored(file: &ExperimentFile, folder: &Path) -> Option<Experiment> {
-    let stored = stored_design(folder)?;
-    let needed = match stored.get("needed") {
-        Some(needed) => serde_json::from_value(needed.clone()).ok()?,
-        None => Needs::default(),
-    };
-    let file = ExperimentFile {
-        needed: Some(needed),
-        ..file.clone()
-    };
-    let experiment = Experiment::new(file).ok()?;
-    (experiment.design() == stored).then_some(experiment)
+    stored_designs(folder).into_iter().find_map(|stored| {
+        let needed = match stored.get("needed") {
+            Some(needed) => serde_json::from_value(needed.clone()).ok()?,
+            None => Needs::default(),
+        };
+        let file = ExperimentFile {
+            needed: Some(needed),
+            ..file.clone()
+        };
+        let experiment = Experiment::new(file).ok()?;
+        (experiment.design() == stored).then_some(experiment)
+    })
 }
 
-/// Marks the claims that did not exist when the results in a folder were made.
+/// Marks the claims that did not exist when the results in a folder were made, or when those of a run that has not
+/// ended were looked at. Results of another study are none of these trials.
 pub(super) fn mark_added(file: &mut ExperimentFile, folder: &Path) {
-    let manifest = read_manifest(folder).ok().flatten();
+    let seen = || {
+        let announced = read_announced(folder).ok().flatten();
+        announced.filter(|manifest| manifest["seen"] == true)
+    };
+    let manifest = read_manifest(folder).ok().flatten().or_else(seen);
     let stored =
         manifest.and_then(|manifest| ExperimentFile::from_json(&manifest["experiment"]).ok());
-    let Some(stored) = stored else { return };
+    let Some(stored) = stored.filter(|stored| same_trials(stored, file)) else {
+        return;
+    };
     for claim in &mut file.claims {
         let known = stored.claims.iter().find(|known| known.judges_as(claim));
         claim.added_after_run = known.is_none_or(|known| known.added_after_run);

@@ -42,7 +42,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let study = &arguments.study;
-    let (_, experiment) = introduced(study.read()?, &study.file, arguments.consent)?;
+    let (_, experiment) = introduced(study.read()?, &study.file, &arguments.consent)?;
     let Some(experiment) = experiment else {
         let message = "no method is a program; expected [[methods]] with 'command'";
         return Err(Error::Input(format!("{}: {message}", study.file.display())));

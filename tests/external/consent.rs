@@ -83,6 +83,121 @@ fn no_command_starts_a_program_by_itself() {
     assert!(text(&replay.stdout).contains("bit for bit") && started());
 }
 
+/// A study of programs, each of which leaves a file with its own name.
+fn study_of(folder: &Path, names: &[&str]) -> Vec<String> {
+    let worker = root().join("examples/workers/least_squares.py");
+    let source =
+        "open(__import__('sys').argv[2], 'w')\nexec(open(__import__('sys').argv[1]).read())\n";
+    std::fs::write(folder.join("worker.py"), source).unwrap();
+    let worker = worker.to_str().unwrap();
+    let commands: Vec<String> = names
+        .iter()
+        .map(|name| serde_json::to_string(&["python3", "worker.py", worker, name]).unwrap())
+        .collect();
+    let methods = names.iter().zip(&commands).map(|(name, command)| {
+        format!("[[methods]]\nname = \"{name}\"\nbatch = 4\ncommand = {command}\n")
+    });
+    let methods = methods.collect::<String>();
+    let study = format!("trials = 4\n[settings]\nwindow = 98\neta = 10\n{methods}");
+    std::fs::write(folder.join("study.toml"), study).unwrap();
+    commands
+}
+
+/// Consent is given to the text of a command: of a study with two programs, the one that was not named starts nowhere.
+#[test]
+fn consent_to_one_command_is_none_to_another() {
+    if !runs(&["python3", "-c", "1"]) {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let commands = study_of(folder, &["one", "two"]);
+    let own = ["--allow-command", &commands[0]];
+    let both = [own, ["--allow-command", &commands[1]]].concat();
+    let started = |name: &str| folder.join(name).exists();
+    let refuse = |arguments: &[&str]| {
+        let refused = asobench(folder, &[arguments, &own].concat());
+        let said = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(
+            said.contains("(method two)") && !said.contains("(method one)"),
+            "{said}"
+        );
+        assert!(!started("one") && !started("two"), "{arguments:?}");
+    };
+    for command in ["run", "plan", "test-method", "slurm"] {
+        refuse(&[command, "study.toml"]);
+    }
+    let ran = asobench(folder, &[&["run", "study.toml"], &both[..]].concat());
+    assert_eq!(ran.status.code(), Some(0), "{}", text(&ran.stderr));
+    assert!(started("one") && started("two"));
+    let planned = asobench(
+        folder,
+        &["plan", "study.toml", "--shards", "1", "--allow-commands"],
+    );
+    assert_eq!(planned.status.code(), Some(0), "{}", text(&planned.stderr));
+    for name in ["one", "two"] {
+        std::fs::remove_file(folder.join(name)).unwrap();
+    }
+    refuse(&["replay", "results/study", "0:1"]);
+    refuse(&["shard", "study.plan.json", "1"]);
+    refuse(&["run", "results/study/manifest.json", "--out", "again"]);
+    let replay = asobench(
+        folder,
+        &[&["replay", "results/study", "0:1"], &both[..]].concat(),
+    );
+    assert_eq!(replay.status.code(), Some(0), "{}", text(&replay.stderr));
+    // A part of the text is another text, and what is no list of texts is refused.
+    for (given, part) in [
+        ("[\"python3\", \"worker.py\"]", "starts a program"),
+        ("python3 worker.py", "expected a JSON list of texts"),
+        ("[\"python3\", 1]", "expected a JSON list of texts"),
+    ] {
+        let refused = asobench(folder, &["run", "study.toml", "--allow-command", given]);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(
+            text(&refused.stderr).contains(part),
+            "{}",
+            text(&refused.stderr)
+        );
+    }
+}
+
+/// The suite asks for a newcomer that is a program, as a run does.
+#[test]
+fn the_suite_asks_too() {
+    if !runs(&["python3", "-c", "1"]) {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    let commands = study_of(folder, &["newcomer"]);
+    let started = || folder.join("newcomer").exists();
+    let part = ["study.toml", "--only", "P01", "--first", "2"];
+    for command in [&["suite"][..], &["suite", "times"]] {
+        let arguments = [command, &part].concat();
+        let refused = asobench(folder, &arguments);
+        let said = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains("python3 (method newcomer) worker.py")
+                && said.contains("--allow-commands"),
+            "{said}"
+        );
+        let other = asobench(
+            folder,
+            &[&arguments[..], &["--allow-command", "[\"true\"]"]].concat(),
+        );
+        assert_eq!(other.status.code(), Some(2));
+        assert!(!started());
+        let own = ["--allow-command", &commands[0]];
+        let done = asobench(folder, &[&arguments[..], &own].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+        assert!(started());
+        std::fs::remove_file(folder.join("newcomer")).unwrap();
+    }
+}
+
 /// Results are of a program that says the same version: a run that finds them says so. Their manifest runs the program
 /// in the current folder, as `replay` does.
 #[test]

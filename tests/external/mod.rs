@@ -4,6 +4,7 @@ mod agreement;
 mod chaos;
 mod consent;
 mod kills;
+mod paths;
 mod shards;
 mod test_method;
 

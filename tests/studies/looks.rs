@@ -85,3 +85,68 @@ fn a_planned_look_has_the_whole_level() {
         &["looks", "expected at least 1"],
     );
 }
+
+/// An adversary doubles the trials and plans one look more each time: the first had the whole level, nothing is left.
+#[test]
+fn an_edited_plan_spends_what_is_left() {
+    let place = Place::new();
+    for (looks, trials, share) in [(2, "100", 0.5), (3, "200", 0.25), (1, "400", 0.0)] {
+        place.write("study.toml", format!("looks = {looks}\n{STUDY}").as_bytes());
+        run(&place, "out", &["--trials", trials]);
+        assert_eq!(shares(&place, "out").last(), Some(&share));
+    }
+    // The same trials again, with a plan that would have given them the whole level.
+    let again = run(&place, "out", &["--trials", "400"]);
+    assert!(
+        again.contains("W1 undecided") && again.contains("Look 3"),
+        "{again}"
+    );
+    assert_eq!(shares(&place, "out"), [0.5, 0.25, 0.0]);
+}
+
+/// Looks in folders beside this one count: at the same trials and more of them, whatever the limit is now, and at
+/// confirmations by several seeds. A claim on another number, and another seed that confirms nothing, begin anew.
+#[test]
+fn looks_in_folders_beside_count() {
+    let place = Place::new();
+    let other = "[[claims]]\nid = 'W2'\ntest = { value = 'e_a', of = 'ls', above = 1e-9 }\n";
+    place.write("study.toml", format!("{STUDY}{other}").as_bytes());
+    let beside = |arguments: &[&str]| -> (String, String) {
+        let run = [&["run", "study.toml"], arguments].concat();
+        let output = place.run(&run);
+        succeeds(&output);
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        (words(&stdout(&output)), words(&super::stderr(&output)))
+    };
+    run(&place, "results/a", &["--trials", "100"]);
+    let (text, note) = beside(&["--trials", "200", "--out", "results/b"]);
+    assert!(text.contains("Look 2 at this study, at 0.125 %"), "{text}");
+    assert!(
+        note.contains("1 look at these claims in folders beside results/b count"),
+        "{note}"
+    );
+    // The first folder sees the second one's look at the same trials: no new look.
+    run(&place, "results/a", &["--trials", "200"]);
+    assert_eq!(shares(&place, "results/a"), shares(&place, "results/b"));
+    let confirmed = |seed: &str, claims: &str| {
+        let more = ["--trials", "100", "--confirm", seed, "--claims", claims];
+        beside(&more).0.contains("Look 2 at this study")
+    };
+    assert!(!confirmed("7", "W1"), "the first confirmation");
+    assert!(confirmed("8", "W1"), "the second one of this claim");
+    assert!(!confirmed("9", "W2"), "the first one of another claim");
+    place.write("study.toml", STUDY.replace("1e-9", "2e-9").as_bytes());
+    let (text, _) = beside(&["--trials", "400", "--out", "results/c"]);
+    assert!(text.contains("Look 3 at this study"), "{text}");
+    let (text, _) = beside(&["--trials", "400", "--seed", "5", "--out", "results/d"]);
+    assert!(!text.contains("Look"), "{text}");
+    // Such a list is never required: a damaged one counts for nothing.
+    for folder in ["a", "b", "c"] {
+        place.write(
+            &format!("results/{folder}/looks.json"),
+            b"{\"looks_of\":\"asobench\",",
+        );
+    }
+    let (text, _) = beside(&["--trials", "800", "--out", "results/e"]);
+    assert!(!text.contains("Look"), "{text}");
+}

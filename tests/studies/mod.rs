@@ -18,7 +18,9 @@ mod needs;
 mod own_case;
 mod pilot;
 mod recompute;
+mod replacing;
 mod replay;
+mod unfinished;
 mod verdicts;
 
 use crate::common::{PROGRAM, copy, stderr, stdout};

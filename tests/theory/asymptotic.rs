@@ -29,7 +29,9 @@ fn check(experiment: &Experiment, trials: u64) -> usize {
         let truth = truth(cell);
         for (number, (label, theory)) in theory.as_ref().unwrap().outputs.iter().enumerate() {
             let Ok(theory) = theory else { continue };
-            let factors = theory.asymptotic.covariance.partial_piv_lu();
+            let covariance = &theory.asymptotic.covariance;
+            let factors = Mat::from_fn(truth.len(), truth.len(), |i, j| covariance[(i, j)]);
+            let factors = factors.partial_piv_lu();
             let squares: Vec<f64> = found
                 .errors(number)
                 .iter()

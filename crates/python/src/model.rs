@@ -40,6 +40,22 @@ fn unknown(error: UnknownName) -> PyErr {
     refused(error.to_string())
 }
 
+/// The most samples of a step response, and of what is as long as a record.
+const MOST_STEPS: usize = 1_000_000;
+const MOST_SAMPLES: usize = 1 << 27;
+/// The most digits of a number as text.
+const MOST_DIGITS: usize = 100;
+
+/// Refuses a length for which memory would be asked that is not there: a failed allocation ends the interpreter.
+fn fits(name: &str, given: usize, most: usize) -> PyResult<()> {
+    if given <= most {
+        return Ok(());
+    }
+    Err(refused(format!(
+        "{name}: {given}; expected a whole number of at most {most}"
+    )))
+}
+
 fn refused(message: impl Into<String>) -> PyErr {
     PyValueError::new_err(message.into())
 }
@@ -246,8 +262,9 @@ impl Native {
     }
 
     /// The model as an equation.
-    fn equation(&self, digits: usize) -> String {
-        self.model.equation().rounded(digits).to_string()
+    fn equation(&self, digits: usize) -> PyResult<String> {
+        fits("digits", digits, MOST_DIGITS)?;
+        Ok(self.model.equation().rounded(digits).to_string())
     }
 
     /// Poles, zeros (real and imaginary part, their standard errors and covariance, that of the modulus), the static
@@ -303,13 +320,14 @@ impl Native {
     }
 
     /// The step response and its standard errors.
-    fn step_response<'py>(&self, py: Python<'py>, samples: usize) -> Arrays<'py, 2> {
+    fn step_response<'py>(&self, py: Python<'py>, samples: usize) -> PyResult<Arrays<'py, 2>> {
+        fits("samples", samples, MOST_STEPS)?;
         let points = py.detach(|| step_response(&self.model, samples));
         let value = points.iter().map(|point| point.value).collect();
-        [
+        Ok([
             vector(py, value),
             vector(py, points.iter().map(|point| point.se).collect()),
-        ]
+        ])
     }
 
     /// The output under u alone, from a state at k = 0 or from rest.
@@ -362,13 +380,18 @@ impl Native {
     }
 
     /// The first `count` samples of the impulse response of C/(A D).
-    fn noise_response<'py>(&self, py: Python<'py>, count: usize) -> Bound<'py, PyArray1<f64>> {
+    fn noise_response<'py>(
+        &self,
+        py: Python<'py>,
+        count: usize,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        fits("count", count, MOST_SAMPLES)?;
         let (mut impulse, mut h) = (vec![0.0; count], vec![0.0; count]);
         impulse[..1.min(count)].fill(1.0);
         filter(&self.model.c, &impulse, &mut h);
         divide(&self.model.d, &mut h);
         divide(&self.model.a, &mut h);
-        vector(py, h)
+        Ok(vector(py, h))
     }
 
     /// The residuals with their tests as JSON, and the p-value of feedback in the record; `None` where not tested.

@@ -9,7 +9,8 @@ use asobench_study::study::file::{ClaimTable, ExperimentFile, FileError, Key, St
 pub use asobench_study::study::place::{axis_label, value_name, words};
 use asobench_study::study::{
     CellRows, CellSummary, Experiment, Look, Looks, Measure, OutputSummary, StoreError,
-    StoredTrials, Summary, TheoryReference, check_result, read_manifest,
+    StoredTrials, Summary, TIMES, TIMING, TheoryReference, check_result, read_current,
+    read_results,
 };
 use asobench_study::text::{grouped, shell_word};
 use serde::Deserialize;
@@ -19,14 +20,7 @@ use std::path::{Path, PathBuf};
 /// Why results cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
-    /// The folder has no results.
-    #[error(
-        "{}: no results in this folder (no manifest.json); run an experiment with --out {} first",
-        .0.display(),
-        .0.display()
-    )]
-    NoResults(PathBuf),
-    /// The manifest cannot be read.
+    /// There are no results, or their manifest cannot be read.
     #[error(transparent)]
     Folder(#[from] asobench_study::study::FolderError),
     /// A file of the folder cannot be opened.
@@ -52,14 +46,18 @@ struct Times {
     machine: Option<String>,
 }
 
-const TIMES: &str = "timing/times.json";
+const SUMMARY: &str = "summary.json";
 
 /// Reads the times in a folder, if they were measured.
 fn read_times(folder: &Path) -> Result<Option<Vec<u8>>, PathError> {
-    match files::subfolder(folder, "timing")? {
-        Some(_) => files::read_own(&folder.join(TIMES), Kind::Times),
+    match files::subfolder(folder, TIMING)? {
+        Some(_) => read_current(folder, &format!("{TIMING}/{TIMES}"), Kind::Times),
         None => Ok(None),
     }
+}
+
+fn times_path(folder: &Path) -> PathBuf {
+    folder.join(TIMING).join(TIMES)
 }
 
 impl Times {
@@ -68,7 +66,7 @@ impl Times {
         let times = text.map(|text| files::parsed(text).and_then(of_json));
         let times = times.unwrap_or_else(|| Ok(Self::default()));
         times.map_err(|error| ResultsError::File {
-            path: folder.join(TIMES),
+            path: times_path(folder),
             reason: format!("not times of this version ({error})"),
         })
     }
@@ -95,6 +93,8 @@ pub struct Study {
     pub(super) machine: Option<String>,
     /// Which look at these results this is, and what it may spend of the claims' level.
     pub(super) look: Look,
+    /// Whether the run has not ended.
+    pub(super) unfinished: bool,
     /// The verdicts on the claims of the experiment file.
     pub judged: Vec<Judged>,
     /// The look-ups in the summary.
@@ -107,18 +107,17 @@ impl Study {
     /// # Errors
     /// [`ResultsError`], a message of one line that names the file.
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
-        let manifest = read_manifest(folder)?;
-        let manifest = manifest.ok_or_else(|| ResultsError::NoResults(folder.to_owned()))?;
-        let path = folder.join("summary.json");
-        let summary = files::read_own(&path, Kind::Summary)?;
-        let summary = summary.ok_or_else(|| ResultsError::File {
-            path,
-            reason: "the file is missing".to_owned(),
-        })?;
-        check_result(folder, &manifest, "summary.json", Some(&summary))?;
-        let times = read_times(folder)?;
-        let looks = Looks::read(folder)?;
-        Self::decode(folder, &manifest, &summary, times.as_deref(), &looks)
+        read_results(folder, |manifest| {
+            let summary = read_current(folder, SUMMARY, Kind::Summary)?;
+            let summary = summary.ok_or_else(|| ResultsError::File {
+                path: folder.join(SUMMARY),
+                reason: "the file is missing".to_owned(),
+            })?;
+            check_result(folder, manifest, SUMMARY, Some(&summary))?;
+            let times = read_times(folder)?;
+            let looks = Looks::read(folder)?;
+            Self::decode(folder, manifest, &summary, times.as_deref(), &looks)
+        })
     }
 
     /// Judges the claims of another file with these results. Claims that were not part of the run are marked.
@@ -195,6 +194,24 @@ impl Study {
         Self::of(folder, origin, (file.clone(), summary), times, &looks)
     }
 
+    /// Returns the study of the trials that a run which has not ended left in a folder. Its claims are not judged:
+    /// each look at verdicts spends of their level.
+    ///
+    /// # Errors
+    /// As for [`Self::of_run`].
+    pub fn of_part(
+        folder: &Path,
+        mut file: ExperimentFile,
+        summary: &Summary,
+    ) -> Result<Self, ResultsError> {
+        file.claims.clear();
+        let study = Self::of_run(folder, &file, summary)?;
+        Ok(Self {
+            unfinished: true,
+            ..study
+        })
+    }
+
     fn of(
         folder: &Path,
         (version, revision): (String, Option<String>),
@@ -207,7 +224,7 @@ impl Study {
         }
         if times.iter().any(|time| time.cell >= summary.cells.len()) {
             return Err(ResultsError::File {
-                path: folder.join(TIMES),
+                path: times_path(folder),
                 reason: "damaged: a time of a cell that does not exist".to_owned(),
             });
         }
@@ -216,6 +233,7 @@ impl Study {
         Ok(Self {
             look,
             machine,
+            unfinished: false,
             name: name(folder),
             folder: folder.to_owned(),
             version,
@@ -240,17 +258,19 @@ impl Study {
     /// A line about results that lack trials; `None` if none are missing.
     pub fn partial_line(&self) -> Option<String> {
         let (cells, trials) = (self.summary.cells.len(), self.trials());
-        self.summary.partial.then(|| {
-            format!(
-                "Partial results: {trials} trials in {cells} cells are there; the other trials of the study \
-                are missing."
-            )
-        })
+        let why = if self.unfinished {
+            "the run has not ended. The same command goes on; claims are judged at its end"
+        } else {
+            "the other trials of the study are missing"
+        };
+        self.summary
+            .partial
+            .then(|| format!("Partial results: {trials} trials in {cells} cells are there; {why}."))
     }
 
     /// How many claims were tested and at what rate; `None` if no claim was.
     pub fn tested(&self) -> Option<String> {
-        tested(&self.file, &self.judged)
+        tested(&self.file, &self.judged, self.look)
     }
 
     /// The label of every output, in order.

@@ -15,21 +15,25 @@ pub use crate::design::state_feedback::{LoopModel, StateFeedback};
 pub use crate::design::theory::FoundTheory;
 pub use crate::outcome::course_summary::{CourseQuantiles, CourseSummary};
 pub use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
+pub use crate::outcome::design_difference::same_trials;
+pub use crate::outcome::layout::{Done, MANIFEST, TIMES, TIMING};
 pub use crate::outcome::looks::{Look, Looks};
 pub use crate::outcome::method_times::MethodTime;
 pub use crate::outcome::outcomes::Outcomes;
 pub use crate::outcome::place;
+pub use crate::outcome::publication::{current, read_current};
 #[doc(hidden)]
 pub use crate::outcome::results_folder::parse_manifest;
 pub use crate::outcome::results_folder::{
-    FolderError, MANIFEST, ResultsFolder, check_result, read_manifest, stored_design,
+    FolderError, ResultsFolder, check_result, read_announced, read_manifest, read_results,
+    stored_design, stored_designs,
 };
 pub use crate::outcome::row::Row;
 pub use crate::outcome::rows::{OutputRows, Rows};
 pub use crate::outcome::spent::Spent;
 pub use crate::outcome::stored_trials::{CellRows, StoredTrials};
 pub use crate::outcome::summary::{
-    BoundSummary, CellSummary, ComparisonSummary, MedianPair, OutputShare, OutputSummary,
+    BoundSummary, CellSummary, ComparisonSummary, Joint, OutputShare, OutputSummary,
     SlopeStatistics, SlopeSummary, Summary,
 };
 pub use crate::outcome::tally::{CellTally, OutputTally};
@@ -49,8 +53,9 @@ pub use crate::run::forecast::{Disk, Forecast};
 pub use crate::run::kernels;
 pub use crate::run::machine_peak::fma_peak;
 pub use crate::run::pack::PackTrial;
+pub use crate::run::partial::partial_results;
 pub use crate::run::pilot::{Pilot, pilot_seed};
-pub use crate::run::resume::{Done, done};
+pub use crate::run::resume::done;
 pub use crate::run::runner::{Block, RunError, Span, block_size, run, run_and_forget};
 pub use crate::run::trial::{Trial, TrialRecord};
 pub use crate::run::trial_worker::{Worker, WorkerError};

@@ -4,6 +4,10 @@ pub use asobench_identification::text::{
     NAME_LIMIT, beginning, is_unseen, number, replace_unseen, rounded, visible, visible_lines,
 };
 use std::fmt::{Display, Write as _};
+use xxhash_rust::xxh3::xxh3_128;
+
+/// How many characters of a long name are in the name of a file.
+const FILE_PART: usize = 100;
 
 /// Returns JSON without invisible characters in its strings; between them are only blanks and line ends.
 pub fn visible_json(json: &str) -> String {
@@ -85,6 +89,25 @@ pub fn judged_word(word: &str, most: usize) -> String {
         0 if word.is_empty() => "''".to_owned(),
         0 => shown,
         _ => format!("{shown}... {left_out} characters"),
+    }
+}
+
+/// A name that anyone gave as a part of a file's name: other characters than letters and digits of ASCII and `-_.` as
+/// `~` and their bytes in hexadecimal digits, also a dot at the beginning. Of a long name the beginning and a checksum.
+/// Names that differ stay different.
+pub fn file_part(name: &str) -> String {
+    let plain = |(at, byte): &(usize, u8)| {
+        byte.is_ascii_alphanumeric() || b"-_".contains(byte) || (*byte == b'.' && *at > 0)
+    };
+    let bytes = name.bytes().enumerate();
+    let escaped = bytes.map(|each| match each {
+        each if plain(&each) => char::from(each.1).to_string(),
+        (_, byte) => format!("~{byte:02x}"),
+    });
+    let escaped: String = escaped.collect();
+    match escaped.get(..FILE_PART) {
+        Some(beginning) => format!("{beginning}~-{:032x}", xxh3_128(name.as_bytes())),
+        None => escaped,
     }
 }
 
@@ -212,6 +235,30 @@ mod tests {
             &long[1..],
         ] {
             assert_eq!(name_fault(name), None, "{name:?}");
+        }
+    }
+
+    #[test]
+    fn names_are_parts_of_file_names() {
+        let (long, longer) = ("\u{e4}".repeat(200), "\u{e4}".repeat(201));
+        let names = [
+            "iv", "a.b_c-1", "", ".", "..", "../x", "a/b", "a-b", "a~2fb", "[a]*", "a b", "\u{e4}",
+            "a\0", &long, &longer,
+        ];
+        let parts: Vec<String> = names.iter().map(|name| file_part(name)).collect();
+        assert_eq!(
+            parts[..7],
+            ["iv", "a.b_c-1", "", "~2e", "~2e.", "~2e.~2fx", "a~2fb"]
+        );
+        for (i, part) in parts.iter().enumerate() {
+            assert!(
+                part.len() <= 200 && !part.starts_with('.') && !part.contains(['/', '\0', '*'])
+            );
+            assert_eq!(
+                parts.iter().position(|other| other == part),
+                Some(i),
+                "{part}"
+            );
         }
     }
 

@@ -10,6 +10,7 @@ use crate::data::csv::Missing;
 use crate::estimator::EstimatorName;
 use crate::names::UnknownName;
 use crate::observer::Gain;
+use clap::builder::{PathBufValueParser, TypedValueParser as _};
 use std::path::PathBuf;
 
 /// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
@@ -42,7 +43,7 @@ pub(in crate::cli) struct Arguments {
     #[arg(long, value_name = "KIND=FILE.svg|KIND|FILE.svg|FILE.pdf")]
     pub(super) plot: Vec<Drawing>,
     /// Write a page: the record, models with intervals, residuals, poles and zeros, responses
-    #[arg(long, value_name = "FILE.html", value_parser = page_path)]
+    #[arg(long, value_name = "FILE.html", value_parser = PathBufValueParser::new().try_map(page_path))]
     pub(super) report: Option<PathBuf>,
     /// A second record, on which the models are validated instead of the samples after the window
     #[arg(long, alias = "validation", value_name = "FILE.csv", value_parser = second_record)]

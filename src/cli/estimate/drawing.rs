@@ -99,7 +99,7 @@ impl FromStr for Drawing {
                 ));
             }
         };
-        let path = picture_path(&path.to_string_lossy())?;
+        let path = picture_path(path)?;
         Ok(Self { kind, path })
     }
 }

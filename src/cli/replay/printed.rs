@@ -12,7 +12,7 @@ use crate::estimator::{
 use crate::study::file::MethodTable;
 use crate::study::{
     Cell, DiscreteCell, Experiment, Measure, Row, Rows, Source, StoreError, StoredTrials,
-    TrialRecord, design_of, read_manifest, stage_twelve,
+    TrialRecord, design_of, read_manifest, read_results, stage_twelve,
 };
 use crate::text::{number, visible, wrap};
 use serde_json::{Map, Value, json};
@@ -52,20 +52,24 @@ pub(super) fn stored(
     rows: &Rows,
 ) -> Result<Option<bool>, StoreError> {
     // Other contents of the folder do not matter to a replay.
-    let Some(trials) = trials_of(folder, experiment) else {
+    if !matches!(read_manifest(folder), Ok(Some(_))) {
         return Ok(None);
-    };
-    let all = trials.iter().fold(0_u64, |all, of| all.saturating_add(*of));
-    let all = all.saturating_mul(rows.len() as u64);
-    match StoredTrials::open(folder, all)? {
-        Some(mut stored) => stored.alike(experiment, cell, &trials, rows),
-        None => Ok(None),
     }
+    read_results(folder, |manifest| {
+        let Some(trials) = trials_of(manifest, experiment) else {
+            return Ok(None);
+        };
+        let all = trials.iter().fold(0_u64, |all, of| all.saturating_add(*of));
+        let all = all.saturating_mul(rows.len() as u64);
+        match StoredTrials::open(folder, all)? {
+            Some(mut stored) => stored.alike(experiment, cell, &trials, rows),
+            None => Ok(None),
+        }
+    })
 }
 
-/// The number of trials of each cell, if the folder has whole results of this experiment.
-fn trials_of(folder: &Path, experiment: &Experiment) -> Option<Vec<u64>> {
-    let manifest = read_manifest(folder).ok()??;
+/// The number of trials of each cell, if the manifest is that of whole results of this experiment.
+fn trials_of(manifest: &Value, experiment: &Experiment) -> Option<Vec<u64>> {
     let partial = manifest["partial"] == Value::Bool(true);
     if partial || design_of(&manifest["experiment"]) != experiment.design() {
         return None;

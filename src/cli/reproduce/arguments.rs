@@ -1,5 +1,6 @@
 //! The arguments of `asobench reproduce`.
 
+use crate::cli::execute::Overwrite;
 use crate::cli::output::Format;
 use crate::cli::replay;
 use crate::names::named_enum;
@@ -53,6 +54,8 @@ pub(in crate::cli) struct Arguments {
     /// Folder of the results [default: results/reproduce, replaced at every run]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) overwrite: Overwrite,
     /// Run it even if `check` expects too little memory or disk
     #[arg(long)]
     pub(super) anyway: bool,
@@ -71,5 +74,9 @@ impl Arguments {
     /// Returns the folder of the results.
     pub(super) fn folder(&self) -> &Path {
         self.out.as_deref().unwrap_or(Path::new(DEFAULT_FOLDER))
+    }
+    /// Whether results of any study in the folder are replaced.
+    pub(super) fn overwrites(&self) -> bool {
+        self.out.is_none() || self.overwrite.overwrite
     }
 }

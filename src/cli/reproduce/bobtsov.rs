@@ -41,7 +41,7 @@ impl Bobtsov {
             let options = RunOptions {
                 threads: threads(arguments.threads),
                 fresh: true,
-                replace: arguments.out.is_none(),
+                overwrite: arguments.overwrites(),
                 figures: &["theta.svg", "state-errors.svg", "state-errors-late.svg"],
                 ..RunOptions::default()
             };

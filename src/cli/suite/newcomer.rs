@@ -4,13 +4,14 @@
 use super::page::{self, Beside};
 use super::part::{How, Part, wrong};
 use super::run::compute;
+use crate::cli::cluster::word;
 use crate::cli::error::{Error, failed};
 use crate::cli::output::note;
 use crate::cli::programs::{self, Consent};
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{Experiment, Trial};
 use crate::suite::{Competitor, Suite, shipped};
-use crate::text::visible;
+use crate::text::{file_part, visible};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -49,7 +50,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return Err(Error::Input(format!("{}: {message}", path.display())));
     }
     smoke(&suite, &competitor, path, how)?;
-    let default = || PathBuf::from(format!("{}-{name}", part.folder()));
+    let default = || PathBuf::from(format!("{}-{}", part.folder(), file_part(&name)));
     let out = how.out.clone().unwrap_or_else(default);
     let own = compute(&suite, &[competitor], (how, Some(path)), &out)?;
     methods.splice(0..0, own);
@@ -59,10 +60,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         part,
         command: format!(
             "asobench suite {} {}{} --out {}",
-            path.display(),
+            word(path),
             part.flags(),
-            how.consent.flag(),
-            out.display()
+            how.consent.flags(),
+            word(&out)
         ),
     };
     page::write(&suite, &beside, &out)?;
@@ -120,7 +121,7 @@ fn of_program(path: &Path) -> Option<Vec<String>> {
 pub(super) fn started(
     experiment: Experiment,
     path: &Path,
-    consent: Consent,
+    consent: &Consent,
 ) -> Result<Experiment, Error> {
     let (file, introduced) = programs::introduced(experiment.file, path, consent)?;
     let experiment = Experiment::new(file).map_err(failed)?;
@@ -142,7 +143,7 @@ fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, how: &How) -> Resu
             .map_or_else(String::new, |(_, reason)| reason);
         return Err(Error::Input(format!("{}: {reason}", path.display())));
     };
-    let experiment = started(experiment, path, how.consent)?;
+    let experiment = started(experiment, path, &how.consent)?;
     let mut words: BTreeMap<String, u64> = BTreeMap::new();
     let mut trial = Trial::new(&experiment, &experiment.cells[0]).map_err(failed)?;
     for number in 0..RECORDS {

@@ -1,6 +1,7 @@
 //! The arguments that the commands of the suite share.
 
 use crate::cli::error::Error;
+use crate::cli::execute::Overwrite;
 use crate::cli::programs::Consent;
 use crate::names::UnknownName;
 use crate::suite::{Competitor, Division, Suite, SuiteError, Tier};
@@ -91,6 +92,8 @@ pub(super) struct How {
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
+    #[command(flatten)]
+    pub(super) overwrite: Overwrite,
     #[command(flatten)]
     pub(super) consent: Consent,
 }

@@ -2,6 +2,7 @@
 
 use super::page::{self, Beside};
 use super::part::{How, Part, competitors, wrong};
+use crate::cli::cluster::word;
 use crate::cli::error::{Error, failed};
 use crate::cli::execute::{execute, threads};
 use crate::cli::files::cannot_write;
@@ -14,6 +15,7 @@ use crate::study::{Experiment, RunOptions};
 use crate::suite::{
     Competitor, METHODS, MethodResults, ScenarioResults, Suite, SuiteStudy, collect, declined,
 };
+use crate::text::file_part;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -43,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         methods: &methods,
         newcomer: None,
         part,
-        command: format!("asobench suite scores {} {}", out.display(), part.flags()),
+        command: format!("asobench suite scores {} {}", word(&out), part.flags()),
     };
     page::write(&suite, &beside, &out)?;
     page::print_scores(&suite, &beside, &out)?;
@@ -96,7 +98,7 @@ pub(super) fn compute(
     }
     let folder = files::make_subfolder(out, METHODS).map_err(|error| cannot_write(&error))?;
     for method in methods.iter().filter(|method| !method.scenarios.is_empty()) {
-        let path = folder.join(format!("{}.json", method.method));
+        let path = folder.join(format!("{}.json", file_part(&method.method)));
         let written = files::replace(&path, Kind::Suite, method.text().as_bytes());
         written.map_err(|error| cannot_write(&error))?;
     }
@@ -136,17 +138,22 @@ fn in_folder(
     folder: &Path,
     trials: u64,
 ) -> Result<Vec<(String, Vec<ScenarioResults>)>, Error> {
+    how.overwrite.check(folder)?;
     let (experiment, introduced) = match own {
         None => (experiment, None),
         Some(path) => {
-            let (file, introduced) = programs::introduced(experiment.file, path, how.consent)?;
+            let (file, introduced) = programs::introduced(experiment.file, path, &how.consent)?;
             (Experiment::new(file).map_err(failed)?, introduced)
         }
     };
     programs::take_over(&experiment, introduced.as_ref());
-    programs::same_versions(&experiment, folder)?;
+    let overwrite = how.overwrite.overwrite;
+    if !overwrite {
+        programs::same_versions(&experiment, folder)?;
+    }
     let options = RunOptions {
         threads: threads(how.threads),
+        overwrite,
         ..RunOptions::default()
     };
     let rule = TrialRule::Fixed(trials);

@@ -12,7 +12,7 @@ use crate::number::uncertain_within;
 use crate::report::html::{CellText, Column, Table};
 use crate::study::Experiment;
 use crate::suite::{Competitor, MethodTimes, REFERENCE, ScenarioTimes, SuiteStudy, Times, time};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Time the methods: on one thread, in turns on the same records, as ratios to arx
@@ -96,9 +96,7 @@ fn of_study(
             continue;
         };
         let experiment = match (competitor, &arguments.file) {
-            (Competitor::Own(_), Some(path)) => {
-                started(experiment, Path::new(path), arguments.consent)?
-            }
+            (Competitor::Own(_), Some(path)) => started(experiment, path, &arguments.consent)?,
             _ => experiment,
         };
         experiments.push((competitor.name(), experiment));

@@ -192,7 +192,10 @@ impl Method {
         }
         let made: Box<dyn Estimator> = match &self.maker {
             Maker::Own { factory, .. } => factory(&problem)?,
-            Maker::Options(options) => Box::new(Scaled::new(options.prepare(&problem)?)),
+            Maker::Options(options) => Box::new(Scaled::new(
+                options.prepare(&problem)?,
+                options.option_units(),
+            )),
         };
         Ok(match self.last {
             None => made,

@@ -66,6 +66,25 @@ pub struct Needs {
     pub hold: bool,
 }
 
+/// The unit of the numbers among the options of a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OptionUnits {
+    /// No number has one, so u and y may each be seen in a unit of its own.
+    None,
+    /// That of y over that of u, as a controller has: u and y may be seen in a unit that they share.
+    Gain,
+    /// That of u or y, as a variance of noise has.
+    Signals,
+}
+
+impl OptionUnits {
+    /// Returns the unit, or none where no number was given.
+    #[must_use]
+    pub fn only_if(self, given: bool) -> Self {
+        if given { self } else { Self::None }
+    }
+}
+
 /// The interface of an estimator's options to the registry. One struct with serde and docs yields the keys of
 /// experiment files, their schema, the flags of `asobench estimate` and docs/methods.md.
 pub trait MethodKind {
@@ -100,6 +119,11 @@ pub trait MethodKind {
     /// Returns what the estimator needs of a cell.
     fn needs(&self) -> Needs {
         Needs::default()
+    }
+
+    /// Returns the unit of the numbers among the options.
+    fn option_units(&self) -> OptionUnits {
+        OptionUnits::None
     }
 
     /// Whether the signals before the record are taken as zero.

@@ -61,7 +61,7 @@ pub use kinship::Kinship;
 pub use known_model::KnownModel;
 pub use limit::{LimitError, least_squares_limit};
 pub use method::Method;
-pub use method_kind::{MethodKind, Needs, Output, Problem};
+pub use method_kind::{MethodKind, Needs, OptionUnits, Output, Problem};
 pub use methods::*;
 pub(crate) use null_space::long_autoregression;
 pub use option_error::OptionError;

@@ -4,7 +4,7 @@ use super::parameters;
 use crate::data::DrawFailure;
 use crate::failure::FailureKind;
 use crate::model::polynomial::multiply_into;
-use crate::model::{ContinuousModel, LinearModel, Orders};
+use crate::model::{ContinuousModel, LinearModel, Orders, Units, multiply};
 use crate::observer::ObservedModel;
 use crate::plant::canonical::reverse_negated;
 use crate::plant::stability::is_stable;
@@ -311,13 +311,31 @@ impl Pass {
         self.progress = Progress::InitialState;
     }
 
-    /// Takes the results, which are of samples in this unit, a power of two, for those of the samples themselves.
-    pub fn set_unit(&mut self, unit: f64) {
-        let states = self.x0.iter_mut().chain(&mut self.singular_values);
-        states.for_each(|x| *x *= unit);
-        for squared in [&mut self.model.noise_variance, &mut self.loss] {
-            *squared = *squared * unit * unit;
+    /// Takes the results, which are of samples in these units, powers of two, for those of the samples themselves.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] if a number leaves the range of doubles; then nothing is known any more.
+    pub fn set_units(&mut self, units: Units) -> Result<(), FailureKind> {
+        let mut lost = !self.model.covariance.iter().all(|p| p.is_finite());
+        if units == Units::ONE && !lost {
+            return Ok(());
         }
+        self.model.set_units(units, &mut lost);
+        self.continuous.set_units(units, &mut lost);
+        let of_input = self.b.iter_mut().chain(&mut self.h);
+        for number in of_input.chain([&mut self.direct]) {
+            multiply(number, units.gain(), &mut lost);
+        }
+        let states = self.x0.iter_mut().chain(&mut self.singular_values);
+        for number in states.chain([&mut self.loss]) {
+            multiply(number, units.output, &mut lost);
+        }
+        multiply(&mut self.loss, units.output, &mut lost);
+        if lost {
+            self.progress = Progress::Nothing;
+            return Err(FailureKind::NonFinite);
+        }
+        Ok(())
     }
 
     /// Records a failure; results known so far stay valid.

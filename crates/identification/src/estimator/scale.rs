@@ -1,15 +1,32 @@
 //! The scale of a record: none that can be measured changes a model.
 
-use super::{Covariance, Estimator, Pass, ProgramError, Records, Visit, Window};
+use super::{
+    Covariance, Estimator, Failure, OptionUnits, Pass, ProgramError, Records, Stage, Visit, Window,
+};
+use crate::model::Units;
 use crate::real::with_fma;
 
 /// The binary exponents of the largest sample that estimators are given as they are: squares, and products of four
 /// samples, neither overflow nor underflow.
 const BAND: std::ops::RangeInclusive<i32> = -64..=64;
 
+/// How far the exponents of u and y may be apart: sums of both lose as many bits of the smaller one.
+const APART: u32 = 8;
+
 /// Returns the power of two that brings the largest of some samples to between 1 and 2; 1 for samples that need none,
 /// because it is within 2^-64 to 2^65, zero, or not finite.
 pub fn unit_of(signals: &[&[f64]]) -> f64 {
+    let exponent = exponent_of(signals).filter(|exponent| !BAND.contains(exponent));
+    exponent.map_or(1.0, power)
+}
+
+/// The power of two; 2^1023 / 2^1023 is 1, and the inverse of a unit is a normal number.
+fn power(exponent: i32) -> f64 {
+    2.0_f64.powi(exponent.max(-1022))
+}
+
+/// Returns the binary exponent of the largest of some samples; `None` if it is zero or not finite.
+fn exponent_of(signals: &[&[f64]]) -> Option<i32> {
     let largest = with_fma(
         #[inline(always)]
         || {
@@ -18,11 +35,29 @@ pub fn unit_of(signals: &[&[f64]]) -> f64 {
         },
     );
     let exponent = ((largest.to_bits() >> 52) as i32) - 1023;
-    if largest == 0.0 || largest.is_infinite() || BAND.contains(&exponent) {
-        return 1.0;
+    (largest != 0.0 && largest.is_finite()).then_some(exponent)
+}
+
+/// Returns the units in which an estimator sees a record.
+fn units_of(window: Window<'_>, options: OptionUnits) -> Units {
+    let Window { u, y, r } = window;
+    match options {
+        OptionUnits::Signals => Units::ONE,
+        OptionUnits::Gain => Units::shared(unit_of(&[u, y, r])),
+        OptionUnits::None => {
+            let [Some(input), Some(output)] = [exponent_of(&[u, r]), exponent_of(&[y])] else {
+                return Units::shared(unit_of(&[u, y, r]));
+            };
+            let is_near = BAND.contains(&input) && BAND.contains(&output);
+            if is_near && input.abs_diff(output) <= APART {
+                return Units::ONE;
+            }
+            Units {
+                input: power(input),
+                output: power(output),
+            }
+        }
     }
-    // 2^1023 / 2^1023 is 1, and the inverse of a unit is a normal number.
-    2.0_f64.powi(exponent.max(-1022))
 }
 
 /// The larger number; `of` where x is not a number.
@@ -45,55 +80,64 @@ fn largest_size(signal: &[f64]) -> f64 {
     most.into_iter().chain(rest).fold(0.0, larger)
 }
 
-/// An estimator that sees records far from 1 in a unit of its own, a power of two that u, y and r share. So no sample
-/// is rounded, and the polynomials of the model and the covariance of their coefficients need no change.
+/// An estimator that sees records far from 1 in units of its own, powers of two: one of u and r, and one of y, where no
+/// option has a unit. So no sample is rounded.
 pub(super) struct Scaled {
     inner: Box<dyn Estimator>,
+    options: OptionUnits,
     signals: [Vec<f64>; 3],
 }
 
 impl Scaled {
-    pub(super) fn new(inner: Box<dyn Estimator>) -> Self {
+    pub(super) fn new(inner: Box<dyn Estimator>, options: OptionUnits) -> Self {
         let signals = std::array::from_fn(|_| Vec::new());
-        Self { inner, signals }
+        Self {
+            inner,
+            options,
+            signals,
+        }
     }
-}
 
-impl Scaled {
-    /// Keeps the samples in their unit, if it is not 1, and returns it.
-    fn rescale(&mut self, window: Window<'_>) -> f64 {
-        let given = [window.u, window.y, window.r];
-        let unit = unit_of(&given);
-        if unit != 1.0 {
-            for (scaled, given) in self.signals.iter_mut().zip(given) {
+    /// Keeps the samples in their units, if these are not 1, and returns the units.
+    fn rescale(&mut self, window: Window<'_>) -> Units {
+        let units = units_of(window, self.options);
+        if units != Units::ONE {
+            let given = [window.u, window.y, window.r];
+            let of_each = [units.input, units.output, units.input];
+            for ((scaled, given), unit) in self.signals.iter_mut().zip(given).zip(of_each) {
                 scaled.clear();
                 scaled.extend(given.iter().map(|sample| sample / unit));
             }
         }
-        unit
+        units
+    }
+
+    fn is_needed(&self, window: Window<'_>) -> bool {
+        units_of(window, self.options) != Units::ONE
     }
 }
 
 impl Estimator for Scaled {
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let unit = self.rescale(window);
-        if unit == 1.0 {
-            return self.inner.estimate(window, passes);
-        }
+        let units = self.rescale(window);
         let [u, y, r] = &self.signals;
-        let scaled = Window::with_reference(u, y, r, window.len());
-        self.inner.estimate(scaled, passes);
-        for pass in passes {
-            pass.set_unit(unit);
+        let seen = if units == Units::ONE {
+            window
+        } else {
+            Window::with_reference(u, y, r, window.len())
+        };
+        self.inner.estimate(seen, passes);
+        for (number, pass) in passes.iter_mut().enumerate() {
+            bring_back(pass, number, units);
         }
     }
 
     fn estimate_from(&mut self, known: &[Pass], window: Window<'_>, passes: &mut [Pass]) {
-        // In another unit the known passes would have to be brought back to it.
-        if unit_of(&[window.u, window.y, window.r]) == 1.0 {
-            self.inner.estimate_from(known, window, passes);
-        } else {
+        // In other units the known passes would have to be brought to them.
+        if self.is_needed(window) {
             self.estimate(window, passes);
+        } else {
+            self.inner.estimate_from(known, window, passes);
         }
     }
 
@@ -104,8 +148,7 @@ impl Estimator for Scaled {
         found: &[Pass],
         passes: &mut [Pass],
     ) -> bool {
-        unit_of(&[window.u, window.y, window.r]) == 1.0
-            && self.inner.estimate_again(covariance, window, found, passes)
+        !self.is_needed(window) && self.inner.estimate_again(covariance, window, found, passes)
     }
 
     fn run_along(
@@ -115,18 +158,20 @@ impl Estimator for Scaled {
         pass: &mut Pass,
         visit: &mut Visit<'_>,
     ) {
-        let unit = self.rescale(window);
-        if unit == 1.0 {
+        let units = self.rescale(window);
+        if units == Units::ONE {
             return self.inner.run_along(window, at, pass, visit);
         }
         let [u, y, r] = &self.signals;
         let scaled = Window::with_reference(u, y, r, window.len());
-        let mut in_samples = Vec::new();
+        let (mut in_samples, mut told) = (Vec::new(), pass.clone());
         self.inner
             .run_along(scaled, at, pass, &mut |k, pass, state| {
                 in_samples.clear();
-                in_samples.extend(state.into_iter().flatten().map(|x| x * unit));
-                visit(k, pass, state.map(|_| &in_samples[..]));
+                in_samples.extend(state.into_iter().flatten().map(|x| x * units.output));
+                told.assign(pass);
+                bring_back(&mut told, 0, units);
+                visit(k, &told, state.map(|_| &in_samples[..]));
             });
     }
 
@@ -135,73 +180,20 @@ impl Estimator for Scaled {
     }
 }
 
-#[cfg(all(test, feature = "json"))]
-mod tests {
-    use super::*;
-    use crate::data::csv;
-    use crate::estimator::{EstimatorName, Method, Problem, Progress, Shape};
-
-    /// The model of a record is that of the record in any other unit, from 1e-150 to 1e150, for every estimator.
-    #[test]
-    fn the_same_model_at_every_scale() {
-        let record = include_bytes!("../../../../examples/record.csv");
-        let record = csv::read(&record[..]).unwrap();
-        let shape = Shape {
-            order: 2,
-            window: 400,
-        };
-        let model = |name: EstimatorName, scale: f64| {
-            let times = |values: &[f64]| -> Vec<f64> { values.iter().map(|v| v * scale).collect() };
-            let (u, y) = (times(&record.u), times(&record.y));
-            let method = Method::named(name.name(), name.parse(serde_json::Map::new()).unwrap());
-            let mut estimator = method
-                .prepare(Problem {
-                    covariance: true,
-                    ..shape.into()
-                })
-                .ok()?;
-            let mut passes = vec![Pass::new(shape.order); method.passes()];
-            estimator.estimate(Window::new(&u, &y, shape.window), &mut passes);
-            passes.pop()
-        };
-        let mut compared = 0;
-        for name in EstimatorName::ALL {
-            // `known` needs the plant.
-            let Some(pass) = model(*name, 1.0) else {
-                assert_eq!(name.name(), "known");
-                continue;
-            };
-            assert_eq!(pass.progress, Progress::InitialState, "{name}");
-            for power in (-150..=150).step_by(75) {
-                let scale = 10.0_f64.powi(power);
-                let other = model(*name, scale).unwrap();
-                let near = |what: &str, a: &[f64], b: &[f64], unit: f64| {
-                    assert_eq!(a.len(), b.len(), "{name} 1e{power}: {what}");
-                    let largest = a.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
-                    for (a, b) in a.iter().zip(b) {
-                        let b = b / unit;
-                        let close = (a - b).abs() <= 1e-6 * largest || a.is_nan() && b.is_nan();
-                        assert!(close, "{name} 1e{power}: {what} {a} and {b}");
-                    }
-                };
-                let (m, o) = (&pass.model, &other.model);
-                near("A", &m.a, &o.a, 1.0);
-                near("B", &m.b, &o.b, 1.0);
-                near("C", &m.c, &o.c, 1.0);
-                near("D", &m.d, &o.d, 1.0);
-                near("F", &m.f, &o.f, 1.0);
-                near("covariance", &m.covariance, &o.covariance, 1.0);
-                near("x0", &pass.x0, &other.x0, scale);
-                let variance = |pass: &Pass| [pass.model.noise_variance.sqrt()];
-                near("sigma", &variance(&pass), &variance(&other), scale);
-                let values = (&pass.singular_values, &other.singular_values);
-                near("singular values", values.0, values.1, scale);
-                near("rho", &pass.correlations, &other.correlations, 1.0);
-                compared += 1;
-            }
-        }
-        assert_eq!(compared, 5 * (EstimatorName::ALL.len() - 1));
+/// Brings a pass back from units; it fails if a number is out of the range of doubles.
+fn bring_back(pass: &mut Pass, number: usize, units: Units) {
+    if let Err(kind) = pass.set_units(units) {
+        pass.fail(Failure {
+            kind,
+            stage: Stage::Other,
+            pass: number,
+        });
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unit_of;
 
     #[test]
     fn units_are_powers_of_two() {

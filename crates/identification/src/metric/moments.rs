@@ -8,7 +8,7 @@ use super::double_double::{Dd, powers};
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, not_negative};
 use super::exact_sum::{BLOCK, NO_TERMS, Terms, WAYS};
 use super::sketch::{Among, Others, bin_of};
-use super::statistics::{DOMINANT_SHARE, Quantiles, TRIM, largest_for_tail};
+use super::statistics::{DOMINANT_SHARE, Quantiles, TRIM};
 use super::{ExactSum, Quantile, Sketch, Statistics, Worse};
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
@@ -375,17 +375,6 @@ impl Sample {
         largest_share(self.count, self.largest(), &self.squares)
     }
 
-    /// The mean logarithm of the largest `|x|` over the next: see [`Statistics::tail`].
-    fn tail(&self) -> f64 {
-        let is_signed = self.extremes.is_some_and(|(low, _)| low < 0.0);
-        let center = if is_signed { self.mean().value } else { 0.0 };
-        let largest = largest_for_tail(self.count);
-        if largest >= self.count {
-            return f64::NAN;
-        }
-        self.sketch.mean_log_excess(center, largest)
-    }
-
     /// Everything that is reported of a measure.
     pub fn statistics(&self, worse: Worse) -> Statistics {
         let (min, max) = self.extremes.unwrap_or((f64::NAN, f64::NAN));
@@ -406,7 +395,6 @@ impl Sample {
             max,
             dominated: self.count > 0 && !(largest_share <= DOMINANT_SHARE),
             largest_share,
-            tail: self.tail(),
         }
     }
 }

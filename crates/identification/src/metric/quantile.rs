@@ -10,9 +10,10 @@ pub struct Quantile {
     /// The quantile: linear between order statistics, type 7 of Hyndman and Fan (1996).
     #[serde(with = "nan_is_null")]
     pub value: f64,
-    /// Half the width of the 95 % order-statistic interval over 1.96, with the ranks
-    /// `M q + 1/2 -+ 1.96 sqrt(M q (1 - q))`. NaN unless both ranks are within 1 ... M. This requires M >= 6 for the
-    /// median, 16 for the quartiles, 92 for 5 and 95 %.
+    /// The larger of half the width of the 95 % order-statistic interval over 1.96 and half that of the 68 % interval,
+    /// with the ranks `M q + 1/2 -+ z sqrt(M q (1 - q))`, z = 1.96 and 1. The two agree where the law is smooth; over a
+    /// gap only the second is the standard error. NaN unless all ranks are within 1 ... M. This requires M >= 6 for
+    /// the median, 16 for the quartiles, 92 for 5 and 95 %.
     #[serde(with = "nan_is_null")]
     pub mcse: f64,
     /// Whether the quantile falls among trials without a finite value, such as failed ones; its value is then NaN. The
@@ -100,14 +101,23 @@ fn is_in_lower_half(values: &[f64], worse: Worse) -> Vec<bool> {
     values.iter().map(|x| ranked(x) <= median).collect()
 }
 
-/// The positions between the order statistics 0 ... M-1 at the ends of the 95 % interval of the q-quantile of M values.
-/// `None` if one of them is outside the sample.
-pub(super) fn interval_ends(count: u64, q: f64) -> Option<[f64; 2]> {
+/// The standard error of the q-quantile of M values, of which `at` gives that at a position between the order
+/// statistics 0 ... M-1: see [`Quantile::mcse`]. NaN if one of the positions is outside the sample.
+pub(super) fn standard_error(count: u64, q: f64, at: impl Fn(f64) -> f64) -> f64 {
     let m = count as f64;
-    let half = Z * (m * q * (1.0 - q)).sqrt();
-    let middle = m * q - 0.5;
-    let ends = [middle - half, middle + half];
-    (ends[0] >= 0.0 && ends[1] <= m - 1.0).then_some(ends)
+    let (middle, deviation) = (m * q - 0.5, (m * q * (1.0 - q)).sqrt());
+    let of = |z: f64| {
+        let (low, high) = (middle - z * deviation, middle + z * deviation);
+        let inside = low >= 0.0 && high <= m - 1.0;
+        if inside {
+            (at(high) - at(low)) / (2.0 * z)
+        } else {
+            f64::NAN
+        }
+    };
+    let (of_95, of_68) = (of(Z), of(1.0));
+    // NaN, as of positions outside and of differences of infinities, is kept.
+    if of_95 < of_68 { of_68 } else { of_95 }
 }
 
 /// The q-quantile of a sample sorted in ascending order; NaN for an empty sample.
@@ -126,10 +136,9 @@ pub fn quantile(sorted: &[f64], q: f64) -> Quantile {
         let high = (low + 1).min(sorted.len() - 1);
         sorted[low] + share * (sorted[high] - sorted[low])
     };
-    let ends = interval_ends(sorted.len() as u64, q);
     Quantile {
         value: at(q * (sorted.len() - 1) as f64),
-        mcse: ends.map_or(f64::NAN, |[low, high]| (at(high) - at(low)) / (2.0 * Z)),
+        mcse: standard_error(sorted.len() as u64, q, at),
         lost: false,
     }
 }
@@ -194,6 +203,13 @@ mod tests {
             None
         );
         assert_eq!(correlation_of_medians((&[], Larger), (&[], Larger)), None);
+    }
+
+    /// Half of the values are 0 and half are 1: the median of a sample is either, so its standard deviation is 1/2.
+    #[test]
+    fn the_standard_error_over_a_gap() {
+        let sample = [[0.0; 50], [1.0; 50]].concat();
+        assert_eq!(quantile(&sample, 0.5).mcse, 0.5);
     }
 
     /// For uniform numbers, the q-quantile of M has standard deviation sqrt(q (1 - q) / M).

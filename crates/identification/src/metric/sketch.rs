@@ -1,7 +1,7 @@
 //! The distribution of values in fixed bins: independent of order, mergeable, small.
 
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, Z, not_negative};
-use super::quantile::interval_ends;
+use super::quantile::standard_error;
 use super::{Quantile, Share};
 use crate::real::with_fma;
 use serde::{Deserialize, Serialize, Serializer};
@@ -165,6 +165,23 @@ impl Sketch {
         self.bins.iter().map(|(_, count)| count).sum()
     }
 
+    /// Every bin that is not empty, in ascending order: the lowest and the highest number that it can hold, and the
+    /// count.
+    pub fn bins(&self) -> impl Iterator<Item = (f64, f64, u64)> {
+        self.bins.iter().map(|&(bin, count)| {
+            let (low, high) = match (edges(bin), bin.abs()) {
+                (edges, 0 | INFINITE) => edges,
+                // 0 has a bin of its own, and any other edge belongs to the bin farther from 0.
+                ((0.0, high), _) => (0.0_f64.next_up(), high.next_down()),
+                ((low, 0.0), _) => (low.next_up(), (0.0_f64).next_down()),
+                ((low, high), _) if bin > 0 && high < f64::MAX => (low, high.next_down()),
+                ((low, high), _) if bin < 0 && low > f64::MIN => (low.next_up(), high),
+                (edges, _) => edges,
+            };
+            (low, high, count)
+        })
+    }
+
     /// Returns the order statistic of a rank in 0 ... count-1.
     fn order_statistic(&self, rank: u64) -> Option<OrderStatistic> {
         let mut before = 0;
@@ -255,45 +272,6 @@ impl Sketch {
             before += count;
         }
         kept
-    }
-
-    /// `mean ln(d_i / d_(k+1))` over the k largest distances d from a center, to the resolution of the bins. NaN if
-    /// there are not more than k values, infinite if the next distance is 0.
-    pub(super) fn mean_log_excess(&self, center: f64, k: u64) -> f64 {
-        let mut largest = self.distances(center).take(k as usize + 1);
-        let logs: Vec<f64> = largest.by_ref().map(f64::ln).collect();
-        let Some((next, logs)) = logs.split_last().filter(|(_, logs)| logs.len() as u64 == k)
-        else {
-            return f64::NAN;
-        };
-        let sum: f64 = logs.iter().map(|log| log - next).sum();
-        sum / k as f64
-    }
-
-    /// The distances of the values from a center, the largest first.
-    fn distances(&self, center: f64) -> impl Iterator<Item = f64> {
-        let inside_all = |&(bin, count): &(i32, u64)| {
-            (0..count).map(move |j| inside(bin, (j as f64 + 0.5) / count as f64))
-        };
-        let mut below = self.bins.iter().flat_map(inside_all).peekable();
-        let from_above = |&(bin, count): &(i32, u64)| {
-            (0..count)
-                .rev()
-                .map(move |j| inside(bin, (j as f64 + 0.5) / count as f64))
-        };
-        let mut above = self.bins.iter().rev().flat_map(from_above).peekable();
-        let mut left = self.count();
-        std::iter::from_fn(move || {
-            left = left.checked_sub(1)?;
-            let (low, high) = (center - *below.peek()?, *above.peek()? - center);
-            if low > high {
-                below.next();
-                Some(low)
-            } else {
-                above.next();
-                Some(high)
-            }
-        })
     }
 
     /// The share of values below x. Of the values in x's own bin, those count that the sketch places below x. So the
@@ -449,8 +427,7 @@ impl Among<'_> {
     /// The q-quantile: type 7 of Hyndman and Fan (1996), on the order statistics to the sketch's resolution. NaN if
     /// there are no values.
     ///
-    /// The MCSE is half the width of the 95 % order-statistic interval over 1.96, as in [`Quantile::mcse`], but at
-    /// least half the width of the value's bin over 1.96. If the values are denser than the bins, the bin limits the
+    /// The MCSE is that of [`Quantile::mcse`], but at least half the width of the value's bin over 1.96. If the values are denser than the bins, the bin limits the
     /// accuracy.
     ///
     /// # Panics
@@ -461,18 +438,12 @@ impl Among<'_> {
         let Some(at) = self.at(count, q * (count as f64 - 1.0)) else {
             return Quantile::UNDEFINED;
         };
-        let half = interval_ends(count, q).and_then(|[low, high]| {
-            let half = (self.at(count, high)?.value - self.at(count, low)?.value) / 2.0;
-            // NaN, a difference of infinities, is kept.
-            Some(if half < at.half_width {
-                at.half_width
-            } else {
-                half
-            })
-        });
+        let value = |position| self.at(count, position).map_or(f64::NAN, |at| at.value);
+        let (mcse, least) = (standard_error(count, q, value), at.half_width / Z);
         Quantile {
             value: at.value,
-            mcse: half.map_or(f64::NAN, |half| half / Z),
+            // NaN, a difference of infinities, is kept.
+            mcse: if mcse < least { least } else { mcse },
             lost: false,
         }
     }

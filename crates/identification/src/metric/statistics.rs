@@ -92,35 +92,11 @@ pub struct Statistics {
     /// The largest `x^2` over the sum of `x^2`.
     #[serde(with = "nan_is_null")]
     pub largest_share: f64,
-    /// Mean logarithm of the k largest `|x|` over the next one, k = 2 sqrt M rounded up: the inverse of Hill's (1975)
-    /// estimate of the tail index. Where values are negative, `|x - mean|` is meant. NaN for fewer than k + 1 values.
-    #[serde(with = "nan_is_null", default = "nan")]
-    pub tail: f64,
-}
-
-/// Of M values, how many of the largest [`Statistics::tail`] is taken from.
-pub(super) fn largest_for_tail(count: u64) -> u64 {
-    (2.0 * (count as f64).sqrt()).ceil() as u64
 }
 
 /// What older versions did not store.
 fn nan() -> f64 {
     f64::NAN
-}
-
-impl Statistics {
-    /// The lower end of the one-sided 90 % interval of the tail index alpha, with which `P(|X| > x)` falls like
-    /// `x^-alpha`. Beyond the k-th largest value of such a tail `ln |x|` is exponential, so `2 k alpha H` follows the
-    /// chi-square law with 2 k degrees of freedom, H being [`Self::tail`]. Moments below alpha exist. NaN if unknown.
-    pub fn least_tail_index(&self) -> f64 {
-        // The 10 % point of the normal law.
-        const POINT: f64 = 1.281_551_565_544_600_4;
-        let degrees = 2.0 * largest_for_tail(self.count) as f64;
-        // Wilson and Hilferty (1931); for the 18 degrees of freedom of 20 trials its error is a thousandth.
-        let ninth = 2.0 / (9.0 * degrees);
-        let chi_square = degrees * (1.0 - ninth - POINT * ninth.sqrt()).powi(3);
-        chi_square / (degrees * self.tail)
-    }
 }
 
 /// Makes the quantiles over all trials available as `statistics.q50`.

@@ -1,6 +1,7 @@
 //! Models in continuous time, `B(s)/A(s)`, and the difference equation that their samples obey exactly.
 
-use super::{LinearModel, Orders};
+use super::units::{multiply, multiply_part};
+use super::{LinearModel, Orders, Units};
 use crate::names::named_enum;
 use crate::plant::exponential;
 use faer::{Mat, MatRef};
@@ -121,6 +122,15 @@ struct Directed {
 }
 
 impl ContinuousModel {
+    /// Does what [`LinearModel::set_units`] does.
+    pub(crate) fn set_units(&mut self, units: Units, lost: &mut bool) {
+        let count = self.numerator.len();
+        let size = count + self.denominator.len().saturating_sub(1);
+        let numerator = self.numerator.iter_mut();
+        numerator.for_each(|b| multiply(b, units.gain(), lost));
+        multiply_part(&mut self.covariance, size, 0..count, units.gain(), lost);
+    }
+
     /// Returns the orders of the sampled model: n + 1 coefficients from q^0 on where u acts at once, else n from q^-1
     /// on; the dead time in front.
     pub fn sampled_orders(numerator: usize, n: usize, hold: Hold, dead_time: usize) -> Orders {

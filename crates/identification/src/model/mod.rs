@@ -8,6 +8,7 @@ mod equation;
 mod orders;
 pub mod polynomial;
 mod realisation;
+mod units;
 
 pub use continuous::{ContinuousModel, Hold};
 pub(crate) use continuous::{Sampled, controller_form, output_of};
@@ -15,9 +16,12 @@ pub use equation::Equation;
 pub(crate) use orders::LARGEST;
 pub use orders::{Orders, OrdersError};
 pub use realisation::Realisation;
+pub use units::Units;
+pub(crate) use units::multiply;
 
 use crate::plant::{StateSpace, TransferFunction};
 use polynomial::{divide, filter};
+use units::multiply_part;
 
 /// The model `A(q) y = B(q)/F(q) u + C(q)/D(q) e`, with what is known of e and of the parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,6 +138,19 @@ impl LinearModel {
             let (taken, left) = rest.split_at(place.len());
             place.copy_from_slice(taken);
             rest = left;
+        }
+    }
+
+    /// Takes the model, which is of samples in these units, powers of two, for that of the samples themselves; `lost`
+    /// becomes true where a number leaves the range of doubles.
+    pub(crate) fn set_units(&mut self, units: Units, lost: &mut bool) {
+        let Orders { na, nb, .. } = self.orders();
+        let size = self.orders().parameters();
+        let b = self.b.iter_mut();
+        b.for_each(|b| multiply(b, units.gain(), lost));
+        multiply_part(&mut self.covariance, size, na..na + nb, units.gain(), lost);
+        for _ in 0..2 {
+            multiply(&mut self.noise_variance, units.output, lost);
         }
     }
 

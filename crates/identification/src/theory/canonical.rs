@@ -1,9 +1,9 @@
 //! Parameters of a model in the paper's forms, with derivatives.
 
+use super::matrix::Matrix;
 use super::population::Population;
 use crate::model::Orders;
 use crate::plant::canonical::{multiply_toeplitz, reverse_negated, solve_toeplitz};
-use faer::Mat;
 
 /// A limit, and the covariance P of `sqrt(N) (p_hat - p)`, with `p = (alpha, beta)` of order m.
 #[derive(Clone, Debug)]
@@ -13,9 +13,9 @@ pub struct Asymptotic {
     /// Whether the limit is the truth.
     pub is_consistent: bool,
     /// P, 2m x 2m.
-    pub covariance: Mat<f64>,
+    pub covariance: Matrix,
     /// Limit and covariance of the p that the reported b comes from, if it is another one.
-    pub of_b: Option<(Vec<f64>, Mat<f64>)>,
+    pub of_b: Option<(Vec<f64>, Matrix)>,
 }
 
 /// The orders of a model whose parameters are the coefficients `d_1 ...` of one denominator, then those of B.
@@ -54,7 +54,7 @@ impl Shape {
     }
 
     /// Converts parameters to `p = (alpha, beta)` and returns the derivative too: `beta_i = b_i - b_0 alpha_i`.
-    pub fn canonical(self, theta: &[f64]) -> (Vec<f64>, Mat<f64>) {
+    pub fn canonical(self, theta: &[f64]) -> (Vec<f64>, Matrix) {
         let Self {
             denominator,
             nb,
@@ -64,7 +64,7 @@ impl Shape {
         let (alpha, b) = theta.split_at(denominator);
         let direct = if nk == 0 { b.first().copied() } else { None };
         let mut p = vec![0.0; 2 * m];
-        let mut slopes = Mat::zeros(2 * m, theta.len());
+        let mut slopes = Matrix::zeros(2 * m, theta.len());
         for (i, alpha) in alpha.iter().enumerate() {
             p[i] = *alpha;
             slopes[(i, i)] = 1.0;
@@ -86,26 +86,26 @@ impl Shape {
     }
 
     /// Converts an estimate of parameters and its covariance to p.
-    pub fn asymptotic(self, theta: &[f64], is_consistent: bool, of: &Mat<f64>) -> Asymptotic {
+    pub fn asymptotic(self, theta: &[f64], is_consistent: bool, of: &Matrix) -> Asymptotic {
         let (p, slopes) = self.canonical(theta);
         Asymptotic {
             p,
             is_consistent,
-            covariance: &slopes * of * slopes.transpose(),
+            covariance: &(&slopes * of) * &slopes.transpose(),
             of_b: None,
         }
     }
 }
 
 /// b as a function of p, from `T b = h`, Eq. (5), and its derivative: `T db = dbeta - dT b`, `T_ij = alpha_(i-j)`.
-pub fn input_vector(p: &[f64]) -> (Vec<f64>, Mat<f64>) {
+pub fn input_vector(p: &[f64]) -> (Vec<f64>, Matrix) {
     let n = p.len() / 2;
     let (alpha, h) = p.split_at(n);
     let mut a = vec![0.0; n];
     reverse_negated(alpha, &mut a);
     let mut b = h.to_vec();
     solve_toeplitz(&a, &mut b);
-    let mut slopes = Mat::zeros(n, 2 * n);
+    let mut slopes = Matrix::zeros(n, 2 * n);
     for j in 0..2 * n {
         let mut column = vec![0.0; n];
         if j < n {
@@ -125,14 +125,14 @@ pub fn input_vector(p: &[f64]) -> (Vec<f64>, Mat<f64>) {
 }
 
 /// `h = T b` as a function of (alpha, b), and its derivatives with respect to alpha and b.
-pub fn numerator(alpha: &[f64], b: &[f64]) -> (Vec<f64>, Mat<f64>, Mat<f64>) {
+pub fn numerator(alpha: &[f64], b: &[f64]) -> (Vec<f64>, Matrix, Matrix) {
     let n = alpha.len();
     let mut a = vec![0.0; n];
     reverse_negated(alpha, &mut a);
     let mut h = b.to_vec();
     multiply_toeplitz(&a, &mut h);
-    let of_alpha = Mat::from_fn(n, n, |i, j| if i > j { b[i - j - 1] } else { 0.0 });
-    let of_b = Mat::from_fn(n, n, |i, j| match i.checked_sub(j) {
+    let of_alpha = Matrix::from_fn(n, n, |i, j| if i > j { b[i - j - 1] } else { 0.0 });
+    let of_b = Matrix::from_fn(n, n, |i, j| match i.checked_sub(j) {
         None => 0.0,
         Some(0) => 1.0,
         Some(lag) => alpha[lag - 1],

@@ -5,6 +5,7 @@ use super::canonical::Shape;
 use super::joint_state::covariance;
 use super::joint_state::is_stable;
 use super::linear::is_regular;
+use super::matrix::Matrix;
 use super::missing::Missing;
 use super::noise_model::{NoiseModel, lowest_terms};
 use super::passes::regressors;
@@ -12,8 +13,6 @@ use super::population::Population;
 use super::signal::Signal;
 use crate::model::Orders;
 use crate::model::polynomial::divide;
-use faer::Mat;
-use faer::linalg::solvers::Solve;
 
 /// Checks that a filter of the predictor is stable.
 fn stable(polynomial: &[f64]) -> Result<&[f64], Missing> {
@@ -39,13 +38,12 @@ pub(super) fn bound(
     psi: &[Signal],
     count: usize,
     lambda: f64,
-) -> Result<Mat<f64>, Missing> {
+) -> Result<Matrix, Missing> {
     let psi = if lambda > 0.0 { psi } else { &psi[..count] };
     let information = covariance(&population.sources, psi, psi)?;
     is_regular(&information)?;
-    let unit = Mat::<f64>::identity(psi.len(), psi.len());
-    let inverse = information.partial_piv_lu().solve(&unit);
-    Ok(Mat::from_fn(count, count, |i, j| {
+    let inverse = information.solve(&Matrix::identity(psi.len()));
+    Ok(Matrix::from_fn(count, count, |i, j| {
         0.5 * lambda * (inverse[(i, j)] + inverse[(j, i)])
     }))
 }
@@ -95,7 +93,7 @@ pub struct TrueModel {
     /// Its orders.
     pub orders: Orders,
     /// The derivative of `p = (alpha, beta)` with respect to the plant's parameters.
-    pub slopes: Mat<f64>,
+    pub slopes: Matrix,
     /// The variance of the innovations.
     pub variance: f64,
 }
@@ -129,7 +127,7 @@ impl TrueModel {
         psi.extend(noise_gradient((c, &d), &noise.innovation, [nc, nd])?);
         // alpha = A F.
         let at = |c: &[f64], i: usize, j: usize| i.checked_sub(j).and_then(|i| c.get(i)).copied();
-        let slopes = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j) {
+        let slopes = Matrix::from_fn(2 * n, 2 * n, |i, j| match (i < n, j) {
             (true, j) if j < na => at(&f, i, j).unwrap_or(0.0),
             (true, j) if j < n => at(&a, i, j - na).unwrap_or(0.0),
             _ => f64::from(u8::from(i == j && i >= n)),
@@ -155,21 +153,21 @@ impl TrueModel {
 ///
 /// # Errors
 /// [`Missing`].
-pub fn shared_bound(population: &Population) -> Result<Mat<f64>, Missing> {
+pub fn shared_bound(population: &Population) -> Result<Matrix, Missing> {
     let model = TrueModel::new(population)?;
     if model.orders.na == 0 {
         return separate_bound(population);
     }
     let TrueModel { psi, slopes, .. } = &model;
     let covariance = bound(population, psi, slopes.nrows(), model.variance)?;
-    Ok(slopes * covariance * slopes.transpose())
+    Ok(&(slopes * &covariance) * &slopes.transpose())
 }
 
 /// The bound if the noise has its own model: `y = B/A u + C/D e`.
 ///
 /// # Errors
 /// [`Missing`].
-pub fn separate_bound(population: &Population) -> Result<Mat<f64>, Missing> {
+pub fn separate_bound(population: &Population) -> Result<Matrix, Missing> {
     plain(population)?;
     let noise = NoiseModel::new(population)?;
     let n = population.plant.order();
@@ -187,7 +185,7 @@ pub(super) fn box_jenkins(
     noise: &NoiseModel,
     shape: Shape,
     counts: [usize; 2],
-) -> Result<Mat<f64>, Missing> {
+) -> Result<Matrix, Missing> {
     let filters = (noise.c.as_slice(), noise.d.as_slice());
     let mut psi = output_error_gradient(population, shape, filters)?;
     let count = psi.len();
@@ -203,7 +201,7 @@ pub(super) fn box_jenkins(
 ///
 /// # Errors
 /// [`Missing`].
-pub fn optimal_instruments(population: &Population) -> Result<Mat<f64>, Missing> {
+pub fn optimal_instruments(population: &Population) -> Result<Matrix, Missing> {
     plain(population)?;
     let noise = NoiseModel::new(population)?;
     let (c, d) = noise.equation_error(&population.alpha);

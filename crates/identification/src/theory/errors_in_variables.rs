@@ -1,13 +1,13 @@
 //! The Fisher information of a record whose input is measured with noise.
 
 use super::linear::without_noise;
+use super::matrix::Matrix;
 use super::missing::Missing;
 use super::population::{INPUT_NOISE, NOISE, Population, REFERENCE};
-use super::spectrum::value;
+use super::spectrum::{turn, value};
 use crate::data::{Feedback, Process};
 use crate::signal::Input;
-use faer::{Mat, c64};
-use std::f64::consts::TAU;
+use faer::c64;
 
 /// Frequencies of the mean: the sums converge as `rho^POINTS`, with rho the modulus of the largest pole.
 const POINTS: usize = 1 << 14;
@@ -30,7 +30,7 @@ pub(super) fn errors_in_variables(
     process: &Process,
     population: &Population,
     window: usize,
-) -> Result<Mat<f64>, Missing> {
+) -> Result<Matrix, Missing> {
     let settings = process.settings();
     let is_white = population.noise.0.len() == 1 && population.noise.1.len() == 1;
     let is_covered = matches!(process.input(), Input::Gaussian { .. })
@@ -49,9 +49,9 @@ pub(super) fn errors_in_variables(
         output_noise: variance(NOISE) * lead * lead,
     };
     let count = 2 * n + VARIANCES;
-    let mut sum = Mat::<f64>::zeros(count, count);
+    let mut sum = Matrix::zeros(count, count);
     for point in 0..POINTS {
-        let delay = c64::cis(-TAU * point as f64 / POINTS as f64);
+        let delay = turn(point, POINTS);
         let f = value(&population.alpha, delay);
         let g = value(&population.beta, delay) / f;
         let lag = |i: usize| delay.powi(i as i32) / f;
@@ -60,7 +60,7 @@ pub(super) fn errors_in_variables(
         spectra.add(g, &slopes, &mut sum);
     }
     let scale = 0.5 * window as f64 / POINTS as f64;
-    let all = Mat::from_fn(count, count, |i, j| scale * sum[(i, j)]);
+    let all = Matrix::from_fn(count, count, |i, j| scale * sum[(i, j)]);
     let matrix = without_noise(&all, 2 * n)?;
     if matrix.is_all_finite() {
         Ok(matrix)
@@ -105,7 +105,7 @@ struct Spectra {
 
 impl Spectra {
     /// Adds `tr(S^-1 S_i S^-1 S_j)` at a frequency, given G and its derivatives by the plant's parameters.
-    fn add(&self, g: c64, slopes: &[c64], sum: &mut Mat<f64>) {
+    fn add(&self, g: c64, slopes: &[c64], sum: &mut Matrix) {
         let s = self.input;
         let power = g.norm_sqr();
         let of = Hermitian {

@@ -14,7 +14,6 @@ use super::passes::{least_squares, model_instruments, regressors};
 use super::population::Population;
 use super::signal::Signal;
 use crate::model::Orders;
-use faer::linalg::solvers::Solve;
 
 fn truth(population: &Population, shape: Shape) -> Result<Vec<f64>, Missing> {
     shape.truth(population).ok_or(Missing::Structure)
@@ -78,11 +77,10 @@ pub fn output_error(
     if !are_orthogonal(sources, &z, error)? {
         return Err(Missing::Biased);
     }
-    let factors = invertible(sources, &z, &psi)?;
+    let g = invertible(sources, &z, &psi)?;
     let products: Vec<_> = z.into_iter().map(|z| (z, error.clone())).collect();
     let s = long_run_covariance(sources, &products)?;
-    let half = factors.solve(&s);
-    let covariance = factors.solve(half.transpose());
+    let covariance = g.solve(&g.solve(&s).transpose());
     Ok(shape.asymptotic(&theta, true, &covariance))
 }
 
@@ -112,8 +110,8 @@ pub fn four_steps(population: &Population, orders: Orders) -> Result<Asymptotic,
     let mut filter = vec![0.0; count + 1];
     filter[0] = 1.0;
     if covariance(sources, now, now)?[(0, 0)] > 0.0 {
-        let factors = invertible(sources, &past, &past)?;
-        let l = factors.solve(&covariance(sources, &past, now)?);
+        let moments = invertible(sources, &past, &past)?;
+        let l = moments.solve(&covariance(sources, &past, now)?);
         for (i, filter) in filter[1..].iter_mut().enumerate() {
             *filter = l[(i, 0)];
         }
@@ -155,10 +153,10 @@ pub fn delayed_inputs(
     let phi = regressors(y, u, shape);
     let g = covariance(sources, &z, &phi)?;
     let whitened = invertible(sources, &z, &z)?.solve(&g);
-    let normal = g.transpose() * &whitened;
+    let normal = &g.transpose() * &whitened;
     is_regular(&normal)?;
-    let k = normal.partial_piv_lu().solve(whitened.transpose());
+    let k = normal.solve(&whitened.transpose());
     let products: Vec<_> = z.into_iter().map(|z| (z, v.clone())).collect();
-    let covariance = &k * long_run_covariance(sources, &products)? * k.transpose();
+    let covariance = &(&k * &long_run_covariance(sources, &products)?) * &k.transpose();
     Ok(shape.asymptotic(&theta, true, &covariance))
 }

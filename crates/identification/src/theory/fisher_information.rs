@@ -4,6 +4,7 @@ use super::cramer_rao::TrueModel;
 use super::errors_in_variables::errors_in_variables;
 use super::joint_state::covariance;
 use super::linear::without_noise;
+use super::matrix::Matrix;
 use super::missing::{Missing, NoTheory};
 use super::population::{NOISE, Population, REFERENCE};
 use super::signal::Signal;
@@ -11,8 +12,6 @@ use crate::data::{NoiseColour, Process};
 use crate::model::Orders;
 use crate::model::polynomial::extent;
 use crate::signal::Input;
-use faer::Mat;
-use faer::linalg::solvers::Solve;
 
 /// The Fisher information `F = N E[psi psi'] / lambda` of a record of N samples about `p = (alpha, beta)`, with the
 /// noise's parameters unknown: the Schur complement of their block. psi is that of `A y = B/F u + C/D e` with the
@@ -36,7 +35,7 @@ use faer::linalg::solvers::Solve;
 #[derive(Clone, Debug)]
 pub struct FisherInformation {
     /// F, 2n x 2n, about `alpha_1 ... alpha_n, beta_1 ... beta_n`.
-    matrix: Mat<f64>,
+    matrix: Matrix,
     /// The orders of the truth, with its delay and without zeros at the ends of its polynomials.
     orders: Orders,
 }
@@ -62,16 +61,15 @@ impl FisherInformation {
         let count = model.slopes.nrows();
         let of_plant = without_noise(&moments, count)?;
         // F about p is S^-T F S^-1, with S = dp / d(parameters).
-        let unit = Mat::<f64>::identity(count, count);
-        let inverse = model.slopes.partial_piv_lu().solve(&unit);
-        let about_p = inverse.transpose() * &of_plant * &inverse;
+        let inverse = model.slopes.solve(&Matrix::identity(count));
+        let about_p = &(&inverse.transpose() * &of_plant) * &inverse;
         let density = match &process.settings().noise {
             NoiseColour::InverseDenominator => Some(1.0),
             NoiseColour::Filter(filter) => filter.law().information(),
         };
         let density = density.ok_or(NoTheory::NotGaussian)?;
         let scale = 0.5 * window as f64 * density / model.variance;
-        let matrix = Mat::from_fn(count, count, |i, j| {
+        let matrix = Matrix::from_fn(count, count, |i, j| {
             scale * (about_p[(i, j)] + about_p[(j, i)])
         });
         if !matrix.is_all_finite() {
@@ -95,19 +93,19 @@ impl FisherInformation {
     }
 
     /// The places of the free coefficients among `alpha_1 ... alpha_n, beta_1 ... beta_n`, and F about them.
-    pub(super) fn of_free(&self) -> (Vec<usize>, Mat<f64>) {
+    pub(super) fn of_free(&self) -> (Vec<usize>, Matrix) {
         let n = self.matrix.nrows() / 2;
         let Orders { na, nb, nf, nk, .. } = self.orders;
         let first = (n + nk).saturating_sub(1);
         let free: Vec<usize> = (0..(na + nf).min(n)).chain(first..first + nb).collect();
-        let part = Mat::from_fn(free.len(), free.len(), |i, j| {
+        let part = Matrix::from_fn(free.len(), free.len(), |i, j| {
             self.matrix[(free[i], free[j])]
         });
         (free, part)
     }
 
     /// F about `alpha_1 ... alpha_n, beta_1 ... beta_n`.
-    pub fn matrix(&self) -> &Mat<f64> {
+    pub fn matrix(&self) -> &Matrix {
         &self.matrix
     }
 
@@ -118,8 +116,8 @@ impl FisherInformation {
         let column = |i: usize| if i < n { n - 1 - i } else { i };
         let (free, part) = self.of_free();
         let place = free.iter().position(|of| *of == column(i))?;
-        let unit = Mat::<f64>::from_fn(free.len(), 1, |i, _| f64::from(u8::from(i == place)));
-        let variance = part.partial_piv_lu().solve(&unit)[(place, 0)];
+        let unit = Matrix::from_fn(free.len(), 1, |i, _| f64::from(u8::from(i == place)));
+        let variance = part.solve(&unit)[(place, 0)];
         (variance > 0.0).then(|| variance.sqrt())
     }
 
@@ -146,7 +144,7 @@ fn moments(
     population: &Population,
     psi: &[Signal],
     window: usize,
-) -> Result<Mat<f64>, Missing> {
+) -> Result<Matrix, Missing> {
     let Input::Samples(samples) = process.input() else {
         return Ok(covariance(&population.sources, psi, psi)?);
     };

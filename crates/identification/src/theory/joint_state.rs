@@ -4,11 +4,12 @@
 //! past. All blocks together form `x(k+1) = F x(k) + G w(k+1)`, and every signal is `c x(k)` with a row c of
 //! numerators. With `P = F P F' + sum_s sigma_s^2 g_s g_s'` a covariance is `E[a(k+t) b(k)] = c_a F^t P c_b'`, t >= 0.
 
+use super::matrix::Matrix;
 use super::missing::NoTheory;
 use super::signal::{Part, Signal, Source};
 use super::spectrum::{Line, value};
 use crate::step_down::StepDown;
-use faer::{Mat, c64};
+use faer::c64;
 
 /// Powers `F^(2^j)` with no entry larger than this add nothing.
 const LOST: f64 = 1e-14;
@@ -22,8 +23,8 @@ struct Block {
     /// Index of its first state, and its number of states.
     first: usize,
     length: usize,
-    /// `F, F^2, F^4, ...` of the block.
-    powers: Vec<Mat<f64>>,
+    /// `F, F^2, F^4, ...` of as many states as the denominator needs.
+    powers: Vec<Matrix>,
 }
 
 impl Block {
@@ -31,34 +32,97 @@ impl Block {
         self.source == part.source && self.denominator == part.denominator
     }
 
-    fn find_powers(&mut self) -> Result<(), NoTheory> {
+    /// The states that the denominator needs.
+    fn core(&self) -> usize {
+        (self.denominator.len() - 1).max(1)
+    }
+
+    fn states(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.length
+    }
+
+    /// The powers of F with this number of states.
+    fn powers(&self, states: usize) -> Result<Vec<Matrix>, NoTheory> {
         if !is_stable(&self.denominator) {
             return Err(NoTheory::NotStationary);
         }
-        let mut f = Mat::zeros(self.length, self.length);
+        let mut f = Matrix::zeros(states, states);
         for (i, d) in self.denominator[1..].iter().enumerate() {
             f[(0, i)] = -d;
         }
-        for i in 1..self.length {
+        for i in 1..states {
             f[(i, i - 1)] = 1.0;
         }
+        let mut powers = Vec::new();
         while f.norm_max() > LOST {
             let next = &f * &f;
-            self.powers.push(f);
+            powers.push(f);
             f = next;
-            if self.powers.len() > DOUBLINGS || !f.is_all_finite() {
+            if powers.len() > DOUBLINGS || !f.is_all_finite() {
                 return Err(NoTheory::NotStationary);
             }
         }
-        Ok(())
+        Ok(powers)
     }
+
+    /// `v F`, for a row v of all states.
+    fn times(&self, v: &[f64]) -> Vec<f64> {
+        let d = |i: usize| self.denominator.get(i + 1).copied().unwrap_or(0.0);
+        let next = |i: usize| v.get(i + 1).copied().unwrap_or(0.0);
+        (0..v.len())
+            .map(|i| (-v[0]).mul_add(d(i), next(i)))
+            .collect()
+    }
+}
+
+/// Solves `X = A X B + Q` by doubling (Smith 1968), given the powers `A^(2^j)` and `B^(2^j)`: after j steps
+/// `X = sum_i A^i Q B^i` has 2^j terms.
+fn stein(left: &[Matrix], mut x: Matrix, right: &[Matrix]) -> Matrix {
+    for (left, right) in left.iter().zip(right) {
+        x += &(&(left * &x) * right);
+    }
+    x
+}
+
+fn transposed(powers: &[Matrix]) -> Vec<Matrix> {
+    powers.iter().map(Matrix::transpose).collect()
+}
+
+/// The covariances `E[v_a(k) v_b(k-t)]` of two blocks of one source from `t = 1 - a.length` to `b.length - 1`. Those of
+/// the states that the denominators need are a Lyapunov equation; the others follow by the recursions of v_a and v_b,
+/// since w(k) is independent of the past.
+fn covariances(a: &Block, b: &Block, variance: f64) -> Vec<f64> {
+    let mut q = Matrix::zeros(a.core(), b.core());
+    q[(0, 0)] = variance;
+    let x = stein(&a.powers, q, &transposed(&b.powers));
+    let zero = a.length - 1;
+    let mut r = vec![0.0; zero + b.length];
+    for t in 0..a.core().min(a.length) {
+        r[zero - t] = x[(t, 0)];
+    }
+    for t in 0..b.core().min(b.length) {
+        r[zero + t] = x[(0, t)];
+    }
+    let recursion = |d: &[f64], at: &dyn Fn(usize) -> f64| {
+        let terms = d[1..].iter().enumerate();
+        -terms.map(|(i, d)| d * at(i + 1)).sum::<f64>()
+    };
+    for t in b.core()..b.length {
+        let next = recursion(&a.denominator, &|i| r[zero + t - i]);
+        r[zero + t] = next;
+    }
+    for t in a.core()..a.length {
+        let next = recursion(&b.denominator, &|i| r[zero + i - t]);
+        r[zero - t] = next;
+    }
+    r
 }
 
 /// The joint state of some signals.
 struct JointState {
     blocks: Vec<Block>,
     /// The state's covariance.
-    p: Mat<f64>,
+    p: Matrix,
 }
 
 impl JointState {
@@ -84,77 +148,40 @@ impl JointState {
         for block in &mut blocks {
             block.first = n;
             n += block.length;
-            block.find_powers()?;
-        }
-        let mut q = Mat::zeros(n, n);
-        for a in &blocks {
-            let white = sources[a.source].spectrum.is_none();
-            for b in blocks.iter().filter(|b| white && b.source == a.source) {
-                q[(a.first, b.first)] = sources[a.source].variance;
-            }
+            block.powers = block.powers(block.core())?;
         }
         let mut state = Self {
             blocks,
-            p: Mat::zeros(n, n),
+            p: Matrix::zeros(n, n),
         };
-        state.p = state.lyapunov(q);
-        state.add_lines(sources);
+        state.correlate(sources);
         Ok(state)
     }
 
-    /// Adds what a source with a spectrum of its own gives: `v(k) = w(k) / D` has the covariances
-    /// `sum_m P_m Re(e^(i omega_m (l - i)) / (D_a conj(D_b)))` of `v_a(k-i)` and `v_b(k-l)`.
-    fn add_lines(&mut self, sources: &[Source]) {
-        for a in &self.blocks {
-            let Some(spectrum) = &sources[a.source].spectrum else {
-                continue;
-            };
-            for b in self.blocks.iter().filter(|b| b.source == a.source) {
-                let terms = spectrum.lines.iter().map(|line| {
-                    let [a, b] = [a, b].map(|block| value(&block.denominator, line.delay));
-                    (line.delay, line.power / (a * b.conj()))
-                });
-                let terms: Vec<(c64, c64)> = terms.collect();
-                let at = |lag: i32| -> f64 {
-                    terms
-                        .iter()
-                        .map(|(delay, of)| (delay.powi(lag) * of).re)
-                        .sum()
+    /// Computes P, block by block: each is a Toeplitz matrix.
+    fn correlate(&mut self, sources: &[Source]) {
+        for (number, a) in self.blocks.iter().enumerate() {
+            let of_source = |b: &&Block| b.source == a.source;
+            for b in self.blocks[number..].iter().filter(of_source) {
+                let source = &sources[a.source];
+                let r = match &source.spectrum {
+                    None => covariances(a, b, source.variance),
+                    Some(spectrum) => line_covariances(a, b, &spectrum.lines),
                 };
-                let lags = 1 - b.length as i32..a.length as i32;
-                let covariances: Vec<f64> = lags.map(at).collect();
                 for i in 0..a.length {
                     for l in 0..b.length {
-                        self.p[(a.first + i, b.first + l)] = covariances[i + b.length - 1 - l];
+                        let value = r[a.length - 1 + l - i];
+                        self.p[(a.first + i, b.first + l)] = value;
+                        self.p[(b.first + l, a.first + i)] = value;
                     }
                 }
             }
         }
     }
 
-    /// Solves `X = F X F' + Q`, Q symmetric, by doubling (Smith 1968): after j steps `X = sum_i F^i Q F'^i` has 2^j
-    /// terms.
-    fn lyapunov(&self, mut x: Mat<f64>) -> Mat<f64> {
-        for (i, a) in self.blocks.iter().enumerate() {
-            for b in &self.blocks[i..] {
-                let (rows, columns) = (a.first..a.first + a.length, b.first..b.first + b.length);
-                let mut part = x.as_ref().get(rows.clone(), columns.clone()).to_owned();
-                for (left, right) in a.powers.iter().zip(&b.powers) {
-                    part += left * &part * right.transpose();
-                }
-                let of_both = part.transpose().to_owned();
-                x.as_mut()
-                    .get_mut(columns.clone(), rows.clone())
-                    .copy_from(&of_both);
-                x.as_mut().get_mut(rows, columns).copy_from(&part);
-            }
-        }
-        x
-    }
-
     /// The columns c' of signals.
-    fn columns<'a>(&self, signals: impl ExactSizeIterator<Item = &'a Signal>) -> Mat<f64> {
-        let mut columns = Mat::zeros(self.p.nrows(), signals.len());
+    fn columns<'a>(&self, signals: impl ExactSizeIterator<Item = &'a Signal>) -> Matrix {
+        let mut columns = Matrix::zeros(self.p.nrows(), signals.len());
         for (j, signal) in signals.enumerate() {
             for part in &signal.parts {
                 let Some(block) = self.blocks.iter().find(|block| block.is_of(part)) else {
@@ -167,6 +194,61 @@ impl JointState {
         }
         columns
     }
+
+    /// `sum_t (e'F^t s) F^t + (F^t s) (e'F^t)`, over t >= 0.
+    fn summed(&self, powers: &[Vec<Matrix>], e: &[f64], s: &[f64]) -> Matrix {
+        let mut sum = Matrix::zeros(e.len(), e.len());
+        let outer = |x: &[f64], y: &[f64]| Matrix::from_fn(x.len(), y.len(), |i, j| x[i] * y[j]);
+        for (b, of_b) in self.blocks.iter().zip(powers) {
+            // A row of the first sum over a block is the one below it times F, as in F, and the last is s'W with
+            // W = sum_t F'^t e (0 ... 0 1) F^t.
+            let (mut last, mut row) = (vec![0.0; b.length], vec![0.0; b.length]);
+            last[b.length - 1] = 1.0;
+            for (c, of_c) in self.blocks.iter().zip(powers) {
+                let (e_c, s_c) = (&e[c.states()], &s[c.states()]);
+                let w = stein(&transposed(of_c), outer(e_c, &last), of_b);
+                for (row, j) in row.iter_mut().zip(0..) {
+                    *row += w.col(j).iter().zip(s_c).map(|(w, s)| w * s).sum::<f64>();
+                }
+                let n = stein(of_c, outer(s_c, &e[b.states()]), of_b);
+                for i in 0..c.length {
+                    for j in 0..b.length {
+                        sum[(c.first + i, b.first + j)] += n[(i, j)];
+                    }
+                }
+            }
+            for i in b.states().rev() {
+                for (j, x) in b.states().zip(&row) {
+                    sum[(i, j)] += x;
+                }
+                row = b.times(&row);
+            }
+        }
+        sum
+    }
+}
+
+/// What a source with lines gives: `v(k) = w(k) / D` has the covariances `sum_m P_m Re(e^(-i omega_m t) / (D_a
+/// conj(D_b)))`, for the lags of [`covariances`].
+fn line_covariances(a: &Block, b: &Block, lines: &[Line]) -> Vec<f64> {
+    let first = 1 - a.length as i32;
+    let begin = |line: &Line| {
+        let [of_a, of_b] = [a, b].map(|block| value(&block.denominator, line.delay));
+        let power = line.power / (of_a * of_b.conj());
+        // e^(-i omega) is the delay, whose inverse is its conjugate.
+        (line.delay.conj(), power * line.delay.conj().powi(first))
+    };
+    let mut terms: Vec<(c64, c64)> = lines.iter().map(begin).collect();
+    let lags = 0..a.length + b.length - 1;
+    lags.map(|_| {
+        let mut sum = 0.0;
+        for (step, term) in &mut terms {
+            sum += term.re;
+            *term *= *step;
+        }
+        sum
+    })
+    .collect()
 }
 
 /// `E[left(k) right(k)']`.
@@ -177,10 +259,10 @@ pub fn covariance(
     sources: &[Source],
     left: &[Signal],
     right: &[Signal],
-) -> Result<Mat<f64>, NoTheory> {
+) -> Result<Matrix, NoTheory> {
     let state = JointState::new(sources, left.iter().chain(right))?;
     let (left, right) = (state.columns(left.iter()), state.columns(right.iter()));
-    Ok(left.transpose() * &state.p * right)
+    Ok(&left.transpose() * &(&state.p * &right))
 }
 
 /// The long-run covariance of products `a_i(k) b_i(k)`, the limit of `N cov(mean)`:
@@ -191,7 +273,7 @@ pub fn covariance(
 ///
 /// Here kappa_s is the fourth cumulant of source s, and `(a b)_s` the sum of the products of the two impulse responses
 /// from it (Brillinger, Time Series, 1975, section 2.3: cumulants of products of linear processes). The sum over t >= 0
-/// is `c_ai X_j c_bi'` with `X_j = F X_j F' + P (c_aj' c_bj + c_bj' c_aj) P`.
+/// is `c_ai M P c_aj'`, M being the sum over t of `(c_bi F^t P c_bj') F^t + (F^t P c_bj') (c_bi F^t)`.
 ///
 /// A part that is the same in every trial, with a spectrum of lines, does not fluctuate itself. With d for that part
 /// and n for the others, the products that it takes part in give
@@ -207,7 +289,7 @@ pub fn covariance(
 pub fn long_run_covariance(
     sources: &[Source],
     products: &[(Signal, Signal)],
-) -> Result<Mat<f64>, NoTheory> {
+) -> Result<Matrix, NoTheory> {
     let has_lines = |signal: &Signal| {
         let mut parts = signal.parts.iter();
         parts.any(|part| sources[part.source].spectrum.is_some())
@@ -221,61 +303,132 @@ pub fn long_run_covariance(
     let others: Vec<(Signal, Signal)> = products.iter().map(of_white).collect();
     let mut s = of_white_sources(sources, &others)?;
     for (given, source) in sources.iter().enumerate() {
-        for line in source.spectrum.iter().flat_map(|spectrum| &spectrum.lines) {
-            add_line(&mut s, (sources, products), given, line);
+        let Some(spectrum) = &source.spectrum else {
+            continue;
+        };
+        let responses = Responses::new(products);
+        for line in &spectrum.lines {
+            responses.add_line(&mut s, (sources, given), line);
         }
     }
     Ok(s)
 }
 
-/// Adds what the products of one line with all white sources give to a long-run covariance.
-fn add_line(
-    s: &mut Mat<f64>,
-    (sources, products): (&[Source], &[(Signal, Signal)]),
-    given: usize,
-    line: &Line,
-) {
-    let responses = |source: usize| -> Vec<[c64; 2]> {
-        let of = |(a, b): &(Signal, Signal)| [a, b].map(|x| x.response(source, line.delay));
-        products.iter().map(of).collect()
-    };
-    let of_line = responses(given);
-    for (number, source) in sources.iter().enumerate() {
-        if source.spectrum.is_some() || source.variance == 0.0 {
-            continue;
+/// The frequency responses of the signals of some products. Many are lags of others, so each filter is evaluated once.
+struct Responses {
+    /// The source, the denominator, and the numerator without its first zeros.
+    filters: Vec<(usize, Vec<f64>, Vec<f64>)>,
+    /// The parts of each signal, two signals for a product: a filter, and its delay.
+    signals: Vec<Vec<(usize, usize)>>,
+    longest: usize,
+}
+
+impl Responses {
+    fn new(products: &[(Signal, Signal)]) -> Self {
+        let (mut filters, mut longest) = (Vec::new(), 0);
+        let mut place = |part: &Part| {
+            let delay = part.numerator.iter().take_while(|c| **c == 0.0).count();
+            let top = part.numerator[delay..].to_vec();
+            let filter = (part.source, part.denominator.clone(), top);
+            longest = longest.max(delay);
+            let known = filters.iter().position(|known| *known == filter);
+            let place = known.unwrap_or_else(|| {
+                filters.push(filter);
+                filters.len() - 1
+            });
+            (place, delay)
+        };
+        let both = products.iter().flat_map(|(a, b)| [a, b]);
+        let signals = both.map(|signal| signal.parts.iter().map(&mut place).collect());
+        let signals = signals.collect();
+        Self {
+            filters,
+            signals,
+            longest,
         }
-        let w: Vec<c64> = of_line
-            .iter()
-            .zip(&responses(number))
-            .map(|([a, b], [of_a, of_b])| a * of_b.conj() + b * of_a.conj())
+    }
+
+    /// Adds what the products of one line with all white sources give to a long-run covariance.
+    fn add_line(&self, s: &mut Matrix, (sources, given): (&[Source], usize), line: &Line) {
+        let mut delays = vec![c64::new(1.0, 0.0)];
+        for i in 0..self.longest {
+            delays.push(delays[i] * line.delay);
+        }
+        let filters = self.filters.iter();
+        let values: Vec<c64> = filters
+            .map(|(_, bottom, top)| value(top, line.delay) / value(bottom, line.delay))
             .collect();
-        let size = line.power * source.variance;
-        *s += Mat::from_fn(w.len(), w.len(), |i, j| size * (w[i] * w[j].conj()).re);
+        let responses = |source: usize| -> Vec<c64> {
+            let of_signal = |parts: &Vec<(usize, usize)>| {
+                let parts = parts.iter().filter(|(of, _)| self.filters[*of].0 == source);
+                parts.map(|(of, delay)| values[*of] * delays[*delay]).sum()
+            };
+            self.signals.iter().map(of_signal).collect()
+        };
+        let of_line = responses(given);
+        for (number, source) in sources.iter().enumerate() {
+            if source.spectrum.is_some() || source.variance == 0.0 {
+                continue;
+            }
+            let of_source = responses(number);
+            let pairs = of_line.as_chunks::<2>().0.iter();
+            let w: Vec<c64> = pairs
+                .zip(of_source.as_chunks::<2>().0)
+                .map(|([a, b], [of_a, of_b])| a * of_b.conj() + b * of_a.conj())
+                .collect();
+            let size = line.power * source.variance;
+            for (j, wj) in w.iter().enumerate() {
+                for (i, wi) in w[..=j].iter().enumerate() {
+                    let value = size * (wi.re * wj.re + wi.im * wj.im);
+                    s[(i, j)] += value;
+                    s[(j, i)] += if i == j { 0.0 } else { value };
+                }
+            }
+        }
     }
 }
 
 /// The long-run covariance of products of filtered white sources.
-fn of_white_sources(
-    sources: &[Source],
-    products: &[(Signal, Signal)],
-) -> Result<Mat<f64>, NoTheory> {
+fn of_white_sources(sources: &[Source], products: &[(Signal, Signal)]) -> Result<Matrix, NoTheory> {
     let count = products.len();
     let both = products.iter().flat_map(|(a, b)| [a, b]);
     let state = JointState::new(sources, both)?;
     let a = state.columns(products.iter().map(|(a, _)| a));
     let b = state.columns(products.iter().map(|(_, b)| b));
     let (pa, pb) = (&state.p * &a, &state.p * &b);
-    let mut later = Mat::<f64>::zeros(count, count);
-    for j in 0..count {
-        let outer = pa.col(j) * pb.col(j).transpose();
-        let xb = state.lyapunov(&outer + outer.transpose()) * &b;
-        for i in 0..count {
-            later[(i, j)] = a.col(i).transpose() * xb.col(i);
+    let powers: Result<Vec<Vec<Matrix>>, NoTheory> = state
+        .blocks
+        .iter()
+        .map(|block| block.powers(block.length))
+        .collect();
+    let powers = powers?;
+    // Most products have the same second factor.
+    let mut seconds: Vec<usize> = Vec::new();
+    let second: Vec<usize> = (0..count)
+        .map(|i| {
+            let known = seconds.iter().position(|j| b.col(*j) == b.col(i));
+            known.unwrap_or_else(|| {
+                seconds.push(i);
+                seconds.len() - 1
+            })
+        })
+        .collect();
+    let mut later = Matrix::zeros(count, count);
+    for (left, e) in seconds.iter().enumerate() {
+        for (right, s) in seconds.iter().enumerate() {
+            let sum = state.summed(&powers, b.col(*e), pb.col(*s));
+            let all = &a.transpose() * &(&sum * &pa);
+            for i in (0..count).filter(|i| second[*i] == left) {
+                for j in (0..count).filter(|j| second[*j] == right) {
+                    later[(i, j)] = all[(i, j)];
+                }
+            }
         }
     }
-    let (aa, ab) = (a.transpose() * &pa, a.transpose() * &pb);
-    let (ba, bb) = (b.transpose() * &pa, b.transpose() * &pb);
-    let mut s = Mat::from_fn(count, count, |i, j| {
+    let (of_a, of_b) = (a.transpose(), b.transpose());
+    let (aa, ab) = (&of_a * &pa, &of_a * &pb);
+    let (ba, bb) = (&of_b * &pa, &of_b * &pb);
+    let mut s = Matrix::from_fn(count, count, |i, j| {
         let now = aa[(i, j)] * bb[(i, j)] + ab[(i, j)] * ba[(i, j)];
         later[(i, j)] + later[(j, i)] - now
     });
@@ -284,16 +437,11 @@ fn of_white_sources(
             continue;
         }
         // The part of E[a b] due to this source is sigma^2 (a b)_s.
-        let mut of_source = a.clone();
-        for block in state.blocks.iter().filter(|block| block.source != number) {
-            of_source
-                .as_mut()
-                .subrows_mut(block.first, block.length)
-                .fill(0.0);
-        }
-        let moment = |i: usize| of_source.col(i).transpose() * pb.col(i);
+        let blocks = state.blocks.iter().filter(|block| block.source == number);
+        let states: Vec<usize> = blocks.flat_map(Block::states).collect();
+        let moment = |i: usize| -> f64 { states.iter().map(|k| a[(*k, i)] * pb[(*k, i)]).sum() };
         let moments: Vec<f64> = (0..count).map(moment).collect();
-        s += Mat::from_fn(count, count, |i, j| source.excess * moments[i] * moments[j]);
+        s += &Matrix::from_fn(count, count, |i, j| source.excess * moments[i] * moments[j]);
     }
     Ok(s)
 }

@@ -1,16 +1,16 @@
 //! Limits of the estimates `theta = (sum z phi')^-1 sum z y`, and their fluctuation about the limits.
 
 use super::joint_state::{covariance, long_run_covariance};
+use super::matrix::Matrix;
 use super::missing::{Missing, NoTheory};
 use super::population::{NOISE, Population};
 use super::signal::{Signal, Source};
-use faer::Mat;
-use faer::linalg::solvers::{PartialPivLu, Solve};
 
 /// Smaller correlations count as zero: instruments and error are then uncorrelated.
 const ORTHOGONAL: f64 = 1e-9;
 
-/// Smallest reciprocal condition number of a matrix that may be inverted, after scaling its rows and columns.
+/// Smallest reciprocal condition number, in the 1-norm, of a matrix that may be inverted, after scaling its rows and
+/// columns.
 const SINGULAR: f64 = 1e-14;
 
 /// The fluctuation of an estimate about its limit: `sqrt(N) (theta_hat - theta) = N^(-1/2) sum_k W m(k)`, with m the
@@ -20,7 +20,7 @@ pub struct Influence {
     /// The products.
     pub products: Vec<(Signal, Signal)>,
     /// W, a row for each parameter.
-    pub weights: Mat<f64>,
+    pub weights: Matrix,
 }
 
 impl Influence {
@@ -28,18 +28,18 @@ impl Influence {
     ///
     /// # Errors
     /// As for [`long_run_covariance`].
-    pub fn covariance(&self, sources: &[Source]) -> Result<Mat<f64>, NoTheory> {
+    pub fn covariance(&self, sources: &[Source]) -> Result<Matrix, NoTheory> {
         let s = long_run_covariance(sources, &self.products)?;
-        Ok(&self.weights * s * self.weights.transpose())
+        Ok(&(&self.weights * &s) * &self.weights.transpose())
     }
 
     /// Adds `matrix` times the influence of another estimate, without columns that are only rounding.
-    fn add(&mut self, matrix: &Mat<f64>, other: &Self) {
+    fn add(&mut self, matrix: &Matrix, other: &Self) {
         let more = matrix * &other.weights;
-        let largest = self.weights.norm_max();
+        let least = 1e-13 * self.weights.norm_max();
         for (j, product) in other.products.iter().enumerate() {
             let column = more.col(j);
-            if column.norm_max() <= 1e-13 * largest {
+            if column.iter().all(|x| x.abs() <= least) {
                 continue;
             }
             let known = self.products.iter().position(|p| p == product);
@@ -47,13 +47,11 @@ impl Influence {
                 self.products.push(product.clone());
                 self.products.len() - 1
             });
-            let width = self.products.len();
             if known.is_none() {
-                self.weights
-                    .resize_with(self.weights.nrows(), width, |_, _| 0.0);
+                self.weights.push_column();
             }
-            for i in 0..self.weights.nrows() {
-                self.weights[(i, place)] += column[i];
+            for (i, x) in column.iter().enumerate() {
+                self.weights[(i, place)] += x;
             }
         }
     }
@@ -69,7 +67,8 @@ pub struct Linear {
     pub error: Signal,
     /// The fluctuation of the estimate about the limit.
     pub influence: Influence,
-    factors: PartialPivLu<f64>,
+    /// `E[z phi']`.
+    moments: Matrix,
 }
 
 impl Linear {
@@ -85,7 +84,7 @@ impl Linear {
         truth: Option<(Vec<f64>, &Signal)>,
     ) -> Result<Self, Missing> {
         let sources = &population.sources;
-        let factors = invertible(sources, z, phi)?;
+        let moments = invertible(sources, z, phi)?;
         let consistent = match truth {
             Some((theta, error)) if are_orthogonal(sources, z, error)? => Some((theta, error)),
             _ => None,
@@ -95,7 +94,7 @@ impl Linear {
             (theta, error.clone())
         } else {
             let right = covariance(sources, z, std::slice::from_ref(y))?;
-            let solution = factors.solve(&right);
+            let solution = moments.solve(&right);
             let theta: Vec<f64> = (0..phi.len()).map(|i| solution[(i, 0)]).collect();
             let mut error = y.clone();
             for (theta, phi) in theta.iter().zip(phi) {
@@ -105,12 +104,12 @@ impl Linear {
         };
         let mut products: Vec<(Signal, Signal)> =
             z.iter().map(|z| (z.clone(), error.clone())).collect();
-        let mut moved = Mat::<f64>::identity(phi.len(), phi.len());
+        let mut moved = Matrix::identity(phi.len());
         if !is_consistent && !population.level.is_empty() {
             let by_scale = by_noise_scale(sources, z, &error)?;
             let level = &population.level;
             let old = moved;
-            moved = Mat::from_fn(phi.len(), phi.len() + level.len(), |i, j| {
+            moved = Matrix::from_fn(phi.len(), phi.len() + level.len(), |i, j| {
                 match j.checked_sub(phi.len()) {
                     None => old[(i, j)],
                     Some(j) => level[j].0 * by_scale[i],
@@ -121,19 +120,19 @@ impl Linear {
         Ok(Self {
             influence: Influence {
                 products,
-                weights: factors.solve(&moved),
+                weights: moments.solve(&moved),
             },
             theta,
             is_consistent,
             error,
-            factors,
+            moments,
         })
     }
 
     /// Adds to `to` the influence that the instruments inherit from another estimate that they are built from. `slopes`
     /// is `E[(dz / dtheta') e]`, with theta the parameters of that estimate.
-    pub fn follow(&self, slopes: &Mat<f64>, other: &Influence, to: &mut Influence) {
-        to.add(&self.factors.solve(slopes), other);
+    pub fn follow(&self, slopes: &Matrix, other: &Influence, to: &mut Influence) {
+        to.add(&self.moments.solve(slopes), other);
     }
 }
 
@@ -144,42 +143,40 @@ fn by_noise_scale(sources: &[Source], z: &[Signal], error: &Signal) -> Result<Ve
     Ok((0..z.len()).map(|i| 2.0 * moments[(i, 0)]).collect())
 }
 
-/// LU factors of `E[z phi']`.
+/// `E[z phi']`, which can be inverted.
 ///
 /// # Errors
 /// [`Missing::Singular`].
-pub fn invertible(
-    sources: &[Source],
-    z: &[Signal],
-    phi: &[Signal],
-) -> Result<PartialPivLu<f64>, Missing> {
+pub fn invertible(sources: &[Source], z: &[Signal], phi: &[Signal]) -> Result<Matrix, Missing> {
     let g = covariance(sources, z, phi)?;
     is_regular(&g)?;
-    Ok(g.partial_piv_lu())
+    Ok(g)
 }
 
 /// Checks that a square matrix can be inverted, after scaling rows and columns by their largest entries.
 ///
 /// # Errors
 /// [`Missing::Singular`].
-pub fn is_regular(g: &Mat<f64>) -> Result<(), Missing> {
+pub fn is_regular(g: &Matrix) -> Result<(), Missing> {
     let n = g.nrows();
     let mut scaled = g.clone();
     for _ in 0..2 {
         for i in 0..n {
-            let size = scaled.row(i).norm_max();
-            scaled.row_mut(i).iter_mut().for_each(|x| *x /= size);
+            let size = (0..n).fold(0.0_f64, |most, j| scaled[(i, j)].abs().max(most));
+            (0..n).for_each(|j| scaled[(i, j)] /= size);
         }
         for j in 0..n {
-            let size = scaled.col(j).norm_max();
-            scaled.col_mut(j).iter_mut().for_each(|x| *x /= size);
+            let size = scaled
+                .col(j)
+                .iter()
+                .fold(0.0_f64, |most, x| x.abs().max(most));
+            (0..n).for_each(|i| scaled[(i, j)] /= size);
         }
     }
     if n == 0 || !scaled.is_all_finite() {
         return Err(Missing::Singular);
     }
-    let values = scaled.singular_values().map_err(|_| Missing::Singular)?;
-    if values[n - 1] > SINGULAR * values[0] {
+    if scaled.condition().recip() > SINGULAR {
         Ok(())
     } else {
         Err(Missing::Singular)
@@ -211,15 +208,14 @@ pub fn are_orthogonal(sources: &[Source], z: &[Signal], error: &Signal) -> Resul
 }
 
 /// The Schur complement of all but the first `count` rows and columns.
-pub(super) fn without_noise(moments: &Mat<f64>, count: usize) -> Result<Mat<f64>, Missing> {
+pub(super) fn without_noise(moments: &Matrix, count: usize) -> Result<Matrix, Missing> {
     let (all, rest) = (moments.nrows(), moments.nrows() - count);
-    let plant = moments.as_ref().get(..count, ..count);
+    let plant = moments.part(0..count, 0..count);
     if rest == 0 {
-        return Ok(plant.to_owned());
+        return Ok(plant);
     }
-    let noise = moments.as_ref().get(count..all, count..all).to_owned();
+    let noise = moments.part(count..all, count..all);
     is_regular(&noise)?;
-    let across = moments.as_ref().get(count..all, ..count);
-    let solved = noise.partial_piv_lu().solve(across);
-    Ok(plant - across.transpose() * solved)
+    let across = moments.part(count..all, 0..count);
+    Ok(&plant - &(&across.transpose() * &noise.solve(&across)))
 }

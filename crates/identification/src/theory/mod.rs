@@ -25,6 +25,7 @@ mod estimator_limits;
 mod fisher_information;
 pub mod joint_state;
 mod linear;
+mod matrix;
 mod missing;
 mod noise_model;
 mod passes;
@@ -39,6 +40,7 @@ mod tests;
 
 pub use canonical::Asymptotic;
 pub use fisher_information::FisherInformation;
+pub use matrix::Matrix;
 pub use missing::{LARGEST, Missing, NoTheory};
 pub use population::Population;
 pub use quadratic_form::{distribution, quantile};
@@ -51,7 +53,6 @@ use crate::estimator::recursive::RecursiveInstruments;
 use crate::estimator::{ArmaxOptions, ArxOptions, BjOptions, Method, MethodOptions, OeOptions};
 use crate::model::Orders;
 use canonical::Shape;
-use faer::Mat;
 use passes::Passes;
 
 /// The theory of an estimate or of a bound.
@@ -93,7 +94,7 @@ impl Theory {
         })
     }
 
-    fn of_bound(population: &Population, covariance: Mat<f64>) -> Result<Self, Missing> {
+    fn of_bound(population: &Population, covariance: Matrix) -> Result<Self, Missing> {
         let asymptotic = Asymptotic {
             p: [&population.alpha[1..], &population.beta[1..]].concat(),
             is_consistent: true,
@@ -133,7 +134,7 @@ impl CellTheory {
             return Err(NoTheory::Large(largest));
         }
         let population = Population::new(process, eta)?;
-        let bound = |covariance: Result<Mat<f64>, Missing>| {
+        let bound = |covariance: Result<Matrix, Missing>| {
             covariance.and_then(|covariance| Theory::of_bound(&population, covariance))
         };
         let mut outputs = Vec::new();

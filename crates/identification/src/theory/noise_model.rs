@@ -4,9 +4,10 @@ use super::joint_state::is_stable;
 use super::missing::Missing;
 use super::population::{NOISE, Population};
 use super::signal::Signal;
+use super::spectrum::turn;
+use crate::estimator::recursive::SquareRoot;
 use crate::model::polynomial::multiply;
-use faer::linalg::solvers::SolveLstsq;
-use faer::{Mat, c64};
+use faer::c64;
 
 /// Two polynomials have a common factor if the relative residual is below this.
 const COMMON: f64 = 1e-10;
@@ -80,27 +81,27 @@ pub fn lowest_terms(c: &[f64], d: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (of_d, of_c) = (nd - common, nc - common);
         let rows = nc + nd - common;
         // C (1 + d'_1 q^-1 ...) - D (1 + c'_1 q^-1 ...) = 0 at q^-1 ... q^-rows.
-        let right = Mat::from_fn(rows, 1, |i, _| {
-            let i = i as isize + 1;
-            at(d, i) - at(c, i)
-        });
-        let matrix = Mat::from_fn(rows, of_d + of_c, |i, j| {
-            let i = i as isize + 1;
-            match j.checked_sub(of_d) {
-                None => at(c, i - 1 - j as isize),
-                Some(j) => -at(d, i - 1 - j as isize),
-            }
-        });
-        let solution = if matrix.ncols() == 0 {
-            Mat::zeros(0, 1)
-        } else {
-            matrix.qr().solve_lstsq(&right)
+        let equation = |i: isize| -> (Vec<f64>, f64) {
+            let by_d = (0..of_d as isize).map(|j| at(c, i - 1 - j));
+            let by_c = (0..of_c as isize).map(|j| -at(d, i - 1 - j));
+            (by_d.chain(by_c).collect(), at(d, i) - at(c, i))
         };
-        let rest = &right - &matrix * &solution;
+        let equations: Vec<_> = (1..=rows as isize).map(equation).collect();
+        let mut solution = vec![0.0; of_d + of_c];
+        let mut root = SquareRoot::new(solution.len());
+        for (left, right) in &equations {
+            root.update(left, *right, 1.0);
+        }
+        root.solve(&mut solution);
+        let rest = |(left, right): &(Vec<f64>, f64)| {
+            let products = left.iter().zip(&solution).map(|(x, y)| x * y);
+            (right - products.sum::<f64>()).abs()
+        };
+        let rest = equations.iter().map(rest).fold(0.0, f64::max);
         let size = 1.0 + c.iter().chain(d).fold(0.0_f64, |m, x| m.max(x.abs()));
-        if rest.norm_max() <= COMMON * size && solution.is_all_finite() {
+        if rest <= COMMON * size && solution.iter().all(|x| x.is_finite()) {
             let quotient = |from: usize, count: usize| {
-                let rest = (0..count).map(|i| solution[(from + i, 0)]);
+                let rest = (0..count).map(|i| solution[from + i]);
                 std::iter::once(1.0).chain(rest).collect()
             };
             return (quotient(of_d, of_c), quotient(0, of_d));
@@ -112,17 +113,11 @@ pub fn lowest_terms(c: &[f64], d: &[f64]) -> (Vec<f64>, Vec<f64>) {
 /// Reflects the zeros of a polynomial that are outside the unit circle into it. Returns the new polynomial and the
 /// product of their moduli, or `None` if a zero is on the circle.
 fn reflected(c: &[f64]) -> Option<(Vec<f64>, f64)> {
-    let n = c.len() - 1;
-    let companion = Mat::from_fn(n, n, |i, j| match (i, j) {
-        (0, j) => -c[j + 1],
-        (i, j) if i == j + 1 => 1.0,
-        _ => 0.0,
-    });
-    let zeros = companion.eigenvalues().ok()?;
+    let zeros = zeros(c)?;
     let mut product = vec![c64::new(1.0, 0.0)];
     let mut gain = 1.0;
     for zero in zeros {
-        let size = zero.norm();
+        let size = zero.norm_sqr().sqrt();
         if (size - 1.0).abs() < 1e-9 {
             return None;
         }
@@ -140,4 +135,42 @@ fn reflected(c: &[f64]) -> Option<(Vec<f64>, f64)> {
     }
     let real: Vec<f64> = product.iter().map(|c| c.re).collect();
     is_stable(&real).then_some((real, gain))
+}
+
+/// Returns the zeros of a monic polynomial in q^-1, in q; `None` if the iteration does not end.
+///
+/// All are moved together by Newton steps that leave out the others (Aberth, Math. Comp. 27, 1973; the starts are on a
+/// circle that is not symmetric to the real axis).
+fn zeros(c: &[f64]) -> Option<Vec<c64>> {
+    const MOST: usize = 200;
+    let n = c.len() - 1;
+    let radius = c[1..].iter().fold(0.5, |most: f64, c| c.abs().max(most));
+    let start = |i: usize| turn(4 * i + 1, 4 * n) * radius.min(2.0);
+    let mut zeros: Vec<c64> = (0..n).map(start).collect();
+    for _ in 0..MOST {
+        let mut largest = 0.0_f64;
+        for i in 0..n {
+            let z = zeros[i];
+            let (mut value, mut slope) = (c64::new(1.0, 0.0), c64::new(0.0, 0.0));
+            for c in &c[1..] {
+                slope = slope * z + value;
+                value = value * z + c;
+            }
+            if value == c64::new(0.0, 0.0) {
+                continue;
+            }
+            let others = zeros.iter().enumerate().filter(|(j, _)| *j != i);
+            let repelled: c64 = others.map(|(_, other)| (z - other).inv()).sum();
+            let step = (slope / value - repelled).inv();
+            zeros[i] = z - step;
+            largest = largest.max(step.norm_sqr() / zeros[i].norm_sqr().max(1e-300));
+        }
+        if !largest.is_finite() {
+            return None;
+        }
+        if largest <= 1e-30 {
+            return Some(zeros);
+        }
+    }
+    Some(zeros)
 }

@@ -4,12 +4,12 @@ use super::canonical::{Asymptotic, Shape, input_vector, numerator};
 use super::joint_state::covariance;
 use super::joint_state::is_stable;
 use super::linear::{Influence, Linear, are_orthogonal};
+use super::matrix::Matrix;
 use super::missing::Missing;
 use super::population::Population;
 use super::signal::Signal;
 use crate::estimator::{Auxiliary, Drive, InstrumentSource, IvOptions, Stage10};
 use crate::model::Orders;
-use faer::Mat;
 
 /// The regressors `-y(k-1) ... -y(k-count)`, then `u(k-nk) ... u(k-nk-nb+1)`.
 pub fn regressors(y: &Signal, u: &Signal, shape: Shape) -> Vec<Signal> {
@@ -60,7 +60,7 @@ struct Step {
     model: Vec<f64>,
     linear: Linear,
     /// `E[(dz / d(alpha, beta)') e]`; `None` if z and e are uncorrelated.
-    slopes: Option<Mat<f64>>,
+    slopes: Option<Matrix>,
 }
 
 /// The result of a pass.
@@ -69,7 +69,7 @@ struct Done {
     theta: Vec<f64>,
     is_consistent: bool,
     influence: Influence,
-    covariance: Option<Mat<f64>>,
+    covariance: Option<Matrix>,
 }
 
 /// The paper's passes for one population and order.
@@ -205,17 +205,17 @@ impl<'a> Passes<'a> {
                 linear.follow(slopes, &last.influence, &mut done.influence);
             }
             Some(slopes) => {
-                let of_beta = slopes.subcols(n, n);
-                let mut of_last = slopes.clone();
-                of_last.subcols_mut(n, n).fill(0.0);
-                let more = of_beta * of_alpha;
-                for j in 0..n {
-                    for i in 0..2 * n {
-                        of_last[(i, j)] += more[(i, j)];
+                let of_beta = slopes.part(0..2 * n, n..2 * n);
+                let more = &of_beta * &of_alpha;
+                let of_last = Matrix::from_fn(2 * n, 2 * n, |i, j| {
+                    if j < n {
+                        slopes[(i, j)] + more[(i, j)]
+                    } else {
+                        0.0
                     }
-                }
+                });
                 linear.follow(&of_last, &last.influence, &mut done.influence);
-                let of_first = of_beta * of_b * slopes_b0;
+                let of_first = &(&of_beta * &of_b) * &slopes_b0;
                 linear.follow(&of_first, &first.influence, &mut done.influence);
             }
         }
@@ -249,7 +249,7 @@ impl<'a> Passes<'a> {
         model: &[f64],
         input: &Signal,
         error: &Signal,
-    ) -> Result<Option<Mat<f64>>, Missing> {
+    ) -> Result<Option<Matrix>, Missing> {
         let (a, b) = polynomials(model, self.shape)?;
         let n = self.shape.denominator;
         let u = input.through(&[1.0], &a);
@@ -260,7 +260,7 @@ impl<'a> Passes<'a> {
             return Ok(None);
         }
         let moments = covariance(sources, &later, std::slice::from_ref(error))?;
-        Ok(Some(Mat::from_fn(2 * n, 2 * n, |i, j| {
+        Ok(Some(Matrix::from_fn(2 * n, 2 * n, |i, j| {
             match (i < n, j < n) {
                 (false, _) => 0.0,
                 (true, true) => moments[(i + j, 0)],

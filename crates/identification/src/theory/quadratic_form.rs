@@ -24,12 +24,24 @@ pub fn distribution(weights: &[f64], x: f64) -> f64 {
         let s = node * node * scale;
         let mut transform = s.inv();
         for w in weights {
-            transform *= (c64::new(1.0, 0.0) + s * (2.0 * w)).sqrt().inv();
+            transform *= root(c64::new(1.0, 0.0) + s * (2.0 * w)).inv();
         }
-        sum += (s * x).exp() * transform * node;
+        let (power, (sin, cos)) = (libm::exp(s.re * x), libm::sincos(s.im * x));
+        sum += c64::new(power * cos, power * sin) * transform * node;
     }
     // The lower half is the conjugate of the upper one.
     (sum.re * 2.0 * scale * step / std::f64::consts::PI).clamp(0.0, 1.0)
+}
+
+/// The square root in the right half-plane.
+fn root(of: c64) -> c64 {
+    let half = ((of.re.abs() + of.norm_sqr().sqrt()) / 2.0).sqrt();
+    let other = of.im.abs() / (2.0 * half);
+    if of.re >= 0.0 {
+        c64::new(half, other.copysign(of.im))
+    } else {
+        c64::new(other, half.copysign(of.im))
+    }
 }
 
 /// Returns the quantile of `|L z|`, 0 < p < 1; 0 if all weights are 0.

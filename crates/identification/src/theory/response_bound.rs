@@ -1,10 +1,10 @@
 //! The Cramer-Rao value of the error of an impulse response: a distance for models of any order.
 
 use super::fisher_information::FisherInformation;
+use super::matrix::Matrix;
 use super::missing::Missing;
 use crate::model::polynomial::divide;
 use crate::plant::{PoleFinder, StateSpace};
-use faer::{Mat, Side};
 
 /// Lags until the plant's response has decayed to this part of itself, within these bounds.
 const DECAYED: f64 = 1e-8;
@@ -43,7 +43,7 @@ impl ResponseBound {
         if !plant.is_stable() || radius >= 1.0 {
             return Err(Missing::Singular);
         }
-        let lags = (DECAYED.ln() / radius.max(1e-3).ln()).ceil() as usize;
+        let lags = (libm::log(DECAYED) / libm::log(radius.max(1e-3))).ceil() as usize;
         let lags = lags.clamp(LAGS[0], LAGS[1]);
         let denominator: Vec<f64> = [1.0]
             .into_iter()
@@ -64,7 +64,7 @@ impl ResponseBound {
             None => delayed(&by_alpha, k, place + 1),
             Some(i) => delayed(&by_beta, k, i + 1),
         };
-        let gram = Mat::from_fn(free.len(), free.len(), |i, j| -> f64 {
+        let gram = Matrix::from_fn(free.len(), free.len(), |i, j| -> f64 {
             (0..=lags)
                 .map(|k| slope(free[i], k) * slope(free[j], k))
                 .sum()
@@ -104,18 +104,19 @@ impl ResponseBound {
     }
 }
 
-/// The eigenvalues of `M F^-1`: those of `L^-1 M L^-T` with `F = L L'`, both scaled so that F has ones on its diagonal.
-fn relative_eigenvalues(m: &Mat<f64>, f: &Mat<f64>) -> Option<Vec<f64>> {
+/// The eigenvalues of `M F^-1`: those of `R' F^-1 R` with `M = R R'`, both scaled so that F has ones on its diagonal.
+fn relative_eigenvalues(m: &Matrix, f: &Matrix) -> Option<Vec<f64>> {
     let size = f.nrows();
     let scale: Vec<f64> = (0..size).map(|i| f[(i, i)].sqrt().recip()).collect();
-    let scaled = |of: &Mat<f64>| Mat::from_fn(size, size, |i, j| of[(i, j)] * scale[i] * scale[j]);
-    let factor = scaled(f).llt(Side::Lower).ok()?;
-    let lower = factor.L();
-    let mut half = scaled(m);
-    lower.solve_lower_triangular_in_place(half.as_mut());
-    let mut whole = half.transpose().to_owned();
-    lower.solve_lower_triangular_in_place(whole.as_mut());
-    let symmetric = Mat::from_fn(size, size, |i, j| 0.5 * (whole[(i, j)] + whole[(j, i)]));
-    let eigenvalues = symmetric.self_adjoint_eigenvalues(Side::Lower).ok()?;
-    Some(eigenvalues.into_iter().map(|of| of.max(0.0)).collect())
+    let scaled = |of: &Matrix| Matrix::from_fn(size, size, |i, j| of[(i, j)] * scale[i] * scale[j]);
+    let (root, information) = (scaled(m).root(), scaled(f));
+    let whole = &root.transpose() * &information.solve(&root);
+    let symmetric = Matrix::from_fn(size, size, |i, j| 0.5 * (whole[(i, j)] + whole[(j, i)]));
+    let eigenvalues = symmetric.symmetric_eigenvalues()?;
+    let is_positive = information
+        .symmetric_eigenvalues()?
+        .iter()
+        .all(|of| *of > 0.0);
+    (is_positive && symmetric.is_all_finite())
+        .then(|| eigenvalues.into_iter().map(|of| of.max(0.0)).collect())
 }

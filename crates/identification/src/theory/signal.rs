@@ -1,8 +1,7 @@
 //! Stationary signals: rational filters of independent white sources.
 
-use super::spectrum::{Spectrum, value};
+use super::spectrum::Spectrum;
 use crate::model::polynomial::multiply;
-use faer::c64;
 use std::sync::Arc;
 
 /// A source: white, or with a spectrum of its own.
@@ -136,14 +135,6 @@ impl Signal {
         Self {
             parts: parts.cloned().collect(),
         }
-    }
-
-    /// The frequency response from one source, at `delay = e^(-i omega)`.
-    pub(super) fn response(&self, source: usize, delay: c64) -> c64 {
-        let parts = self.parts.iter().filter(|part| part.source == source);
-        parts
-            .map(|part| value(&part.numerator, delay) / value(&part.denominator, delay))
-            .sum()
     }
 
     /// The lags `sign x(k-first) ... sign x(k-first-count+1)` of the signal x.

@@ -2,12 +2,12 @@
 //! sqrt(N).
 
 use super::canonical::{Asymptotic, input_vector};
+use super::matrix::Matrix;
 use super::population::Population;
 use super::quadratic_form::quantile;
 use crate::metric::relative_error;
 use crate::model::polynomial::divide;
 use crate::names::named_enum;
-use faer::{Mat, Side};
 
 /// Number of Markov parameters in e_g.
 const RESPONSE: usize = 200;
@@ -60,7 +60,7 @@ pub fn figure(
     if m != n && measure != SmoothMeasure::ImpulseResponse {
         return None;
     }
-    let part = |first: usize| Mat::from_fn(m, 2 * m, |i, j| f64::from(u8::from(first + i == j)));
+    let part = |first: usize| Matrix::from_fn(m, 2 * m, |i, j| f64::from(u8::from(first + i == j)));
     let (v, limit, slopes) = match measure {
         SmoothMeasure::Ea => (truth[..n].to_vec(), p[..m].to_vec(), part(0)),
         SmoothMeasure::Eh => (truth[n..].to_vec(), p[m..].to_vec(), part(m)),
@@ -74,8 +74,8 @@ pub fn figure(
         }
     };
     let size = v.iter().map(|v| v * v).sum::<f64>();
-    let gram = slopes.transpose() * &slopes * (1.0 / size);
-    let weights = eigenvalues_of_product(covariance, &gram)?;
+    let weights = squares_of_root(covariance, &slopes)?;
+    let weights: Vec<f64> = weights.iter().map(|w| w / size).collect();
     Some(Figure {
         limit: relative_error(&v, &limit),
         sqrt_n_rms: weights.iter().sum::<f64>().sqrt(),
@@ -83,21 +83,18 @@ pub fn figure(
     })
 }
 
-/// The eigenvalues of `P G`, both symmetric and not negative, computed as those of `R G R'` with `P = R'R`.
-fn eigenvalues_of_product(p: &Mat<f64>, g: &Mat<f64>) -> Option<Vec<f64>> {
+/// The eigenvalues of `J P J'`, P symmetric and not negative, but for zeros: those of `(J R)'(J R)` with `P = R R'`.
+fn squares_of_root(p: &Matrix, slopes: &Matrix) -> Option<Vec<f64>> {
     let n = p.nrows();
-    let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (p[(i, j)] + p[(j, i)]));
-    let parts = symmetric.self_adjoint_eigen(Side::Lower).ok()?;
-    let (u, s) = (parts.U(), parts.S());
-    let root = Mat::from_fn(n, n, |i, j| u[(i, j)] * s[j].max(0.0).sqrt());
-    let product = root.transpose() * g * &root;
-    let values = product.self_adjoint_eigenvalues(Side::Lower).ok()?;
+    let symmetric = Matrix::from_fn(n, n, |i, j| 0.5 * (p[(i, j)] + p[(j, i)]));
+    let moved = slopes * &symmetric.root();
+    let values = (&moved.transpose() * &moved).symmetric_eigenvalues()?;
     Some(values.into_iter().map(|w| w.max(0.0)).collect())
 }
 
 /// g(1) ... of B/A, and its derivative with respect to p: `dg / dalpha_i = -g(k-i) / A`,
 /// `dg / dbeta_i = delta(k-i) / A`.
-fn impulse_response(p: &[f64]) -> (Vec<f64>, Mat<f64>) {
+fn impulse_response(p: &[f64]) -> (Vec<f64>, Matrix) {
     let m = p.len() / 2;
     let a = [&[1.0], &p[..m]].concat();
     let mut g = vec![0.0; RESPONSE + 1];
@@ -108,7 +105,7 @@ fn impulse_response(p: &[f64]) -> (Vec<f64>, Mat<f64>) {
     of_beta[0] = 1.0;
     divide(&a, &mut of_alpha);
     divide(&a, &mut of_beta);
-    let slopes = Mat::from_fn(RESPONSE, 2 * m, |k, j| {
+    let slopes = Matrix::from_fn(RESPONSE, 2 * m, |k, j| {
         let (from, lag, sign) = if j < m {
             (&of_alpha, j + 1, -1.0)
         } else {

@@ -74,7 +74,7 @@ impl Spectrum {
             let correlation = |lag: usize| (covariance[lag] / covariance[0]).clamp(-1.0, 1.0);
             let lags = (0..length).map(|k| correlation(k.min(length - k)));
             let signs: Vec<f64> = lags
-                .map(|rho| amplitude * amplitude * 2.0 / PI * rho.asin())
+                .map(|rho| amplitude * amplitude * 2.0 / PI * libm::asin(rho))
                 .collect();
             return Self::new(&signs, |sum| sum.re.max(0.0) / length as f64, true);
         }
@@ -88,14 +88,14 @@ impl Spectrum {
         if length > LONGEST_PERIOD {
             return Err(NoTheory::LongPeriod(length));
         }
-        let turn = |m: usize| c64::cis(-2.0 * PI * m as f64 / length as f64);
-        let turns: Vec<c64> = (0..length).map(turn).collect();
+        let turns: Vec<c64> = (0..length).map(|m| turn(m, length)).collect();
         let line = |m: usize| {
-            let sum = period
-                .iter()
-                .enumerate()
-                .map(|(k, u)| turns[m * k % length] * u)
-                .sum();
+            let (mut sum, mut at) = (c64::new(0.0, 0.0), 0);
+            for u in period {
+                sum += turns[at] * u;
+                at += m;
+                at -= if at >= length { length } else { 0 };
+            }
             let both = if m == 0 || 2 * m == length { 1.0 } else { 2.0 };
             Line {
                 delay: turns[m],
@@ -121,6 +121,12 @@ impl Spectrum {
     pub fn power(&self) -> f64 {
         self.lines.iter().map(|line| line.power).sum()
     }
+}
+
+/// `e^(-2 pi i m / length)`.
+pub fn turn(m: usize, length: usize) -> c64 {
+    let (sin, cos) = libm::sincos(-2.0 * PI * (m % length) as f64 / length as f64);
+    c64::new(cos, sin)
 }
 
 /// The value of a polynomial in q^-1.

@@ -35,7 +35,7 @@ fn settings(case: &Value) -> RecursiveSettings {
     let orders = text.join(",").parse().expect("orders");
     RecursiveSettings {
         p0: case["p0"].as_f64(),
-        start: 0,
+        start: case["start"].as_u64().unwrap_or(0) as usize,
         ..RecursiveSettings::new(orders)
     }
 }

@@ -80,12 +80,13 @@ fn least_squares_instruments_and_extended_least_squares() {
 
 /// Records in other units, up to 1e6 and with u and y in units of their own: `scaled.py` has 60 digits. The information
 /// about theta is lost to rounding by eps times its condition, that of the records in their own units, below 1e6 here,
-/// as it does not depend on the units, not even where u and y have units of their own.
+/// as it does not depend on the units, not even where u and y have units of their own. With p0 = 1e18 and a start of
+/// fewer equations than parameters Z'Phi lacks full rank for long, which leaves the same digits.
 #[test]
 fn records_in_other_units() {
     let file: Value = serde_json::from_str(include_str!("scaled.json")).expect("JSON");
     let cases = file["cases"].as_array().expect("cases");
-    assert_eq!(cases.len(), 64);
+    assert_eq!(cases.len(), 112);
     for case in cases {
         let settings = RecursiveSettings {
             forgetting: number(&case["forgetting"]),

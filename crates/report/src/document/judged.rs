@@ -12,7 +12,7 @@ use crate::folder::Files;
 use crate::html::{CellText, Column, Section, Table, markdown_text};
 use crate::results::Study;
 use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, Standing};
-use asobench_study::text::grouped;
+use asobench_study::text::{file_part, grouped};
 use picture::pictures;
 use words::{heading, is_share, levels, place, unit};
 
@@ -142,7 +142,7 @@ pub(super) fn csv(studies: &[Study]) -> String {
 pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) {
     for claim in &study.judged {
         let mut links = Vec::new();
-        let name = format!("{}-claim-{}", study.name, file_name(&claim.id));
+        let name = format!("{}-claim-{}", study.name, file_part(&claim.id));
         section.part(&claim.id, claim.verdict, &claim.id, |section| {
             if !claim.text.is_empty() {
                 let source = match claim.source.as_str() {
@@ -190,12 +190,6 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
             });
         });
     }
-}
-
-/// Turns an id from any author into a part of a file name.
-fn file_name(id: &str) -> String {
-    let kept = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    id.chars().map(|c| if kept(c) { c } else { '-' }).collect()
 }
 
 /// The part of the claim's line after id and verdict.

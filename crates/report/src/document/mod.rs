@@ -140,6 +140,9 @@ fn experiment(
         section.details("Pictures and tables of all measures", rest);
     }
     simulated::section(section, study);
+    if study.unfinished {
+        return;
+    }
     section.heading("To run it again");
     let (command, folder) = study.command();
     section.code(&format!("{command}\nasobench report {folder}"));

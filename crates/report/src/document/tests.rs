@@ -35,6 +35,8 @@ pub(crate) fn study(toml: &str) -> Study {
                 .map(|measure| (*measure, statistics))
                 .collect(),
             parameters: Vec::new(),
+            above_truth: Vec::new(),
+            sketches: Default::default(),
             coverage: Vec::new(),
             course: None,
             theory: Default::default(),
@@ -46,6 +48,7 @@ pub(crate) fn study(toml: &str) -> Study {
                 first,
                 second,
                 measures: Default::default(),
+                ratios: Default::default(),
             })
             .collect();
         cell
@@ -55,6 +58,7 @@ pub(crate) fn study(toml: &str) -> Study {
     Study {
         look: asobench_study::study::Look::ONLY,
         machine: None,
+        unfinished: false,
         judged: Vec::new(),
         name: "many".to_owned(),
         folder: PathBuf::from("many"),

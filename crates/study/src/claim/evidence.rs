@@ -1,8 +1,8 @@
 //! The evidence for or against a claim's tests in one cell.
 
 use crate::claim::decision_rule::PValues;
-use crate::claim::known::More;
 use crate::claim::known::{Range, worst};
+use crate::claim::one_sided::More;
 use crate::claim::scale::Scale;
 use crate::claim::statistics::number::Number;
 use crate::claim::statistics::{Members, Results};

@@ -1,14 +1,13 @@
-//! What trials say about a number, and how certainly the number lies within limits.
+//! What trials say about a number: on which side of a limit it certainly lies, and how certain that is.
+//!
+//! Shares and quantiles are judged by exact binomial tests, two medians on the same trials by all cuts (`cuts`), slopes
+//! of medians by the order statistics of each cell, means by bets (`bets`). None of these assumes a law.
 
-use crate::claim::freedom::Freedom;
-use crate::design::file::claim::CLAIM_LEVEL;
-use asobench_identification::metric::Estimate;
-use asobench_identification::metric::tails::{normal_point, student_above, student_point};
-use one_sided::OneSided;
-
-mod one_sided;
-
-pub(super) use one_sided::{Allowance, Line, More, Side, SidedTest};
+use crate::claim::bets::mean_above;
+use crate::claim::cuts::median_below;
+use crate::claim::one_sided::{More, OneSided, Prospect, Side};
+use crate::claim::ranked::Ranked;
+use asobench_identification::metric::tails::normal_above;
 
 /// The numbers that meet a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,106 +21,168 @@ pub(crate) struct Range {
 }
 
 impl Range {
-    /// Returns the finite ends.
-    fn ends(self) -> [Option<f64>; 2] {
-        [self.low, self.high].map(|end| end.is_finite().then_some(end))
+    /// Returns the finite ends, each with the side on which the numbers of the range are.
+    fn ends(self) -> impl Iterator<Item = (Side, f64)> {
+        let ends = [(Side::Above, self.low), (Side::Below, self.high)];
+        ends.into_iter().filter(|(_, end)| end.is_finite())
+    }
+
+    /// Whether it has two ends.
+    pub(crate) fn is_closed_in(self) -> bool {
+        self.ends().count() == 2
+    }
+}
+
+/// How a moment is bounded on one side.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Bound {
+    /// Nothing can be known.
+    Unknown,
+    /// By bets on values with their numbers of trials. The values are powers of the measure, or what they lack of
+    /// `top`.
+    Bets {
+        values: Vec<(f64, f64)>,
+        top: Option<f64>,
+    },
+    /// By bets on the squares of two outputs in each trial, of which the first is at most `top`.
+    Squares { pairs: Vec<[f64; 2]>, top: f64 },
+    /// A root mean square from above, if `E x^4 <= kurtosis (E x^2)^2`: `p = exp(-n (1 - Y/m)^2 / (2 kurtosis))` for
+    /// the mean square Y below m. Values that are not negative have a lower tail of their mean that is lighter than
+    /// normal with their second moment (Maurer, *Journal of Inequalities in Pure and Applied Mathematics* 4, 2003).
+    Kurtosis {
+        kurtosis: f64,
+        mean_square: f64,
+        count: f64,
+    },
+}
+
+impl Bound {
+    /// Tests that the moment of this power is on this side of a limit.
+    pub(crate) fn test(&self, side: Side, limit: f64, power: i32) -> OneSided {
+        // A root mean square is not negative.
+        if limit < 0.0 && power == 2 {
+            return OneSided::of(side == Side::Above);
+        }
+        let m = limit.powi(power);
+        match self {
+            Self::Unknown => OneSided::NEVER,
+            Self::Bets { values, top } => {
+                mean_above(values.iter().copied(), top.map_or(m, |top| top - m))
+            }
+            Self::Squares { pairs, top } => {
+                // A^2 - m B^2 <= top below the limit, m B^2 - A^2 <= m top above it.
+                let (top, sign) = match side {
+                    Side::Below => (*top, 1.0),
+                    Side::Above => (m * top, -1.0),
+                };
+                let lacks = pairs.iter().map(|[a, b]| (top - sign * (a - m * b), 1.0));
+                mean_above(lacks, top)
+            }
+            Self::Kurtosis {
+                kurtosis,
+                mean_square,
+                count,
+            } => {
+                let distance = (1.0 - mean_square / m).max(0.0);
+                OneSided {
+                    p: (-count * distance * distance / (2.0 * kurtosis)).exp(),
+                    prospect: Prospect::Root,
+                }
+            }
+        }
     }
 }
 
 /// What trials say about a number.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Known {
-    /// The number itself, without error.
+    /// The number itself: nothing is random.
     Exact(f64),
-    /// An estimate with a standard error above 0.
-    Estimate {
-        /// The estimate.
-        value: f64,
-        /// Its standard error.
-        error: f64,
-        /// The degrees of freedom of the error.
-        freedom: Freedom,
-        /// Whether the logarithm is nearly normal instead of the value: for ratios of positive numbers.
-        logarithmic: bool,
-    },
-    /// A moment, whose sides are tested each in its own way.
-    Moment {
-        /// The estimate.
-        value: f64,
-        /// Its standard error.
-        error: f64,
-        /// The degrees of freedom of the error.
-        freedom: Freedom,
-        /// How it is certainly below a limit, and how above.
-        sides: Box<[SidedTest; 2]>,
-    },
     /// A share of trials.
-    Count {
+    Share {
         /// Trials that count.
         count: u64,
         /// All trials.
         total: u64,
     },
-    /// A quantile without a usable standard error, because failed trials or equal values surround it. Known are only
-    /// the numbers of trials on either side of a limit.
-    Ranks {
-        /// The quantile as far as it is known; infinite, of either sign, if it is that of a failed trial.
-        value: f64,
-        /// The probability q of the quantile.
+    /// A quantile over all trials.
+    Quantile {
+        /// The probability of the quantile.
         q: f64,
-        /// Trials.
-        total: u64,
-        /// Pairs (x, count). If x is below a limit, at least `count` trials are; otherwise at most `count` are.
-        points: Vec<(f64, u64)>,
+        /// The estimate; infinite if it is that of a trial without a value.
+        value: f64,
+        /// Its standard error.
+        error: f64,
+        /// The values of all trials.
+        ranked: Ranked,
     },
+    /// A mean, a root mean square, or the ratio of two of these.
+    Moment {
+        value: f64,
+        error: f64,
+        /// 1 for a mean, 2 for a root mean square.
+        power: i32,
+        /// The unit in which it is stated: 1, or what it is compared with.
+        unit: f64,
+        /// How it is certainly below a limit, and how above.
+        bounds: Box<[Bound; 2]>,
+    },
+    /// The ratio of two medians on the same trials.
+    Medians {
+        value: f64,
+        error: f64,
+        /// Both values of each trial; infinite where one is lost.
+        pairs: Vec<[f64; 2]>,
+    },
+    /// A log-log slope of medians: `sum_j w_j ln m_j`.
+    Slope {
+        value: f64,
+        error: f64,
+        /// The weight w_j of every cell with its values.
+        cells: Vec<(f64, Ranked)>,
+    },
+    /// A ratio of times, whose logarithm is nearly normal. More trials do not make it more precise.
+    Time { value: f64, error: f64 },
 }
 
 impl Known {
-    /// Makes a moment that is tested in one way below and in another above a limit.
-    pub(crate) fn moment(
-        Estimate { value, mcse }: Estimate,
-        freedom: Freedom,
-        below: SidedTest,
-        above: SidedTest,
-    ) -> Self {
-        Self::Moment {
-            value,
-            error: mcse,
-            freedom,
-            sides: Box::new([below, above]),
-        }
-    }
-
-    /// Returns a moment over a number without error, such as that of theory.
-    pub(crate) fn over(self, by: f64) -> Self {
-        match self {
-            Self::Moment {
+    /// Returns a quantile or a moment over a number without error, such as that of theory.
+    pub(crate) fn over(mut self, by: f64) -> Self {
+        match &mut self {
+            Self::Quantile {
                 value,
                 error,
-                freedom,
-                sides,
-            } => Self::Moment {
-                value: value / by,
-                error: error / by,
-                freedom,
-                sides,
-            },
-            Self::Exact(value) => Self::Exact(value / by),
-            other => other,
+                ranked,
+                ..
+            } => {
+                *ranked = ranked.clone().over(by);
+                (*value, *error) = (*value / by, *error / by);
+            }
+            Self::Moment {
+                value, error, unit, ..
+            } => {
+                *unit *= by;
+                (*value, *error) = (*value / by, *error / by);
+            }
+            Self::Exact(value) => *value /= by,
+            _ => {}
         }
+        self
     }
 
     /// Returns the value with its standard error; NaN if it has none.
     pub(crate) fn shown(&self) -> (f64, f64) {
         match self {
-            Self::Exact(value) | Self::Ranks { value, .. } => (*value, f64::NAN),
-            Self::Estimate { value, error, .. } | Self::Moment { value, error, .. } => {
-                (*value, *error)
-            }
-            Self::Count { count, total } => {
+            Self::Exact(value) => (*value, f64::NAN),
+            Self::Share { count, total } => {
                 let share = *count as f64 / *total as f64;
                 (share, (share * (1.0 - share) / *total as f64).sqrt())
             }
+            Self::Quantile { value, error, .. }
+            | Self::Moment { value, error, .. }
+            | Self::Medians { value, error, .. }
+            | Self::Slope { value, error, .. }
+            | Self::Time { value, error } => (*value, *error),
         }
     }
 
@@ -135,112 +196,78 @@ impl Known {
         }
     }
 
-    /// Returns how many standard errors an estimate lies above a limit, on the scale on which it is nearly normal.
-    fn distance(&self, limit: f64) -> Option<(f64, Freedom)> {
-        let Self::Estimate {
-            value,
-            error,
-            freedom,
-            logarithmic,
-        } = self
-        else {
-            return None;
-        };
-        let distance = if *logarithmic {
-            // Delta method: the standard error of the logarithm is the relative error. Such values are never below 0.
-            (value.ln() - limit.max(0.0).ln()) * value / error
-        } else {
-            (value - limit) / error
-        };
-        Some((distance, *freedom))
-    }
-
-    /// Returns how far inside a range the value lies, on its scale of comparison; negative outside.
+    /// Returns how far inside a range the value lies; negative outside. On a logarithmic scale in a range of positive
+    /// numbers with two ends, which a ratio has.
     pub(crate) fn depth(&self, range: Range) -> f64 {
-        let logarithmic = match self {
-            Self::Estimate { logarithmic, .. } => *logarithmic,
-            // Both sides only of ratios.
-            Self::Moment { sides, .. } => sides.iter().all(|test| test.line == Line::Logarithm),
-            _ => false,
-        };
+        let logarithmic = range.low > 0.0 && range.high.is_finite();
         let scaled = |x: f64| if logarithmic { x.max(0.0).ln() } else { x };
         let value = scaled(self.shown().0);
-        let [low, high] = range.ends().map(|end| end.map(scaled));
-        let low = low.map_or(f64::INFINITY, |low| value - low);
-        let high = high.map_or(f64::INFINITY, |high| high - value);
-        low.min(high)
+        let of_end = |(side, end): (Side, f64)| match side {
+            Side::Above => value - scaled(end),
+            Side::Below => scaled(end) - value,
+        };
+        range.ends().map(of_end).fold(f64::INFINITY, f64::min)
     }
 
     /// Returns how far inside a range the number lies, in approximate standard errors; negative outside.
     pub(crate) fn margin(&self, range: Range) -> f64 {
-        let of_test = |test: OneSided| match test {
-            OneSided::Sure(is) => {
-                if is {
-                    f64::INFINITY
-                } else {
-                    f64::NEG_INFINITY
-                }
-            }
-            OneSided::Student(t, _) => t,
-            OneSided::Moment(test, distance, _) => test.t(distance, 1.0, CLAIM_LEVEL),
-            OneSided::Few(count, total, chance) => {
-                let (n, k) = (total as f64, count as f64);
-                (n * chance - k) / (n * chance * (1.0 - chance)).sqrt().max(1e-300)
-            }
-        };
-        self.tests_inside(range)
-            .map(of_test)
-            .fold(f64::INFINITY, f64::min)
+        let margins = self.tests_inside(range).map(OneSided::margin);
+        margins.fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns the test of lying on one side of a limit. `closed`: the limit itself counts as that side.
-    fn one_sided(&self, side: Side, limit: f64, closed: bool) -> OneSided<'_> {
+    /// Tests that the number is on this side of a limit. `closed`: the limit itself is on this side.
+    pub(crate) fn test(&self, side: Side, limit: f64, closed: bool) -> OneSided {
         match self {
-            Self::Exact(value) => OneSided::Sure(match side {
+            Self::Exact(value) => OneSided::of(match side {
                 _ if *value == limit => closed,
                 Side::Below => *value < limit,
                 Side::Above => *value > limit,
             }),
-            Self::Estimate { .. } => match (self.distance(limit), side) {
-                (Some((t, freedom)), Side::Above) => OneSided::Student(t, freedom),
-                (Some((t, freedom)), Side::Below) => OneSided::Student(-t, freedom),
-                (None, _) => OneSided::Sure(false),
+            Self::Share { count, total } => match side {
+                Side::Below => OneSided::few(*count, *total, limit),
+                Side::Above => OneSided::few(total - count, *total, 1.0 - limit),
             },
-            Self::Moment {
-                value,
-                error,
-                freedom,
-                sides,
-            } => {
-                let [below, above] = &**sides;
-                let (test, sign) = match side {
-                    Side::Below => (below, -1.0),
-                    Side::Above => (above, 1.0),
+            Self::Quantile { q, ranked, .. } => {
+                let against = ranked.total() - ranked.for_side(side, limit, closed);
+                let chance = match side {
+                    Side::Below => 1.0 - q,
+                    Side::Above => *q,
                 };
-                let line = test.line;
-                let distance = sign * (line.at(*value) - line.at(limit));
-                OneSided::Moment(test, (distance, line.error(*value, *error)), *freedom)
+                OneSided::few(against, ranked.total(), chance)
             }
-            Self::Count { count, total } => match side {
-                Side::Below => OneSided::Few(*count, *total, limit),
-                Side::Above => OneSided::Few(total - count, *total, 1.0 - limit),
-            },
-            Self::Ranks {
-                q, total, points, ..
+            Self::Moment {
+                power,
+                unit,
+                bounds,
+                ..
             } => {
-                let counts_as_below =
-                    |x: f64| x < limit || x == limit && closed == (side == Side::Below);
-                let (below, others): (Vec<_>, Vec<_>) =
-                    points.iter().partition(|(x, _)| counts_as_below(*x));
-                let at_least = below.iter().map(|(_, count)| *count).max().unwrap_or(0);
-                let at_most = others
-                    .iter()
-                    .map(|(_, count)| *count)
-                    .min()
-                    .unwrap_or(*total);
-                match side {
-                    Side::Below => OneSided::Few(total - at_least, *total, 1.0 - q),
-                    Side::Above => OneSided::Few(at_most, *total, *q),
+                let [below, above] = &**bounds;
+                let bound = if side == Side::Below { below } else { above };
+                bound.test(side, limit * unit, *power)
+            }
+            // Medians of measures that are not negative.
+            Self::Medians { .. } if limit <= 0.0 => {
+                OneSided::of(limit < 0.0 && side == Side::Above)
+            }
+            Self::Medians { pairs, .. } => match side {
+                Side::Below => median_below(pairs.iter().map(|[a, b]| [*a, limit * b])),
+                Side::Above => median_below(pairs.iter().map(|[a, b]| [limit * b, *a])),
+            },
+            Self::Slope { cells, .. } => OneSided {
+                p: least_level(|level| {
+                    let end = slope_end(cells, side, level);
+                    match side {
+                        Side::Below => end < limit,
+                        Side::Above => end > limit,
+                    }
+                }),
+                prospect: Prospect::Root,
+            },
+            Self::Time { value, error } => {
+                let t = (value.ln() - limit.max(0.0).ln()) * value / error;
+                OneSided {
+                    p: normal_above(if side == Side::Above { t } else { -t }),
+                    prospect: Prospect::Stays,
                 }
             }
         }
@@ -248,65 +275,40 @@ impl Known {
 
     /// Returns the tests that the number is inside the range. All must be significant (two one-sided tests if the range
     /// has two ends, Schuirmann 1987).
-    fn tests_inside(&self, range: Range) -> impl Iterator<Item = OneSided<'_>> {
-        let [low, high] = range.ends();
-        let low = low.map(|low| self.one_sided(Side::Above, low, !range.open));
-        let high = high.map(|high| self.one_sided(Side::Below, high, !range.open));
-        low.into_iter().chain(high)
+    fn tests_inside(&self, range: Range) -> impl Iterator<Item = OneSided> {
+        let ends = range.ends();
+        ends.map(move |(side, end)| self.test(side, end, !range.open))
     }
 
     /// Returns the tests that the number is outside the range. One must be significant.
-    fn tests_outside(&self, range: Range) -> impl Iterator<Item = OneSided<'_>> {
-        let [low, high] = range.ends();
-        let low = low.map(|low| self.one_sided(Side::Below, low, range.open));
-        let high = high.map(|high| self.one_sided(Side::Above, high, range.open));
-        low.into_iter().chain(high)
-    }
-
-    /// Returns the width of a range with two ends in standard errors of an estimate, and its degrees of freedom.
-    fn width(&self, range: Range) -> Option<(f64, Freedom)> {
-        let [Some(low), Some(high)] = range.ends() else {
-            return None;
-        };
-        let ((to_low, freedom), (to_high, _)) = (self.distance(low)?, self.distance(high)?);
-        Some((to_low - to_high, freedom))
+    fn tests_outside(&self, range: Range) -> impl Iterator<Item = OneSided> {
+        range.ends().map(move |(side, end)| {
+            let other = match side {
+                Side::Below => Side::Above,
+                Side::Above => Side::Below,
+            };
+            self.test(other, end, range.open)
+        })
     }
 
     /// Returns the p-value of "not inside the range": small if the number is certainly inside.
     pub(crate) fn inside(&self, range: Range) -> f64 {
-        self.tests_inside(range).map(OneSided::p).fold(0.0, worst)
+        self.tests_inside(range).map(|test| test.p).fold(0.0, worst)
     }
 
-    /// Whether the p-value of "not inside the range" is at most the level, which is below one half.
-    pub(crate) fn is_inside(&self, range: Range, level: f64) -> bool {
-        self.tests_inside(range).all(|test| test.is_certain(level))
-    }
-
-    /// Returns the p-value of "inside the range": small if the number is certainly outside.
-    ///
-    /// For an estimate and a range with two ends, let t be its distance beyond the nearer end and w the width of the
-    /// range, both in standard errors. Then the p-value is P(T > t) + P(T > t + w). It is exact for a number at either
-    /// end: nearly one-sided if the range is wide, and the two-sided test if it is a point. For counts it is twice the
-    /// smaller tail.
+    /// Returns the p-value of "inside the range": small if the number is certainly outside. With two ends it is twice
+    /// the smaller one.
     pub(crate) fn outside(&self, range: Range) -> f64 {
-        let tests: Vec<OneSided> = self.tests_outside(range).collect();
-        match (tests.as_slice(), self.width(range)) {
-            ([OneSided::Student(a, _), OneSided::Student(b, _)], Some((width, freedom))) => {
-                let (t, nu) = (a.max(*b), freedom.now);
-                (student_above(t, nu) + student_above(t + width, nu)).min(1.0)
-            }
-            ([a, b], _) => (self.ends_at_once() * f64::min(a.p(), b.p())).min(1.0),
-            ([a], _) => a.p(),
-            _ => 1.0,
-        }
+        let least = self.tests_outside(range).map(|test| test.p);
+        (self.ends_at_once(range) * least.fold(1.0, f64::min)).min(1.0)
     }
 
-    /// Returns the correction factor for two tests of which one suffices.
-    fn ends_at_once(&self) -> f64 {
-        if matches!(self, Self::Exact(_)) {
-            1.0
-        } else {
+    /// Returns the correction factor for the tests of which one suffices.
+    pub(crate) fn ends_at_once(&self, range: Range) -> f64 {
+        if range.is_closed_in() && !matches!(self, Self::Exact(_)) {
             2.0
+        } else {
+            1.0
         }
     }
 
@@ -318,17 +320,9 @@ impl Known {
         (1.0 - misses.sum::<f64>()).max(0.0)
     }
 
-    /// Returns the chance that [`Self::outside`] is at most `level` with `factor` times the trials.
+    /// Returns the chance that [`Self::outside`] is at most `level` with more trials.
     pub(crate) fn power_outside(&self, range: Range, more: More, level: f64) -> f64 {
-        let of_each = match (self.width(range), range.ends()) {
-            (Some((width, Freedom { now, grows })), _) => {
-                let growth = grows.map_or(1.0, |_| more.factor);
-                let nu = now * growth.powf(grows.unwrap_or(0.0));
-                level_of_an_end(width * growth.sqrt(), nu, level)
-            }
-            (None, [Some(_), Some(_)]) => level / self.ends_at_once(),
-            _ => level,
-        };
+        let of_each = level / self.ends_at_once(range);
         let hits = self
             .tests_outside(range)
             .map(|test| test.power(more, of_each));
@@ -336,19 +330,43 @@ impl Known {
     }
 }
 
-/// Returns P(T > t) for the t that solves P(T > t) + P(T > t + width) = level.
-fn level_of_an_end(width: f64, nu: f64, level: f64) -> f64 {
-    let (mut low, mut high) = (level / 2.0, level);
-    for _ in 0..20 {
+/// Returns the end of a slope's one-sided interval, which is below the slope on the side above and the other way round:
+/// each of the J cells with a weight is at one J-th of the level.
+pub(crate) fn slope_end(cells: &[(f64, Ranked)], side: Side, level: f64) -> f64 {
+    let weighted = || cells.iter().filter(|(weight, _)| *weight != 0.0);
+    let each = level / weighted().count() as f64;
+    let ends = weighted().map(|(weight, ranked)| {
+        let of_median = match side {
+            Side::Below if *weight > 0.0 => Side::Below,
+            Side::Above if *weight < 0.0 => Side::Below,
+            _ => Side::Above,
+        };
+        weight * ranked.end(0.5, of_median, each).max(0.0).ln()
+    });
+    // Infinite ends of different signs leave nothing.
+    match ends.sum::<f64>() {
+        end if end.is_nan() && side == Side::Below => f64::INFINITY,
+        end if end.is_nan() => f64::NEG_INFINITY,
+        end => end,
+    }
+}
+
+/// Returns the least level at which something is certain that is certain at every higher one; 1 if it is at none below
+/// one half.
+fn least_level(is_certain: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (-700.0_f64, 0.5_f64.ln());
+    if !is_certain(high.exp()) {
+        return 1.0;
+    }
+    for _ in 0..50 {
         let middle = f64::midpoint(low, high);
-        let t = student_point(normal_point(middle), nu);
-        if middle + student_above(t + width, nu) > level {
+        if is_certain(middle.exp()) {
             high = middle;
         } else {
             low = middle;
         }
     }
-    low
+    high.exp()
 }
 
 /// Returns the larger of two p-values; 1 if one is undefined.

@@ -5,18 +5,20 @@
 //! If neither verdict is certain, it is undecided, and `power` computes how many trials would decide it. Nothing here
 //! knows an experiment, a claim or a method by name.
 
+mod bets;
 mod condition;
+mod cuts;
 mod decision_rule;
 mod evidence;
 mod family;
-mod freedom;
 mod interval;
 mod judge;
 mod judged;
 mod known;
-mod moment;
 mod needed;
+mod one_sided;
 mod power;
+mod ranked;
 mod scale;
 mod sentence;
 mod standing;
@@ -29,7 +31,6 @@ pub use condition::condition;
 pub use decision_rule::Verdict;
 pub use judge::{decides, judge, judge_at};
 pub use judged::{Judged, JudgedCell, JudgedNumber, JudgedTest, Standing};
-pub use moment::FEWEST_FOR_MOMENTS;
 pub use needed::Needed;
 pub use scale::Scale;
 pub use standing::tested;

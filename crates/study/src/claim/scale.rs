@@ -23,7 +23,7 @@ impl Scale {
             | TestKind::Bound(_)
             | TestKind::Wins { .. }
             | TestKind::Coefficient {
-                statistic: CoefficientStatistic::Coverage,
+                statistic: CoefficientStatistic::Coverage | CoefficientStatistic::ShareAbove,
                 ..
             } => Self::Share,
             TestKind::Slope(_)

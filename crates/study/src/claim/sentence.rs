@@ -9,7 +9,7 @@ use crate::claim::needed::Needed;
 use crate::claim::scale::is_share;
 use crate::design::file::claim::Holds;
 use crate::design::file::claim_statistic::{CoefficientStatistic, RatioStatistic};
-use crate::design::file::claim_test::{ClaimTest, Limit, Outcome, TestKind};
+use crate::design::file::claim_test::{Assumption, ClaimTest, Limit, Outcome, TestKind};
 use crate::design::file::theory_reference::TheoryReference;
 use crate::outcome::looks::Look;
 use crate::outcome::place::Place;
@@ -402,7 +402,10 @@ pub(crate) fn of_and_to(test: &ClaimTest) -> String {
 pub(crate) fn value(test: &ClaimTest, part: &Part) -> String {
     let (value, error) = part.number.known.shown();
     if value.is_infinite() {
-        "that of a trial without a value".to_owned()
+        match test.kind {
+            TestKind::Ratio { .. } | TestKind::Cells { .. } => "infinite".to_owned(),
+            _ => "that of a trial without a value".to_owned(),
+        }
     } else if is_share(test) {
         format!("{} %", uncertain(100.0 * value, 100.0 * error))
     } else {
@@ -432,6 +435,19 @@ pub(crate) fn must(test: &ClaimTest) -> String {
 
 /// Returns what a test looks at: "the median e_a of iv(4)".
 pub(crate) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
+    let noun = plain_noun(test, coefficient);
+    match test.assumption {
+        None => noun,
+        Some(Assumption::Cap(cap)) => format!("{noun}, with errors above {cap} counted as {cap},"),
+        Some(Assumption::Kurtosis(most)) => {
+            format!(
+                "{noun}, if the mean fourth power is at most {most} squares of the mean square,"
+            )
+        }
+    }
+}
+
+fn plain_noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
     let output = &test.output;
     match &test.kind {
         TestKind::Outcome(Outcome::Lost) => {
@@ -460,6 +476,9 @@ pub(crate) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
                 CoefficientStatistic::Coverage => {
                     format!("the coverage of the 95 % intervals of {name} of {output}")
                 }
+                CoefficientStatistic::ShareAbove => {
+                    format!("the share of estimates of {name} by {output} above the truth")
+                }
                 CoefficientStatistic::Bias => {
                     format!("the bias of {name} of {output}, in standard deviations,")
                 }
@@ -486,6 +505,9 @@ pub(crate) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
                     format!(
                         "the ratio of the rms over trials of {first} of {output} to that of {to}"
                     )
+                }
+                RatioStatistic::PairedMedian if measure != measure_of_to => {
+                    format!("the median ratio of {first} of {output} to {second} of {to}")
                 }
                 RatioStatistic::PairedMedian => {
                     format!("the median ratio of {first}, {output} over {to},")

@@ -4,6 +4,7 @@ use crate::claim::family::Family;
 use crate::claim::judged::{Judged, Standing};
 use crate::design::file::ClaimTable;
 use crate::design::file::experiment_file::ExperimentFile;
+use crate::outcome::looks::Look;
 use asobench_identification::text::rounded;
 
 impl Standing {
@@ -40,7 +41,7 @@ pub(crate) fn mark(judged: &mut Judged, claim: &ClaimTable, file: &ExperimentFil
 }
 
 /// Says how many claims were tested and at what rate; `None` if no claim was.
-pub fn tested(file: &ExperimentFile, judged: &[Judged]) -> Option<String> {
+pub fn tested(file: &ExperimentFile, judged: &[Judged], look: Look) -> Option<String> {
     if judged.is_empty() {
         return None;
     }
@@ -55,6 +56,10 @@ pub fn tested(file: &ExperimentFile, judged: &[Judged]) -> Option<String> {
     };
     text.push_str(&counted);
     text.push_str(&rate(file, judged));
+    // Later looks are told with each verdict.
+    if look.number == 1 && look.share < 1.0 {
+        text.push_str(" First look in this folder.");
+    }
     let loose = judged.iter().filter(|claim| !claim.standing.has_rate());
     match loose.count() {
         0 => {}
@@ -119,7 +124,7 @@ mod tests {
             mark(&mut judged, claim, file);
             judged
         });
-        tested(file, &judged.collect::<Vec<Judged>>()).unwrap()
+        tested(file, &judged.collect::<Vec<Judged>>(), Look::ONLY).unwrap()
     }
 
     /// Twelve claims at 2.5 % a side: 12 * 2 * 0.025 = 0.6.
@@ -148,7 +153,7 @@ mod tests {
         assert!(said(&loose).ends_with(
             "No error rate holds for 1 of them, which is exploratory or newer than the results."
         ));
-        assert_eq!(tested(&ExperimentFile::default(), &[]), None);
+        assert_eq!(tested(&ExperimentFile::default(), &[], Look::ONLY), None);
     }
 
     #[test]

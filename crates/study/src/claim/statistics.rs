@@ -3,20 +3,18 @@
 //! Populations: shares, quantiles and paired ratios are over all trials, with failed ones ranked last. Means, root mean
 //! squares and biases are over the trials that have the measure; [`Number::kept`] tells their share.
 
-use crate::claim::freedom::Freedom;
-use crate::claim::known::Known;
-use crate::claim::moment;
-use crate::claim::moment::Sum;
+use crate::claim::known::{Bound, Known};
+use crate::claim::ranked::Ranked;
 use crate::claim::statistics::cell::in_cell;
-use crate::claim::statistics::number::{Missing, Number, exact, known, not_kept, single};
-use crate::claim::statistics::of_output::kept;
+use crate::claim::statistics::number::{Missing, Number, exact, not_kept, single};
+use crate::claim::statistics::of_output::{kept, number, ranked};
 use crate::claim::statistics::ratio::paired_median;
 use crate::design::file::claim_test::{ClaimTest, TestKind};
 use crate::design::file::tables::SlopeTable;
 use crate::design::measure::Measure;
 use crate::outcome::method_times::MethodTime;
 use crate::outcome::summary::{CellSummary, Summary};
-use asobench_identification::metric::{Estimate, JACKKNIFE_GROUPS, SlopeOf, slope_weights};
+use asobench_identification::metric::{Estimate, SlopeOf, slope_weights};
 
 mod cell;
 pub(crate) mod number;
@@ -55,9 +53,9 @@ impl Results<'_> {
                 let sure = cell(*from)?.deterministic && cell(*to)?.deterministic;
                 single(known).map(|numbers| if sure { exact(numbers) } else { numbers })
             }
-            (TestKind::Slope(slope), Members::Family(cells)) => self
-                .slope(slope, &test.output, cells)
-                .map(|number| vec![number]),
+            (TestKind::Slope(slope), Members::Family(cells)) => {
+                self.slope(slope, test, cells).map(|number| vec![number])
+            }
             (TestKind::Time { to }, Members::Cell(index)) => {
                 single(self.time(*index, &test.output, to))
             }
@@ -89,13 +87,21 @@ impl Results<'_> {
             cells && pair.table.measure == measure && pair.table.output == output
         });
         let what = || not_kept(&format!("pairs of cells in {measure} of '{output}'"));
-        Ok(paired_median(&found.ok_or_else(what)?.ratio, measure))
+        let pair = found.ok_or_else(what)?;
+        let ratios = pair.ratios.as_ref().ok_or_else(what)?;
+        paired_median(&pair.ratio, ratios, measure)
     }
 
-    fn slope(self, table: &SlopeTable, output: &str, cells: &[usize]) -> Result<Number, Missing> {
+    fn slope(
+        self,
+        table: &SlopeTable,
+        test: &ClaimTest,
+        cells: &[usize],
+    ) -> Result<Number, Missing> {
+        let output = &test.output;
         let mut slopes = self.summary.slopes.iter();
         let found = slopes
-            .find(|slope| slope.table == *table && slope.output == output && slope.cells == cells);
+            .find(|slope| slope.table == *table && slope.output == *output && slope.cells == cells);
         let what = || {
             format!(
                 "slope of {} over {} of '{output}'",
@@ -111,42 +117,44 @@ impl Results<'_> {
             )
         };
         let slope = found.slope.ok_or_else(undefined)?;
-        let freedom = Freedom::constant((JACKKNIFE_GROUPS - 1) as f64);
-        if table.statistic == SlopeOf::Median {
-            return Ok(known((slope.value, slope.mcse), freedom, false)?.into());
+        let (value, error) = (slope.value, slope.mcse);
+        if table.statistic == SlopeOf::Rmse {
+            let estimate = Estimate { value, mcse: error };
+            return Ok(Number {
+                kept: self.least_kept(cells, output, table.measure),
+                ..number(estimate, 1, [Bound::Unknown, Bound::Unknown], test)?
+            });
         }
-        let estimate = Estimate {
-            value: slope.value,
-            mcse: slope.mcse,
-        };
-        let sums = self
-            .sums_of_squares(table, output, cells)
-            .ok_or_else(|| not_kept(&what()))?;
-        Ok(Number {
-            kept: self.least_kept(cells, output, table.measure),
-            ..Number::of_moment(moment::slope(estimate, freedom, &sums))?
-        })
+        let cells = self.weighted(table, output, cells)?;
+        Ok(Known::Slope {
+            value,
+            error,
+            cells,
+        }
+        .into())
     }
 
-    /// Returns the weight in a slope, and the sum of squares, of every cell.
-    fn sums_of_squares(
+    /// Returns the weight in a slope, and the values, of every cell.
+    fn weighted(
         self,
         table: &SlopeTable,
         output: &str,
         cells: &[usize],
-    ) -> Option<Vec<(f64, Sum)>> {
+    ) -> Result<Vec<(f64, Ranked)>, Missing> {
+        let missing = || not_kept(&format!("cells of the slope over {}", table.over));
         let cells = cells.iter().map(|cell| self.summary.cells.get(*cell));
-        let cells: Vec<&CellSummary> = cells.collect::<Option<_>>()?;
+        let cells = cells.collect::<Option<Vec<&CellSummary>>>();
+        let cells = cells.ok_or_else(missing)?;
         let x = cells
             .iter()
             .map(|cell| cell.setting(table.over).parse::<f64>());
-        let x: Vec<f64> = x.collect::<Result<_, _>>().ok()?;
-        let sum = |cell: &&CellSummary| {
-            let statistics = cell.output(output)?.measures.get(&table.measure)?;
-            Some(Sum::of_powers(statistics, 2, table.measure))
+        let x: Vec<f64> = x.collect::<Result<_, _>>().map_err(|_| missing())?;
+        let weights = slope_weights(&x).ok_or_else(missing)?;
+        let of_cell = |(weight, cell): (f64, &CellSummary)| {
+            let output = cell.output(output).ok_or_else(missing)?;
+            Ok((weight, ranked(output, table.measure)?))
         };
-        let sums: Vec<Sum> = cells.iter().map(sum).collect::<Option<_>>()?;
-        Some(slope_weights(&x)?.into_iter().zip(sums).collect())
+        weights.into_iter().zip(cells).map(of_cell).collect()
     }
 
     /// Returns the smallest share of trials that have a measure, over some cells.
@@ -190,6 +198,11 @@ impl Results<'_> {
             let at = |q: f64| ratios[((ratios.len() - 1) as f64 * q).round() as usize];
             (at(0.5), spread(at(0.25), at(0.75)))
         };
-        known(found, Freedom::FIXED, true)
+        match found {
+            (value, error) if value > 0.0 && error > 0.0 && error.is_finite() => {
+                Ok(Known::Time { value, error })
+            }
+            _ => Err("the times have no spread that could be judged".to_owned()),
+        }
     }
 }

@@ -301,7 +301,16 @@ impl Measure {
 
     /// Whether it can be negative.
     pub const fn may_be_negative(self) -> bool {
-        matches!(self.scale(), Scale::Percent)
+        self.highest().is_some()
+    }
+
+    /// The number above which it cannot be: a FIT is at most 100 %, and has no least value. All other measures are at
+    /// least 0 and have no largest value: an estimate may be arbitrarily wrong.
+    pub const fn highest(self) -> Option<f64> {
+        match self.scale() {
+            Scale::Percent => Some(100.0),
+            Scale::Log | Scale::Linear => None,
+        }
     }
 
     /// Returns how an axis of the measure is drawn.

@@ -266,6 +266,23 @@ fn remove_file(path: &Path) -> Result<(), PathError> {
     }
 }
 
+/// Moves one of the program's own files over another of this kind.
+///
+/// # Errors
+/// If what is there is not the program's own, or the file cannot be moved.
+pub(crate) fn move_over(from: &Path, to: &Path, kind: Kind) -> Result<(), PathError> {
+    replaceable(to, kind)?;
+    fs::rename(from, to).map_err(PathError::io(to))
+}
+
+/// Renames one of the program's own folders, to a name that is free or has an empty folder.
+///
+/// # Errors
+/// If it cannot be renamed.
+pub(crate) fn rename_folder(from: &Path, to: &Path) -> Result<(), PathError> {
+    fs::rename(from, to).map_err(PathError::io(to))
+}
+
 /// Renames a regular file that is in the way. The new name ends in `.damaged`, with a number if that name is taken.
 ///
 /// # Errors
@@ -347,6 +364,14 @@ pub(crate) fn make_new_subfolder(path: &Path) -> Result<bool, PathError> {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
         Err(error) => Err(PathError::io(path)(error)),
     }
+}
+
+/// Returns the real folders beside a folder, in the same parent and in order; none where that cannot be read.
+pub(crate) fn beside(folder: &Path) -> Vec<PathBuf> {
+    let own = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    let there = own.parent().and_then(|parent| entries(parent).ok());
+    let [_, folders, _] = there.unwrap_or_default();
+    folders.into_iter().filter(|other| *other != own).collect()
 }
 
 /// The content of a folder: its files, its subfolders, and what is neither, such as links.

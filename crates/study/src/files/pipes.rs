@@ -37,7 +37,7 @@ impl Pipes {
     pub fn new() -> Result<Self, PathError> {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         // The folder for temporary files may be given as a relative path, but workers run elsewhere.
-        let place = std::path::absolute(std::env::temp_dir());
+        let place = std::path::absolute(temporary());
         let place = place.map_err(PathError::io(Path::new("TMPDIR")))?;
         loop {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
@@ -69,7 +69,7 @@ impl Pipes {
     /// Removes what killed processes of this user left in the folder for temporary files: a folder named like one of
     /// these, with pipes named like these and nothing else, that no process has locked. What cannot be removed stays.
     pub fn remove_left() {
-        let Ok(entries) = fs::read_dir(std::env::temp_dir()) else {
+        let Ok(entries) = fs::read_dir(temporary()) else {
             return;
         };
         for folder in entries.flatten().map(|entry| entry.path()) {
@@ -183,6 +183,12 @@ fn owner(folder: &Path) -> Option<u32> {
     let whole = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
     (whole(process) && number.parse::<u64>().is_ok() && whole(number))
         .then(|| process.parse().ok())?
+}
+
+/// Returns the folder for temporary files: `TMPDIR`, unless it is not set or empty.
+fn temporary() -> PathBuf {
+    let named = std::env::var_os("TMPDIR").filter(|name| !name.is_empty());
+    named.map_or_else(|| PathBuf::from("/tmp"), PathBuf::from)
 }
 
 /// What every process started by a worker inherits, in any process group or session: the folder of its pipes in the

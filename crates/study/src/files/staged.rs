@@ -72,13 +72,12 @@ impl Staged {
         files.try_for_each(|file| replaceable(&file.path, file.kind))
     }
 
-    /// Renames every file to its final name, in the order of creation, but a manifest last.
+    /// Renames every file to its final name, in the order of creation.
     ///
     /// # Errors
     /// If a file may not be replaced (then none is renamed), or if one cannot be renamed.
     pub fn publish(&mut self) -> Result<(), PathError> {
         self.check()?;
-        self.0.sort_by_key(|file| file.kind == Kind::Manifest);
         // Taken from the end, so files that were not renamed are still listed and will be removed.
         self.0.reverse();
         while let Some(Pending {

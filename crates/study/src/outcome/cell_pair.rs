@@ -4,7 +4,7 @@ use crate::design::experiment::Experiment;
 use crate::design::file::grid::{Settings, partners};
 use crate::design::file::needs::SeriesTable;
 use crate::outcome::tally::CellSeries;
-use asobench_identification::metric::{Paired, PairedStatistics};
+use asobench_identification::metric::{Paired, PairedStatistics, Sketch};
 use serde::{Deserialize, Serialize};
 
 /// One output in two cells that differ in a setting, on the same trials.
@@ -19,6 +19,9 @@ pub struct CellPair {
     pub to: usize,
     /// The measure in `to` over that in `from`.
     pub ratio: PairedStatistics,
+    /// The distribution of this ratio; older versions did not keep it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ratios: Option<Sketch>,
 }
 
 /// Returns every pair of cells that claims compare, over the trials that both have.
@@ -48,11 +51,13 @@ pub(crate) fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<
         let [first, second] =
             [first, second].map(|values| values.iter().copied().map(Some).cycle());
         let both = first.zip(second).take(trials);
+        let paired = Paired::from_pairs(both);
         Some(CellPair {
             table: table.clone(),
             from,
             to,
-            ratio: Paired::from_pairs(both).statistics(table.measure.worse()),
+            ratio: paired.statistics(table.measure.worse()),
+            ratios: Some(paired.ratio().clone()),
         })
     });
     paired.collect()

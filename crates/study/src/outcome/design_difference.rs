@@ -1,6 +1,8 @@
 //! In which keys the designs of two studies differ.
 
-use serde_json::Value;
+use crate::design::experiment::design_of;
+use crate::design::file::experiment_file::ExperimentFile;
+use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
 /// The longest value that is shown beside its key.
@@ -35,6 +37,15 @@ pub(crate) fn same_but_for_methods(left: &Value, right: &Value) -> bool {
     keys(left, right)
         .iter()
         .all(|key| key.starts_with("experiment.") && part(key))
+}
+
+/// Whether two studies have the same trials: their designs differ in methods alone, if at all.
+pub fn same_trials(left: &ExperimentFile, right: &ExperimentFile) -> bool {
+    let [left, right] = [left, right].map(|file| {
+        let file = serde_json::to_value(file).unwrap_or_default();
+        json!({ "experiment": design_of(&file) })
+    });
+    same_but_for_methods(&left, &right)
 }
 
 /// The paths of values that differ.

@@ -6,6 +6,12 @@ use crate::files::Kind;
 use crate::files::PathError;
 use crate::files::Staged;
 use crate::outcome::design_difference::{different, same_but_for_methods};
+use crate::outcome::layout::{
+    BLOCKS, DESIGN, LOCK, LOOKS, MANIFEST, RESULTS, TIMING, done_in, own_blocks, result_file,
+};
+use crate::outcome::publication::{
+    self, NEW, PUBLISHED, REPLACING, current, is_settling, read_current,
+};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fs::{File, TryLockError};
@@ -37,6 +43,33 @@ pub enum FolderError {
     /// A result is not what was written.
     #[error("{}: damaged: the checksum in manifest.json differs", .0.display())]
     Damaged(PathBuf),
+    /// The folder has no results, and no run began any.
+    #[error(
+        "{}: no results in this folder (no manifest.json); run an experiment with --out {} first",
+        .0.display(), .0.display()
+    )]
+    NoResults(PathBuf),
+    /// A run of the folder has not ended.
+    #[error(
+        "{}: no results yet: {done}{} trials of a run that has not ended are there; the same command goes on, \
+        report --partial shows them",
+        .path.display(), .wanted.map_or_else(String::new, |wanted| format!(" of {wanted}"))
+    )]
+    Unfinished {
+        /// The folder.
+        path: PathBuf,
+        /// Trials that are there.
+        done: u64,
+        /// Trials that it is to have, if known.
+        wanted: Option<u64>,
+    },
+    /// Nothing in the folder says that there are results to replace.
+    #[error(
+        "{}: not a folder of results of asobench (no manifest.json), and --overwrite replaces nothing else; choose \
+        another folder",
+        .0.display()
+    )]
+    NotResults(PathBuf),
     /// Another run has the folder.
     #[error("{}: another run is writing there", .0.display())]
     Busy(PathBuf),
@@ -66,7 +99,8 @@ pub enum FolderError {
     },
     /// The folder holds results of another design.
     #[error(
-        "{}: holds results of another design (different: {}); choose another folder (--out DIR)",
+        "{}: holds results of another design (different: {}); choose another folder (--out DIR), or replace them \
+        (--overwrite)",
         .path.display(), .keys.join(", ")
     )]
     OtherDesign {
@@ -81,6 +115,8 @@ pub enum FolderError {
 #[derive(Debug)]
 pub struct ResultsFolder {
     path: PathBuf,
+    /// Whether results of another study are there, which stay until the new ones are whole.
+    replaces: bool,
     _lock: Lock,
     staged: Staged,
 }
@@ -97,33 +133,70 @@ impl Drop for Lock {
     }
 }
 
-/// The lock file. It stays in the folder: if it were removed, a third run could enter beside a second.
-const LOCK: &str = ".lock";
-/// The file with the looks at a study.
-pub(crate) const LOOKS: &str = "looks.json";
-
-/// The file of a results folder that says what was run.
-pub const MANIFEST: &str = "manifest.json";
-/// The results that a manifest describes. Without the manifest or the design of the blocks, their study is unknown.
-const RESULTS: [(&str, Kind); 3] = [
-    ("trials.parquet", Kind::Parquet),
-    ("summary.json", Kind::Summary),
-    ("summary.parquet", Kind::Parquet),
-];
-pub(crate) const BLOCKS: &str = "blocks";
-pub(crate) const DESIGN: &str = "design.json";
-
 /// Reads the manifest of the results in a folder. Returns `None` if there are no results, or they were not completely
 /// written.
 ///
 /// # Errors
 /// If the manifest cannot be read, or is of a newer version.
 pub fn read_manifest(folder: &Path) -> Result<Option<Value>, FolderError> {
-    let path = folder.join(MANIFEST);
-    let Some(text) = files::read_own(&path, Kind::Manifest)? else {
+    let text = read_current(folder, MANIFEST, Kind::Manifest)?;
+    let parse = |text: Vec<u8>| parse_manifest(&folder.join(MANIFEST), &text);
+    text.map(parse).transpose()
+}
+
+/// Reads the manifest of a run in a folder that has not ended: what its results are to be. `wanted` in it is the number
+/// of trials, and `seen` says that what is there was looked at.
+///
+/// # Errors
+/// As for [`read_manifest`].
+pub fn read_announced(folder: &Path) -> Result<Option<Value>, FolderError> {
+    let Some(new) = files::subfolder(folder, NEW)? else {
         return Ok(None);
     };
-    parse_manifest(&path, &text).map(Some)
+    let path = new.join(MANIFEST);
+    let text = files::read_own(&path, Kind::Manifest)?;
+    text.map(|text| parse_manifest(&path, &text)).transpose()
+}
+
+/// Reads results, given their manifest. If they are replaced meanwhile they are read again, so that all of them are old
+/// or all are new.
+///
+/// # Errors
+/// [`FolderError::NoResults`], [`FolderError::Unfinished`], those of [`read_manifest`] and those of `read`.
+pub fn read_results<T, E: From<FolderError>>(
+    folder: &Path,
+    read: impl Fn(&Value) -> Result<T, E>,
+) -> Result<T, E> {
+    let state = || -> Result<_, FolderError> { Ok((is_settling(folder), read_manifest(folder)?)) };
+    loop {
+        let before = state()?;
+        let found = match &before.1 {
+            Some(manifest) => read(manifest),
+            None => Err(without_results(folder)?.into()),
+        };
+        if state()? == before {
+            return found;
+        }
+    }
+}
+
+/// Returns why a folder has no results.
+fn without_results(folder: &Path) -> Result<FolderError, FolderError> {
+    let path = folder.to_owned();
+    let announced = read_announced(folder)?;
+    let blocks = files::subfolder(folder, BLOCKS)?;
+    let begun = match &blocks {
+        Some(blocks) => files::is_own(&blocks.join(DESIGN), Kind::Design)?,
+        None => false,
+    };
+    if announced.is_none() && !begun {
+        return Ok(FolderError::NoResults(path));
+    }
+    Ok(FolderError::Unfinished {
+        path,
+        done: blocks.map_or(0, |blocks| done_in(&blocks).trials),
+        wanted: announced.and_then(|manifest| manifest["wanted"].as_u64()),
+    })
 }
 
 /// Parses the text of a manifest.
@@ -157,7 +230,7 @@ pub fn check_result(
     name: &str,
     content: Option<&[u8]>,
 ) -> Result<(), FolderError> {
-    let (path, stored) = (folder.join(name), manifest["checksums"][name].as_str());
+    let (path, stored) = (current(folder, name)?, manifest["checksums"][name].as_str());
     let found = match (stored, content) {
         (None, _) => return Ok(()),
         (_, Some(content)) => files::checksum(content),
@@ -173,62 +246,21 @@ pub fn check_result(
 /// Returns the design of the results or blocks in a folder, if it can be read.
 pub fn stored_design(folder: &Path) -> Option<Value> {
     let manifest = read_manifest(folder).ok().flatten();
-    let stored = manifest.or_else(|| {
-        let path = files::subfolder(folder, BLOCKS).ok()??.join(DESIGN);
-        let text = files::read_own(&path, Kind::Design).ok()??;
-        files::parsed(&text).ok()
-    });
+    let stored = manifest.or_else(|| design_of_blocks(folder));
     Some(design_of(&stored?["experiment"]))
 }
 
-/// Returns the name of a result file in a folder, if there is one.
-fn result_file(folder: &Path) -> Option<&'static str> {
-    let mut names = RESULTS.into_iter().map(|(name, _)| name);
-    names.find(|name| files::is_there(&folder.join(name)))
+/// Returns the same, and the design of what is to replace it.
+pub fn stored_designs(folder: &Path) -> Vec<Value> {
+    let replacing = design_of_blocks(&folder.join(REPLACING));
+    let replacing = replacing.map(|stored| design_of(&stored["experiment"]));
+    stored_design(folder).into_iter().chain(replacing).collect()
 }
 
-/// Parses the name of a block file, `c00000-0000000000-0000000100.block`: the cell, the first trial and the end.
-pub(crate) fn span_of(path: &Path) -> Option<(usize, u64, u64)> {
-    let name = path.file_name()?.to_str()?;
-    let mut parts = name.strip_prefix('c')?.strip_suffix(".block")?.split('-');
-    let mut number = |digits: usize| {
-        let part = parts.next()?;
-        let fits = part.len() >= digits && part.bytes().all(|b| b.is_ascii_digit());
-        part.parse::<u64>().ok().filter(|_| fits)
-    };
-    let span = (number(5)? as usize, number(10)?, number(10)?);
-    parts.next().is_none().then_some(span)
-}
-
-/// Returns the files of a folder of blocks with their kinds.
-///
-/// # Errors
-/// If the folder contains anything else.
-fn own_blocks(blocks: &Path) -> Result<Vec<(PathBuf, Kind)>, PathError> {
-    let mut own = Vec::new();
-    for path in files::list(blocks)? {
-        let kind = if span_of(&path).is_some() {
-            Kind::Block
-        } else if path.ends_with(DESIGN) {
-            Kind::Design
-        } else {
-            return Err(PathError::foreign(&path, files::NOT_OWN));
-        };
-        files::replaceable(&path, kind)?;
-        own.push((path, kind));
-    }
-    Ok(own)
-}
-
-/// Removes the blocks in a folder, and the folder.
-///
-/// # Errors
-/// If the folder contains anything else (nothing is removed then), or a file cannot be removed.
-pub(crate) fn remove_own(blocks: &Path) -> Result<(), PathError> {
-    for (path, kind) in own_blocks(blocks)? {
-        files::remove(&path, kind)?;
-    }
-    files::remove_empty(blocks)
+fn design_of_blocks(place: &Path) -> Option<Value> {
+    let path = files::subfolder(place, BLOCKS).ok()??.join(DESIGN);
+    let text = files::read_own(&path, Kind::Design).ok()??;
+    files::parsed(&text).ok()
 }
 
 /// Refuses a file that a newer version wrote.
@@ -243,19 +275,11 @@ fn refuse_newer(path: &Path, stored: &Value) -> Result<(), FolderError> {
 }
 
 impl ResultsFolder {
-    /// Opens a folder and checks that it can be written to. Makes it if needed.
+    /// Opens a folder and checks that it can be written to. Makes it if needed, and finishes what a killed run left.
     ///
     /// # Errors
     /// If the folder cannot be made or written to, or another run uses it.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
-        /// The kinds of files that a run writes at the top of the folder.
-        const OWN: [Kind; 5] = [
-            Kind::Manifest,
-            Kind::Looks,
-            Kind::Summary,
-            Kind::Parquet,
-            Kind::Figure,
-        ];
         files::make_folder(path)?;
         let lock_path = path.join(LOCK);
         let lock = files::open_lock(&lock_path)?;
@@ -266,16 +290,47 @@ impl ResultsFolder {
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(PathError::io(&lock_path)(error).into()),
         }
-        files::remove_temporary(path, &OWN)?;
-        if let Some(blocks) = files::subfolder(path, BLOCKS)? {
-            files::remove_temporary(&blocks, &[Kind::Block, Kind::Design])?;
+        publication::settle(path)?;
+        publication::discard_parts(path)?;
+        files::remove_temporary(path, &PUBLISHED)?;
+        for place in [path, &path.join(REPLACING)] {
+            if let Some(blocks) = files::subfolder(place, BLOCKS)? {
+                files::remove_temporary(&blocks, &[Kind::Block, Kind::Design])?;
+            }
         }
         files::probe(path)?;
         Ok(Self {
             path: path.to_owned(),
+            replaces: false,
             _lock: Lock(lock),
             staged: Staged::default(),
         })
+    }
+
+    /// Refuses to replace anything in a folder with files of which nothing says that they are results. Changes nothing.
+    ///
+    /// # Errors
+    /// [`FolderError::NotResults`], or the foreign file.
+    pub fn refuse_foreign(path: &Path) -> Result<(), FolderError> {
+        if !files::is_there(path) {
+            return Ok(());
+        }
+        let (manifest, design) = (path.join(MANIFEST), path.join(BLOCKS).join(DESIGN));
+        files::replaceable(&manifest, Kind::Manifest)?;
+        let blocks = files::subfolder(path, BLOCKS)?;
+        if blocks.is_some() {
+            files::replaceable(&design, Kind::Design)?;
+        }
+        let marked = files::is_there(&manifest) || files::is_there(&design);
+        let is_own = |path: &PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            name == LOCK || name.starts_with(OWN_PREFIX)
+        };
+        if marked || files::list(path)?.iter().all(is_own) {
+            Ok(())
+        } else {
+            Err(FolderError::NotResults(path.to_owned()))
+        }
     }
 
     /// The folder.
@@ -283,21 +338,35 @@ impl ResultsFolder {
         &self.path
     }
 
-    /// Makes the folder one of this design. Refuses a folder with results or blocks of another design, and one in which
-    /// a foreign file has the name of a result or of one of `figures`. Results without a manifest are accepted if the
-    /// blocks' design is there: a run was killed while it published them. Otherwise they are foreign.
+    /// Whether results of another study are replaced; if so, the names of what else is in the folder, and stays.
+    pub fn replaced_beside(&self) -> Option<Result<Vec<String>, PathError>> {
+        self.replaces.then(|| others(&self.path))
+    }
+
+    /// Whether results of another study are replaced.
+    pub fn replaces(&self) -> bool {
+        self.replaces
+    }
+
+    /// The folder with the blocks.
+    pub fn place_of_blocks(&self) -> PathBuf {
+        if self.replaces {
+            self.path.join(REPLACING)
+        } else {
+            self.path.clone()
+        }
+    }
+
+    /// Checks that results of this design, with `figures`, may be written. Refuses a folder with results or blocks of
+    /// another design, and one in which a foreign file has the name of a result or of a figure. Results without a
+    /// manifest are accepted if the blocks' design is there. Otherwise they are foreign.
     ///
     /// # Errors
     /// [`FolderError::OtherDesign`] with the keys that differ, [`FolderError::Newer`],
     /// [`FolderError::Unknown`], [`FolderError::File`], and as for [`read_manifest`].
-    pub fn claim_design(&self, design: &Value, figures: &[&str]) -> Result<(), FolderError> {
+    pub fn check_design(&self, design: &Value, figures: &[&str]) -> Result<(), FolderError> {
         let manifest = read_manifest(&self.path)?;
-        let blocks = files::subfolder(&self.path, BLOCKS)?;
-        let path = self.path.join(BLOCKS).join(DESIGN);
-        let stored = match blocks {
-            Some(_) => files::read_own(&path, Kind::Design)?,
-            None => None,
-        };
+        let stored = self.design_text(&self.path)?;
         if let Some(manifest) = &manifest {
             let experiment = design_of(&manifest["experiment"]);
             let of_results = json!({ "version": manifest["version"], "experiment": experiment });
@@ -310,28 +379,59 @@ impl ResultsFolder {
                 self.compare(&of_results, design)?;
             }
         }
-        let Some(text) = stored else {
-            if let (None, Some(file)) = (&manifest, result_file(&self.path)) {
+        match (&stored, &manifest, result_file(&self.path)) {
+            (Some(text), ..) => self.compare(&self.parse_design(text)?, design)?,
+            (None, None, Some(file)) => {
                 let path = self.path.clone();
                 return Err(FolderError::Unknown { path, file });
             }
-            self.check_targets(figures)?;
-            files::make_subfolder(&self.path, BLOCKS)?;
-            return Ok(files::replace(
-                &path,
-                Kind::Design,
-                files::sealed(design).as_bytes(),
-            )?);
-        };
+            _ => {}
+        }
+        self.check_targets(figures)
+    }
+
+    /// Makes the folder one of a design that was checked; or the part of it where a study is computed that replaces
+    /// another one.
+    ///
+    /// # Errors
+    /// If a file cannot be written or removed.
+    pub fn claim(&self, design: &Value) -> Result<(), FolderError> {
+        let place = self.place_of_blocks();
+        if self.replaces {
+            let stored = self.design_text(&place)?;
+            if stored.and_then(|text| files::parsed(&text).ok()).as_ref() != Some(design) {
+                publication::discard_replacing(&self.path)?;
+            }
+            files::make_subfolder(&self.path, REPLACING)?;
+            // No times, instead of those of the study before.
+            files::make_subfolder(&place, TIMING)?;
+        }
+        let path = files::make_subfolder(&place, BLOCKS)?.join(DESIGN);
+        if files::is_there(&path) {
+            return Ok(());
+        }
+        let text = files::sealed(design);
+        Ok(files::replace(&path, Kind::Design, text.as_bytes())?)
+    }
+
+    /// Reads the design of the blocks in a place.
+    fn design_text(&self, place: &Path) -> Result<Option<Vec<u8>>, PathError> {
+        match files::subfolder(place, BLOCKS)? {
+            Some(blocks) => files::read_own(&blocks.join(DESIGN), Kind::Design),
+            None => Ok(None),
+        }
+    }
+
+    fn parse_design(&self, text: &[u8]) -> Result<Value, FolderError> {
+        let path = self.path.join(BLOCKS).join(DESIGN);
         let wrong = |reason: String| FolderError::Manifest {
             path: path.clone(),
             reason,
         };
-        let mut stored = serde_json::from_slice(&text).map_err(|error| wrong(error.to_string()))?;
+        let mut stored = serde_json::from_slice(text).map_err(|error| wrong(error.to_string()))?;
         refuse_newer(&path, &stored)?;
-        files::unseal(&mut stored, &text).map_err(|reason| wrong(reason.to_owned()))?;
-        self.compare(&stored, design)?;
-        self.check_targets(figures)
+        files::unseal(&mut stored, text).map_err(|reason| wrong(reason.to_owned()))?;
+        Ok(stored)
     }
 
     fn compare(&self, stored: &Value, design: &Value) -> Result<(), FolderError> {
@@ -358,69 +458,79 @@ impl ResultsFolder {
         Ok(())
     }
 
-    /// Removes the blocks and results in the folder, so that results of any design, with `figures`, can be written
-    /// there. The list of looks stays if `keep_looks`.
+    /// Begins to replace the results that are there, which stay until the new ones are whole; `anew` does not go on
+    /// with what an earlier run has computed of these.
     ///
     /// # Errors
-    /// If a foreign file is in the way (nothing is removed then), or a file cannot be removed.
-    pub fn clear(&self, figures: &[&str], keep_looks: bool) -> Result<(), FolderError> {
+    /// If a file is not as the manifest lists it, or there is something foreign among the blocks. Nothing is removed
+    /// then.
+    pub fn replace(&mut self, figures: &[&str], anew: bool) -> Result<(), FolderError> {
         self.check_targets(figures)?;
-        self.check_blocks()?;
-        if !keep_looks {
-            files::remove(&self.path.join(LOOKS), Kind::Looks)?;
-        }
-        for (name, kind) in [(MANIFEST, Kind::Manifest)].into_iter().chain(RESULTS) {
-            files::remove(&self.path.join(name), kind)?;
-        }
-        self.remove_blocks()
-    }
-
-    /// Checks that all blocks may be removed.
-    ///
-    /// # Errors
-    /// If there are other files among them.
-    pub fn check_blocks(&self) -> Result<(), FolderError> {
         if let Some(blocks) = files::subfolder(&self.path, BLOCKS)? {
             own_blocks(&blocks)?;
         }
-        Ok(())
-    }
-
-    /// Removes the blocks and leaves the results. The design stays if nothing else identifies the study of the results.
-    ///
-    /// # Errors
-    /// If there are other files among the blocks (nothing is removed then), or a block cannot be removed.
-    pub fn remove_blocks(&self) -> Result<(), FolderError> {
-        let Some(blocks) = files::subfolder(&self.path, BLOCKS)? else {
-            return Ok(());
-        };
-        let keep_design =
-            result_file(&self.path).is_some() && !files::is_there(&self.path.join(MANIFEST));
-        for (path, kind) in own_blocks(&blocks)? {
-            if kind == Kind::Block || !keep_design {
-                files::remove(&path, kind)?;
+        let manifest = read_manifest(&self.path)?;
+        for (name, _) in RESULTS {
+            let path = self.path.join(name);
+            let is_listed = |manifest: &Value| {
+                lists(manifest, name) && check_result(&self.path, manifest, name, None).is_ok()
+            };
+            if files::is_there(&path) && !manifest.as_ref().is_some_and(is_listed) {
+                return Err(PathError::foreign(&path, UNLISTED).into());
             }
         }
-        if !keep_design {
-            files::remove_empty(&blocks)?;
+        if anew {
+            publication::discard_replacing(&self.path)?;
         }
+        self.replaces = true;
         Ok(())
     }
 
-    /// Creates a file that [`Self::publish`] will rename to `name`. Returns it with its temporary path.
+    /// Removes what was computed of results that were to replace others.
+    ///
+    /// # Errors
+    /// If there is something foreign among it, or a file cannot be removed.
+    pub fn give_up(&self) -> Result<(), FolderError> {
+        Ok(publication::discard_replacing(&self.path)?)
+    }
+
+    /// Returns the folder of new results.
+    fn new_results(&self) -> Result<PathBuf, PathError> {
+        files::make_subfolder(&self.path, if self.replaces { REPLACING } else { NEW })
+    }
+
+    /// Writes the manifest of results that are to be computed.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn announce(&self, mut manifest: Value) -> Result<(), FolderError> {
+        let before = read_announced(&self.path).ok().flatten();
+        if !self.replaces && before.is_some_and(|before| before["seen"] == true) {
+            manifest["seen"] = true.into();
+        }
+        let path = self.new_results()?.join(MANIFEST);
+        let text = files::sealed(&manifest);
+        Ok(files::replace(&path, Kind::Manifest, text.as_bytes())?)
+    }
+
+    /// Creates a file that [`Self::publish`] will put in its place. Returns it with its temporary path.
     ///
     /// # Errors
     /// If it cannot be created, or a foreign file has that name.
     pub fn stage(&mut self, name: &str, kind: Kind) -> Result<(File, PathBuf), FolderError> {
-        Ok(self.staged.create(&self.path.join(name), kind)?)
+        files::replaceable(&self.path.join(name), kind)?;
+        let path = self.new_results()?.join(name);
+        Ok(self.staged.create(&path, kind)?)
     }
 
-    /// Writes a file that [`Self::publish`] will rename to `name`.
+    /// Writes a file that [`Self::publish`] will put in its place.
     ///
     /// # Errors
     /// As for [`Self::stage`], and if it cannot be written.
     pub fn write(&mut self, name: &str, kind: Kind, content: &[u8]) -> Result<(), FolderError> {
-        Ok(self.staged.write(&self.path.join(name), kind, content)?)
+        files::replaceable(&self.path.join(name), kind)?;
+        let path = self.new_results()?.join(name);
+        Ok(self.staged.write(&path, kind, content)?)
     }
 
     /// Writes a JSON file like [`Self::write`], but piece by piece.
@@ -442,7 +552,7 @@ impl ResultsFolder {
         Ok(written.map_err(PathError::io(&path))?)
     }
 
-    /// Writes the manifest, which is published last, with the checksums of the results that were written before.
+    /// Writes the manifest, with the checksums of the results that were written before.
     ///
     /// # Errors
     /// As for [`Self::write`].
@@ -459,16 +569,50 @@ impl ResultsFolder {
         )
     }
 
-    /// Renames every staged file to its final name, the manifest last. An older manifest is removed first, so that a
-    /// manifest always describes the files beside it.
+    /// Makes what was written the results of the folder, in one step. The blocks stay if `keep_blocks`.
     ///
     /// # Errors
     /// If a file cannot be renamed, or a foreign file has its name.
-    pub fn publish(&mut self) -> Result<(), FolderError> {
-        self.staged.check()?;
-        files::remove(&self.path.join(MANIFEST), Kind::Manifest)?;
-        Ok(self.staged.publish()?)
+    pub fn publish(&mut self, keep_blocks: bool) -> Result<(), FolderError> {
+        let new = self.new_results()?;
+        if self.replaces && !keep_blocks {
+            publication::discard_blocks(&new)?;
+        }
+        self.staged.publish()?;
+        Ok(publication::publish(&self.path, &new)?)
     }
+}
+
+impl Drop for ResultsFolder {
+    /// Leaves no empty folder of new results, while the lock is held.
+    fn drop(&mut self) {
+        self.staged = Staged::default();
+        // There is none as a rule; a failure here cannot be handled.
+        let _ = files::remove_empty(&self.path.join(NEW));
+    }
+}
+
+/// How the names of the program's temporary files and folders begin.
+const OWN_PREFIX: &str = ".asobench-";
+/// What is said of a result that a manifest does not list, or that was changed since.
+const UNLISTED: &str = "not as manifest.json lists it; move it away or choose another folder";
+
+/// Whether a manifest lists a result. Those of version 0.2.0 list none.
+fn lists(manifest: &Value, name: &str) -> bool {
+    manifest["checksums"].is_null() || manifest["checksums"][name].is_string()
+}
+
+/// The names of what is in a folder besides results, sorted.
+fn others(folder: &Path) -> Result<Vec<String>, PathError> {
+    let names = files::list(folder)?.into_iter().filter_map(|path| {
+        let name = path.file_name()?.to_string_lossy().into_owned();
+        let known = [MANIFEST, LOOKS, LOCK, BLOCKS, TIMING].contains(&name.as_str());
+        let result = RESULTS.iter().any(|(result, _)| *result == name);
+        (!known && !result && !name.starts_with(OWN_PREFIX)).then_some(name)
+    });
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    Ok(names)
 }
 
 /// Whether a version is newer than this program's.

@@ -3,6 +3,7 @@
 use crate::design::experiment::Experiment;
 use crate::files::{self, Column, Table, Values};
 use crate::outcome::coefficients::Kept;
+use crate::outcome::publication::current;
 use crate::outcome::results_folder::{check_result, read_manifest};
 use crate::outcome::rows::Rows;
 use crate::outcome::trial_table::{StoreError, TrialTable};
@@ -37,7 +38,7 @@ impl StoredTrials {
     /// If the manifest or the file cannot be read, or the file is not what the manifest describes.
     pub fn open(folder: &Path, rows: u64) -> Result<Option<Self>, StoreError> {
         const NAME: &str = "trials.parquet";
-        let path = folder.join(NAME);
+        let path = current(folder, NAME)?;
         let Some(file) = files::open_own(&path)? else {
             return Ok(None);
         };

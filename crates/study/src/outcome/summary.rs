@@ -6,6 +6,7 @@ use crate::design::file::axis::Scalar;
 use crate::design::file::bounds::BoundTable;
 use crate::design::file::grid::Settings;
 use crate::design::file::key::Key;
+use crate::design::file::needed_by_claims::Distributions;
 use crate::design::file::needs::MediansTable;
 use crate::design::file::tables::SlopeTable;
 use crate::design::measure::Measure;
@@ -22,8 +23,8 @@ use crate::outcome::theory_summary::{TheorySummary, beside};
 use crate::outcome::traces::Traces;
 use asobench_identification::estimator::Output;
 use asobench_identification::metric::{
-    BoundVerdict, Coverage, Jackknife, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Slope,
-    Statistics, correlation_of_medians, slope_of_statistics, verdict,
+    BoundVerdict, Coverage, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share,
+    Sketch, Slope, Statistics, slope_of_statistics, verdict,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -47,6 +48,12 @@ pub struct OutputSummary {
     /// Statistics of the signed errors of a_1 ... a_n, h_1 ... h_n: bias (mean), SD, RMSE.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<(String, Statistics)>,
+    /// The shares of estimates of a_1 ... h_n above the truth.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub above_truth: Vec<(String, Share)>,
+    /// The distributions of the measures whose values claims look at.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sketches: BTreeMap<Measure, Sketch>,
     /// How the 95 % intervals of the coefficients cover the truth, for coefficients with a standard error.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coverage: Vec<(String, Coverage)>,
@@ -64,6 +71,7 @@ impl OutputSummary {
         output: &Output,
         cell: &Cell,
         tally: &OutputTally,
+        judged: &Distributions,
     ) -> Self {
         let Outcomes {
             trials, unstable, ..
@@ -74,6 +82,13 @@ impl OutputSummary {
             .parameters
             .split_at(of_coefficients.min(tally.parameters.len()));
         let measures = experiment.file.measures.iter().copied();
+        let label = output.label();
+        let is_judged = |measure: &Measure| {
+            let mut all = judged.measures.iter();
+            all.any(|(output, of)| *output == label && of == measure)
+        };
+        let sketched = measures.clone().zip(&tally.samples);
+        let sketched = sketched.filter(|(measure, _)| is_judged(measure));
         Self {
             estimator: output.estimator.clone(),
             pass: output.pass,
@@ -93,6 +108,10 @@ impl OutputSummary {
                 })
                 .collect(),
             parameters: coefficient_statistics::errors(parameters, order),
+            above_truth: coefficient_statistics::above_truth(parameters, order),
+            sketches: sketched
+                .map(|(measure, sample)| (measure, sample.sketch().clone()))
+                .collect(),
             coverage: coefficient_statistics::coverage(parameters, order),
             course: CourseSummary::new(experiment, cell, course),
             theory: BTreeMap::new(),
@@ -119,42 +138,63 @@ pub struct ComparisonSummary {
     /// Differences and ratios of every measure.
     #[serde(rename = "figures", alias = "measures")]
     pub measures: BTreeMap<Measure, PairedStatistics>,
+    /// The distributions of the ratios that claims look at.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub ratios: BTreeMap<Measure, Sketch>,
 }
 
-/// Two medians over the same trials.
+/// Two measures over the same trials.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct MedianPair {
-    /// Which medians.
+pub struct Joint {
+    /// Which measures.
     #[serde(rename = "of")]
     pub table: MediansTable,
-    /// Their correlation over repetitions of the study: [`asobench_identification::metric::correlation_of_medians`].
-    pub correlation: f64,
+    /// The ratio of the first to the second.
+    pub ratio: PairedStatistics,
+    /// The distribution of this ratio.
+    pub ratios: Sketch,
+    /// Both values of every trial, where a claim needs them; null if the output is lost.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub trials: Vec<[Option<f64>; 2]>,
 }
 
-impl MedianPair {
+impl Joint {
     /// Returns the pairs of a cell whose series are there.
-    fn of_cell(experiment: &Experiment, index: usize, tally: &CellTally) -> Vec<Self> {
+    fn of_cell(
+        experiment: &Experiment,
+        index: usize,
+        tally: &CellTally,
+        judged: &Distributions,
+    ) -> Vec<Self> {
         let kept: Vec<(usize, Measure)> = experiment.series_of(&experiment.cells[index]).collect();
+        let needed = experiment.file.needed.iter();
+        let tables: Vec<&MediansTable> = needed.flat_map(|needed| &needed.medians).collect();
+        if tables.is_empty() {
+            return Vec::new();
+        }
         let series = tally.whole_series();
-        let ranked = |label: &str, measure: Measure| {
+        let values = |label: &str, measure: Measure| {
             let output = experiment.output("output", label).ok()?;
             let place = kept.iter().position(|kept| *kept == (output, measure))?;
-            Some((&series.get(place)?[..], measure.worse()))
+            series.get(place)
         };
-        let tables = experiment
-            .file
-            .needed
-            .iter()
-            .flat_map(|needed| &needed.medians);
-        let pair = |table: &MediansTable| {
-            let first = ranked(&table.output, table.measure)?;
-            let second = ranked(&table.to, table.measure_of_to)?;
+        let number = |x: &f64| Some(*x).filter(|x| x.is_finite());
+        let pair = |table: &&MediansTable| {
+            let first = values(&table.output, table.measure)?.iter().map(number);
+            let second = values(&table.to, table.measure_of_to)?.iter().map(number);
+            let pairs = first.zip(second);
+            let paired = Paired::from_pairs(pairs.clone());
+            let trials = pairs.map(|(a, b)| [a, b]);
             Some(Self {
-                table: table.clone(),
-                correlation: correlation_of_medians(first, second)?,
+                table: (*table).clone(),
+                ratio: paired.statistics(table.measure.worse()),
+                ratios: paired.ratio().clone(),
+                trials: trials
+                    .take_while(|_| judged.joint.contains(table))
+                    .collect(),
             })
         };
-        tables.filter_map(pair).collect()
+        tables.iter().filter_map(pair).collect()
     }
 }
 
@@ -214,9 +254,9 @@ pub struct CellSummary {
     /// The comparisons that the file asks for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<ComparisonSummary>,
-    /// The dependence of medians whose ratio a claim looks at.
+    /// Measures that claims compare trial by trial.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub medians: Vec<MedianPair>,
+    pub joint: Vec<Joint>,
     /// The bounds of this cell.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bounds: Vec<BoundSummary>,
@@ -236,10 +276,11 @@ impl CellSummary {
         let outputs = experiment.outputs();
         let (file, labels) = (&experiment.file, outputs.iter().map(Output::label));
         let labels: Vec<String> = labels.collect();
+        let judged = Distributions::of_claims(file);
         let compared = file.measures.iter().copied();
         let all = outputs.iter().zip(&tally.outputs);
         let mut summaries: Vec<OutputSummary> = all
-            .map(|(output, tally)| OutputSummary::new(experiment, output, cell, tally))
+            .map(|(output, tally)| OutputSummary::new(experiment, output, cell, tally, &judged))
             .collect();
         let is_known = file
             .measures
@@ -272,9 +313,18 @@ impl CellSummary {
                         .zip(pairs)
                         .map(|(measure, pair)| (measure, pair.statistics(measure.worse())))
                         .collect(),
+                    ratios: compared
+                        .clone()
+                        .zip(pairs)
+                        .filter(|(measure, _)| {
+                            let pair = [first, second].map(|output| labels[*output].clone());
+                            judged.ratios.contains(&(pair, *measure))
+                        })
+                        .map(|(measure, pair)| (measure, pair.ratio().clone()))
+                        .collect(),
                 })
                 .collect(),
-            medians: MedianPair::of_cell(experiment, index, tally),
+            joint: Joint::of_cell(experiment, index, tally, &judged),
             bounds: bounds(experiment, &cell.claim, &labels, tally),
             curves: tally
                 .curves

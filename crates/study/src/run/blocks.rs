@@ -16,7 +16,7 @@ use crate::design::file::rule::TRIAL_LIMIT;
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;
-use crate::outcome::results_folder::{BLOCKS, span_of};
+use crate::outcome::layout::{BLOCKS, span_of};
 use crate::outcome::rows;
 use crate::outcome::rows::Rows;
 use crate::outcome::tally::{CellTally, outcomes};
@@ -60,7 +60,7 @@ pub enum BlockError {
     /// An older build wrote the file.
     #[error(
         "{}: written by an older build of asobench (block format {format}; this one writes {FORMAT}); its results can \
-        be reported, but not extended; --fresh computes all trials again",
+        be reported, but not extended; --overwrite computes all trials again",
         .path.display()
     )]
     Older {

@@ -5,6 +5,7 @@ use crate::design::file::engine::Engine;
 use crate::design::file::experiment_file::Store;
 use crate::design::file::rule::TrialRule;
 use crate::files::Kind;
+use crate::outcome::layout::LOOKS;
 use crate::outcome::looks::{Look, Looks};
 use crate::outcome::results_folder::{ResultsFolder, stored_design};
 use crate::outcome::rows::Rows;
@@ -39,10 +40,11 @@ pub struct RunOptions {
     pub block: Option<u64>,
     /// Whether damaged blocks are computed again.
     pub repair: bool,
-    /// Whether everything is computed anew, and no block is left however the run ends.
+    /// Whether everything is computed anew, and no block is left however the run ends. What is there is replaced once
+    /// the new results are whole.
     pub fresh: bool,
-    /// Whether existing results of any design are removed first.
-    pub replace: bool,
+    /// Whether results of another design, or of more trials, are replaced once the new ones are whole.
+    pub overwrite: bool,
     /// Whether a folder in which the study had other methods is refused.
     pub same_methods: bool,
     /// The names of the figures that are written with the results.
@@ -89,25 +91,16 @@ impl<'e> Campaign<'e> {
         if let TrialRule::Until(until) = &rule {
             experiment.target(until)?;
         }
-        let folder = ResultsFolder::open(path)?;
-        if options.replace {
-            // Looks at the same trials go on counting.
-            let same = stored_design(path).is_some_and(|stored| stored == experiment.design());
-            folder.clear(options.figures, same)?;
+        if options.overwrite && !options.fresh {
+            ResultsFolder::refuse_foreign(path)?;
         }
-        if options.fresh {
-            folder.check_blocks()?;
-        }
-        let design = experiment.stamped_design();
-        folder.claim_design(&design, options.figures)?;
-        if options.fresh {
-            folder.remove_blocks()?;
-            folder.claim_design(&design, options.figures)?;
-        }
-        let blocks = BlockFolder::open(path, experiment)?;
-        let stored = stored(&blocks, experiment.cells.len(), options.repair)?;
-        let looks = Looks::read(path)?;
-        let campaign = Self {
+        let mut folder = ResultsFolder::open(path)?;
+        // Looks at the same trials go on counting.
+        let same = stored_design(path).is_none_or(|stored| stored == experiment.design());
+        let (blocks, stored) = Self::trials(&mut folder, experiment, &rule, options)?;
+        let forgotten = folder.replaces() && !same;
+        let looks = Looks::before_run(path, experiment, forgotten)?;
+        Ok(Self {
             looks,
             experiment,
             rule,
@@ -120,9 +113,62 @@ impl<'e> Campaign<'e> {
                 faer_instructions: Engine::faer_instructions().to_owned(),
                 partial: false,
             },
+        })
+    }
+
+    /// Finds the trials that are there. Where the folder's are others, and these are to be replaced, those of the new
+    /// study that an earlier run left.
+    fn trials(
+        folder: &mut ResultsFolder,
+        experiment: &'e Experiment,
+        rule: &TrialRule,
+        options: RunOptions,
+    ) -> Result<(BlockFolder<'e>, Vec<Vec<StoredBlock>>), CampaignError> {
+        let design = experiment.stamped_design();
+        let replaceable = |error: &CampaignError| options.overwrite && error.is_of_other_results();
+        let checked = folder.check_design(&design, options.figures);
+        match checked.map_err(CampaignError::from) {
+            Err(error) if !replaceable(&error) => return Err(error),
+            Ok(()) if !options.fresh => {}
+            _ => folder.replace(options.figures, options.fresh)?,
+        }
+        let find = |folder: &ResultsFolder| {
+            folder.claim(&design)?;
+            let blocks = BlockFolder::open(&folder.place_of_blocks(), experiment)?;
+            let stored = stored(&blocks, experiment.cells.len(), options.repair)?;
+            let rounds = Rounds {
+                experiment,
+                rule,
+                blocks: &blocks,
+                stored: &stored,
+            };
+            rounds.check_extent(folder.path())?;
+            Ok((blocks, stored))
         };
-        campaign.check_extent()?;
-        Ok(campaign)
+        let mut found = find(folder);
+        // The folder's own trials are too many or of an older build; then those of an earlier run that was to replace
+        // them.
+        for anew in [folder.replaces(), true] {
+            if found.as_ref().is_err_and(replaceable) {
+                folder.replace(options.figures, anew)?;
+                found = find(folder);
+            }
+        }
+        found
+    }
+
+    /// If results of another study are replaced, the names of what else is in the folder, and stays.
+    ///
+    /// # Errors
+    /// If the folder cannot be read.
+    pub fn replaced_beside(&self) -> Result<Option<Vec<String>>, CampaignError> {
+        let names = self.folder.replaced_beside();
+        Ok(names.transpose()?)
+    }
+
+    /// Returns how many looks at the study's claims count that were made in other folders.
+    pub fn looks_elsewhere(&self) -> usize {
+        self.looks.elsewhere()
     }
 
     /// Returns the rule with the stored blocks.
@@ -133,24 +179,6 @@ impl<'e> Campaign<'e> {
             blocks: &self.blocks,
             stored: &self.stored,
         }
-    }
-
-    fn check_extent(&self) -> Result<(), CampaignError> {
-        let (_, asked) = self.rule.extent();
-        for cell in 0..self.stored.len() {
-            let there = self.rounds().extent(cell);
-            let asked = self.experiment.trials_of(cell, asked);
-            if there > asked {
-                let folder = self.folder.path().display().to_string();
-                return Err(CampaignError::Fewer {
-                    folder,
-                    cell,
-                    there,
-                    asked,
-                });
-            }
-        }
-        Ok(())
     }
 
     /// Computes what is missing, then writes the results together with `figures`: names and contents of further files.
@@ -206,6 +234,21 @@ impl<'e> Campaign<'e> {
         Ok(self.read_tallies(stop)?.summary(self.experiment))
     }
 
+    /// Returns the summary of the stored blocks as that of a part, and stores in the announced manifest that it was
+    /// looked at.
+    pub(crate) fn looked_at(
+        mut self,
+        mut announced: Value,
+        stop: &AtomicBool,
+    ) -> Result<Summary, CampaignError> {
+        self.origin.partial = true;
+        let mut summary = self.summary(stop)?;
+        summary.partial = true;
+        announced["seen"] = true.into();
+        self.folder.announce(announced)?;
+        Ok(summary)
+    }
+
     fn compute(
         &mut self,
         targets: &[u64],
@@ -216,7 +259,12 @@ impl<'e> Campaign<'e> {
         let missing: Vec<Span> = cells
             .flat_map(|cell| rounds.missing(cell, targets[cell]))
             .collect();
-        let trials = targets.iter().sum();
+        let trials: u64 = targets.iter().sum();
+        if !missing.is_empty() && !self.options.fresh {
+            let mut manifest = manifest(self.experiment, targets, &self.origin);
+            manifest["wanted"] = trials.into();
+            self.folder.announce(manifest)?;
+        }
         let mut left = vec![0; targets.len()];
         for span in &missing {
             left[span.cell] += span.len();
@@ -285,9 +333,12 @@ impl<'e> Campaign<'e> {
             .write_manifest(manifest(experiment, targets, &self.origin))?;
         go_on(stop)?;
         // A look counts from when its results can be read.
-        self.looks.add(summary.trials(), &self.rule);
-        self.looks.write(self.folder.path())?;
-        self.folder.publish()?;
+        let planned = experiment.file.looks;
+        self.looks
+            .add_planned(summary.trials(), planned, &self.rule);
+        self.folder
+            .write(LOOKS, Kind::Looks, self.looks.text().as_bytes())?;
+        self.folder.publish(!self.options.fresh)?;
         Ok(summary)
     }
 
@@ -457,7 +508,7 @@ impl Drop for Campaign<'_> {
     fn drop(&mut self) {
         if self.options.fresh {
             // No remedy here; the next run tries again.
-            let _ = self.folder.remove_blocks();
+            let _ = self.folder.give_up();
         }
     }
 }
@@ -520,7 +571,7 @@ mod tests {
         };
         let error = run(true).unwrap_err();
         assert!(matches!(error, CampaignError::Stopped), "{error}");
-        assert_eq!(files(), 2, "the lock and the blocks");
+        assert_eq!(files(), 3, "the lock, the blocks and what is to be");
         // All trials are stored; only the results are missing.
         stop.store(false, Ordering::Relaxed);
         assert_eq!(run(false).unwrap().cells.len(), 2);

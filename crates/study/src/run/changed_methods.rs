@@ -13,7 +13,8 @@ use crate::design::file::method::MethodTable;
 use crate::design::file::rule::TrialRule;
 use crate::files::{self, Kind};
 use crate::outcome::design_difference::same_but_for_methods;
-use crate::outcome::results_folder::{BLOCKS, DESIGN, ResultsFolder, remove_own};
+use crate::outcome::layout::{BLOCKS, DESIGN, remove_own};
+use crate::outcome::results_folder::ResultsFolder;
 use crate::run::blocks::BlockFolder;
 use crate::run::campaign::RunOptions;
 use crate::run::compute::Work;
@@ -57,7 +58,7 @@ pub fn take_over(
     mut on_event: impl FnMut(Event),
     on_change: impl FnOnce(&MethodChange),
 ) -> Result<(), CampaignError> {
-    if options.fresh || options.replace || options.same_methods || stored(path).is_none() {
+    if options.fresh || options.same_methods || stored(path).is_none() {
         return Ok(());
     }
     let folder = ResultsFolder::open(path)?;
@@ -78,7 +79,11 @@ pub fn take_over(
     let Some(change) = experiment_of(&design).and_then(|old| Change::new(old, experiment)) else {
         return Ok(());
     };
-    change.check_engines(path)?;
+    let checked = change.check_engines(path);
+    if checked.is_err() && options.overwrite {
+        return Ok(());
+    }
+    checked?;
     on_change(&change.told());
     change.compute(path, options, stop, &mut on_event)?;
     let mut under_way = experiment.stamped_design();

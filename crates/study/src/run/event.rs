@@ -58,7 +58,7 @@ pub enum CampaignError {
     /// Fewer trials are asked for than are already stored.
     #[error(
         "{folder}: holds trials of cell {cell} up to trial {there}, more than {asked}; take \
-        another folder for fewer"
+        another folder for fewer, or replace them (--overwrite)"
     )]
     Fewer {
         /// The folder.
@@ -70,6 +70,18 @@ pub enum CampaignError {
         /// Trials asked for.
         asked: u64,
     },
+}
+
+impl CampaignError {
+    /// Whether the folder holds other results, which `--overwrite` replaces.
+    pub(crate) fn is_of_other_results(&self) -> bool {
+        matches!(
+            self,
+            Self::Folder(FolderError::OtherDesign { .. })
+                | Self::Fewer { .. }
+                | Self::Block(BlockError::Older { .. })
+        )
+    }
 }
 
 impl From<PathError> for CampaignError {

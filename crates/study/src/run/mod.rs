@@ -12,6 +12,7 @@ pub(crate) mod forecast;
 pub mod kernels;
 pub(crate) mod machine_peak;
 pub(crate) mod pack;
+pub(crate) mod partial;
 pub(crate) mod pilot;
 pub(crate) mod resume;
 pub(crate) mod rounds;

@@ -6,11 +6,12 @@
 use crate::design::experiment::Experiment;
 use crate::files;
 use crate::files::Kind;
-use crate::outcome::results_folder::{BLOCKS, DESIGN, span_of};
+use crate::outcome::layout::{BLOCKS, DESIGN, Done, done_in};
+use crate::outcome::publication::REPLACING;
 use crate::run::blocks::{BlockError, BlockFolder, StoredBlock};
 use crate::run::runner::Span;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Returns the intact blocks of every cell, ascending and without overlap.
 ///
@@ -88,45 +89,16 @@ fn discard(path: &Path) -> Result<(), BlockError> {
     Ok(())
 }
 
-/// How much of a study is already computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Done {
-    /// Trials, over all cells.
-    pub trials: u64,
-    /// Bytes of their blocks.
-    pub bytes: u64,
-}
-
 /// Returns how much of an experiment a results folder holds, by the names of its block files. Nothing if there are
 /// none, or of another design. Writes nothing and reads no block.
 pub fn done(results: &Path, experiment: &Experiment) -> Done {
-    let path = results.join(BLOCKS);
-    let design = files::read_own(&path.join(DESIGN), Kind::Design)
-        .ok()
-        .flatten();
-    let design = design.and_then(|text| files::parsed(&text).ok());
-    let (Some(true), Ok(paths)) = (
-        design.map(|design| design == experiment.stamped_design()),
-        files::list(&path),
-    ) else {
-        return Done::default();
+    let design = experiment.stamped_design();
+    let places = [results.to_owned(), results.join(REPLACING)].map(|place| place.join(BLOCKS));
+    let of_design = |blocks: &PathBuf| {
+        let text = files::read_own(&blocks.join(DESIGN), Kind::Design);
+        let stored = text.ok().flatten().map(|text| files::parsed(&text));
+        stored.is_some_and(|stored| stored.is_ok_and(|stored| stored == design))
     };
-    let mut spans: Vec<(usize, u64, u64)> = Vec::new();
-    let mut done = Done::default();
-    for path in paths {
-        if let Some(span) = span_of(&path) {
-            spans.push(span);
-            done.bytes += path.symlink_metadata().map_or(0, |metadata| metadata.len());
-        }
-    }
-    spans.sort_unstable();
-    let mut reached = (0, 0);
-    for (cell, start, end) in spans {
-        if cell != reached.0 {
-            reached = (cell, 0);
-        }
-        done.trials += end.saturating_sub(start.max(reached.1));
-        reached.1 = reached.1.max(end);
-    }
-    done
+    let found = places.into_iter().find(of_design);
+    found.map_or_else(Done::default, |blocks| done_in(&blocks))
 }

@@ -6,6 +6,7 @@ use crate::run::blocks::{BlockFolder, StoredBlock};
 use crate::run::event::{CampaignError, go_on};
 use crate::run::resume::missing;
 use crate::run::runner::Span;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 /// The stored blocks of a study, and the rule for its trials.
@@ -22,6 +23,28 @@ impl Rounds<'_> {
     pub(crate) fn extent(&self, cell: usize) -> u64 {
         let last = self.stored[cell].last();
         last.map_or(0, |block| block.span.trials.end)
+    }
+
+    /// Checks that the rule asks for no fewer trials than there are.
+    ///
+    /// # Errors
+    /// [`CampaignError::Fewer`], with the results' folder.
+    pub(crate) fn check_extent(&self, folder: &Path) -> Result<(), CampaignError> {
+        let (_, asked) = self.rule.extent();
+        for cell in 0..self.stored.len() {
+            let there = self.extent(cell);
+            let asked = self.experiment.trials_of(cell, asked);
+            if there > asked {
+                let folder = folder.display().to_string();
+                return Err(CampaignError::Fewer {
+                    folder,
+                    cell,
+                    there,
+                    asked,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Returns the first target of each cell: a fixed number, or the first step of the rule that covers the stored

@@ -2,7 +2,7 @@
 
 use crate::estimator::covariance::Covariance;
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, OptionUnits, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::order_choice::{Criterion, OrderComparison};
 use crate::estimator::other_tools::{R_SYSID_RIDGE, Reading};
@@ -74,6 +74,10 @@ impl MethodKind for ArxOptions {
 
     fn model_orders(&self, setting: usize) -> Option<Orders> {
         Some(self.orders(setting))
+    }
+
+    fn option_units(&self) -> OptionUnits {
+        OptionUnits::Signals.only_if(self.ridge.is_some() || self.reading.is_some())
     }
 
     fn begins_at_rest(&self) -> bool {

@@ -9,7 +9,7 @@ use super::closed_loop_iv::check_long;
 use super::continuous_iv::ContinuousIv;
 use crate::data::OutputFeedback;
 use crate::estimator::loop_input::{LoopInput, long_order};
-use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::{Estimator, RivcOptions, SetupError};
@@ -80,6 +80,10 @@ impl MethodKind for ClrivcOptions {
 
     fn takes_memory(&self) -> bool {
         true
+    }
+
+    fn option_units(&self) -> OptionUnits {
+        OptionUnits::Gain.only_if(self.controller.is_some())
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {

@@ -7,7 +7,7 @@
 use super::riv::{RefinedIv, RivOptions};
 use crate::data::OutputFeedback;
 use crate::estimator::loop_input::{LoopInput, long_order};
-use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::{Estimator, SetupError};
@@ -79,6 +79,10 @@ impl MethodKind for ClrivOptions {
 
     fn takes_memory(&self) -> bool {
         true
+    }
+
+    fn option_units(&self) -> OptionUnits {
+        OptionUnits::Gain.only_if(self.controller.is_some())
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {

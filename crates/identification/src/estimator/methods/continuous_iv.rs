@@ -12,6 +12,7 @@ use crate::estimator::instruments::TwoStages;
 use crate::estimator::loop_input::LoopInput;
 use crate::estimator::noise_fit::{NoiseFit, put_block};
 use crate::estimator::reflection::Stabilise;
+use crate::estimator::solver::rank::inverse_power_of_two;
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{
@@ -139,13 +140,15 @@ impl ContinuousIv {
         let mut input = vec![0.0; 2 * n];
         input[0] = 1.0;
         let of_y = Sampled::new(form.as_ref(), &input[..n], Hold::First);
+        // The exponential of the cascade would round in the unit of B.
+        let unit = inverse_power_of_two(b.iter().fold(0.0, |most, b| b.abs().max(most)));
         let (c, d) = output_of(b, a);
-        input[n] = d;
+        input[n] = d * unit;
         // The model, and behind it the filter of its output.
         let cascade = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
             (true, true) => form[(i, j)],
             (false, false) => form[(i - n, j - n)],
-            (false, true) if i == n => c[j],
+            (false, true) if i == n => c[j] * unit,
             _ => 0.0,
         });
         let of_u = Sampled::new(cascade.as_ref(), &input, self.hold);
@@ -171,7 +174,7 @@ impl ContinuousIv {
                 x += b * value;
             }
             for (column, x) in columns[n + nb + 1..].iter_mut().zip(&states[n..]) {
-                column[k] = *x;
+                column[k] = x / unit;
             }
             simulated[k] = x;
             w[k] = y[k] - x;
@@ -182,7 +185,7 @@ impl ContinuousIv {
         let v = &self.v;
         run(&of_u, v, &mut self.scratch, |k, states| {
             for (column, x) in columns[n + nb + 1..].iter_mut().zip(&states[n..]) {
-                column[k] = *x;
+                column[k] = x / unit;
             }
             for (i, column) in columns[2 * n + nb + 1..].iter_mut().enumerate() {
                 column[k] = power(i, v[k], states);

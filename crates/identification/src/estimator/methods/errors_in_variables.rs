@@ -15,7 +15,7 @@ use super::arx::ArxOptions;
 use crate::estimator::covariance::{Covariance, Influence};
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::instruments::TwoStages;
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, OptionUnits, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
@@ -110,10 +110,16 @@ fn check_numbers(earlier: Option<usize>, variances: [Option<f64>; 2]) -> Result<
     Ok(())
 }
 
+/// The unit of variances that were given; that of 0 does not matter.
+fn of_variances(output: Option<f64>, input: Option<f64>) -> OptionUnits {
+    let given = [output, input].into_iter().flatten().any(|v| v > 0.0);
+    OptionUnits::Signals.only_if(given)
+}
+
 /// Defines how a method is prepared: its orders, its earlier inputs, what it knows of the noise, whether y(k) is among
 /// the instruments.
 macro_rules! eiv {
-    ($options:ident, check: $check:expr, settings: $settings:expr) => {
+    ($options:ident, check: $check:expr, units: $units:expr, settings: $settings:expr) => {
         impl $options {
             fn orders(&self, order: usize) -> Orders {
                 self.orders.unwrap_or(Orders::arx(order, order, 1))
@@ -129,6 +135,11 @@ macro_rules! eiv {
 
             fn model_orders(&self, setting: usize) -> Option<Orders> {
                 Some(self.orders(setting))
+            }
+
+            fn option_units(&self) -> OptionUnits {
+                let units: fn(&Self) -> OptionUnits = $units;
+                units(self)
             }
 
             fn takes_memory(&self) -> bool {
@@ -161,6 +172,8 @@ eiv!(
         }
         _ => Ok(()),
     },
+    // The default has one too.
+    units: |_| OptionUnits::Gain,
     settings: |of, _| (Noise::Ratio(of.ratio.unwrap_or(1.0)), 0, true)
 );
 eiv!(
@@ -176,6 +189,7 @@ eiv!(
             _ => Ok(()),
         }
     },
+    units: |of| of_variances(of.output_noise, of.input_noise),
     settings: |of, orders| {
         let noise = Noise::Variances([of.output_noise, of.input_noise]);
         (noise, of.earlier.unwrap_or(orders.na + orders.nb), true)
@@ -184,6 +198,7 @@ eiv!(
 eiv!(
     IvCompensatedOptions,
     check: |of| check_numbers(of.earlier, [of.output_noise, of.input_noise]),
+    units: |of| of_variances(of.output_noise, of.input_noise),
     settings: |of, _| {
         let known = [of.output_noise, of.input_noise].map(|v| Some(v.unwrap_or(0.0)));
         (Noise::Variances(known), of.earlier.unwrap_or(0), false)

@@ -6,7 +6,7 @@
 use super::riv::{RefinedIv, RivOptions};
 use crate::data::OutputFeedback;
 use crate::estimator::instruments::TwoStages;
-use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
@@ -96,6 +96,10 @@ impl MethodKind for IndirectOptions {
 
     fn takes_memory(&self) -> bool {
         true
+    }
+
+    fn option_units(&self) -> OptionUnits {
+        OptionUnits::Gain.only_if(self.controller.is_some())
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {

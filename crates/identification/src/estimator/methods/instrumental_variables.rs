@@ -13,7 +13,7 @@ use crate::estimator::instruments::{
 use crate::estimator::iv_options::{
     Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS,
 };
-use crate::estimator::method_kind::{MethodKind, Needs, Output, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Output, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::other_tools::Reading;
 use crate::estimator::reflection::{PoleReflection, Stabilise};
@@ -116,6 +116,13 @@ impl MethodKind for IvOptions {
         Needs {
             reference: of_reference.then(|| ("instruments", self.instruments.name())),
             ..Needs::default()
+        }
+    }
+
+    fn option_units(&self) -> OptionUnits {
+        match (&self.reading, &self.fixed_model) {
+            (Some(_), _) => OptionUnits::Signals,
+            (None, fixed) => OptionUnits::Gain.only_if(fixed.is_some()),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The true plant instead of an estimate: what observers achieve if they know it.
 
-use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
 use crate::estimator::{Estimator, SetupError};
 
 /// The options of `known`: none.
@@ -18,6 +18,10 @@ impl MethodKind for KnownOptions {
             plant: true,
             ..Needs::default()
         }
+    }
+
+    fn option_units(&self) -> OptionUnits {
+        OptionUnits::Signals
     }
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {

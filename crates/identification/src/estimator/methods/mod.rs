@@ -47,7 +47,7 @@ pub use state_sequence::{CvaOptions, SsarxOptions, StateSequence};
 pub use subspace::{MoespOptions, N4sidOptions, Subspace, SubspaceReading, Weights};
 pub use two_stage::{JointOptions, TwoStage, TwoStageOptions};
 
-use super::method_kind::{MethodKind, Needs, Output, Problem};
+use super::method_kind::{MethodKind, Needs, OptionUnits, Output, Problem};
 #[cfg(feature = "json")]
 use super::option_error::OptionError;
 use super::{Estimator, IvOptions, SetupError};
@@ -269,6 +269,11 @@ impl MethodOptions {
     /// Returns what the estimator needs of a cell.
     pub fn needs(&self) -> Needs {
         self.kind().needs()
+    }
+
+    /// Returns the unit of the numbers among the options.
+    pub fn option_units(&self) -> OptionUnits {
+        self.kind().option_units()
     }
 
     /// Whether the signals before the record are taken as zero.

@@ -2,7 +2,7 @@
 
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::covariance::Covariance;
-use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::{InitialCondition, PredictionError, SearchStarts};
 use crate::estimator::{Estimator, SetupError};
@@ -80,6 +80,10 @@ macro_rules! structure {
                     plant: self.starts == SearchStarts::Truth,
                     ..Needs::default()
                 }
+            }
+
+            fn option_units(&self) -> OptionUnits {
+                OptionUnits::Gain.only_if(self.starts == SearchStarts::Truth)
             }
 
             fn begins_at_rest(&self) -> bool {

@@ -26,7 +26,7 @@ pub use predictor::initial_numbers;
 use search::Search;
 pub use search_starts::SearchStarts;
 use starts::Starts;
-use units::Units;
+use units::Rescaled;
 
 named_enum! {
     /// The assumption about the signals before the record in prediction error methods.
@@ -45,7 +45,7 @@ named_enum! {
 /// [`FailureKind::IterationLimit`], without covariance.
 pub struct PredictionError {
     search: Search,
-    units: Units,
+    rescaled: Rescaled,
     model: LinearModel,
     covariance: Covariance,
     /// The result of the last search.
@@ -96,15 +96,15 @@ impl PredictionError {
         window: Window<'_>,
         pass: &mut Pass,
     ) {
-        if let Err(kind) = self.units.take(window.u, window.y) {
+        if let Err(kind) = self.rescaled.take(window.u, window.y) {
             return pass.fail_for(kind);
         }
         let mut start: Vec<f64> = start.parameters().collect();
-        let gain = self.units.gain();
+        let gain = self.rescaled.units().gain();
         start[of_input(self.model.orders())]
             .iter_mut()
             .for_each(|b| *b /= gain);
-        let (u, y) = self.units.record();
+        let (u, y) = self.rescaled.record();
         let found = self.search.run_from(u, y, &start);
         if let Err(kind) = self.report(window, found, pass) {
             pass.fail_for(kind);
@@ -135,7 +135,7 @@ impl PredictionError {
         }
         Ok(Self {
             search: Search::new(starts, Descent::new(orders, initial, window), window),
-            units: Units::new(window),
+            rescaled: Rescaled::new(window),
             model: LinearModel::zero(orders),
             covariance: Covariance::White,
             found: None,
@@ -150,8 +150,7 @@ impl PredictionError {
         found: Found,
         pass: &mut Pass,
     ) -> Result<(), FailureKind> {
-        let (u, y) = self.units.record();
-        let (gain, square) = (self.units.gain(), self.units.output().powi(2));
+        let (u, y) = self.rescaled.record();
         pass.iterations = Some(found.iterations);
         let theta = self.search.theta();
         let (n, d) = (y.len() as f64, theta.len() as f64);
@@ -159,9 +158,8 @@ impl PredictionError {
         let parameters = orders.parameters();
         let start_numbers = theta.len() - parameters;
         self.model.set_parameters(&theta[..parameters]);
-        self.model.b.iter_mut().for_each(|b| *b *= gain);
         let variance = found.sum / (n - d);
-        self.model.noise_variance = variance * square;
+        self.model.noise_variance = variance;
         self.model.covariance.clear();
         let mut condition = f64::NAN;
         match found.failure {
@@ -170,20 +168,15 @@ impl PredictionError {
                 condition = descent.condition(u, y, &self.search.theta)?;
                 let covariance = &mut self.model.covariance;
                 descent.covariance(self.covariance, variance, covariance);
-                for i in of_input(orders) {
-                    for j in 0..parameters {
-                        covariance[i * parameters + j] *= gain;
-                        covariance[j * parameters + i] *= gain;
-                    }
-                }
                 pass.minima = Some(self.search.minima());
             }
             Some(kind) if !kind.leaves_a_model() => return Err(kind),
             Some(_) => {}
         }
-        pass.loss = found.sum / n * square;
+        pass.loss = found.sum / n;
         pass.start_numbers = start_numbers;
         pass.set_model(&self.model, condition)?;
+        pass.set_units(self.rescaled.units())?;
         match &mut self.state {
             None => pass.start_at_zero(),
             Some(state) => state.estimate(window, 0, pass),
@@ -203,11 +196,11 @@ impl Estimator for PredictionError {
             return;
         };
         self.found = None;
-        if let Err(kind) = self.units.take(window.u, window.y) {
+        if let Err(kind) = self.rescaled.take(window.u, window.y) {
             return pass.fail_for(kind);
         }
-        let (u, y) = self.units.record();
-        let found = self.search.run(u, y, self.units.gain());
+        let (u, y) = self.rescaled.record();
+        let found = self.search.run(u, y, self.rescaled.units().gain());
         self.found = Some(found);
         if let Err(kind) = self.report(window, found, pass) {
             pass.fail_for(kind);

@@ -7,11 +7,11 @@
 
 use super::descent::OUTPUT;
 use crate::estimator::FailureKind;
+use crate::model::Units;
 
-/// Units of u and y, and the record in them.
-pub(super) struct Units {
-    input: f64,
-    output: f64,
+/// A record in units of its own.
+pub(super) struct Rescaled {
+    units: Units,
     u: Vec<f64>,
     y: Vec<f64>,
 }
@@ -26,13 +26,12 @@ fn near_root(square: f64) -> f64 {
     2.0_f64.powi((exponent + 1).div_euclid(2))
 }
 
-impl Units {
+impl Rescaled {
     /// Makes buffers for windows of `window` samples.
     pub(super) fn new(window: usize) -> Self {
         let signal = || vec![0.0; window];
         Self {
-            input: 1.0,
-            output: 1.0,
+            units: Units::ONE,
             u: signal(),
             y: signal(),
         }
@@ -48,10 +47,11 @@ impl Units {
         if !(of_input.is_finite() && of_output.is_finite()) {
             return Err(FailureKind::NonFinite);
         }
-        self.input = near_root(of_input / u.len() as f64);
+        let input = near_root(of_input / u.len() as f64);
         // A factor that u and y share moves no unit of B.
-        self.output = self.input * near_root(of_output / of_input) / OUTPUT;
-        for (to, from, unit) in [(&mut self.u, u, self.input), (&mut self.y, y, self.output)] {
+        let output = input * near_root(of_output / of_input) / OUTPUT;
+        self.units = Units { input, output };
+        for (to, from, unit) in [(&mut self.u, u, input), (&mut self.y, y, output)] {
             for (to, x) in to.iter_mut().zip(from) {
                 *to = x / unit;
             }
@@ -64,13 +64,7 @@ impl Units {
         (&self.u, &self.y)
     }
 
-    /// Returns the unit of y.
-    pub(super) fn output(&self) -> f64 {
-        self.output
-    }
-
-    /// Returns the unit of B.
-    pub(super) fn gain(&self) -> f64 {
-        self.output / self.input
+    pub(super) fn units(&self) -> Units {
+        self.units
     }
 }

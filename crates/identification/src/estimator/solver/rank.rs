@@ -48,7 +48,7 @@ pub struct Equilibration {
 }
 
 /// Returns the power of two `s` with `s x` in [1, 2), kept in the range of normal numbers.
-fn inverse_power_of_two(x: f64) -> f64 {
+pub(in crate::estimator) fn inverse_power_of_two(x: f64) -> f64 {
     let exponent = (x.to_bits() >> 52) & 0x7ff;
     f64::from_bits(2046_u64.saturating_sub(exponent).max(1) << 52)
 }

@@ -1,8 +1,9 @@
 //! Intervals known by hand, and intervals against the p-values of the same numbers.
 
 use crate::claim::decision_rule::holm;
-use crate::claim::freedom::Freedom;
 use crate::claim::interval::*;
+use crate::claim::known::{Bound, Range};
+use crate::claim::ranked::{Group, Ranked};
 use crate::claim::statistics::number::Number;
 
 fn near(found: [f64; 2], truth: [f64; 2]) {
@@ -22,15 +23,6 @@ fn part(known: Known, [low, high]: [f64; 2], open: bool) -> Part {
         test,
         number,
         range,
-    }
-}
-
-fn estimate(value: f64, error: f64, freedom: Freedom, logarithmic: bool) -> Known {
-    Known::Estimate {
-        value,
-        error,
-        freedom,
-        logarithmic,
     }
 }
 
@@ -106,28 +98,24 @@ fn one_level_is_as_good_as_the_steps() {
     }
 }
 
-/// The normal law: 1.95996 standard errors at 2.5 %, of the logarithm for ratios. Clopper and Pearson: of 10 trials 0
-/// are below 1 - 0.025^(1/10) = 0.30850, and 5 are from 0.18709 to 0.81291. A cell that fails by one of two numbers
-/// compares each at half the level: at 1.25 % it is 2.24140 standard errors.
+/// The normal law for the logarithm of times: 1.95996 standard errors at 2.5 %. Clopper and Pearson: of 10 trials 0 are
+/// below 1 - 0.025^(1/10) = 0.30850, and 5 are from 0.18709 to 0.81291. A cell that fails by one of two numbers compares
+/// each at half the level: at 1.25 % it is 2.24140 standard errors.
 #[test]
 fn intervals_by_hand() {
-    let sure = Freedom::FIXED;
-    let linear = part(estimate(3.0, 0.5, sure, false), BELOW_1, true);
-    near(
-        linear.interval(PASS, 0.025, 2),
-        [3.0 - 0.979_98, 3.0 + 0.979_98],
-    );
-    near(
-        linear.interval(FAIL, 0.025, 2),
-        [3.0 - 1.120_70, 3.0 + 1.120_70],
-    );
-    let ratio = part(estimate(2.0, 0.2, sure, true), BELOW_1, true);
+    let time = Known::Time {
+        value: 2.0,
+        error: 0.2,
+    };
+    let ratio = part(time, BELOW_1, true);
     let factor = 0.195_996_4_f64.exp();
     near(
         ratio.interval("open", 0.025, 1),
         [2.0 / factor, 2.0 * factor],
     );
-    let count = |count| part(Known::Count { count, total: 10 }, BELOW_1, true);
+    let factor = 0.224_140_3_f64.exp();
+    near(ratio.interval(FAIL, 0.025, 2), [2.0 / factor, 2.0 * factor]);
+    let count = |count| part(Known::Share { count, total: 10 }, BELOW_1, true);
     near(count(0).interval(PASS, 0.025, 1), [0.0, 0.308_50]);
     near(count(5).interval(FAIL, 0.025, 1), [0.187_09, 0.812_91]);
     near(count(10).interval(PASS, 0.025, 1), [0.691_50, 1.0]);
@@ -135,32 +123,57 @@ fn intervals_by_hand() {
     assert_eq!(exact.interval(FAIL, 0.025, 1), [2.0, 2.0]);
 }
 
-/// A range that is a point: 5 % outside it is 2.5 % on either side. In a wide range an end is as good as alone:
-/// 1.64485.
-#[test]
-fn two_ends_share_the_level() {
-    let of = |low| {
-        let known = estimate(0.0, 1.0, Freedom::FIXED, false);
-        part(known, [low, 1.0], false).interval(FAIL, 0.05, 1)
+/// Numbers of each kind about 1, from few and from many trials.
+fn numbers() -> Vec<Known> {
+    let values = |n: u64, shift: f64| -> Vec<Group> {
+        let value = |i| shift + (i as f64 + 0.5) / n as f64;
+        let group = |value| Group {
+            lowest: value,
+            highest: value,
+            count: 1,
+        };
+        (0..n).map(|i| group(value(i))).collect()
     };
-    near(of(1.0), [-1.959_96, 1.959_96]);
-    near(of(-100.0), [-1.644_85, 1.644_85]);
-}
-
-/// Of 100 trials 40 are below 1, 40 are 1 and 20 are above. "At most 40 are below a median of 1 or more" has the tail
-/// P(K <= 40) = 0.0284 of the binomial law, and "at least 80 below 2" has P(K >= 80) < 1e-9.
-#[test]
-fn ranks_end_at_known_values() {
-    let known = Known::Ranks {
-        value: 1.0,
-        q: 0.5,
-        total: 100,
-        points: vec![(0.5, 40), (1.0, 80), (2.0, 81), (f64::INFINITY, 100)],
-    };
-    let part = part(known, BELOW_1, true);
-    assert_eq!(part.interval("open", 0.03, 1)[1], 1.0);
-    let [low, high] = part.interval("open", 0.001, 1);
-    assert!(low <= 0.5 && high >= 1.0, "{low} {high}");
+    let mut all = Vec::new();
+    for n in [20, 400] {
+        for k in 0..30 {
+            let shift = f64::from(k) / 25.0;
+            let pairs = values(n, shift)
+                .into_iter()
+                .map(|group| [group.lowest, 1.0]);
+            let squares: Vec<[f64; 2]> = pairs.clone().collect();
+            let (value, error) = (shift + 0.5, 0.3 / (n as f64).sqrt());
+            all.push(Known::Quantile {
+                q: 0.5,
+                value,
+                error,
+                ranked: Ranked::new(values(n, shift)),
+            });
+            all.push(Known::Medians {
+                value,
+                error,
+                pairs: pairs.collect(),
+            });
+            let bound = || Bound::Squares {
+                pairs: squares.clone(),
+                top: 5.0,
+            };
+            all.push(Known::Moment {
+                value: value.sqrt(),
+                error,
+                power: 2,
+                unit: 1.0,
+                bounds: Box::new([bound(), bound()]),
+            });
+            all.push(Known::Slope {
+                value,
+                error,
+                cells: vec![(1.0, Ranked::new(values(n, shift + 1.0)))],
+            });
+            all.push(Known::Time { value, error });
+        }
+    }
+    all
 }
 
 /// The interval is inside the limits exactly where the number certainly passes, and outside where it certainly fails.
@@ -173,20 +186,18 @@ fn intervals_and_p_values_agree() {
         ([0.8, 1.0], false),
         ([0.99, 1.01], false),
     ];
-    let freedoms = [
-        Freedom::FIXED,
-        Freedom::constant(3.0),
-        Freedom::of_quantile(0.5, 400),
-    ];
     let levels = [0.025, 0.025 / 24.0, 1e-6];
     let mut counts = [0; 3];
     for (i, (limits, open)) in ranges.into_iter().enumerate() {
-        let estimates = (1..40).flat_map(|k| {
-            freedoms.map(|freedom| estimate(f64::from(k) / 20.0, 0.04, freedom, k % 2 == 0))
-        });
-        let counts_of = (0..=60).map(|count| Known::Count { count, total: 60 });
-        for known in estimates.chain(counts_of.take(if i == 3 { 0 } else { 61 })) {
+        let counts_of = (0..=60).map(|count| Known::Share { count, total: 60 });
+        for known in numbers()
+            .into_iter()
+            .chain(counts_of.take(if i == 3 { 0 } else { 61 }))
+        {
             let part = part(known.clone(), limits, open);
+            let (value, error) = known.shown();
+            let kind = std::mem::discriminant(&known);
+            let said = format!("{kind:?} {value} {error} in {limits:?}");
             let [low, high] = limits;
             for level in levels {
                 let (pass, fail) = (known.inside(part.range), known.outside(part.range));
@@ -199,19 +210,16 @@ fn intervals_and_p_values_agree() {
                 assert_eq!(
                     pass <= level,
                     inside(part.interval(PASS, level, 1)),
-                    "{part:?}"
+                    "{said}"
                 );
                 assert_eq!(
                     fail <= level,
                     outside(part.interval(FAIL, level, 1)),
-                    "{part:?}"
+                    "{said}"
                 );
                 let is_open = pass > level && fail > level;
                 let bar = part.interval("open", level, 1);
-                assert!(
-                    !is_open || !inside(bar) && !outside(bar),
-                    "{part:?} {bar:?}"
-                );
+                assert!(!is_open || !inside(bar) && !outside(bar), "{said} {bar:?}");
                 counts[if pass <= level {
                     0
                 } else {

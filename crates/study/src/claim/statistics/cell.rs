@@ -1,13 +1,10 @@
 //! Numbers of one cell: shares, moments, quantiles, coverages and biases of an output.
 
-use crate::claim::known::Known;
-use crate::claim::moment as of_moment;
-use crate::claim::moment::Sum;
+use crate::claim::known::{Bound, Known};
 use crate::claim::statistics::number::{Missing, Number, exact, not_kept, single};
-use crate::claim::statistics::of_output::moment;
-use crate::claim::statistics::of_output::{at_ranks, count_of, kept, ranks, statistics};
+use crate::claim::statistics::of_output::{count_of, kept, moment, number, quantile, statistics};
 use crate::claim::statistics::ratio::{
-    compared, over_theory, paired_median, ratio_of_medians, ratio_of_rms, wins,
+    median_ratio, over_theory, ratio_of_medians, ratio_of_rms, wins,
 };
 use crate::design::file::bounds::BoundTable;
 use crate::design::file::claim_statistic::{CoefficientStatistic, RatioStatistic, ValueStatistic};
@@ -15,21 +12,23 @@ use crate::design::file::claim_test::{ClaimTest, Outcome, TestKind};
 use crate::design::file::theory_reference::TheoryReference;
 use crate::design::measure::Measure;
 use crate::outcome::summary::{CellSummary, OutputSummary};
-use asobench_identification::metric::{Estimate, Quantile, Quantiles, Share, Statistics, Worse};
+use asobench_identification::metric::{Estimate, Share};
 
 pub(crate) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number>, Missing> {
     let output = cell.output(&test.output);
     let output = output.ok_or_else(|| format!("the results have no output '{}'", test.output))?;
+    let name = test.output.as_str();
     let numbers = match &test.kind {
         TestKind::Outcome(outcome) => single(outcome_count(cell, output, *outcome)),
-        TestKind::Bound(bound) => single(bound_count(cell, &test.output, bound)),
-        TestKind::Wins { measure, to } => single(wins(cell, &test.output, to, *measure)),
+        TestKind::Bound(bound) => single(bound_count(cell, name, bound)),
+        TestKind::Wins { measure, to } => single(wins(cell, [name, to], *measure)),
         TestKind::Value { measure, statistic } => {
-            value(cell, output, *measure, *statistic).map(|number| vec![number])
+            value(cell, output, (*measure, *statistic), test).map(|number| vec![number])
         }
         TestKind::Coefficient { name, statistic } => match statistic {
             CoefficientStatistic::Coverage => coverages(cell, output, name.as_ref()),
-            CoefficientStatistic::Bias => biases(cell, output, name.as_ref()),
+            CoefficientStatistic::ShareAbove => shares_above(cell, output, name.as_ref()),
+            CoefficientStatistic::Bias => biases(cell, output, name.as_ref(), test),
         },
         TestKind::Ratio {
             measure,
@@ -38,20 +37,19 @@ pub(crate) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number
             statistic,
         } => match (TheoryReference::named(to), statistic) {
             (Some(reference), statistic) => {
-                let measures = [*measure, *measure_of_to];
-                over_theory(cell, output, measures, reference, *statistic)
-                    .map(|number| vec![number])
+                let (measures, of) = ((*measure, *measure_of_to), (reference, *statistic));
+                over_theory(cell, output, measures, of, test).map(|number| vec![number])
             }
             (None, RatioStatistic::Median) => single(ratio_of_medians(
                 cell,
-                [(&test.output, *measure), (to, *measure_of_to)],
+                (name, *measure),
+                (to, *measure_of_to),
             )),
             (None, RatioStatistic::PairedMedian) => {
-                let pair = compared(cell, &test.output, to, *measure)?;
-                Ok(vec![paired_median(pair, *measure).into()])
+                single(median_ratio(cell, [name, to], [*measure, *measure_of_to]))
             }
             (None, RatioStatistic::Rms) => {
-                ratio_of_rms(cell, &test.output, to, *measure).map(|number| vec![number])
+                ratio_of_rms(cell, [name, to], *measure, test).map(|number| vec![number])
             }
         },
         TestKind::Cells { .. } | TestKind::Slope(_) | TestKind::Time { .. } => Ok(Vec::new()),
@@ -97,45 +95,40 @@ fn bound_count(cell: &CellSummary, label: &str, bound: &BoundTable) -> Result<Kn
     count_of(met.count, met.total)
 }
 
-pub(crate) fn value(
+fn value(
     cell: &CellSummary,
     output: &OutputSummary,
-    measure: Measure,
-    statistic: ValueStatistic,
+    (measure, statistic): (Measure, ValueStatistic),
+    test: &ClaimTest,
 ) -> Result<Number, Missing> {
-    let statistics = statistics(output, measure)?;
-    let quantile = |q: f64, of_q: Quantile| Ok(quantile(statistics, q, of_q, measure).into());
+    let all = statistics(output, measure)?;
+    let quantile = |q: f64, found| Ok(quantile(output, measure, (q, found))?.into());
     match statistic {
-        ValueStatistic::Mean => moment(cell, statistics, 1, measure),
-        ValueStatistic::Rms => moment(cell, statistics, 2, measure),
-        ValueStatistic::Q05 => quantile(0.05, statistics.q05),
-        ValueStatistic::Q25 => quantile(0.25, statistics.q25),
-        ValueStatistic::Q75 => quantile(0.75, statistics.q75),
-        ValueStatistic::Q95 => quantile(0.95, statistics.q95),
-        ValueStatistic::Median => quantile(0.5, statistics.q50),
+        ValueStatistic::Mean => moment(cell, output, (measure, 1), test),
+        ValueStatistic::Rms => moment(cell, output, (measure, 2), test),
+        ValueStatistic::Q05 => quantile(0.05, all.q05),
+        ValueStatistic::Q25 => quantile(0.25, all.q25),
+        ValueStatistic::Q75 => quantile(0.75, all.q75),
+        ValueStatistic::Q95 => quantile(0.95, all.q95),
+        ValueStatistic::Median => quantile(0.5, all.q50),
     }
 }
 
-/// Returns a quantile over all trials.
-fn quantile(statistics: &Statistics, q: f64, quantile: Quantile, measure: Measure) -> Known {
-    let (n, lost) = (
-        statistics.count + statistics.undefined,
-        statistics.undefined,
-    );
-    // Lost trials rank below or above the others.
-    let (below, end) = match measure.worse() {
-        Worse::Larger => (0, (f64::INFINITY, statistics.count)),
-        Worse::Smaller => (lost, (f64::NEG_INFINITY, lost)),
+/// Returns shares of trials of a coefficient, or of every one, that is in the list.
+fn shares<'a>(
+    cell: &CellSummary,
+    name: Option<&String>,
+    all: impl Iterator<Item = (&'a String, Share)>,
+) -> Result<Vec<Number>, Missing> {
+    let wanted = all.filter(|(parameter, _)| name.is_none_or(|name| name == *parameter));
+    let number = |(parameter, Share { count, total, .. }): (&String, Share)| {
+        Ok(Number {
+            name: Some(parameter.clone()),
+            kept: kept(total, cell.trials),
+            ..count_of(count, total)?.into()
+        })
     };
-    let value = if quantile.lost { end.0 } else { quantile.value };
-    let extremes = [
-        (statistics.min, below + 1),
-        (statistics.max, below + statistics.count),
-    ];
-    let values = statistics.quantiles.all().map(|quantile| quantile.value);
-    let quantiles = Quantiles::SHARES.into_iter().zip(values);
-    let points = at_ranks(quantiles, n).chain(extremes).chain([end]);
-    ranks(q, n, (value, quantile.mcse), points, false)
+    wanted.map(number).collect()
 }
 
 /// Returns the shares of 95 % intervals that contain the truth, for one coefficient or for all with a standard error.
@@ -144,65 +137,62 @@ fn coverages(
     output: &OutputSummary,
     name: Option<&String>,
 ) -> Result<Vec<Number>, Missing> {
-    let named = output.coverage.iter();
-    let wanted = named.filter(|(parameter, _)| name.is_none_or(|name| name == parameter));
-    let shares: Result<Vec<Number>, Missing> = wanted
-        .map(|(parameter, coverage)| {
-            let Share { count, total, .. } = coverage.covered;
-            Ok(Number {
-                name: Some(parameter.clone()),
-                kept: kept(total, cell.trials),
-                ..count_of(count, total)?.into()
-            })
-        })
-        .collect();
-    let shares = shares?;
-    if shares.is_empty() {
+    let all = output.coverage.iter();
+    let found = shares(cell, name, all.map(|(name, of)| (name, of.covered)))?;
+    if found.is_empty() {
         return Err(format!(
             "no coefficient of '{}' has a standard error; a run keeps them if coverage = true",
             output.label()
         ));
     }
-    Ok(shares)
+    Ok(found)
 }
 
-/// Returns the mean signed error over its standard deviation, delta = m / s, for one coefficient or for all. By the
-/// delta method Var delta is `(Var m + delta^2 Var s - 2 delta Cov(m, s)) / s^2` with `Cov(m, s) = s^2 g / (2 M)`,
-/// where g is the skewness of the errors.
-fn biases(
+/// Returns the shares of estimates above the truth, for one coefficient or for all that are estimated.
+fn shares_above(
     cell: &CellSummary,
     output: &OutputSummary,
     name: Option<&String>,
 ) -> Result<Vec<Number>, Missing> {
+    let all = output.above_truth.iter();
+    let found = shares(cell, name, all.map(|(name, share)| (name, *share)))?;
+    if found.is_empty() {
+        return Err(not_kept("the shares of estimates above the truth"));
+    }
+    Ok(found)
+}
+
+/// Returns the mean signed error over its standard deviation, delta = m / s, for one coefficient or for all. By the
+/// delta method Var delta is `(Var m + delta^2 Var s - 2 delta Cov(m, s)) / s^2` with `Cov(m, s) = s^2 g / (2 M)`,
+/// where g is the skewness of the errors. Errors have no bounds, so nothing is certain of their mean.
+fn biases(
+    cell: &CellSummary,
+    output: &OutputSummary,
+    name: Option<&String>,
+    test: &ClaimTest,
+) -> Result<Vec<Number>, Missing> {
     let named = output.parameters.iter();
-    // A coefficient that a delay makes 0 in every model has no errors at all.
-    let estimated = |errors: &Statistics| errors.mean.value != 0.0 || errors.sd.value != 0.0;
     let wanted = named.filter(|(parameter, errors)| match name {
         Some(name) => name == parameter,
-        None => estimated(errors),
+        // A coefficient that a delay makes 0 in every model has no errors at all.
+        None => errors.mean.value != 0.0 || errors.sd.value != 0.0,
     });
     let biases: Result<Vec<Number>, Missing> = wanted
         .map(|(parameter, errors)| {
             let (mean, sd) = (errors.mean, errors.sd);
             let delta = mean.value / sd.value;
-            let m = errors.count as f64;
             // Older versions did not store the skewness.
-            let skewness = Some(errors.skewness)
-                .filter(|g| g.is_finite())
-                .unwrap_or(0.0);
+            let skewness = Some(errors.skewness).filter(|g| g.is_finite());
             let [of_mean, of_sd] = [mean.mcse / sd.value, delta * sd.mcse / sd.value];
-            let square = of_mean * of_mean + of_sd * of_sd - delta * skewness / m;
-            // Not a number if there are too few trials for the error of the standard deviation.
-            let error = square.sqrt();
+            let shared = delta * skewness.unwrap_or(0.0) / errors.count as f64;
             let estimate = Estimate {
                 value: delta,
-                mcse: error,
+                mcse: (of_mean * of_mean + of_sd * of_sd - shared).sqrt(),
             };
-            let sum = Sum::about_mean(errors, &format!("the error of {parameter}"));
             Ok(Number {
                 name: Some(parameter.clone()),
                 kept: kept(errors.count, cell.trials),
-                ..Number::of_moment(of_moment::bias(estimate, errors.count, sum))?
+                ..number(estimate, 1, [Bound::Unknown, Bound::Unknown], test)?
             })
         })
         .collect();

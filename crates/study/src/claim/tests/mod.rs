@@ -8,19 +8,17 @@ use crate::design::measure::Measure;
 use crate::outcome::looks::Look;
 use crate::outcome::outcomes::Outcomes;
 use crate::outcome::summary::{CellSummary, ComparisonSummary, OutputSummary, Summary};
-use asobench_identification::metric::{
-    Estimate, Paired, PairedStatistics, Quantile, Sample, Share, Statistics, Worse,
-};
+use asobench_identification::metric::{Paired, PairedStatistics, Sample, Share, Statistics, Worse};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::LazyLock;
 
 mod chains;
 mod conditions;
+mod enumeration;
 mod families;
-mod medians;
-mod moments;
 mod rates;
+mod reference;
 mod words;
 
 /// A look with the whole level, and as much for the next one.
@@ -63,6 +61,8 @@ fn output(label: &str, trials: u64) -> OutputSummary {
         unstable: Share::new(0, trials),
         measures: BTreeMap::from([(Measure::Ea, ones(trials))]),
         parameters: Vec::new(),
+        above_truth: Vec::new(),
+        sketches: BTreeMap::new(),
         coverage: Vec::new(),
         course: None,
         theory: BTreeMap::new(),
@@ -76,9 +76,6 @@ fn ones(trials: u64) -> Statistics {
     let mut statistics = *ONE;
     statistics.count = trials;
     statistics.dominated = false;
-    // No trial is larger than the others, so there is no allowance for unseen ones.
-    statistics.largest_share = 0.0;
-    statistics.tail = 0.01;
     statistics
 }
 
@@ -105,8 +102,9 @@ fn cell(index: usize, eta: f64, trials: u64) -> CellSummary {
             first: "new".to_owned(),
             second: "old".to_owned(),
             measures: BTreeMap::from([(Measure::Ea, pair)]),
+            ratios: BTreeMap::new(),
         }],
-        medians: Vec::new(),
+        joint: Vec::new(),
         bounds: Vec::new(),
         curves: None,
         traces: None,
@@ -131,7 +129,24 @@ fn summary(cells: Vec<CellSummary>) -> Summary {
 }
 
 impl CellSummary {
-    fn e_a(&mut self) -> &mut Statistics {
-        self.outputs[0].measures.get_mut(&Measure::Ea).unwrap()
+    /// Gives "new" these values of e_a; NaN for a lost trial.
+    fn draw(&mut self, values: impl IntoIterator<Item = f64>) {
+        let sample = Sample::from_values(values);
+        let new = &mut self.outputs[0];
+        new.measures
+            .insert(Measure::Ea, sample.statistics(Worse::Larger));
+        new.sketches.insert(Measure::Ea, sample.sketch().clone());
+    }
+
+    /// Gives "new" and "old" these values of e_a.
+    fn pair(&mut self, pairs: impl IntoIterator<Item = (f64, f64)>) {
+        let pairs = pairs.into_iter().map(|(a, b)| (Some(a), Some(b)));
+        let paired = Paired::from_pairs(pairs);
+        let comparison = &mut self.comparisons[0];
+        let statistics = paired.statistics(Worse::Larger);
+        comparison.measures.insert(Measure::Ea, statistics);
+        comparison
+            .ratios
+            .insert(Measure::Ea, paired.ratio().clone());
     }
 }

@@ -6,25 +6,18 @@
 #![expect(clippy::print_stdout, reason = "the rates that were found")]
 
 use crate::claim::decision_rule::{Cells, PValues, Verdict, decide};
-use crate::claim::evidence::{Evidence, Part};
-use crate::claim::freedom::Freedom;
-use crate::claim::known::{Known, Range};
+use crate::claim::evidence::Evidence;
 use crate::claim::power::{Open, Undecided};
 use crate::claim::statistics::{Members, Results};
 use crate::claim::tests::*;
 use crate::design::file::claim::Holds;
+use asobench_identification::metric::tails::normal_point;
 use asobench_identification::signal::normal::fill_standard_normal;
 use asobench_identification::signal::{Purpose, stream};
 
 const REPETITIONS: u64 = 2000;
 const LEVEL: f64 = 0.025;
 const CELLS: [usize; 3] = [1, 24, 76];
-
-const BELOW_5: Range = Range {
-    low: f64::NEG_INFINITY,
-    high: 5.0,
-    open: true,
-};
 
 /// Three standard errors of a share of the repetitions.
 fn three(share: f64) -> f64 {
@@ -61,77 +54,6 @@ fn of_cell(test: ClaimTest, trials: u64, draw: impl FnOnce(&mut CellSummary)) ->
         times: &[],
     };
     Evidence::new(results, &[test], &Members::Cell(0))
-}
-
-/// Returns the evidence of an estimate with the error of a mean over so many trials.
-fn of_mean((value, error): (f64, f64), trials: u64, logarithmic: bool, range: Range) -> Evidence {
-    let known = Known::Estimate {
-        value,
-        error,
-        freedom: Freedom::of_mean(trials),
-        logarithmic,
-    };
-    Evidence {
-        parts: vec![Part {
-            test: 0,
-            number: known.into(),
-            range,
-        }],
-        ..Evidence::default()
-    }
-}
-
-/// The mean of normal numbers with variance 1, and its estimated standard error, by Student's test. Means of a study
-/// are judged with more caution: see `moments`.
-struct Mean(u64);
-
-/// Returns mean and standard error of some numbers.
-fn mean(z: &[f64]) -> (f64, f64) {
-    let n = z.len() as f64;
-    let mean = z.iter().sum::<f64>() / n;
-    let squares: f64 = z.iter().map(|z| (z - mean) * (z - mean)).sum();
-    (mean, (squares / (n - 1.0) / n).sqrt())
-}
-
-impl Law for Mean {
-    fn width(&self) -> usize {
-        self.0 as usize
-    }
-    fn evidence(&self, truth: f64, z: &[f64]) -> Evidence {
-        let (value, error) = mean(z);
-        of_mean((truth + value, error), self.0, false, BELOW_5)
-    }
-    fn limit(&self) -> f64 {
-        5.0
-    }
-    fn trials(&self) -> u64 {
-        self.0
-    }
-}
-
-/// A ratio whose logarithm is normal.
-struct Ratio(u64);
-
-impl Law for Ratio {
-    fn width(&self) -> usize {
-        self.0 as usize
-    }
-    fn evidence(&self, truth: f64, z: &[f64]) -> Evidence {
-        let (value, error) = mean(z);
-        let ratio = truth * value.exp();
-        let range = Range {
-            low: 0.5,
-            high: f64::INFINITY,
-            open: true,
-        };
-        of_mean((ratio, ratio * error), self.0, true, range)
-    }
-    fn limit(&self) -> f64 {
-        0.5
-    }
-    fn trials(&self) -> u64 {
-        self.0
-    }
 }
 
 /// The share of trials that fail.
@@ -173,28 +95,18 @@ impl Law for Failures {
     }
 }
 
-/// The median of exp(1.5 z), z normal: heavy-tailed, computed by the sketch with its standard error.
+/// The median of exp(1.5 z), z normal: heavy-tailed.
 struct Median(u64);
-
-impl Median {
-    /// Returns the evidence of a median.
-    fn of(&self, median: Quantile) -> Evidence {
-        let test = test_again("value = 'e_a'\nof = 'new'\nbelow = 2");
-        of_cell(test, self.0, |cell| cell.e_a().q50 = median)
-    }
-
-    fn drawn(truth: f64, z: &[f64]) -> Quantile {
-        let values = z.iter().map(|z| truth * (1.5 * z).exp());
-        asobench_identification::metric::Sketch::from_values(values).quantile(0.5)
-    }
-}
 
 impl Law for Median {
     fn width(&self) -> usize {
         self.0 as usize
     }
     fn evidence(&self, truth: f64, z: &[f64]) -> Evidence {
-        self.of(Self::drawn(truth, z))
+        let test = test_again("value = 'e_a'\nof = 'new'\nbelow = 2");
+        of_cell(test, self.0, |cell| {
+            cell.draw(z.iter().map(|z| truth * (1.5 * z).exp()));
+        })
     }
     fn limit(&self) -> f64 {
         2.0
@@ -270,16 +182,6 @@ fn keeps_its_level(name: &str, law: &dyn Law, exact: bool) {
 }
 
 #[test]
-fn means_at_the_boundary() {
-    keeps_its_level("mean of 10", &Mean(10), true);
-}
-
-#[test]
-fn ratios_at_the_boundary() {
-    keeps_its_level("ratio of 20", &Ratio(20), true);
-}
-
-#[test]
 fn shares_at_the_boundary() {
     keeps_its_level("share 1 %", &Failures(0.01, 1000), false);
     keeps_its_level("share 50 %", &Failures(0.5, 400), false);
@@ -290,11 +192,11 @@ fn medians_with_heavy_tails_at_the_boundary() {
     keeps_its_level("median of 200", &Median(200), false);
 }
 
-/// 75 cells that certainly pass, and one that fails by 5 standard errors of a mean of 100.
+/// 75 cells that certainly pass, and one that fails by 5 standard errors of a share of 400.
 #[test]
 fn a_counterexample_of_five_standard_errors_is_found() {
-    let law = Mean(100);
-    let truth = law.limit() + 5.0 / 10.0;
+    let law = Failures(0.5, 400);
+    let truth = 0.5 + 5.0 * 0.025;
     let [_, refuted] = rates(|i| {
         let mut cells = vec![PASS; 75];
         cells.extend(p_values(&law, truth, i, 1));
@@ -321,35 +223,7 @@ fn asked_for(evidence: &Evidence, trials: u64, holds: Holds, m: usize) -> u64 {
 }
 
 /// A planted effect that few trials leave open. With the number of trials that the engine asks for, 80 % of studies
-/// decide it, in 1 and in 12 cells.
-#[test]
-fn the_stated_number_of_trials_decides_in_four_of_five() {
-    // Effects in standard deviations, and a number of trials that leaves either open in most studies.
-    for (effect, expected) in [(-0.15, Verdict::Holds), (0.15, Verdict::DoesNotHold)] {
-        for m in [1, 12] {
-            let few = Mean(60);
-            let truth = few.limit() + effect;
-            let evidence = of_mean((truth, 1.0 / 60.0_f64.sqrt()), few.0, false, BELOW_5);
-            let trials = asked_for(&evidence, few.0, Holds::Everywhere, m);
-            let found = rates(|i| {
-                verdict(
-                    Holds::Everywhere,
-                    &p_values(&Mean(trials), truth, i, m),
-                    LEVEL,
-                )
-            });
-            let power = found[usize::from(expected == Verdict::DoesNotHold)];
-            println!("mean {effect:+} in {m}: {trials} trials, {power}");
-            assert!(
-                power >= 0.8 - three(0.8),
-                "{expected} in {m} cells: {power} with {trials}"
-            );
-            assert!(power <= 0.8 + three(0.8), "{power} with {trials}");
-        }
-    }
-}
-
-/// The same for shares, whose counts are discrete: never too few trials.
+/// decide it, in 1 and in 12 cells. Counts are discrete: never too few trials.
 #[test]
 fn the_stated_number_of_trials_decides_shares() {
     for (limit, truth, few) in [
@@ -375,32 +249,16 @@ fn the_stated_number_of_trials_decides_shares() {
     }
 }
 
-/// The same for medians, whose standard error comes from few order statistics.
+/// The same for medians, from a study of 1,000 whose values are evenly spread.
 #[test]
 fn the_stated_number_of_trials_decides_medians() {
     for (truth, expected) in [(1.75, 0), (2.3, 1)] {
-        let few = Median(100);
-        // The mean standard error that a run of so few trials prints. Its ranks are rounded outwards, so it is above 1
-        // / (2 f sqrt n).
-        let printed = |number: u64| {
-            let mut z = vec![0.0; few.width()];
-            fill_standard_normal(&mut stream(17, number, Purpose::NoiseDrive), &mut z);
-            Median::drawn(truth, &z).mcse
-        };
-        let error = (0..400).map(printed).sum::<f64>() / 400.0;
-        let evidence = few.of(Quantile {
-            value: truth,
-            mcse: error,
-            lost: false,
-        });
+        let few = Median(1000);
+        let points = (0..1000).map(|i| normal_point((f64::from(i) + 0.5) / 1000.0));
+        let evidence = few.evidence(truth, &points.collect::<Vec<f64>>());
         let trials = asked_for(&evidence, few.0, Holds::Everywhere, 1);
-        let power = rates(|i| {
-            verdict(
-                Holds::Everywhere,
-                &p_values(&Median(trials), truth, i, 1),
-                LEVEL,
-            )
-        });
+        let law = Median(trials);
+        let power = rates(|i| verdict(Holds::Everywhere, &p_values(&law, truth, i, 1), LEVEL));
         println!("median {truth}: {trials} trials, {power:?}");
         let power = power[expected];
         assert!(
@@ -415,7 +273,7 @@ fn the_stated_number_of_trials_decides_medians() {
 #[test]
 fn seven_looks_keep_the_level() {
     let sizes: Vec<usize> = (0..7).map(|look| 20 << look).collect();
-    let limit = Mean(20).limit();
+    let limit = Median(20).limit();
     for m in [1, 12] {
         let found = rates(|repetition| {
             let mut z = vec![0.0; m * sizes[6]];
@@ -423,7 +281,7 @@ fn seven_looks_keep_the_level() {
             let look = |size: &usize| {
                 let p_values: Vec<PValues> = z
                     .chunks(sizes[6])
-                    .map(|z| Mean(*size as u64).evidence(limit, &z[..*size]).p_values())
+                    .map(|z| Median(*size as u64).evidence(limit, &z[..*size]).p_values())
                     .collect();
                 verdict(Holds::Everywhere, &p_values, LEVEL / 7.0)
             };

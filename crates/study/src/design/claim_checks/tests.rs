@@ -143,6 +143,7 @@ fn mistakes_are_named_with_their_place() {
             "{{ ratio = 'e_a', of = 'iv(4)', to = 'ls', {rest} }}"
         ))
     };
+    let value = |rest: &str| claim(&format!("{{ value = 'e_a', of = 'iv(4)', {rest} }}"));
     let with = |more: &str| format!("{}\n{more}", ratio("below = 1"));
     for (claims, parts) in [
         (
@@ -192,8 +193,32 @@ fn mistakes_are_named_with_their_place() {
             ["test.statistic: ", "paired-median, median, rms"],
         ),
         (
-            ratio("measure_of_to = 'e_b', below = 1"),
-            ["test.measure_of_to", "median"],
+            ratio("measure_of_to = 'e_b', statistic = 'rms', below = 1"),
+            ["test.measure_of_to", "paired-median"],
+        ),
+        (
+            ratio("cap = 2, below = 1"),
+            ["test.cap: ", "statistic = \"mean\" or \"rms\""],
+        ),
+        (
+            ratio("statistic = 'rms', cap = 0, below = 1"),
+            ["test.cap: 0", "above 0"],
+        ),
+        (
+            ratio("statistic = 'rms', kurtosis = 3, below = 1"),
+            ["test.kurtosis: ", "one output"],
+        ),
+        (
+            value("statistic = 'rms', cap = 2, below = 2"),
+            ["test.cap: 2", "above the limit, 2"],
+        ),
+        (
+            value("statistic = 'rms', cap = 2, kurtosis = 3, below = 1"),
+            ["test.kurtosis: ", "one of the two"],
+        ),
+        (
+            value("statistic = 'rms', kurtosis = 0.5, below = 1"),
+            ["test.kurtosis: 0.5", "at least 1"],
         ),
         (
             ratio("between = [2, 1]"),

@@ -52,13 +52,19 @@ impl ValueStatistic {
 pub enum CoefficientStatistic {
     /// The mean of the signed error over its standard deviation.
     Bias,
+    /// The share of trials whose estimate is above the truth.
+    ShareAbove,
     /// The share of trials whose 95 % interval contains the truth, among those with a standard error.
     Coverage,
 }
 
 impl CoefficientStatistic {
     /// Their names in files, the default first.
-    pub const NAMES: &[(&str, Self)] = &[("bias", Self::Bias), ("coverage", Self::Coverage)];
+    pub const NAMES: &[(&str, Self)] = &[
+        ("bias", Self::Bias),
+        ("share-above", Self::ShareAbove),
+        ("coverage", Self::Coverage),
+    ];
 }
 
 /// How a test of `ratio` compares two outputs, or an output with theory.

@@ -7,6 +7,7 @@ use crate::design::file::claim_statistic::{
 };
 use crate::design::file::error::FileError;
 use crate::design::file::key::Key;
+use crate::design::file::needs::MediansTable;
 use crate::design::file::tables::SlopeTable;
 use crate::design::file::test_table::{TestTable, TimeOf};
 use crate::design::file::theory_reference::TheoryReference;
@@ -116,6 +117,15 @@ impl TestKind {
     }
 }
 
+/// What a test of a moment assumes of the law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Assumption {
+    /// None: larger numbers, and lost trials, count as this number.
+    Cap(f64),
+    /// The mean fourth power is at most this multiple of the square of the mean square.
+    Kurtosis(f64),
+}
+
 /// What one test of a claim says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClaimTest {
@@ -125,6 +135,8 @@ pub struct ClaimTest {
     pub kind: TestKind,
     /// The limit that this must meet.
     pub limit: Limit,
+    /// What is assumed of a moment, if anything.
+    pub assumption: Option<Assumption>,
 }
 
 /// The unit of a test: a cell, two cells, or a family of cells. All tests of a claim must have the same unit.
@@ -145,7 +157,7 @@ impl TestTable {
     /// Returns the keys present in the table, each with the kinds of test that allow it.
     fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
         const COMPARED: &[&str] = &["share", "ratio", "cells", "time"];
-        let options: [(&str, bool, &[&str]); 9] = [
+        let options: [(&str, bool, &[&str]); 11] = [
             ("to", self.to.is_some(), COMPARED),
             ("measure_of_to", self.measure_of_to.is_some(), &["ratio"]),
             (
@@ -159,6 +171,8 @@ impl TestTable {
             ("from", self.from.is_some(), &["cells", "slope"]),
             ("over", self.over.is_some(), &["slope"]),
             ("within", self.within.is_some(), &["ratio", "cells", "time"]),
+            ("cap", self.cap.is_some(), &["value", "ratio"]),
+            ("kurtosis", self.kurtosis.is_some(), &["value", "ratio"]),
         ];
         let given = options.into_iter().filter(|(_, given, _)| *given);
         given.map(|(name, _, kinds)| (name, kinds)).collect()
@@ -281,6 +295,62 @@ impl TestTable {
         }))
     }
 
+    /// Returns what a test of this kind assumes.
+    fn assumption(&self, kind: &TestKind, limit: Limit) -> Result<Option<Assumption>, FileError> {
+        let of_theory = |kind: &TestKind| {
+            kind.other()
+                .is_some_and(|to| TheoryReference::named(to).is_some())
+        };
+        let (can_cap, can_have_kurtosis) = match kind {
+            TestKind::Value { measure, statistic } => (
+                !measure.may_be_negative()
+                    && matches!(statistic, ValueStatistic::Mean | ValueStatistic::Rms),
+                *statistic == ValueStatistic::Rms,
+            ),
+            TestKind::Ratio { statistic, .. } => (
+                *statistic == RatioStatistic::Rms,
+                *statistic == RatioStatistic::Rms && of_theory(kind),
+            ),
+            _ => (false, false),
+        };
+        let [_, high] = limit.ends();
+        match (self.cap, self.kurtosis) {
+            (None, None) => Ok(None),
+            (Some(_), Some(_)) => Err(FileError::key(
+                "kurtosis",
+                "with cap nothing is assumed; expected one of the two",
+            )),
+            (Some(_), _) if !can_cap => Err(FileError::key(
+                "cap",
+                "belongs to the mean or rms of an error; expected statistic = \"mean\" or \"rms\"",
+            )),
+            (_, Some(_)) if !can_have_kurtosis => Err(FileError::key(
+                "kurtosis",
+                "belongs to the rms of one output; expected statistic = \"rms\"",
+            )),
+            (Some(cap), _)
+                if matches!(kind, TestKind::Value { .. })
+                    && !(cap > high.max(0.0))
+                    && high.is_finite() =>
+            {
+                let message = format!("{cap}; expected a number above the limit, {high}");
+                Err(FileError::key("cap", message))
+            }
+            (Some(cap), _) if cap > 0.0 && cap.is_finite() => Ok(Some(Assumption::Cap(cap))),
+            (_, Some(most)) if most >= 1.0 && most.is_finite() => {
+                Ok(Some(Assumption::Kurtosis(most)))
+            }
+            (Some(cap), _) => Err(FileError::key(
+                "cap",
+                format!("{cap}; expected a number above 0"),
+            )),
+            (_, Some(most)) => Err(FileError::key(
+                "kurtosis",
+                format!("{most}; expected a number of at least 1"),
+            )),
+        }
+    }
+
     fn value_kind(&self, value: &str) -> Result<TestKind, FileError> {
         let every = value == "parameters";
         if every || is_coefficient(value) {
@@ -301,9 +371,9 @@ impl TestTable {
             Some(_) => self.statistic_of(RatioStatistic::OF_THEORY)?,
             None => self.statistic_of(RatioStatistic::NAMES)?,
         };
-        if self.measure_of_to.is_some() && statistic != RatioStatistic::Median {
-            let message = "two different measures can be compared only by their medians; expected statistic = \
-                \"median\"";
+        if self.measure_of_to.is_some() && statistic == RatioStatistic::Rms {
+            let message = "two different measures cannot be compared by their rms; expected statistic = \
+                \"paired-median\" or \"median\"";
             return Err(FileError::key("measure_of_to", message));
         }
         Ok(TestKind::Ratio {
@@ -385,9 +455,16 @@ impl ClaimTest {
             }
         };
         let output = TestTable::name("of", table.output.as_ref(), "an output, such as \"iv(4)\"")?;
+        let assumption = table.assumption(&kind, limit)?;
         let shares = matches!(
             kind,
-            TestKind::Outcome(_) | TestKind::Bound(_) | TestKind::Wins { .. }
+            TestKind::Outcome(_)
+                | TestKind::Bound(_)
+                | TestKind::Wins { .. }
+                | TestKind::Coefficient {
+                    statistic: CoefficientStatistic::Coverage | CoefficientStatistic::ShareAbove,
+                    ..
+                }
         );
         let beyond = |end: f64| end.is_finite() && !(0.0..=1.0).contains(&end);
         if shares && limit.ends().into_iter().any(beyond) {
@@ -400,7 +477,36 @@ impl ClaimTest {
             output,
             kind,
             limit,
+            assumption,
         })
+    }
+
+    /// Returns the two measures of a ratio that are compared trial by trial.
+    pub(crate) fn joint(&self) -> MediansTable {
+        let measures = self.measures();
+        MediansTable {
+            output: self.output.clone(),
+            measure: measures[0],
+            to: self.kind.other().cloned().unwrap_or_default(),
+            measure_of_to: measures[measures.len() - 1],
+        }
+    }
+
+    /// Returns what can be judged instead of a moment that nothing bounds, in words.
+    pub(crate) fn instead(&self) -> &'static str {
+        match &self.kind {
+            TestKind::Coefficient { .. } => {
+                "statistic = \"share-above\", the share of estimates above the truth, can be judged"
+            }
+            TestKind::Slope(_) => "the slope of medians, or a test of cells, can be judged",
+            TestKind::Value { measure, .. } if measure.may_be_negative() => {
+                "a quantile or a share can be judged"
+            }
+            TestKind::Value { .. } => {
+                "a quantile, a share, or the same number with a cap can be judged"
+            }
+            _ => "the median ratio, or the same number with a cap, can be judged",
+        }
     }
 
     /// Returns the unit of the test.

@@ -8,6 +8,7 @@ use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::key::Key;
 use crate::design::file::needs::{MediansTable, Needs, SeriesTable};
 use crate::design::file::theory_reference::TheoryReference;
+use crate::design::measure::Measure;
 
 /// Adds the items that the list does not have yet.
 pub(crate) fn extend<T: Clone + PartialEq>(list: &mut Vec<T>, items: &[T]) {
@@ -55,6 +56,51 @@ impl ExperimentFile {
     }
 }
 
+/// The distributions by which claims are judged.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Distributions {
+    /// A measure of an output.
+    pub(crate) measures: Vec<(String, Measure)>,
+    /// The ratio of a measure of two outputs on the same trials.
+    pub(crate) ratios: Vec<([String; 2], Measure)>,
+    /// Both values of each trial.
+    pub(crate) joint: Vec<MediansTable>,
+}
+
+impl Distributions {
+    /// Returns those that the claims of a file look at.
+    pub(crate) fn of_claims(file: &ExperimentFile) -> Self {
+        let mut all = Self::default();
+        for claim in &file.claims {
+            let given = claim.given.as_ref().map(ClaimTest::from_table);
+            let cases = claim.cases().unwrap_or_default();
+            for test in cases.iter().flatten().chain(given.iter().flatten()) {
+                all.add(test);
+            }
+        }
+        all
+    }
+
+    fn add(&mut self, test: &ClaimTest) {
+        let output = test.output.clone();
+        match &test.kind {
+            TestKind::Value { measure, .. } => push(&mut self.measures, &[], (output, *measure)),
+            TestKind::Slope(slope) => push(&mut self.measures, &[], (output, slope.measure)),
+            TestKind::Ratio { measure, to, .. } if TheoryReference::named(to).is_some() => {
+                push(&mut self.measures, &[], (output, *measure));
+            }
+            TestKind::Ratio {
+                measure,
+                to,
+                statistic: RatioStatistic::PairedMedian,
+                ..
+            } => push(&mut self.ratios, &[], ([output, to.clone()], *measure)),
+            TestKind::Ratio { .. } => push(&mut self.joint, &[], test.joint()),
+            _ => {}
+        }
+    }
+}
+
 impl Needs {
     fn add(&mut self, claim: &ClaimTable, test: &ClaimTest, file: &ExperimentFile) {
         let output = || test.output.clone();
@@ -89,7 +135,9 @@ impl Needs {
             }
             TestKind::Coefficient { statistic, .. } => match statistic {
                 CoefficientStatistic::Coverage => self.coverage |= !file.coverage,
-                CoefficientStatistic::Bias => self.parameters |= !file.parameters,
+                CoefficientStatistic::Bias | CoefficientStatistic::ShareAbove => {
+                    self.parameters |= !file.parameters
+                }
             },
             TestKind::Ratio {
                 measure,
@@ -100,15 +148,13 @@ impl Needs {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.measures, &file.measures, *measure_of_to);
                 let of_theory = TheoryReference::named(to).is_some();
-                if *statistic == RatioStatistic::Median && !of_theory {
-                    let medians = MediansTable {
-                        output: output(),
-                        measure: *measure,
-                        to: to.clone(),
-                        measure_of_to: *measure_of_to,
-                    };
-                    push(&mut self.medians, &[], medians);
-                } else if !of_theory {
+                let is_joint = *statistic == RatioStatistic::Median
+                    || test.assumption.is_some()
+                    || measure != measure_of_to;
+                if is_joint && !of_theory {
+                    push(&mut self.medians, &[], test.joint());
+                }
+                if *statistic != RatioStatistic::Median && measure == measure_of_to && !of_theory {
                     push(&mut self.compare, &file.compare, [output(), to.clone()]);
                 }
             }

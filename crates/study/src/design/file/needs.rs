@@ -25,7 +25,7 @@ pub struct SeriesTable {
     pub to: Scalar,
 }
 
-/// Two medians of a cell whose ratio a claim looks at.
+/// Two measures of a cell that a claim compares trial by trial: by their medians, or by capped mean squares.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MediansTable {

@@ -49,7 +49,7 @@ pub struct TestTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measure_of_to: Option<Measure>,
     /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; of a coefficient "bias" (default),
-    /// "coverage"; ratio: "paired-median" (default; of theory "median"), "median" (of two medians), "rms"; slope:
+    /// "share-above" (of trials with an estimate above the truth), "coverage"; ratio: "paired-median" (default; of theory "median"), "median" (of two medians), "rms"; slope:
     /// "median" (default), "rms".
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<StatisticName>")]
@@ -82,6 +82,14 @@ pub struct TestTable {
     /// ratio, cells, time: it must be the same within this factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
+    /// mean, rms: errors above this number, and lost trials, count as this number. Without it no number of trials
+    /// tells that a mean is small.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cap: Option<f64>,
+    /// rms of an output: the mean fourth power is assumed to be at most this multiple of the square of the mean
+    /// square (3 for the norm of a normal error).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kurtosis: Option<f64>,
 }
 
 impl TestTable {

@@ -1,5 +1,13 @@
 use super::*;
+use crate::outcome::layout::span_of;
+use crate::outcome::publication::WHOLE;
 use std::fs;
+
+/// Checks a design and makes the folder one of it, as a run does.
+fn claim(results: &ResultsFolder, design: &Value) -> Result<(), FolderError> {
+    results.check_design(design, &[])?;
+    results.claim(design)
+}
 
 /// Returns a design with two keys.
 fn design(seed: u64, y: u64) -> Value {
@@ -29,7 +37,7 @@ fn results_appear_whole_or_not_at_all() {
     manifest["experiment"] = design(1, 2)["experiment"].clone();
     results.write_manifest(manifest).unwrap();
     write(&mut results, "a.svg");
-    results.publish().unwrap();
+    results.publish(true).unwrap();
     let mut names: Vec<_> = fs::read_dir(&path)
         .unwrap()
         .map(|f| f.unwrap().file_name())
@@ -43,9 +51,9 @@ fn results_appear_whole_or_not_at_all() {
         ResultsFolder::open(&path),
         Err(FolderError::Busy(_))
     ));
-    results.claim_design(&design(1, 2), &[]).unwrap();
+    claim(&results, &design(1, 2)).unwrap();
     let error = results
-        .claim_design(&design(2, 3), &[])
+        .check_design(&design(2, 3), &[])
         .unwrap_err()
         .to_string();
     assert!(
@@ -54,7 +62,7 @@ fn results_appear_whole_or_not_at_all() {
     );
     fs::remove_file(path.join(MANIFEST)).unwrap();
     let error = results
-        .claim_design(&design(1, 3), &[])
+        .check_design(&design(1, 3), &[])
         .unwrap_err()
         .to_string();
     assert!(
@@ -64,7 +72,7 @@ fn results_appear_whole_or_not_at_all() {
     fs::write(path.join("blocks/design.json"), r#"{"version": "99.0.0"}"#).unwrap();
     fs::write(path.join("summary.json"), b"{}").unwrap();
     let error = results
-        .claim_design(&design(1, 2), &[])
+        .check_design(&design(1, 2), &[])
         .unwrap_err()
         .to_string();
     assert!(error.contains("99.0.0, which is newer"), "{error}");
@@ -77,57 +85,192 @@ fn results_without_a_manifest_are_refused() {
     for (name, _) in RESULTS {
         fs::write(folder.path().join(name), b"").unwrap();
         let error = results
-            .claim_design(&json!({}), &[])
+            .check_design(&json!({}), &[])
             .unwrap_err()
             .to_string();
         assert!(error.contains(&format!("holds {name} without")), "{error}");
         fs::remove_file(folder.path().join(name)).unwrap();
     }
-    results.claim_design(&json!({}), &[]).unwrap();
+    claim(&results, &json!({})).unwrap();
 }
 
-/// The design stays beside results without a manifest. Otherwise it is removed.
+/// Publishes a manifest and a summary of a design.
+fn publish(results: &mut ResultsFolder, design: &Value) {
+    results
+        .write("summary.json", Kind::Summary, OWN_SUMMARY)
+        .unwrap();
+    let experiment = &design["experiment"];
+    let manifest =
+        json!({"program": "asobench", "version": design["version"], "experiment": experiment});
+    results.write_manifest(manifest).unwrap();
+    results.publish(true).unwrap();
+}
+
+/// Another study is computed beside the results that it replaces, which stay until it is whole; then its blocks and
+/// results are there, and those before are gone.
 #[test]
-fn removing_blocks_leaves_no_results_unknown() {
+fn another_study_takes_the_place_at_the_end() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let results = ResultsFolder::open(path).unwrap();
-    results.claim_design(&design(1, 2), &[]).unwrap();
-    let (kept, block) = (
-        path.join("blocks/design.json"),
+    let mut results = ResultsFolder::open(path).unwrap();
+    claim(&results, &design(1, 2)).unwrap();
+    fs::write(
         path.join("blocks/c00000-0000000000-0000000001.block"),
+        b"asobench",
+    )
+    .unwrap();
+    results
+        .write("summary.parquet", Kind::Parquet, b"")
+        .unwrap();
+    publish(&mut results, &design(1, 2));
+    fs::create_dir(path.join("timing")).unwrap();
+    fs::write(path.join("timing/times.json"), br#"{"design":"1"}"#).unwrap();
+    fs::write(path.join("thesis.txt"), b"thesis").unwrap();
+    results.replace(&[], false).unwrap();
+    results.claim(&design(2, 3)).unwrap();
+    let beside = results.replaced_beside().unwrap().unwrap();
+    assert_eq!(beside, ["thesis.txt"]);
+    let stored = || read_manifest(path).unwrap().unwrap()["experiment"]["seed"].clone();
+    assert_eq!(
+        (stored(), path.join("summary.parquet").exists()),
+        (1.into(), true)
     );
-    fs::write(&block, b"asobench").unwrap();
-    fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
-    results.remove_blocks().unwrap();
-    assert!(kept.exists() && !block.exists());
-    results.claim_design(&design(1, 2), &[]).unwrap();
-    results.clear(&[], false).unwrap();
-    assert!(!path.join(BLOCKS).exists() && !path.join("summary.json").exists());
-    results.remove_blocks().unwrap();
+    publish(&mut results, &design(2, 3));
+    assert_eq!(stored(), 2);
+    let mut names: Vec<_> = files::list(path)
+        .unwrap()
+        .into_iter()
+        .map(|path| path.file_name().unwrap().to_owned())
+        .collect();
+    names.sort();
+    assert_eq!(
+        names,
+        [
+            ".lock",
+            "blocks",
+            "manifest.json",
+            "summary.json",
+            "thesis.txt"
+        ]
+    );
+    assert_eq!(files::list(&path.join("blocks")).unwrap().len(), 1);
 }
 
-/// The whole folder is inspected before any file is removed.
+/// What is not as the manifest lists it is not replaced by another study, and nothing else is removed then.
 #[test]
-fn what_is_not_own_is_never_removed() {
+fn what_is_not_listed_is_never_replaced() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let results = ResultsFolder::open(path).unwrap();
-    results.claim_design(&design(1, 2), &[]).unwrap();
-    fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
+    let mut results = ResultsFolder::open(path).unwrap();
+    claim(&results, &design(1, 2)).unwrap();
+    publish(&mut results, &design(1, 2));
     for foreign in [
         "trials.parquet",
+        "summary.parquet",
+        "looks.json",
         "blocks/thesis.txt",
         "blocks/thesis.block",
         "blocks/c00001-0000000000-0000000001.block",
     ] {
         fs::write(path.join(foreign), b"thesis").unwrap();
-        let error = results.clear(&[], false).unwrap_err().to_string();
+        let error = results.replace(&[], true).unwrap_err().to_string();
         assert!(error.contains(foreign), "{error}");
         assert!(path.join(foreign).exists() && path.join("summary.json").exists());
         fs::remove_file(path.join(foreign)).unwrap();
     }
-    results.clear(&[], false).unwrap();
+    // The program's own, but changed since.
+    let edited = [OWN_SUMMARY, b"\n"].concat();
+    fs::write(path.join("summary.json"), edited).unwrap();
+    let error = results.replace(&[], true).unwrap_err().to_string();
+    assert!(
+        error.contains("summary.json: not as manifest.json"),
+        "{error}"
+    );
+    fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
+    results.replace(&[], true).unwrap();
+    // Nothing lists results without a manifest.
+    fs::remove_file(path.join(MANIFEST)).unwrap();
+    let error = results.replace(&[], true).unwrap_err().to_string();
+    assert!(error.contains("summary.json"), "{error}");
+}
+
+/// Whole results count before those beside them, whichever of them have moved up, and a run moves up the rest.
+#[test]
+fn whole_results_count_first() {
+    for moved in 0..=2 {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let mut results = ResultsFolder::open(path).unwrap();
+        claim(&results, &design(1, 2)).unwrap();
+        publish(&mut results, &design(1, 2));
+        drop(results);
+        let (whole, old) = (path.join(WHOLE), path.join(MANIFEST));
+        fs::create_dir(&whole).unwrap();
+        let text = fs::read_to_string(&old).unwrap();
+        let mut manifest = files::parsed(text.as_bytes()).unwrap();
+        manifest["experiment"]["seed"] = 7.into();
+        fs::write(whole.join(MANIFEST), files::sealed(&manifest)).unwrap();
+        fs::write(whole.join("summary.json"), OWN_SUMMARY).unwrap();
+        for name in ["summary.json", MANIFEST].iter().take(moved) {
+            fs::rename(whole.join(name), path.join(name)).unwrap();
+        }
+        let seed = || {
+            read_results(path, |manifest| {
+                check_result(path, manifest, "summary.json", None)?;
+                Ok::<_, FolderError>(manifest["experiment"]["seed"].clone())
+            })
+        };
+        assert_eq!(seed().unwrap(), 7, "{moved}");
+        drop(ResultsFolder::open(path).unwrap());
+        assert_eq!(seed().unwrap(), 7, "{moved}");
+        assert!(!whole.exists() && fs::read_to_string(&old).unwrap() != text);
+    }
+}
+
+/// Results that change while they are read are read again: never a manifest with another one's summary.
+#[test]
+fn what_changes_meanwhile_is_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let publish = |seed| {
+        let mut results = ResultsFolder::open(path).unwrap();
+        publish(&mut results, &design(seed, 2));
+    };
+    publish(1);
+    let times = std::cell::Cell::new(0);
+    let seed = read_results(path, |manifest| {
+        times.set(times.get() + 1);
+        if times.get() == 1 {
+            publish(2);
+            return Err(FolderError::Damaged(path.to_owned()));
+        }
+        Ok(manifest["experiment"]["seed"].clone())
+    });
+    assert_eq!((seed.unwrap(), times.get()), (2.into(), 2));
+}
+
+/// A run that has not ended is told from no run.
+#[test]
+fn a_folder_without_results_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let why = || {
+        let read = read_results(path, |_| Ok::<_, FolderError>(()));
+        read.unwrap_err().to_string()
+    };
+    assert!(why().contains("no results in this folder"), "{}", why());
+    fs::create_dir(path.join("blocks")).unwrap();
+    assert!(why().contains("no results in this folder"), "foreign");
+    fs::remove_dir(path.join("blocks")).unwrap();
+    let results = ResultsFolder::open(path).unwrap();
+    claim(&results, &design(1, 2)).unwrap();
+    for trials in ["0000000000-0000000040", "0000000050-0000000070"] {
+        fs::write(path.join(format!("blocks/c00000-{trials}.block")), b"").unwrap();
+    }
+    assert!(why().contains("no results yet: 60 trials"), "{}", why());
+    let manifest = json!({"program": "asobench", "experiment": {}, "wanted": 400});
+    results.announce(manifest).unwrap();
+    assert!(why().contains("60 of 400 trials of a run that has not ended"));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::{ADDED, Change, Source, remove_added};
 use crate::design::file::experiment_file::Store;
 use crate::files::{self, Kind};
 use crate::outcome::curves::Curves;
-use crate::outcome::results_folder::{BLOCKS, DESIGN, span_of};
+use crate::outcome::layout::{BLOCKS, DESIGN, span_of};
 use crate::outcome::tally::CellTally;
 use crate::outcome::trials::Trials;
 use crate::run::blocks::{BlockError, BlockFolder, Content, StoredBlock};

@@ -4,7 +4,7 @@ use crate::design::experiment::Experiment;
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;
-use crate::outcome::results_folder::{DESIGN, span_of};
+use crate::outcome::layout::{DESIGN, span_of};
 use crate::run::blocks::{BlockError, BlockFolder, StoredBlock, name_of};
 use crate::run::cluster::cover::cover;
 use crate::run::cluster::shard_plan::{hexadecimal, is_by_faer};

@@ -30,6 +30,8 @@ pub struct MergeOptions {
     pub partial: bool,
     /// Whether faer's bits from different machines may be mixed.
     pub mix_instructions: bool,
+    /// If results of another study in the folder may be replaced: told of the folder, and what else is in it.
+    pub overwrite: Option<fn(&Path, &[String])>,
 }
 
 /// The outcome of a merge.
@@ -64,10 +66,14 @@ pub fn merge(
     }
     let run = RunOptions {
         threads: options.threads,
+        overwrite: options.overwrite.is_some(),
         ..RunOptions::default()
     };
     let rule = experiment.file.trials.clone();
     let mut campaign = Campaign::open(out, experiment, rule, run)?;
+    if let (Some(tell), Some(beside)) = (options.overwrite, campaign.replaced_beside()?) {
+        tell(out, &beside);
+    }
     campaign.origin = Origin {
         faer_instructions,
         partial,

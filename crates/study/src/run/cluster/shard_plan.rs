@@ -9,6 +9,7 @@ use crate::run::cluster::ClusterError;
 use crate::run::runner::Span;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// About how many pieces a shard has at least, if there are enough trials, and at most. Between them it has one of
@@ -132,12 +133,22 @@ impl ShardPlan {
         self.shards[index].iter().map(Span::len).sum()
     }
 
+    /// Returns the name of a plan's study: `NAME` of `NAME.plan.json`.
+    pub fn name_of(path: &Path) -> OsString {
+        let mut name = PathBuf::from(path.file_name().unwrap_or_default());
+        for form in ["json", "plan"] {
+            if name.extension().is_some_and(|of| of == form) {
+                name.set_extension("");
+            }
+        }
+        name.into_os_string()
+    }
+
     /// Returns the default folder for the results of a plan's shards: `NAME-shards` beside `NAME.plan.json`.
     pub fn default_folder(path: &Path) -> PathBuf {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let name = name.strip_suffix(".json").unwrap_or(&name);
-        let name = name.strip_suffix(".plan").unwrap_or(name);
-        path.with_file_name(format!("{name}-shards"))
+        let mut name = Self::name_of(path);
+        name.push("-shards");
+        path.with_file_name(name)
     }
 }
 

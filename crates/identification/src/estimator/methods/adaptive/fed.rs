@@ -49,8 +49,7 @@ impl<R: RecursiveEstimator> FedObserver<R> {
 }
 
 impl<R: RecursiveEstimator> AdaptiveObserver for FedObserver<R> {
-    /// The power is of no use to it.
-    fn restart(&mut self, _: f64) {
+    fn restart(&mut self) {
         self.estimator.restart();
         self.filters.restart();
     }

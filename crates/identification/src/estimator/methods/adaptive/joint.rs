@@ -50,8 +50,6 @@ pub struct JointEkf {
     gain: Vec<f64>,
     /// Rows 0 ... n-1 of J P, each 3n numbers.
     product: Vec<f64>,
-    /// The unit of the variances of states and of the measurement.
-    power: f64,
     samples: usize,
 }
 
@@ -69,17 +67,16 @@ impl JointEkf {
             n,
             gain: vec![0.0; 3 * n],
             product: vec![0.0; 3 * n * n],
-            power: 1.0,
             samples: 0,
             settings,
         };
-        made.restart(1.0);
+        made.restart();
         made
     }
 
     fn correct(&mut self, y: f64) {
         let d = 3 * self.n;
-        let variance = self.p[0] + self.power * self.settings.noise;
+        let variance = self.p[0] + self.settings.noise;
         // h'P is the first row, and P is symmetric.
         self.gain.copy_from_slice(&self.p[..d]);
         let error = (y - self.s[0]) / variance;
@@ -124,7 +121,7 @@ impl JointEkf {
         }
         for i in 0..d {
             self.p[i * d + i] += if i < n {
-                self.power * self.settings.state_noise
+                self.settings.state_noise
             } else {
                 self.settings.parameter_noise
             };
@@ -139,7 +136,7 @@ impl JointEkf {
 }
 
 impl AdaptiveObserver for JointEkf {
-    fn restart(&mut self, power: f64) {
+    fn restart(&mut self) {
         let (n, of) = (self.n, &self.settings);
         for (to, from) in self.s.chunks_exact_mut(n).zip([&of.x0, &of.a0, &of.b0]) {
             to.copy_from_slice(from);
@@ -147,12 +144,11 @@ impl AdaptiveObserver for JointEkf {
         self.p.fill(0.0);
         for i in 0..3 * n {
             self.p[i * 3 * n + i] = if i < n {
-                power * of.state_variance
+                of.state_variance
             } else {
                 of.parameter_variance
             };
         }
-        self.power = power;
         self.samples = 0;
     }
 

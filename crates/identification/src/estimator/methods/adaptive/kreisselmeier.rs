@@ -63,8 +63,7 @@ impl Kreisselmeier {
 }
 
 impl AdaptiveObserver for Kreisselmeier {
-    /// The normalised gain needs no power.
-    fn restart(&mut self, _: f64) {
+    fn restart(&mut self) {
         self.filters.restart();
         for memory in [&mut self.weights, &mut self.products, &mut self.p] {
             memory.fill(0.0);

@@ -31,9 +31,8 @@ use crate::estimator::recursive::Diverged;
 
 /// Estimates state and parameters sample by sample.
 pub trait AdaptiveObserver: Send {
-    /// Forgets all samples. `power` is the mean square of y: variances of states and of measurements in the settings
-    /// are multiples of it, P(0) of parameters alone one of its inverse; 1: they are as given.
-    fn restart(&mut self, power: f64);
+    /// Forgets all samples.
+    fn restart(&mut self);
 
     /// Takes u(k) and y(k), k = 0, 1, ...
     ///

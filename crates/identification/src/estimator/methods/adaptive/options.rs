@@ -5,10 +5,12 @@ use super::{
     ZhangSettings,
 };
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
+use crate::estimator::recursive::Diverged;
 use crate::estimator::recursive::batch::along;
 use crate::estimator::{
     Estimator, FailureKind, MethodKind, OptionError, Pass, Problem, SetupError, Visit, Window,
 };
+use crate::model::Units;
 use crate::plant::canonical::{multiply_toeplitz, reverse_negated};
 use crate::plant::polynomial_from_poles;
 use faer::c64;
@@ -88,7 +90,7 @@ adaptive_options! {
     pole = 0.0, -0.999 to 0.999,
     /// The forgetting factor lambda.
     forgetting = 1.0, 0.01 to 1.0,
-    /// P(0) is p0 times the identity, over the mean square of the first 3n outputs.
+    /// P(0) is p0 times the identity, where u and y are in units of the root mean squares of their first 3n samples.
     p0 = 1e4, 1e-12 to 1e12,
 }
 
@@ -96,13 +98,14 @@ adaptive_options! {
     /// The options of `joint-ekf`, which starts from a = b = x0 = 0. The defaults are for a constant plant, and
     /// measurement noise of 10 % of the output.
     JointEkfOptions = joint_ekf;
-    /// The variance of the measurement noise, as a multiple of the mean square of the first 3n outputs.
+    /// The variance of the measurement noise, where u and y are in units of the root mean squares of their first 3n
+    /// samples, as for all that follow.
     measurement_noise = 0.01, 1e-12 to 1e12,
-    /// The variance of the errors of x(0), as the same multiple.
+    /// The variance of the errors of x(0).
     state_variance = 1.0, 1e-12 to 1e12,
     /// The variance of the errors of the first a and b.
     parameter_variance = 1.0, 1e-12 to 1e12,
-    /// The variance of the noise that drives each state, as the same multiple.
+    /// The variance of the noise that drives each state.
     state_noise = 0.0, 0.0 to 1e12,
     /// The variance of the steps of each parameter; 0 for a constant plant.
     parameter_noise = 0.0, 0.0 to 1e12,
@@ -149,55 +152,70 @@ fn joint_ekf(options: &JointEkfOptions, order: usize) -> JointEkf {
 
 /// An adaptive observer on a whole window: the model that it has found after the last sample. `iterations` of the pass
 /// is the number of samples taken.
+///
+/// It sees u and y divided by the root mean squares of their first 3n samples: gradients, and the first variances of a
+/// and of b, would otherwise depend on what u and y are measured in.
 struct Adapted<O> {
     observer: O,
+    units: Units,
     order: usize,
     state: StateEstimate,
     /// (alpha, h).
     p: Vec<f64>,
+    x: Vec<f64>,
 }
 
 impl<O: AdaptiveObserver> Adapted<O> {
     fn new(observer: O, order: usize, start: StartState) -> Self {
         Self {
             observer,
+            units: Units::ONE,
             order,
             state: StateEstimate::new(order, start),
             p: vec![0.0; 2 * order],
+            x: vec![0.0; order],
         }
     }
 
     fn restart(&mut self, window: Window<'_>) {
-        let first = &window.y[..window.len().min(3 * self.order)];
-        let squares: f64 = first.iter().map(|y| y * y).sum();
-        let power = squares / first.len() as f64;
-        let is_usable = power > 0.0 && power.is_finite();
-        self.observer.restart(if is_usable { power } else { 1.0 });
+        let unit = |signal: &[f64]| {
+            let first = &signal[..signal.len().min(3 * self.order)];
+            let squares: f64 = first.iter().map(|x| x * x).sum();
+            let size = (squares / first.len() as f64).sqrt();
+            if size.is_normal() { size } else { 1.0 }
+        };
+        self.units = Units {
+            input: unit(window.u),
+            output: unit(window.y),
+        };
+        self.observer.restart();
+    }
+
+    fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
+        let Units { input, output } = self.units;
+        self.observer.update(u / input, y / output)
+    }
+
+    /// Takes the observer's plant over.
+    fn set(&mut self, pass: &mut Pass) -> Result<(), FailureKind> {
+        let (a, b) = self.observer.plant().split_at(self.order);
+        let (alpha, h) = self.p.split_at_mut(self.order);
+        reverse_negated(a, alpha);
+        h.copy_from_slice(b);
+        multiply_toeplitz(a, h);
+        h.iter_mut().for_each(|h| *h *= self.units.gain());
+        pass.set_parameters(&self.p, f64::NAN)
     }
 
     fn find(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         self.restart(window);
         for (k, (u, y)) in window.u.iter().zip(window.y).enumerate() {
             pass.iterations = Some(k);
-            self.observer.update(*u, *y).map_err(|end| end.kind)?;
+            self.update(*u, *y).map_err(|end| end.kind)?;
         }
         pass.iterations = Some(window.len());
-        set(&self.observer, &mut self.p, pass)
+        self.set(pass)
     }
-}
-
-/// Takes the observer's plant over.
-fn set(
-    observer: &impl AdaptiveObserver,
-    p: &mut [f64],
-    pass: &mut Pass,
-) -> Result<(), FailureKind> {
-    let (a, b) = observer.plant().split_at(p.len() / 2);
-    let (alpha, h) = p.split_at_mut(a.len());
-    reverse_negated(a, alpha);
-    h.copy_from_slice(b);
-    multiply_toeplitz(a, h);
-    pass.set_parameters(p, f64::NAN)
 }
 
 impl<O: AdaptiveObserver> Estimator for Adapted<O> {
@@ -220,13 +238,15 @@ impl<O: AdaptiveObserver> Estimator for Adapted<O> {
         visit: &mut Visit<'_>,
     ) {
         self.restart(window);
-        let Self { observer, p, .. } = self;
         let mut goes_on = true;
         along(window, at, pass, |(u, y), pass, k| {
-            goes_on = goes_on && observer.update(u, y).is_ok();
+            goes_on = goes_on && self.update(u, y).is_ok();
             if let Some(k) = k {
-                let known = goes_on && set(observer, p, pass).is_ok();
-                visit(k, pass, known.then(|| observer.state()));
+                let known = goes_on && self.set(pass).is_ok();
+                for (to, x) in self.x.iter_mut().zip(self.observer.state()) {
+                    *to = x * self.units.output;
+                }
+                visit(k, pass, known.then_some(&self.x[..]));
             }
         });
     }

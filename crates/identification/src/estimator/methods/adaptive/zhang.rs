@@ -69,12 +69,11 @@ impl Zhang {
 }
 
 impl AdaptiveObserver for Zhang {
-    fn restart(&mut self, power: f64) {
+    fn restart(&mut self) {
         self.filters.restart();
         self.theta.fill(0.0);
         self.observed.fill(0.0);
-        self.root
-            .restart(Some(self.settings.p0 / power), &self.theta);
+        self.root.restart(Some(self.settings.p0), &self.theta);
     }
 
     fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {

@@ -13,7 +13,7 @@ const MOST_GROUPS: usize = 4;
 /// row, all columns having been brought to the same size. So a change of units by powers of two changes no bit but
 /// exponents.
 #[derive(Clone, Debug)]
-pub(super) struct Elimination {
+pub(crate) struct Elimination {
     matrix: Vec<f64>,
     /// 1 over the largest number of each column, and of each row after that.
     columns: Vec<f64>,
@@ -24,7 +24,7 @@ pub(super) struct Elimination {
 
 impl Elimination {
     /// For at most d unknowns.
-    pub(super) fn new(d: usize) -> Self {
+    pub(crate) fn new(d: usize) -> Self {
         Self {
             matrix: vec![0.0; d * d],
             columns: vec![0.0; d],
@@ -35,7 +35,7 @@ impl Elimination {
 
     /// Solves `matrix X = right` of d unknowns in place: both row by row, X with as many columns as fit. A singular
     /// matrix leaves numbers that are not finite.
-    pub(super) fn solve(&mut self, d: usize, matrix: &[f64], right: &mut [f64]) {
+    pub(crate) fn solve(&mut self, d: usize, matrix: &[f64], right: &mut [f64]) {
         let Self { few, rows, .. } = self;
         let groups = if right.len() == d {
             (d + 1).div_ceil(LANES)

@@ -1,6 +1,7 @@
 //! Recursive instrumental variables.
 
 use super::elimination::Elimination;
+use super::first_equations::FirstEquations;
 use super::lags::{StabilityTest, push};
 use super::options::{RecursiveOptions, recursive_options};
 use super::settings::Forgetting;
@@ -57,7 +58,9 @@ impl RecursiveOptions for RecursiveIvOptions {
 ///     K = P z / (lambda + phi' P z),  theta += K (y - phi' theta),  P = (P - K phi' P) / lambda
 /// ```
 ///
-/// `delayed`: `z(k) = (u(k-nk-nb) ... u(k-nk-nb-na+1), u(k-nk) ... u(k-nk-nb+1))`, zeros before the record.
+/// `delayed`: `z(k) = (g u(k-nk-nb) ... g u(k-nk-nb-na+1), u(k-nk) ... u(k-nk-nb+1))`, zeros before the record. g is 1
+/// with p0; without, it is the size of y over that of u in the equations of the start, whose instruments are phi: sums
+/// of both would otherwise depend on what u and y are measured in.
 /// `auxiliary`: `z(k) = (-x(k-1) ... -x(k-na), u(k-nk) ...)`, where `x(k) = z(k)' theta(k)` is the output of the
 /// present model from rest. A model of too few samples may have an output far larger than y, which then rules Z'Phi for
 /// long: a longer start, or early forgetting, prevents that. While A-hat has a zero on or outside the unit circle, x is
@@ -82,6 +85,8 @@ pub struct RecursiveIv {
     auxiliary: Vec<f64>,
     /// The last theta with a stable A.
     stable: Vec<f64>,
+    /// The unit of delayed inputs that stand for outputs.
+    unit: f64,
     test: StabilityTest,
     phi: Vec<f64>,
     z: Vec<f64>,
@@ -96,30 +101,19 @@ pub struct RecursiveIv {
 /// `r(0) = R(0) theta(0)`; theta solves `R theta = r`. That is the same theta, and nothing is ever subtracted from
 /// P(0): what a P far larger than the records' units loses in its first updates would be lost for good.
 ///
-/// Fewer equations than parameters leave R singular but for R(0), which rounding may lose. After r <= d equations from
-/// `P = p0 I` theta is therefore `theta(0) + Z' inverse(C + Phi Z') (y - Phi theta(0))`, Z and Phi having a row for
-/// each equation, and C on its diagonal the products of lambda up to it over p0: the same by `inverse(c I + Z'Phi) Z' =
-/// Z' inverse(c I + Phi Z')`. It is solved as `Phi s + C l = y - Phi theta(0)`, `s = Z' l`, s being the step: `Phi Z'`
-/// would add squares of y to those of u, which are of other units.
+/// Until Z'Phi has full rank theta follows from [`FirstEquations`].
 #[derive(Clone, Debug)]
 pub(super) struct InstrumentalUpdate {
     information: Vec<f64>,
     sums: Vec<f64>,
     elimination: Elimination,
-    /// The last number of C.
-    prior: f64,
-    /// How many of the first d equations there were, or d + 1; and z, phi, y - phi'theta(0) and C of each.
-    count: usize,
-    first: Vec<f64>,
-    /// theta(0), and s and l of the first equations.
-    start: Vec<f64>,
-    solution: Vec<f64>,
+    first: FirstEquations,
     /// Z'W^2 Z, and Phi'W Phi, Phi'W y, y'W y, with the weights that forgetting leaves.
     squares: Vec<f64>,
     moments: Vec<f64>,
     products: Vec<f64>,
     power: f64,
-    /// P Z'W^2 Z, transposed; or the matrix of the first equations, of up to 2d unknowns.
+    /// P Z'W^2 Z, transposed.
     product: Vec<f64>,
     weights: Weights,
 }
@@ -130,17 +124,13 @@ impl InstrumentalUpdate {
         Self {
             information: matrix(),
             sums: vector(),
-            elimination: Elimination::new(2 * d),
-            prior: 0.0,
-            count: 0,
-            first: vec![0.0; d * (2 * d + 2)],
-            start: vector(),
-            solution: vec![0.0; 2 * d],
+            elimination: Elimination::new(d),
+            first: FirstEquations::new(d),
             squares: matrix(),
             moments: matrix(),
             products: vector(),
             power: 0.0,
-            product: vec![0.0; 4 * d * d],
+            product: matrix(),
             weights: Weights::default(),
         }
     }
@@ -154,43 +144,41 @@ impl InstrumentalUpdate {
         self.weights = from.weights();
     }
 
+    /// The size of the first `na` regressors over that of the others, in the equations of the start; 1 without others.
+    fn ratio(&self, na: usize) -> f64 {
+        let d = self.sums.len();
+        let power = |of: std::ops::Range<usize>| {
+            let count = of.len() as f64;
+            of.map(|i| self.squares[i * d + i]).sum::<f64>() / count
+        };
+        let ratio = (power(0..na) / power(na..d)).sqrt();
+        if ratio.is_normal() { ratio } else { 1.0 }
+    }
+
     /// Before the first equation theta is this and P is p0 times the identity. Without p0 the start has d equations at
     /// least.
     pub(super) fn restart(&mut self, theta: &[f64], p0: Option<f64>) {
-        self.start.copy_from_slice(theta);
-        self.prior = p0.map_or(0.0, f64::recip);
-        self.count = if p0.is_some() { 0 } else { theta.len() + 1 };
+        self.first.restart(theta, p0);
     }
 
-    /// Keeps one of the first d equations; returns whether it is. Those of the start are among them.
-    pub(super) fn keep(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64) -> bool {
-        let (d, width) = (z.len(), 2 * z.len() + 2);
-        if self.count >= d {
-            self.count = d + 1;
-            return false;
-        }
-        self.prior *= lambda;
-        let row = &mut self.first[self.count * width..][..width];
-        row[..d].copy_from_slice(z);
-        row[d..2 * d].copy_from_slice(phi);
-        row[2 * d] = y - dot(phi, &self.start);
-        self.count += 1;
-        row[2 * d + 1] = self.prior;
-        true
+    /// Keeps an equation of the start.
+    pub(super) fn keep(&mut self, phi: &[f64], y: f64, lambda: f64) {
+        self.first.take(phi, phi, y, lambda);
     }
 
     /// One equation; theta changes.
     pub(super) fn take(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64, theta: &mut [f64]) {
-        if self.add(z, phi, y, lambda) {
-            self.solve_first(theta);
+        self.add(z, phi, y, lambda);
+        if self.first.is_needed() {
+            self.first.solve(theta);
         } else {
             theta.copy_from_slice(&self.sums);
             self.elimination.solve(z.len(), &self.information, theta);
         }
     }
 
-    /// One equation without solving; returns whether it is one of the first.
-    fn add(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64) -> bool {
+    /// One equation without solving.
+    fn add(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64) {
         let d = z.len();
         with_fma(
             #[inline(always)]
@@ -207,33 +195,7 @@ impl InstrumentalUpdate {
         );
         self.power = lambda * self.power + y * y;
         self.weights.add(lambda);
-        self.keep(z, phi, y, lambda)
-    }
-
-    /// Solves the first equations.
-    fn solve_first(&mut self, theta: &mut [f64]) {
-        let (d, count) = (theta.len(), self.count);
-        let width = 2 * d + 2;
-        let size = d + count;
-        let matrix = &mut self.product[..size * size];
-        let solution = &mut self.solution[..size];
-        matrix.fill(0.0);
-        solution.fill(0.0);
-        for (i, row) in self.first.chunks_exact(width).take(count).enumerate() {
-            matrix[i * size..][..d].copy_from_slice(&row[d..2 * d]);
-            matrix[i * size + d + i] = row[2 * d + 1];
-            solution[i] = row[2 * d];
-            for (j, z) in row[..d].iter().enumerate() {
-                matrix[(count + j) * size + d + i] = -z;
-            }
-        }
-        for j in 0..d {
-            matrix[(count + j) * size + j] = 1.0;
-        }
-        self.elimination.solve(size, matrix, solution);
-        for ((theta, start), step) in theta.iter_mut().zip(&self.start).zip(&*solution) {
-            *theta = start + step;
-        }
+        self.first.take(z, phi, y, lambda);
     }
 
     /// The variance of the residuals of theta in all equations. Theta was far off when the first were taken, so their
@@ -257,7 +219,7 @@ impl InstrumentalUpdate {
                 self.product[i * d + j] = variance * to[j * d + i];
             }
         }
-        to.copy_from_slice(&self.product[..d * d]);
+        to.copy_from_slice(&self.product);
         self.elimination.solve(d, &self.information, to);
     }
 }
@@ -289,6 +251,7 @@ impl RecursiveIv {
             inputs: vec![0.0; nk + nb + na],
             auxiliary: vec![0.0; na],
             stable: vec![0.0; d],
+            unit: 1.0,
             test: StabilityTest::new(na),
             phi: vec![0.0; d],
             z: vec![0.0; d],
@@ -314,8 +277,12 @@ impl RecursiveIv {
         if !self.started && self.start.is_over(&self.settings) {
             self.started = true;
             self.update.begin(self.start.root());
+            if self.settings.p0.is_none() && !own_output {
+                self.unit = self.update.ratio(na);
+            }
         }
         if self.started {
+            z[..na].iter_mut().for_each(|z| *z *= self.unit);
             let lambda = self.forgetting.next();
             if wanted || own_output {
                 self.update.take(z, phi, y, lambda, &mut self.theta);
@@ -325,7 +292,7 @@ impl RecursiveIv {
         } else {
             let lambda = self.settings.forgetting;
             self.start.update(phi, y, lambda, &mut self.theta);
-            self.update.keep(phi, phi, y, lambda);
+            self.update.keep(phi, y, lambda);
         }
         if own_output {
             if self.test.passes(&self.theta[..na]) {
@@ -379,7 +346,7 @@ impl RecursiveEstimator for RecursiveIv {
     fn restart(&mut self) {
         self.start.restart(&self.settings);
         self.update.restart(&self.settings.theta0, self.settings.p0);
-        self.started = false;
+        (self.started, self.unit) = (false, 1.0);
         self.forgetting = Forgetting::new(&self.settings);
         for signal in [&mut self.outputs, &mut self.inputs, &mut self.auxiliary] {
             signal.fill(0.0);

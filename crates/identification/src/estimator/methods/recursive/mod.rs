@@ -13,6 +13,7 @@ pub(in crate::estimator) mod batch;
 mod coefficients;
 mod elimination;
 mod extended;
+mod first_equations;
 mod instrumental;
 mod lags;
 mod least_squares;
@@ -27,6 +28,7 @@ mod start;
 mod weights;
 
 pub use coefficients::Coefficients;
+pub(crate) use elimination::Elimination;
 pub use extended::{ExtendedLeastSquares, RelsOptions};
 pub use instrumental::{RecursiveInstruments, RecursiveIv, RecursiveIvOptions};
 pub use least_squares::{RecursiveForm, RecursiveLeastSquares, RlsOptions};

@@ -3,7 +3,7 @@
 use super::batch::Batch;
 use super::{Coefficients, RecursiveEstimator, RecursiveSettings};
 use crate::estimator::initial_state_choice::StartState;
-use crate::estimator::{Estimator, OptionError, Problem, SetupError};
+use crate::estimator::{Estimator, OptionError, OptionUnits, Problem, SetupError};
 use crate::model::Orders;
 
 /// Defines the options of a recursive estimator: its orders, those of its own, and those that all share; `start` stands
@@ -104,6 +104,10 @@ macro_rules! recursive_options {
                 Some(RecursiveOptions::orders(self, setting))
             }
 
+            fn option_units(&self) -> $crate::estimator::OptionUnits {
+                super::options::option_units(self)
+            }
+
             fn runs_along(&self) -> bool {
                 true
             }
@@ -176,6 +180,15 @@ pub(super) fn check<O: RecursiveOptions>(options: &O) -> Result<(), OptionError>
     }
     let text = format!("{given} numbers; orders {orders} have {needed} parameters");
     wrong("theta0", text)
+}
+
+/// The unit of theta0 and of p0; zeros have none.
+pub(super) fn option_units<O: RecursiveOptions>(options: &O) -> OptionUnits {
+    let has_size = |theta0: &Coefficients| theta0.numbers().iter().any(|x| *x != 0.0);
+    match options.p0() {
+        Some(_) => OptionUnits::Signals,
+        None => OptionUnits::Gain.only_if(options.theta0().is_some_and(has_size)),
+    }
 }
 
 /// Makes the settings of options for models of these orders.

@@ -130,7 +130,7 @@ impl RecursiveSriv {
             phi[nb..].copy_from_slice(&self.outputs);
             let lambda = self.settings.forgetting;
             self.start.update(phi, y, lambda, theta);
-            self.update.keep(phi, phi, y, lambda);
+            self.update.keep(phi, y, lambda);
         }
     }
 }
