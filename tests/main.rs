@@ -32,6 +32,7 @@ mod recorded_data;
 mod records;
 mod report;
 mod standard_errors;
+mod stored_damage;
 mod studies;
 mod suite;
 mod theory;

@@ -52,6 +52,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         overwrite: arguments.overwrite.overwrite.then_some(replaces),
     };
     let found = Collection::from_folders(&folders, &experiment, true).map_err(refused)?;
+    cluster::note_refused(&found);
     let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
     let merged = merge(
         (&plan, &experiment),
@@ -62,7 +63,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         is_decided,
     );
     let merged = merged.map_err(refused)?;
-    cluster::note_refused(&found);
     note(&format!("{} blocks, {} bytes", found.read.0, found.read.1));
     match merged {
         Merged::Done(summary) => {

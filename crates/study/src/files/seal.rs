@@ -44,6 +44,15 @@ fn ending(begin: &[u8]) -> String {
     format!(",\"{KEY}\":\"{}\"}}\n", checksum(begin))
 }
 
+/// Whether a text ends as with a checksum, under whatever key: a key that is damaged is no reason to do without.
+fn ends_sealed(text: &[u8]) -> bool {
+    let text = text.trim_ascii_end().strip_suffix(b"\"}");
+    let digits = text.and_then(|text| text.split_last_chunk::<32>());
+    digits.is_some_and(|(begin, digits)| {
+        begin.ends_with(b":\"") && digits.iter().all(u8::is_ascii_hexdigit)
+    })
+}
+
 /// Takes the checksum out of an object that was parsed from `text`. Files of version 0.2.0 have none.
 ///
 /// # Errors
@@ -52,7 +61,7 @@ pub fn unseal(object: &mut Value, text: &[u8]) -> Result<(), &'static str> {
     let found = object.as_object_mut().and_then(|keys| keys.remove(KEY));
     let begin = text.len().checked_sub(ending(b"").len());
     let is_right = begin.is_some_and(|begin| text[begin..] == *ending(&text[..begin]).as_bytes());
-    if found.is_none() || is_right {
+    if is_right || found.is_none() && !ends_sealed(text) {
         Ok(())
     } else {
         Err("damaged: the checksum differs")
@@ -82,17 +91,11 @@ mod tests {
         assert_eq!(parsed(text.as_bytes()), Ok(object.clone()));
         let plain = object.to_string();
         assert_eq!(parsed(plain.as_bytes()), Ok(object.clone()));
-        let contents = plain.len() - 1;
         for place in 0..text.len() {
             for bit in 0..8 {
                 let mut damaged = text.clone().into_bytes();
                 damaged[place] ^= 1 << bit;
-                let same = parsed(&damaged).ok().is_none_or(|found| {
-                    place > contents
-                        && object.as_object().is_some_and(|keys| {
-                            keys.iter().all(|(key, value)| found[key] == *value)
-                        })
-                });
+                let same = parsed(&damaged).map_or(true, |found| found == object);
                 assert!(same, "byte {place}, bit {bit}");
             }
         }

@@ -10,6 +10,7 @@ use crate::run::cluster::cover::cover;
 use crate::run::cluster::shard_plan::{hexadecimal, is_by_faer};
 use crate::run::runner::Span;
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -71,6 +72,8 @@ pub struct Collection {
     pub(crate) cells: Vec<Vec<Found>>,
     /// What was left out and why, one line each.
     pub refused: Vec<String>,
+    /// Whether some of it is of another design.
+    pub(crate) has_others: bool,
     /// Block files that were read, and their bytes.
     pub read: (u64, u64),
 }
@@ -115,6 +118,24 @@ impl Collection {
             .push(format!("{}: {why}, not taken", path.display()));
     }
 
+    /// Reads an object that a process wrote; `None` if there is none, or it is damaged.
+    fn object<T: DeserializeOwned>(
+        &mut self,
+        path: &Path,
+        kind: Kind,
+    ) -> Result<Option<T>, PathError> {
+        let Some(text) = files::read_own(path, kind)? else {
+            return Ok(None);
+        };
+        let parsed = files::parsed(&text).and_then(|json| {
+            let own = serde_json::from_value(json);
+            own.map_err(|error| error.to_string())
+        });
+        Ok(parsed
+            .map_err(|reason| self.refuse(path, &format!("not as it was written ({reason})")))
+            .ok())
+    }
+
     /// Collects the blocks of one folder. Only the content of blocks tells whose they are if nothing beside them does.
     fn take(
         &mut self,
@@ -128,12 +149,12 @@ impl Collection {
         if spans.is_empty() {
             return Ok(());
         }
-        let run = object(&folder.join(RUN), Kind::Run)?;
-        let run = run.and_then(|json| serde_json::from_value::<Run>(json).ok());
+        let run: Option<Run> = self.object(&folder.join(RUN), Kind::Run)?;
         let of_design = match &run {
             Some(run) => Some(run.fingerprint.clone()),
-            None => object(&folder.join(DESIGN), Kind::Design)?
-                .map(|design| hexadecimal(xxh3_128(design.to_string().as_bytes()))),
+            None => self
+                .object(&folder.join(DESIGN), Kind::Design)?
+                .map(|design: Value| hexadecimal(xxh3_128(design.to_string().as_bytes()))),
         };
         match of_design {
             None if !verify => {
@@ -146,6 +167,7 @@ impl Collection {
             Some(of_design) if of_design != fingerprint => {
                 let why = format!("{} blocks of another experiment or version", spans.len());
                 self.refuse(folder, &why);
+                self.has_others = true;
                 return Ok(());
             }
             _ => {}
@@ -185,6 +207,7 @@ impl Collection {
                     Err(BlockError::File(error)) if !error.foreign => return Err(error.into()),
                     Err(BlockError::OtherDesign { path }) => {
                         self.refuse(&path, "of another experiment or version");
+                        self.has_others = true;
                     }
                     Err(error) => self.refused.push(format!("{error}, not taken")),
                 }
@@ -255,10 +278,4 @@ impl Found {
 /// Whether the error is only that the file does not exist.
 fn is_missing(error: &PathError) -> bool {
     error.source.kind() == std::io::ErrorKind::NotFound
-}
-
-/// Reads an object that a process wrote; `None` if there is no intact one.
-fn object(path: &Path, kind: Kind) -> Result<Option<Value>, PathError> {
-    let text = files::read_own(path, kind)?;
-    Ok(text.and_then(|text| files::parsed(&text).ok()))
 }

@@ -118,7 +118,7 @@ fn missing(
     let folders = std::slice::from_ref(folder);
     let pool = pool::<BlockError>(threads)?;
     let found = pool.install(|| Collection::from_folders(folders, experiment, true))?;
-    if found.cells.iter().all(Vec::is_empty) && !found.refused.is_empty() {
+    if found.cells.iter().all(Vec::is_empty) && found.has_others {
         return Err(ClusterError::Foreign {
             path: folder.clone(),
             what: "runs of another design",
