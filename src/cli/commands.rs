@@ -10,6 +10,7 @@ use super::{
     throughput,
 };
 use crate::lanes::Isa;
+use crate::names::UnknownName;
 use crate::worker;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use std::ffi::OsString;
@@ -86,7 +87,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString> + Send + 'static) -> E
 fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     errors_of_large_files();
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let done = match Cli::try_parse_from(&arguments) {
+    let done = choose_instructions().and_then(|()| match Cli::try_parse_from(&arguments) {
         Ok(Cli { command }) => match command {
             Command::Reproduce(arguments) => reproduce::run(&arguments),
             Command::Run(arguments) => run::run(&arguments),
@@ -118,7 +119,7 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
         },
         Err(error) => usage(&error, arguments.get(1..).unwrap_or_default()),
-    };
+    });
     match done {
         Ok(code) => code,
         Err(error) => {
@@ -128,6 +129,25 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             error.exit_code()
         }
     }
+}
+
+/// The environment variable that names the instruction set to be used instead of the machine's widest.
+const INSTRUCTIONS: &str = "ASOBENCH_INSTRUCTIONS";
+
+fn choose_instructions() -> Result<(), Error> {
+    let Some(given) = std::env::var_os(INSTRUCTIONS).filter(|given| !given.is_empty()) else {
+        return Ok(());
+    };
+    let wrong = |reason: String| Error::Input(format!("{INSTRUCTIONS}: {reason}"));
+    let isa: Isa = given.to_string_lossy().parse().map_err(|error| {
+        let error: UnknownName = error;
+        wrong(error.to_string())
+    })?;
+    isa.choose().map_err(|error| {
+        let here = Isa::ALL.iter().filter(|isa| isa.is_here());
+        let here: Vec<&str> = here.map(|isa| isa.name()).collect();
+        wrong(format!("{error}; expected {}", here.join(" or ")))
+    })
 }
 
 /// Makes a file beyond the limit of the system (`ulimit -f`) an error of the write. Its signal would end the program

@@ -5,6 +5,7 @@
 //! ([`Real::mul_add`]).
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The largest number of lanes.
 pub const MOST_LANES: usize = 8;
@@ -166,13 +167,26 @@ pub trait Word:
     fn right<const BITS: u32>(self) -> Self;
 }
 
+/// Whether kernels run as compiled for any machine of the architecture.
+static PORTABLE: AtomicBool = AtomicBool::new(false);
+
+/// Makes [`with_fma`] use no instructions but those that every machine of the architecture has.
+pub fn use_portable_instructions() {
+    PORTABLE.store(true, Ordering::Relaxed);
+}
+
 /// Runs `kernel` compiled for the machine's fused multiply-add and vector instructions.
 ///
 /// The result does not depend on the instructions found: `kernel` must follow the rules of
 /// [`crate::signal::arithmetic`].
 #[inline(always)]
 pub fn with_fma<T>(kernel: impl FnOnce() -> T) -> T {
-    pulp::Arch::new().dispatch(kernel)
+    let arch = if PORTABLE.load(Ordering::Relaxed) {
+        pulp::Arch::Scalar
+    } else {
+        pulp::Arch::new()
+    };
+    arch.dispatch(kernel)
 }
 
 impl Real for f64 {

@@ -25,7 +25,8 @@ mod tests;
 mod x86;
 
 use asobench_identification::names::named_enum;
-use asobench_identification::real::Real;
+use asobench_identification::real::{Real, use_portable_instructions};
+use std::sync::OnceLock;
 
 /// The largest order of a pack. It is the capacity of the general code, for orders without specialised code.
 pub const LARGEST_ORDER: usize = asobench_identification::plant::radius::LARGEST_ORDER;
@@ -96,6 +97,14 @@ named_enum! {
     }
 }
 
+/// The instruction set that a process was told to use.
+static CHOSEN: OnceLock<Isa> = OnceLock::new();
+
+/// This machine does not have the instructions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("this machine has no {0}")]
+pub struct NotHere(pub Isa);
+
 impl Isa {
     /// Returns whether this machine has the instructions.
     pub fn is_here(self) -> bool {
@@ -124,12 +133,30 @@ impl Isa {
         }
     }
 
-    /// Returns the widest instruction set of this machine.
+    /// Returns the widest instruction set of this machine, or the one that was chosen instead.
     pub fn best() -> Self {
+        if let Some(chosen) = CHOSEN.get() {
+            return *chosen;
+        }
         let all = [Self::Avx512, Self::Avx2, Self::Portable];
         all.into_iter()
             .find(|isa| isa.is_here())
             .unwrap_or_default()
+    }
+
+    /// Makes this the instruction set of all that chooses one by the machine, for the whole process: packs, and with
+    /// [`Self::Portable`] kernels of one record too. Not faer, which chooses for itself. The first choice stays.
+    ///
+    /// # Errors
+    /// [`NotHere`].
+    pub fn choose(self) -> Result<(), NotHere> {
+        if !self.is_here() {
+            return Err(NotHere(self));
+        }
+        if *CHOSEN.get_or_init(|| self) == Self::Portable {
+            use_portable_instructions();
+        }
+        Ok(())
     }
 
     /// Calls `call` with the pack of this width and the capacity for an order.

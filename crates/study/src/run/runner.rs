@@ -45,6 +45,18 @@ const BLOCKS_OF_A_THREAD: u64 = 4;
 /// A block that takes longer is delivered as far as it is computed; the rest follows as another block.
 const LONGEST: Duration = Duration::from_secs(5);
 
+/// Whether the time of a block is up. Once it is, it stays so: if a clock went back, and some trials were computed after
+/// all, a block would have the tally of more trials than rows.
+#[derive(Default)]
+struct TimeUp(bool);
+
+impl TimeUp {
+    fn is_up(&mut self, elapsed: Duration) -> bool {
+        self.0 |= elapsed >= LONGEST;
+        self.0
+    }
+}
+
 /// A contiguous range of trials of one cell, as assigned to one worker.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Span {
@@ -451,9 +463,10 @@ impl<'a> Shared<'a> {
         trials: Range<u64>,
     ) -> (Block, Option<WorkerError>) {
         let settings = &self.experiment.cells[cell];
-        let begin = Instant::now();
-        let goes_on = |end: u64| {
-            end == trials.start || end < trials.end && !self.stopped() && begin.elapsed() < LONGEST
+        let (begin, mut time) = (Instant::now(), TimeUp::default());
+        let mut goes_on = |end: u64| {
+            let is_open = end < trials.end && !self.stopped() && !time.is_up(begin.elapsed());
+            end == trials.start || is_open
         };
         let (mut tally, mut end) = (CellTally::default(), trials.start);
         let (mut rows, mut error) = (Rows::default(), None);
@@ -546,5 +559,16 @@ impl<'a> Shared<'a> {
             }
         }
         Ok(done)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Duration, LONGEST, TimeUp};
+
+    #[test]
+    fn a_clock_that_goes_back_gives_no_time() {
+        let mut time = TimeUp::default();
+        assert!(!time.is_up(LONGEST / 2) && time.is_up(LONGEST) && time.is_up(Duration::ZERO));
     }
 }

@@ -38,7 +38,7 @@ pub(super) enum Number {
 }
 
 /// What programs write for a missing number.
-const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "#n/a"];
+pub(super) const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "#n/a"];
 
 impl Dialect {
     /// Recognises the form of a table from its first line.

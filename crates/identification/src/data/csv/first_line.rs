@@ -1,6 +1,6 @@
 //! The first line of a table, and the units below its names.
 
-use super::dialect::{Dialect, is_data};
+use super::dialect::{Dialect, MISSING, is_data};
 use super::error::RecordError;
 use super::lines::Lines;
 use std::io::Read;
@@ -58,9 +58,9 @@ impl First {
             return Ok(None);
         };
         let row = self.row(line, text)?;
-        let mut dialect = self.dialect;
-        let mut is_unit = |cell: &&str| cell.is_empty() || dialect.number(cell, line, "").is_err();
-        if row.iter().all(|cell| cell.is_empty()) || !row.iter().all(&mut is_unit) {
+        let may_be_unit = |cell: &&str| !is_number(cell) && !is_absent(cell);
+        let has_unit = row.iter().any(|cell| cell.contains(is_of_unit));
+        if !has_unit || !row.iter().all(may_be_unit) {
             return Ok(Some((line, row.into_iter().map(str::to_owned).collect())));
         }
         for (name, unit) in self.cells.iter_mut().zip(row) {
@@ -90,4 +90,28 @@ impl First {
             has_header: self.is_header,
         })
     }
+}
+
+/// Whether a character is one of a unit's name: the unit of a number without one, `-`, is beside others.
+fn is_of_unit(c: char) -> bool {
+    c.is_alphabetic() || "%°‰".contains(c)
+}
+
+/// Whether a cell is a number, be it one that no double is, such as 1e400, or one of other languages, such as 1.5D+01.
+fn is_number(cell: &str) -> bool {
+    let digits = cell.trim_start_matches(['+', '-', '.', ',']);
+    let of_number = |c: char| c.is_ascii_digit() || "+-.,eEdD".contains(c);
+    cell.parse::<f64>().is_ok()
+        || digits.starts_with(|c: char| c.is_ascii_digit()) && cell.chars().all(of_number)
+}
+
+/// Whether a cell says that there is no number: no unit is called so.
+fn is_absent(cell: &str) -> bool {
+    const WORDS: [&str; 8] = [
+        "n.v.", "n. v.", "n.a.", "n. a.", "k.a.", "missing", "invalid", "error",
+    ];
+    let mut words = WORDS
+        .iter()
+        .chain(MISSING.iter().filter(|word| !word.is_empty()));
+    cell.starts_with('#') || words.any(|word| cell.eq_ignore_ascii_case(word))
 }

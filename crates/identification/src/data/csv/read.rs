@@ -284,6 +284,22 @@ mod tests {
         assert_eq!(table("u;y\nV;\n1;2\n").record.y, [2.0]);
         assert!(error("u,y\nNaN,NaN\n1,2\n").contains("a sample is missing"));
         assert!(error("u,y\n1,x\n1,2\n").contains("'x' is not a finite number"));
+        assert_eq!(
+            table("t,u,y\ns,-,1/min\n0,1,2\n1,3,4\n").record.u,
+            [1.0, 3.0]
+        );
+        for row in [
+            "inf,1e400",
+            "n.v.,n.v.",
+            "-inf,-1e999",
+            "1.5D+01,2.5D+01",
+            "#DIV/0!,#WERT!",
+        ] {
+            let cell = row.split(',').next().unwrap();
+            let message = format!("line 2, column u: '{cell}' is not a finite number");
+            assert_eq!(error(&format!("u,y\n{row}\n1,2\n")), message);
+        }
+        assert!(error("u;y\n1,5E400;2\n1;2\n").contains("'1,5E400' is not a finite number"));
     }
 
     #[test]
