@@ -97,8 +97,14 @@ class Results:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """summary.json as it is."""
-        summary: dict[str, Any] = json.loads(self._read("summary.json"))
+        text = self._read("summary.json")
+        self._check()
+        summary: dict[str, Any] = json.loads(text)
         return summary
+
+    def _check(self) -> None:
+        """Raises an error that names a file which is not what the program wrote."""
+        call("check", self.folder)
 
     def _places(self, name: str) -> list[Path]:
         """Where a file may be: one that is on its way to replace another counts first."""
@@ -164,6 +170,7 @@ class Results:
         found = [path for path in places if path.exists()]
         if not found:
             raise FileNotFoundError(f'{places[-1]}: only a study with store="trials" keeps its trials')
+        self._check()
         return frames(kind).read_parquet(found[0])
 
     def comparisons(self, kind: str | None = None, **settings: Any) -> Any:

@@ -7,8 +7,9 @@ use super::output::print;
 use super::study_arguments::StudyArguments;
 use super::{memory, progress, timing};
 use crate::model::Orders;
+use crate::report::Study;
 use crate::study::file::{Axis, Key, TrialRule};
-use crate::study::{Disk, Experiment, Forecast, done};
+use crate::study::{Disk, Experiment, Forecast, check_results, done};
 use crate::text::visible;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -19,7 +20,8 @@ use std::time::Instant;
 mod pilot;
 mod plants;
 
-/// Check an experiment file; print the grid's size, and time, memory and room on disk, estimated from a few trials.
+/// Check an experiment file; print the grid's size, and time, memory and room on disk, estimated from a few trials. Of a
+/// folder of results: check that it is what was written.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -33,6 +35,9 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    if arguments.study.file.is_dir() {
+        return results(&arguments.study.file);
+    }
     let begin = Instant::now();
     let folder = arguments.study.folder(arguments.out.as_deref());
     let (experiment, rule) = arguments.study.experiment(&folder)?;
@@ -63,6 +68,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(trials) = arguments.pilot {
         pilot::print_pilot(&experiment, trials, threads(None))?;
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Checks that results are what was written.
+fn results(folder: &Path) -> Result<ExitCode, Error> {
+    let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
+    Study::read(folder).map_err(|error| input(&error))?;
+    let names = check_results(folder).map_err(|error| input(&error))?;
+    let names = match names.as_slice() {
+        [] => "results of a version without checksums".to_owned(),
+        names => format!("as they were written: {}", names.join(", ")),
+    };
+    print(&format!("{}: {names}\n", visible(folder.display())))?;
     Ok(ExitCode::SUCCESS)
 }
 

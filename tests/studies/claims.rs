@@ -221,3 +221,28 @@ fn later_claims_are_marked_and_other_files_may_judge() {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(text.contains("ls2") && text.lines().count() == 1, "{text}");
 }
+
+/// Numbers that a file asks for may have more digits than results are stored with: a bound, a cell, an axis, a slope.
+#[test]
+fn numbers_of_sixteen_digits_are_found_again() {
+    let place = Place::new();
+    let third = "0.3333333333333333";
+    let tests = [
+        "share = 'e_a', of = 'ls', bound = THIRD, above = 0",
+        "cells = 'e_a', of = 'ls', axis = 'eta', from = THIRD, above = 1",
+        "slope = 'e_a', of = 'ls', over = 'eta', from = THIRD, above = 0",
+        "value = 'e_a', of = 'ls', below = 1 }\nwhere = { eta = THIRD",
+    ];
+    let claims = tests.iter().zip(1..);
+    let claims = claims.map(|(test, i)| format!("[[claims]]\nid = 'W{i}'\ntest = {{ {test} }}\n"));
+    let settings = format!("{FILE}\n{}", claims.collect::<String>());
+    let settings = settings.replace("window = [98, 218]", "window = 98\neta = [THIRD, 2, 4]");
+    place.write("own.toml", settings.replace("THIRD", third).as_bytes());
+    let run = lines(&place, &["run", "own.toml", "--out", "own"]);
+    for said in [run, lines(&place, &["report", "own"])] {
+        let held = said
+            .lines()
+            .filter(|line| line.starts_with('W') && line.contains("  holds: "));
+        assert_eq!(held.count(), 4, "{said}");
+    }
+}

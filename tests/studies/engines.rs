@@ -1,7 +1,10 @@
 //! Studies on lanes and on faer: what a manifest says, what goes together, what replays compare.
 
-use super::{Contents, Place, assert_same, blocks, contents, stdout, succeeds};
+use super::{Contents, Place, assert_same, blocks, contents, stderr, stdout, succeeds};
+use asobench::estimator::EstimatorName;
+use asobench::lanes::Isa;
 use serde_json::Value;
+use std::process::Output;
 
 /// Everything that lanes can be asked for.
 const COVERED: &str = r#"
@@ -205,4 +208,106 @@ fn replays_of_lanes_equal_what_is_stored() {
     assert_ne!(lanes, faer);
     let e_a = |rows: &Value| rows[2]["e_a"].as_f64().expect("a number");
     assert!((e_a(&lanes) / e_a(&faer) - 1.0).abs() < 1e-6);
+}
+
+/// Runs the program with a word for its instruction set.
+fn under(place: &Place, word: &str, arguments: &[&str]) -> Output {
+    let mut command = place.command(arguments);
+    command.env("ASOBENCH_INSTRUCTIONS", word);
+    command.output().expect("the program runs")
+}
+
+/// The files of a study, what theory says of it, and models of a record, are the same bytes under each instruction set:
+/// those of lanes and of theory on every machine, those of continuous time where the platform's sine is the same, those of
+/// faer on this one, as it chooses its own.
+#[test]
+fn every_instruction_set_leaves_the_same_bytes() {
+    let place = place();
+    succeeds(&place.run(&["new", "--continuous", "continuous"]));
+    let record = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/record.csv");
+    let names = EstimatorName::ALL.iter().map(|name| name.name());
+    let names: Vec<&str> = names.filter(|name| *name != "known").collect();
+    let names = names.join(",");
+    let estimate = [
+        "estimate",
+        record,
+        "--estimator",
+        &names,
+        "--order",
+        "2",
+        "--format",
+        "json",
+    ];
+    let everything = |isa: Isa| {
+        let word = isa.name();
+        let mut all = Contents::new();
+        for file in ["covered", "mixed", "continuous"] {
+            let (toml, out) = (format!("{file}.toml"), format!("{file}-{word}"));
+            let run = ["run", &toml, "--out", &out, "--trials", "40"];
+            succeeds(&under(&place, word, &run));
+            for (name, bytes) in contents(&place.path(&out)) {
+                all.insert(format!("{file}/{name}"), bytes);
+            }
+        }
+        for command in [
+            &["theory", "covered.toml", "--format", "json"][..],
+            &estimate,
+        ] {
+            let output = under(&place, word, command);
+            assert!(output.status.code() < Some(2), "{}", stderr(&output));
+            all.insert(command[0].to_owned(), output.stdout);
+        }
+        all
+    };
+    let expected = everything(Isa::Portable);
+    assert!(expected.len() > 10 && expected["estimate"].len() > 100_000);
+    let here = Isa::ALL.iter().filter(|isa| isa.is_here());
+    for isa in here.filter(|isa| **isa != Isa::Portable) {
+        assert_same(&everything(*isa), &expected, isa.name());
+    }
+}
+
+/// Shards of a study of lanes by different instruction sets are merged to the bytes of one machine.
+#[test]
+fn shards_of_different_instruction_sets_have_the_bytes_of_a_run() {
+    let place = place();
+    let expected = results(&place, "covered.toml", "run", &["--trials", "40"]);
+    succeeds(&place.run(&["plan", "covered.toml", "--shards", "3", "--trials", "40"]));
+    let here: Vec<&Isa> = Isa::ALL.iter().filter(|isa| isa.is_here()).collect();
+    for (number, isa) in (1..=3).zip(here.iter().cycle()) {
+        let shard = format!("{number}/3");
+        let arguments = ["shard", "covered.plan.json", &shard];
+        succeeds(&under(&place, isa.name(), &arguments));
+    }
+    let merge = ["merge", "covered.plan.json", "--out", "merged"];
+    succeeds(&under(&place, here[0].name(), &merge));
+    assert_same(&contents(&place.path("merged")), &expected, "merged");
+}
+
+#[test]
+fn an_instruction_set_that_is_not_there_is_an_error() {
+    let place = Place::new();
+    let line = |word: &str| {
+        let output = under(&place, word, &["methods"]);
+        (output.status.code(), stderr(&output))
+    };
+    let (code, text) = line("avx9");
+    assert_eq!((code, text.lines().count()), (Some(2), 1));
+    for word in [
+        "ASOBENCH_INSTRUCTIONS",
+        "avx9",
+        "portable",
+        "avx2",
+        "avx512",
+    ] {
+        assert!(text.contains(word), "{text}");
+    }
+    for isa in Isa::ALL {
+        let (code, text) = line(isa.name());
+        let expected = if isa.is_here() { 0 } else { 2 };
+        assert_eq!(code, Some(expected), "{isa}: {text}");
+        assert_eq!(text.contains("this machine has no"), !isa.is_here());
+    }
+    // An empty word is none.
+    assert_eq!(line("").0, Some(0));
 }

@@ -25,8 +25,8 @@ pub use crate::outcome::publication::{current, read_current};
 #[doc(hidden)]
 pub use crate::outcome::results_folder::parse_manifest;
 pub use crate::outcome::results_folder::{
-    FolderError, ResultsFolder, check_result, read_announced, read_manifest, read_results,
-    stored_design, stored_designs,
+    FolderError, ResultsFolder, check_result, check_results, read_announced, read_manifest,
+    read_results, stored_design, stored_designs,
 };
 pub use crate::outcome::row::Row;
 pub use crate::outcome::rows::{OutputRows, Rows};

@@ -56,10 +56,6 @@ pub fn tested(file: &ExperimentFile, judged: &[Judged], look: Look) -> Option<St
     };
     text.push_str(&counted);
     text.push_str(&rate(file, judged));
-    // Later looks are told with each verdict.
-    if look.number == 1 && look.share < 1.0 {
-        text.push_str(" First look in this folder.");
-    }
     let loose = judged.iter().filter(|claim| !claim.standing.has_rate());
     match loose.count() {
         0 => {}
@@ -72,6 +68,10 @@ pub fn tested(file: &ExperimentFile, judged: &[Judged], look: Look) -> Option<St
             );
             text.push_str(&loose);
         }
+    }
+    // Later looks are told with each verdict.
+    if look.number == 1 && look.share < 1.0 {
+        text.push_str(" First look in this folder.");
     }
     Some(text)
 }

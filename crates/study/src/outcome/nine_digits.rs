@@ -1,7 +1,11 @@
-//! Numbers as summaries store them: with nine significant digits.
+//! Numbers as summaries store them: results with nine significant digits, what was asked for with all of them, since
+//! claims are matched with it.
 
 use serde::{Serialize, Serializer};
 use serde_json::Value;
+
+/// The keys of what was asked for.
+const ASKED: [&str; 4] = ["settings", "eta", "bound", "of"];
 
 /// Serializes items with numbers of nine significant digits. Works item by item, because all items of a large study
 /// would not fit into memory.
@@ -22,7 +26,11 @@ pub(crate) fn stored(item: &impl Serialize) -> Value {
 fn round(value: &mut Value) {
     match value {
         Value::Array(values) => values.iter_mut().for_each(round),
-        Value::Object(values) => values.values_mut().for_each(round),
+        Value::Object(values) => {
+            let found = values.iter_mut();
+            let found = found.filter(|(key, _)| !ASKED.contains(&key.as_str()));
+            found.for_each(|(_, value)| round(value));
+        }
         Value::Number(number) if number.is_f64() => {
             let rounded = number
                 .as_f64()

@@ -244,6 +244,23 @@ pub fn check_result(
     }
 }
 
+/// Checks all results of a folder against their checksums; returns the names of those that have one.
+///
+/// # Errors
+/// As for [`read_results`] and [`check_result`].
+pub fn check_results(folder: &Path) -> Result<Vec<&'static str>, FolderError> {
+    read_results(folder, |manifest| {
+        let names = RESULTS.into_iter().map(|(name, _)| name);
+        let names: Vec<_> = names
+            .filter(|name| manifest["checksums"][name].is_string())
+            .collect();
+        for name in &names {
+            check_result(folder, manifest, name, None)?;
+        }
+        Ok(names)
+    })
+}
+
 /// Returns the design of the results or blocks in a folder, if it can be read.
 pub fn stored_design(folder: &Path) -> Option<Value> {
     let manifest = read_manifest(folder).ok().flatten();

@@ -4,13 +4,15 @@ use crate::design::experiment::Experiment;
 use crate::files::{self, Column, Table, Values};
 use crate::outcome::coefficients::Kept;
 use crate::outcome::publication::current;
-use crate::outcome::results_folder::{check_result, read_manifest};
+use crate::outcome::results_folder::{check_result, read_manifest, read_results};
 use crate::outcome::rows::Rows;
 use crate::outcome::trial_table::{StoreError, TrialTable};
 use std::fs::File;
 use std::io::Cursor;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+
+const NAME: &str = "trials.parquet";
 
 /// The stored trials of a folder: the file with the checksum that the manifest has of it, and with the rows of its
 /// trials.
@@ -37,14 +39,22 @@ impl StoredTrials {
     /// # Errors
     /// If the manifest or the file cannot be read, or the file is not what the manifest describes.
     pub fn open(folder: &Path, rows: u64) -> Result<Option<Self>, StoreError> {
-        const NAME: &str = "trials.parquet";
+        match read_manifest(folder)? {
+            None => Self::found(folder, rows),
+            Some(_) => read_results(folder, |manifest| {
+                if files::is_there(&current(folder, NAME)?) {
+                    check_result(folder, manifest, NAME, None)?;
+                }
+                Self::found(folder, rows)
+            }),
+        }
+    }
+
+    fn found(folder: &Path, rows: u64) -> Result<Option<Self>, StoreError> {
         let path = current(folder, NAME)?;
         let Some(file) = files::open_own(&path)? else {
             return Ok(None);
         };
-        if let Some(manifest) = read_manifest(folder)? {
-            check_result(folder, &manifest, NAME, None)?;
-        }
         let found = Table::open(file).and_then(|table| match table.rows() {
             found if found == rows => Ok(table),
             found => Err(format!(

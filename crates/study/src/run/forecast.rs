@@ -23,8 +23,9 @@ use xxhash_rust::xxh3::xxh3_128;
 
 /// The largest number of cells that are sampled.
 const CELLS: usize = 40;
-/// So many at least are sampled, even if their trials take long.
+/// So many at least are sampled, even if their trials take long; one, if they take so long.
 const FEWEST: usize = 4;
+const PATIENCE: Duration = Duration::from_secs(2);
 /// The time for the trials of all of them. It may take twice as long; more if single trials do.
 const BUDGET: Duration = Duration::from_millis(400);
 /// A trial that takes longer, in seconds, is run once: what a first run loads and allocates is little beside it.
@@ -137,7 +138,9 @@ impl Forecast {
         places.sort_by_key(|(place, _)| (*place as u32).reverse_bits());
         let (mut sampled, mut summaries) = (Vec::<(usize, Sampled)>::new(), Vec::new());
         for (place, members) in places {
-            if sampled.len() >= FEWEST && begin.elapsed() > 2 * BUDGET {
+            let taken = begin.elapsed();
+            let fewest = if taken > PATIENCE { 1 } else { FEWEST };
+            if sampled.len() >= fewest && taken > 2 * BUDGET {
                 let nearest = sampled
                     .iter_mut()
                     .min_by_key(|(other, _)| place.abs_diff(*other));
