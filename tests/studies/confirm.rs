@@ -49,7 +49,8 @@ fn an_exploratory_claim_says_so_until_fresh_trials_judge_it() {
     assert!(
         text.ends_with(
             "2 claims were tested, each at 2.5 % a side; if all were at their limits, up to 0.1 wrong verdicts would \
-             be expected. No error rate holds for 1 of them, which is exploratory or newer than the results."
+             be expected. No error rate holds for 1 of them, which is exploratory or newer than the results. First \
+             look in this folder."
         ),
         "{text}"
     );

@@ -235,6 +235,8 @@ fn every_instruction_set_leaves_the_same_bytes() {
         &names,
         "--order",
         "2",
+        "--ts",
+        "1",
         "--format",
         "json",
     ];

@@ -599,7 +599,7 @@ fn numbers_of_trials() {
 fn files_that_are_none() {
     let place = Place::new();
     place.refuses(&["check", "none.toml"], &["none.toml", "No such file"]);
-    place.refuses(&["check", "."], &[".: ", "directory"]);
+    place.refuses(&["check", "."], &[".: no results in this folder"]);
     place.write("binary.toml", &[0xff, 0xfe, 0, 1, 2]);
     place.refuses(&["run", "binary.toml"], &["binary.toml", "UTF-8"]);
     place.write(

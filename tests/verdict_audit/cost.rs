@@ -111,21 +111,17 @@ fn ladder(most: u64) -> Vec<u64> {
     steps.take_while(|trials| *trials <= most).collect()
 }
 
-/// Returns the number of trials with even odds, from the share of decided studies at each number: where the line by
-/// least squares through shares of 15 to 85 %, over the logarithm, is at one half. `None` where that is not reached.
+/// Returns the number of trials with even odds, from the share of decided studies at each number. In the root of the
+/// number of trials they rise as a normal law does, so that its mean is its median: the integral of what is undecided.
+/// `None` where too few are decided at the largest number.
 fn even_odds(decided: &[(u64, f64)]) -> Option<f64> {
-    let middle = decided
+    let roots: Vec<(f64, f64)> = decided
         .iter()
-        .filter(|(_, share)| (0.15..=0.85).contains(share));
-    let points: Vec<(f64, f64)> = middle
-        .map(|(n, share)| ((*n as f64).ln(), *share))
+        .map(|(n, p)| ((*n as f64).sqrt(), 1.0 - p))
         .collect();
-    let mean =
-        |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
-    let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
-    let slope = mean(&|point| (point.0 - x) * (point.1 - y)) / mean(&|point| (point.0 - x).powi(2));
-    let reached = decided.last().is_some_and(|(_, share)| *share > 0.5);
-    (reached && slope > 0.0).then(|| (x + (0.5 - y) / slope).exp())
+    let area = |pair: &[(f64, f64)]| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0);
+    let (first, last) = (roots.first()?, roots.last()?);
+    (last.1 < 0.05).then(|| (first.0 + roots.windows(2).map(area).sum::<f64>()).powi(2))
 }
 
 /// Prints a line for each law and kind: the trials for even odds at each effect.
@@ -164,7 +160,7 @@ pub fn table(folder: &Path, studies: u32, most: u64, with_cap: bool) {
             let most = decided[0].last().map_or(0, |(trials, _)| *trials);
             let number = |decided: &Vec<(u64, f64)>| match even_odds(decided) {
                 Some(trials) => format!("{trials:8.0}"),
-                None => format!("{:>8}", format!("> {most}")),
+                None => format!("{:>8}", format!("> {}", most / 4)),
             };
             let numbers: Vec<String> = decided.iter().map(number).collect();
             println!("{:14} {kind:40} {}", law.law, numbers.join(" "));
@@ -172,15 +168,18 @@ pub fn table(folder: &Path, studies: u32, most: u64, with_cap: bool) {
     }
 }
 
-/// Shares that rise as they do where the error falls with the root of the number: Phi(0.196 sqrt(n) - 1.96), which is
-/// one half at 100.
+/// By a normal law of the root: even odds at 10^2 whatever the grid.
 #[test]
 fn even_odds_are_where_half_are_decided() {
-    // This logistic curve is within 0.01 of Phi.
-    let phi = |z: f64| 1.0 / (1.0 + (-1.702 * z).exp());
-    let share = |n: u64| phi(0.196 * (n as f64).sqrt() - 1.96);
-    let grid = |most: u64| ladder(most).into_iter().map(|n| (n, share(n)));
-    let found = even_odds(&grid(2000).collect::<Vec<_>>()).expect("a number");
-    assert!((found - 100.0).abs() < 3.0, "{found}");
-    assert_eq!(even_odds(&grid(60).collect::<Vec<_>>()), None);
+    let share = |n: u64| {
+        // A logistic curve, symmetric about 10.
+        let x = (n as f64).sqrt() - 10.0;
+        1.0 / (1.0 + (-1.7 * x).exp())
+    };
+    let grid = |most: u64| -> Vec<(u64, f64)> {
+        ladder(most).into_iter().map(|n| (n, share(n))).collect()
+    };
+    let found = even_odds(&grid(2000)).expect("a number");
+    assert!((found - 100.0).abs() < 2.0, "{found}");
+    assert_eq!(even_odds(&grid(60)), None);
 }

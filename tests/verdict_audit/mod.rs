@@ -163,7 +163,7 @@ fn wrong_verdicts_on_known_laws_keep_the_level() {
 fn trials_for_even_odds_of_a_decision() {
     let folder = tempfile::tempdir().expect("a folder");
     make_worker(folder.path());
-    let (studies, most) = (set("AUDIT_STUDIES", 125), set("AUDIT_TRIALS", 24_000));
+    let (studies, most) = (set("AUDIT_STUDIES", 100), set("AUDIT_TRIALS", 50_000));
     cost::table(folder.path(), studies as u32, most, WITH_ASSUMPTIONS);
 }
 

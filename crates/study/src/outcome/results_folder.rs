@@ -625,7 +625,7 @@ const OWN_PREFIX: &str = ".asobench-";
 const UNLISTED: &str = "not as manifest.json lists it; move it away or choose another folder";
 
 /// Whether a manifest lists a result. Those of version 0.2.0 list none.
-fn lists(manifest: &Value, name: &str) -> bool {
+pub(crate) fn lists(manifest: &Value, name: &str) -> bool {
     manifest["checksums"].is_null() || manifest["checksums"][name].is_string()
 }
 

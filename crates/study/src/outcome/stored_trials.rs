@@ -4,7 +4,7 @@ use crate::design::experiment::Experiment;
 use crate::files::{self, Column, Table, Values};
 use crate::outcome::coefficients::Kept;
 use crate::outcome::publication::current;
-use crate::outcome::results_folder::{check_result, read_manifest, read_results};
+use crate::outcome::results_folder::{check_result, lists, read_manifest, read_results};
 use crate::outcome::rows::Rows;
 use crate::outcome::trial_table::{StoreError, TrialTable};
 use std::fs::File;
@@ -41,7 +41,11 @@ impl StoredTrials {
     pub fn open(folder: &Path, rows: u64) -> Result<Option<Self>, StoreError> {
         match read_manifest(folder)? {
             None => Self::found(folder, rows),
+            // A file of the study that was replaced may wait to be removed.
             Some(_) => read_results(folder, |manifest| {
+                if !lists(manifest, NAME) {
+                    return Ok(None);
+                }
                 if files::is_there(&current(folder, NAME)?) {
                     check_result(folder, manifest, NAME, None)?;
                 }

@@ -288,13 +288,7 @@ mod tests {
             table("t,u,y\ns,-,1/min\n0,1,2\n1,3,4\n").record.u,
             [1.0, 3.0]
         );
-        for row in [
-            "inf,1e400",
-            "n.v.,n.v.",
-            "-inf,-1e999",
-            "1.5D+01,2.5D+01",
-            "#DIV/0!,#WERT!",
-        ] {
+        for row in ["inf,1e400", "n.v.,n.v.", "-inf,-1e999", "1.5D+01,2.5D+01"] {
             let cell = row.split(',').next().unwrap();
             let message = format!("line 2, column u: '{cell}' is not a finite number");
             assert_eq!(error(&format!("u,y\n{row}\n1,2\n")), message);

@@ -176,10 +176,10 @@ fn a_part_tells_one_claim() {
     assert_eq!(
         names,
         [
-            "figures/many-claim-..--W1-.svg",
-            "tables/many-claim-..--W1-.csv",
-            "tables/many-claim-..--W1-.tex",
-            "tables/many-claim-..--W1--paper.csv"
+            "figures/many-claim-~2e.~2f~3cW1~3e.svg",
+            "tables/many-claim-~2e.~2f~3cW1~3e.csv",
+            "tables/many-claim-~2e.~2f~3cW1~3e.tex",
+            "tables/many-claim-~2e.~2f~3cW1~3e-paper.csv"
         ]
     );
 }
