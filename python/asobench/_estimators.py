@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import inspect
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
 
@@ -29,7 +29,9 @@ def registry() -> dict[str, dict[str, Any]]:
     }
 
 
-def estimate(u: ArrayLike, y: ArrayLike, estimator: str = "arx", **options: Any) -> Model:
+def estimate(
+    u: ArrayLike | Sequence[ArrayLike], y: ArrayLike | Sequence[ArrayLike], estimator: str = "arx", **options: Any
+) -> Model:
     """Estimates a model of a record: ``A(q) y = B(q)/F(q) u + C(q)/D(q) e``.
 
     Nothing is subtracted from the record, and no estimate is replaced by another. The result equals that of
@@ -38,7 +40,8 @@ def estimate(u: ArrayLike, y: ArrayLike, estimator: str = "arx", **options: Any)
     Parameters
     ----------
     u, y : array_like, (N,)
-        Input and output: real finite numbers. Contiguous arrays of doubles are read without a copy.
+        Input and output: real finite numbers. Contiguous arrays of doubles are read without a copy. Two lists of arrays
+        are records of one plant, each with a start of its own, for arx, iv, oe, armax and bj: the model keeps none.
     estimator : str
         A name of :data:`asobench.estimators`, such as ``"arx"``, ``"oe"``, ``"iv"``.
     na, nb, nc, nd, nf : int, optional
@@ -73,12 +76,34 @@ def estimate(u: ArrayLike, y: ArrayLike, estimator: str = "arx", **options: Any)
     True
     """
     given, order, delay = _request(estimator, options)
-    u, kept_u = _kept("u", u)
-    y, kept_y = _kept("y", y)
-    native, made = _native.estimate(estimator, json.dumps(given, default=_plain), order, delay, u, y)
+    record: tuple[Vector, Vector] | None = None
+    lengths: list[int] = []
+    if _is_several(u) or _is_several(y):
+        u, y, lengths = _joined(u, y)
+    else:
+        u, kept_u = _kept("u", u)
+        y, kept_y = _kept("y", y)
+        record = kept_u, kept_y
+    native, made = _native.estimate(estimator, json.dumps(given, default=_plain), order, delay, u, y, lengths)
     if made is not None:
         given["orders"] = made
-    return Model._of(native, estimator, given, (kept_u, kept_y))
+    return Model._of(native, estimator, given, record)
+
+
+def _is_several(given: Any) -> bool:
+    """Whether a list of signals is given, and not one signal."""
+    return isinstance(given, (list, tuple)) and len(given) > 0 and all(np.ndim(part) == 1 for part in given)
+
+
+def _joined(u: Any, y: Any) -> tuple[Vector, Vector, list[int]]:
+    """Records that follow each other, with their lengths."""
+    if not (_is_several(u) and _is_several(y) and len(u) == len(y)):
+        raise ValueError("u, y: several records; expected two lists of as many arrays")
+    of_u, of_y = ([signal(f"{name}[{i}]", part) for i, part in enumerate(of)] for name, of in (("u", u), ("y", y)))
+    for i, (one, other) in enumerate(zip(of_u, of_y, strict=True)):
+        if len(one) != len(other):
+            raise ValueError(f"u[{i}] has {len(one)} samples and y[{i}] has {len(other)}; expected equal lengths")
+    return np.concatenate(of_u), np.concatenate(of_y), [len(part) for part in of_y]
 
 
 def _kept(name: str, given: ArrayLike) -> tuple[Vector, Vector]:

@@ -30,6 +30,7 @@ mod pictures;
 mod record;
 mod report;
 mod scan;
+mod several;
 mod span;
 pub(super) mod study_from;
 mod text;

@@ -2,7 +2,9 @@
 
 use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::{Failure, FailureKind};
-use crate::estimator::{Method, MethodOptions, Pass, Problem, Progress, SetupError, Shape, Window};
+use crate::estimator::{
+    Method, MethodOptions, Pass, Problem, Progress, Runs, SetupError, Shape, Window,
+};
 use crate::metric::{Fit, FitModel};
 use crate::model::LinearModel;
 use crate::plant::PoleFinder;
@@ -88,6 +90,25 @@ pub fn fit_in_loop(
     y: &[f64],
     r: &[f64],
 ) -> Result<Fitted, FitError> {
+    fit_records(options, order, &[], u, y, r)
+}
+
+/// Like [`fit`] for several records of one plant, which follow each other in u and y with these lengths. Each begins
+/// with a state of its own. The estimators `arx`, `iv`, `oe`, `armax` and `bj` serve them.
+///
+/// # Errors
+/// [`FitError`].
+///
+/// # Panics
+/// If r has fewer samples than u, or the lengths do not add to the number of samples.
+pub fn fit_records(
+    options: impl Into<MethodOptions>,
+    order: usize,
+    lengths: &[usize],
+    u: &[f64],
+    y: &[f64],
+    r: &[f64],
+) -> Result<Fitted, FitError> {
     if u.len() != y.len() {
         let (u, y) = (u.len(), y.len());
         return Err(FitError::Lengths { u, y });
@@ -101,6 +122,7 @@ pub fn fit_in_loop(
     };
     let mut estimator = method.prepare(Problem {
         covariance: true,
+        runs: lengths,
         ..shape.into()
     })?;
     let mut passes = vec![Pass::new(order); method.passes()];
@@ -111,6 +133,17 @@ pub fn fit_in_loop(
         Some(failure) if pass.progress < Progress::Parameters => Err(FitError::Failed(failure)),
         _ => Ok(Fitted { pass }),
     }
+}
+
+/// Returns the sum of squared prediction errors, and their number, over the rows that look back only within a record.
+pub fn complete_residuals(model: &LinearModel, runs: &Runs, u: &[f64], y: &[f64]) -> (f64, usize) {
+    let of_run = runs.iter().map(|run| {
+        let (mut e, mut scratch) = (vec![0.0; run.len()], vec![0.0; run.len()]);
+        model.residuals(&u[run.clone()], &y[run.clone()], &mut e, &mut scratch);
+        let e = &e[model.orders().reach().min(run.len())..];
+        (e.iter().map(|e| e * e).sum::<f64>(), e.len())
+    });
+    of_run.fold((0.0, 0), |(sum, rows), (more, of)| (sum + more, rows + of))
 }
 
 impl Fitted {

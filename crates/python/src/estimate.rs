@@ -3,9 +3,9 @@
 use super::arrays::record;
 use super::model::Native;
 use super::registry::parse;
-use asobench_identification::estimator::{Failure, MethodOptions};
-use asobench_identification::model::{LinearModel, Orders};
-use asobench_identification::{FitError, Fitted, fit};
+use asobench_identification::estimator::{Failure, MethodOptions, Runs};
+use asobench_identification::model::Orders;
+use asobench_identification::{FitError, Fitted, complete_residuals, fit, fit_records};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde_json::{Map, Value};
@@ -25,9 +25,13 @@ pub(crate) fn estimate(
     delay: usize,
     u: &Bound<'_, PyAny>,
     y: &Bound<'_, PyAny>,
+    lengths: Vec<usize>,
 ) -> PyResult<(Native, Option<String>)> {
     let (name, mut parsed) = parse(estimator, options)?;
-    let made = parsed.default_orders(order).filter(|_| order > 0);
+    let several = lengths.len() > 1 && name.takes("orders") && parsed.model_orders(order).is_none();
+    let made = parsed.default_orders(order);
+    let made = made.or_else(|| several.then(|| Orders::arx(order, order, delay)));
+    let made = made.filter(|_| order > 0);
     let made = made.map(|orders| {
         Orders {
             nk: delay,
@@ -42,7 +46,7 @@ pub(crate) fn estimate(
     }
     let (u, y) = record(u, y)?;
     let (u, y) = (u.samples()?, y.samples()?);
-    let found = py.detach(|| in_delay(parsed, order, delay, u, y));
+    let found = py.detach(|| in_delay(parsed, (order, delay), &lengths, u, y));
     let found = found.map_err(|error| match error {
         FitError::Failed(failure) => failed(py, estimator, failure),
         other => PyValueError::new_err(format!("{name}: {other}")),
@@ -53,8 +57,8 @@ pub(crate) fn estimate(
 /// Fits a model. One without a delay of its own sees the record without the delay.
 fn in_delay(
     options: MethodOptions,
-    order: usize,
-    delay: usize,
+    (order, delay): (usize, usize),
+    lengths: &[usize],
     u: &[f64],
     y: &[f64],
 ) -> Result<Native, FitError> {
@@ -62,12 +66,20 @@ fn in_delay(
         Some(_) => 0,
         None => delay.saturating_sub(1).min(y.len()),
     };
-    let Fitted { mut pass } = fit(options, order, &u[..u.len() - shift], &y[shift..])?;
+    let (of_u, of_y) = (&u[..u.len() - shift], &y[shift..]);
+    let Fitted { mut pass } = match lengths {
+        [] => fit(options, order, of_u, of_y)?,
+        _ => fit_records(options, order, lengths, of_u, of_y, of_u)?,
+    };
     let mut model = pass.model.clone();
     model.delay += shift;
     model.b.splice(0..0, iter::repeat_n(0.0, shift));
     if pass.loss.is_nan() {
-        let (sum, rows) = complete_residuals(&model, u, y);
+        let runs = match lengths {
+            [] => Runs::new(&[y.len()]),
+            _ => Runs::new(lengths),
+        };
+        let (sum, rows) = complete_residuals(&model, &runs, u, y);
         let parameters = model.orders().parameters();
         pass.loss = sum / y.len() as f64;
         if model.noise_variance.is_nan() && rows > parameters {
@@ -75,14 +87,6 @@ fn in_delay(
         }
     }
     Ok(Native { model, pass, shift })
-}
-
-/// Returns the sum of squared prediction errors, and their number, over the rows that look back only within the record.
-fn complete_residuals(model: &LinearModel, u: &[f64], y: &[f64]) -> (f64, usize) {
-    let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
-    model.residuals(u, y, &mut e, &mut scratch);
-    let e = &e[model.orders().reach().min(u.len())..];
-    (e.iter().map(|e| e * e).sum(), e.len())
 }
 
 /// Returns the exception of an estimate without a model.

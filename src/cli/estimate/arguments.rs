@@ -22,6 +22,9 @@ use std::path::PathBuf;
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     pub(super) record: RecordArguments,
+    /// More records of the same plant: one model is fitted to all, each from a start of its own
+    #[arg(value_name = "MORE.csv")]
+    pub(super) more: Vec<PathBuf>,
     /// Estimators, separated by commas; `asobench methods` prints them [default: ls,iv; arx for orders of its own
     /// and for a range of orders]
     #[arg(

@@ -1,7 +1,7 @@
 //! The estimates as JSON. Numbers have the shortest form that reads back to the same bits (at most 17 significant
 //! digits); undefined ones are null.
 
-use super::report::{Estimate, Observed, PassReport, Report};
+use super::report::{Estimate, Observed, Part, PartReport, PassReport, Report};
 use crate::diagnosis::{Cancellation, Precision, Root, Z_95};
 use crate::estimator::Progress;
 use crate::model::{ContinuousModel, LinearModel};
@@ -34,11 +34,18 @@ pub(super) fn render(report: &Report) -> Value {
         "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the original record; \
                        x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; alpha_i = -a_(n+1-i), beta_i = \
                        h_i; for ls and iv with delay nk, y(k) there is y(k + nk - 1) of the file",
-        "estimates": report.estimates.iter().map(estimate).collect::<Vec<_>>(),
+        "records": records(report),
+        "estimates": report.estimates.iter().map(|of| estimate(of, report)).collect::<Vec<_>>(),
     })
 }
 
-fn estimate(estimate: &Estimate) -> Value {
+/// Returns the records, if there are several.
+fn records(report: &Report) -> Option<Vec<Value>> {
+    let part = |part: &Part| json!({ "file": part.file.display().to_string(), "samples": part.samples, "feedback_p_value": part.feedback });
+    (!report.parts.is_empty()).then(|| report.parts.iter().map(part).collect())
+}
+
+fn estimate(estimate: &Estimate, report: &Report) -> Value {
     let mut object = Map::new();
     object.insert("estimator".to_owned(), json!(estimate.name));
     object.insert("options".to_owned(), json!(estimate.options));
@@ -57,6 +64,13 @@ fn estimate(estimate: &Estimate) -> Value {
         .as_ref()
         .map(|fits| json!({ "window": fits.window, "validation": fits.validation }));
     object.insert("fit_percent".to_owned(), json!(fit));
+    if !report.parts.is_empty() {
+        let part =
+            |part: &PartReport| json!({ "fit_percent": part.fit, "residuals": part.residuals });
+        let parts: Vec<Value> = estimate.parts.iter().map(part).collect();
+        object.insert("records".to_owned(), json!(parts));
+        object.insert("white_in_all".to_owned(), json!(estimate.white));
+    }
     object.insert(
         "observer".to_owned(),
         json!(estimate.observer.as_ref().map(observer)),

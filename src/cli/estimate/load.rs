@@ -4,6 +4,7 @@ use super::arguments::Arguments;
 use super::hints;
 use super::record::{self, Recognised};
 use super::report::{Clock, Report, Validation};
+use super::several;
 use super::unit::in_own_unit;
 use crate::cli::error::Error;
 use crate::data::{Detrend, Trend};
@@ -15,6 +16,9 @@ use crate::text::rounded;
 
 /// Reads, checks and detrends the record.
 pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
+    if !arguments.more.is_empty() {
+        return several::load(arguments, orders);
+    }
     let path = arguments.record.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
     let Recognised {
@@ -102,6 +106,7 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
     let validation = validation(arguments, unit, &trends, needed)?;
     Ok(Report {
         file: arguments.record.file.clone(),
+        parts: Vec::new(),
         form,
         skipped: arguments.record.skip,
         clock,
@@ -120,7 +125,10 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
 }
 
 /// Returns the times of the samples: by `--ts`, or by a column of times, with which it must agree.
-fn clock_of(arguments: &Arguments, column: Option<Clock>) -> Result<Option<Clock>, Error> {
+pub(super) fn clock_of(
+    arguments: &Arguments,
+    column: Option<Clock>,
+) -> Result<Option<Clock>, Error> {
     // Of times that are rounded, the mean step has an error of about one part in the samples.
     const AGREES: f64 = 0.01;
     let Some(step) = arguments.ts else {

@@ -3,8 +3,11 @@
 use super::arguments::Arguments;
 use super::flags::flag_of;
 use super::hints;
-use super::report::{Clock, Estimate, Fits, Observed, PassReport, Report, Samples, Validation};
+use super::report::{
+    Clock, Estimate, Fits, Observed, PartReport, PassReport, Report, Samples, Validation,
+};
 use crate::cli::error::Error;
+use crate::data::csv::Record;
 use crate::diagnosis::{Mode, Precision, Residuals};
 use crate::estimator::initial_state::InitialState;
 use crate::estimator::{
@@ -16,6 +19,7 @@ use crate::observer::{Gain, ObservedModel, Observer};
 use crate::plant::PoleFinder;
 use serde_json::{Map, Value, json};
 use std::iter;
+use std::ops::Range;
 
 /// Runs an estimator on the window.
 pub(super) fn estimate(
@@ -60,13 +64,18 @@ pub(super) fn estimate(
         options.insert("orders".to_owned(), json!(Orders { nk, ..orders }));
         parsed = parse(&options)?;
     }
-    let options = parsed;
-    if options.needs().reference.is_some() && report.record.r.is_empty() {
+    if parsed.needs().reference.is_some() && report.record.r.is_empty() {
         return Err(bad(
             "needs the reference of the loop; expected --reference COLUMN or a column named r"
                 .to_owned(),
         ));
     }
+    if !report.parts.is_empty() && name.takes("orders") && !options.contains_key("orders") {
+        // Several records are not shifted.
+        options.insert("orders".to_owned(), json!(Orders::arx(order, order, nk)));
+        parsed = parse(&options)?;
+    }
+    let options = parsed;
     // A model without a delay of its own sees the record without the delay.
     let shift = options.model_orders(order).map_or(nk - 1, |_| 0);
     let gain = arguments.gain.check(options.order(order));
@@ -78,8 +87,10 @@ pub(super) fn estimate(
     };
     let described = options.describe();
     let method = Method::named(name.name(), options);
+    let lengths = report.lengths();
     let prepared = method.prepare(Problem {
         covariance: true,
+        runs: &lengths,
         ..shape.into()
     });
     let mut estimator = prepared.map_err(|error| bad(error.to_string()))?;
@@ -98,10 +109,14 @@ pub(super) fn estimate(
         passes: passes.collect(),
         observer: None,
         fit: None,
+        parts: Vec::new(),
+        white: None,
         hints: Vec::new(),
     };
     conclude(&mut estimate, &arguments.gain, report);
-    estimate.hints = hints::of(&estimate, report);
+    if report.parts.is_empty() {
+        estimate.hints = hints::of(&estimate, report);
+    }
     Ok(estimate)
 }
 
@@ -123,7 +138,8 @@ pub(super) fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> Pass
     model.delay += shift;
     model.b.splice(0..0, iter::repeat_n(0.0, shift));
     if pass.loss.is_nan() {
-        let (sum, rows) = complete_residuals(&model, report);
+        let Record { u, y, .. } = &report.record;
+        let (sum, rows) = complete_residuals(&model, &report.runs(), u, y);
         let parameters = model.orders().parameters();
         pass.loss = sum / report.window as f64;
         if model.noise_variance.is_nan() && rows > parameters {
@@ -145,7 +161,9 @@ pub(super) fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> Pass
     PassReport {
         precision: Some(precision),
         modes,
-        residuals: Residuals::new(&model, &u[..window], &y[..window]),
+        residuals: (report.parts.is_empty())
+            .then(|| Residuals::new(&model, &u[..window], &y[..window]))
+            .flatten(),
         feedback: report.feedback,
         poles,
         radius: Some(radius),
@@ -154,25 +172,24 @@ pub(super) fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> Pass
     }
 }
 
-/// Returns the sum of squared prediction errors, and their number, over those rows of the window that look back only
-/// within the record.
-fn complete_residuals(model: &LinearModel, report: &Report) -> (f64, usize) {
-    let (u, y) = (
-        &report.record.u[..report.window],
-        &report.record.y[..report.window],
-    );
-    let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
-    model.residuals(u, y, &mut e, &mut scratch);
-    let e = &e[model.orders().reach().min(u.len())..];
-    (e.iter().map(|e| e * e).sum(), e.len())
-}
-
 /// Computes FIT and observer for the last pass.
 fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
     let samples = report.shifted(estimate.shift);
     let last = estimate.passes.len() - 1;
     let (number, PassReport { pass, .. }) = &mut estimate.passes[last];
     if pass.progress < Progress::InitialState {
+        return;
+    }
+    if !report.parts.is_empty() {
+        let rest = estimate.name.parse(estimate.options.clone());
+        let rest = rest.is_ok_and(|options| options.begins_at_rest());
+        let model = &estimate.passes[last].1.model;
+        estimate.parts = parts(&estimate.passes[last].1.pass, model, rest, report);
+        let tests = estimate
+            .parts
+            .iter()
+            .filter_map(|part| part.residuals.as_ref());
+        estimate.white = Residuals::white_together(tests, model.orders());
         return;
     }
     estimate.fit = Some(fits(pass, estimate.shift, report));
@@ -188,6 +205,31 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
         }),
         Ok(observed) => estimate.observer = Some(observed),
     }
+}
+
+/// Returns what a model is on each of several records: from rest, or from the state that is estimated on it.
+fn parts(pass: &Pass, model: &LinearModel, rest: bool, report: &Report) -> Vec<PartReport> {
+    let runs = report.runs();
+    let part = |run: &Range<usize>| {
+        let (u, y) = (&report.record.u[run.clone()], &report.record.y[run.clone()]);
+        let x0 = if rest {
+            vec![0.0; pass.a.len()]
+        } else {
+            start_on(pass, u, y)
+        };
+        let fitted = FitModel {
+            model: &pass.model,
+            a: &pass.a,
+            b: &pass.b,
+            d: pass.direct,
+            x0: &x0,
+        };
+        PartReport {
+            residuals: Residuals::new(model, u, y),
+            fit: fit(fitted, u, y, y.len(), 0..y.len()),
+        }
+    };
+    runs.iter().map(part).collect()
 }
 
 /// Returns the FIT of a pass on the window, and on the record for validation or the samples after the window.

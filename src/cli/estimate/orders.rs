@@ -24,7 +24,8 @@ pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
     let has_orders =
         of_order.is_some() || of_orders.is_some() || !arguments.options.letters.is_empty();
     if arguments.estimator.is_empty() {
-        arguments.estimator = if has_orders || ranges(arguments).is_some() {
+        let one = has_orders || ranges(arguments).is_some() || !arguments.more.is_empty();
+        arguments.estimator = if one {
             vec![EstimatorName::Arx]
         } else {
             vec![

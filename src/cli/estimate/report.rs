@@ -2,8 +2,8 @@
 
 use crate::data::csv::Record;
 use crate::data::{Detrend, Trend};
-use crate::diagnosis::{Mode, Precision, Residuals};
-use crate::estimator::{EstimatorName, Failure, Pass, Progress};
+use crate::diagnosis::{Mode, Precision, Residuals, Whiteness};
+use crate::estimator::{EstimatorName, Failure, Pass, Progress, Runs};
 use crate::metric::Fit;
 use crate::model::{LinearModel, Orders};
 use crate::observer::Gain;
@@ -16,6 +16,8 @@ use std::path::PathBuf;
 /// The estimates, with all that is printed.
 pub(super) struct Report {
     pub(super) file: PathBuf,
+    /// The records that follow each other, if there are several.
+    pub(super) parts: Vec<Part>,
     /// What was recognised in the file, where it has not the plain form.
     pub(super) form: Vec<String>,
     /// The record, in a unit that [`unit_of`] chooses.
@@ -54,6 +56,19 @@ impl Report {
         }
     }
 
+    /// Returns the lengths of the records; none of one record.
+    pub(super) fn lengths(&self) -> Vec<usize> {
+        self.parts.iter().map(|part| part.samples).collect()
+    }
+
+    /// Returns the index ranges of the records in the window.
+    pub(super) fn runs(&self) -> Runs {
+        match self.parts.as_slice() {
+            [] => Runs::new(&[self.window]),
+            _ => Runs::new(&self.lengths()),
+        }
+    }
+
     /// Returns what was subtracted from u and from y, in the unit of the file; `None` if nothing was.
     pub(super) fn subtracted(&self) -> Option<[Trend; 2]> {
         let any = self.trends != [Trend::default(); 2];
@@ -80,6 +95,21 @@ impl Report {
         let shifts = self.estimates.iter().map(|estimate| estimate.shift);
         shifts.max().unwrap_or(0)
     }
+}
+
+/// One of several records.
+pub(super) struct Part {
+    pub(super) file: PathBuf,
+    pub(super) samples: usize,
+    /// [`feedback_p_value`] of the record.
+    pub(super) feedback: Option<f64>,
+}
+
+/// What a model is on one of several records.
+pub(super) struct PartReport {
+    /// Tests of the residuals, if there are enough of them.
+    pub(super) residuals: Option<Residuals>,
+    pub(super) fit: Fit,
 }
 
 /// The unit of frequencies.
@@ -139,6 +169,10 @@ pub(super) struct Estimate {
     pub(super) passes: Vec<(usize, PassReport)>,
     pub(super) observer: Option<Observed>,
     pub(super) fit: Option<Fits>,
+    /// Of several records, what the model is on each.
+    pub(super) parts: Vec<PartReport>,
+    /// Whether the residuals of all of them are white.
+    pub(super) white: Option<Whiteness>,
     /// What the user may do about the record or the method.
     pub(super) hints: Vec<String>,
 }

@@ -30,22 +30,33 @@ fn asked(orders: Orders) -> String {
 }
 
 fn write_report(text: &mut String, report: &Report) -> fmt::Result {
-    writeln!(
-        text,
-        "{}: {}, window {} of {} samples\ndetrend {}, observer's gain {}",
-        visible(report.file.display()),
-        asked(report.orders),
-        report.window,
-        report.record.y.len(),
-        report.detrend,
-        report.gain
-    )?;
+    if report.parts.is_empty() {
+        writeln!(
+            text,
+            "{}: {}, window {} of {} samples\ndetrend {}, observer's gain {}",
+            visible(report.file.display()),
+            asked(report.orders),
+            report.window,
+            report.record.y.len(),
+            report.detrend,
+            report.gain
+        )?;
+    } else {
+        let (count, orders) = (report.parts.len(), asked(report.orders));
+        let detrend = report.detrend;
+        let line = format!(
+            "{count} records, {} samples: {orders}, each from a start of its own; detrend {detrend}, each by itself",
+            report.window
+        );
+        text.push_str(&wrap(&line, 80, ""));
+    }
     text.push_str(&words::record(report));
     if let Some(unit) = report.unit_in_words() {
         text.push_str(&wrap(&unit, 80, ""));
     }
     for estimate in &report.estimates {
         write_estimate(text, estimate, report.frequency())?;
+        write_parts(text, estimate, report)?;
     }
     let shift = report.shift();
     writeln!(
@@ -80,7 +91,7 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
         let line = format!("  {:<18} {hint}", "hint");
         text.push_str(&wrap(&line, 80, &" ".repeat(21)));
     }
-    write_pass(text, report, unit)?;
+    write_pass(text, report, unit, estimate.parts.is_empty())?;
     if let Some(fit) = &estimate.fit {
         let has_noise_model = words::has_noise_model(&report.model);
         write_fit(text, "window", fit.window, has_noise_model)?;
@@ -106,7 +117,36 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
     Ok(())
 }
 
-fn write_pass(text: &mut String, report: &PassReport, unit: Frequency) -> fmt::Result {
+/// Writes what a model is on each of several records.
+fn write_parts(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::Result {
+    for (part, of) in report.parts.iter().zip(&estimate.parts) {
+        writeln!(
+            text,
+            "  {}, {} samples",
+            visible(part.file.display()),
+            part.samples
+        )?;
+        let has_noise_model = words::has_noise_model(&estimate.last().model);
+        write_fit(text, "this record", of.fit, has_noise_model)?;
+        match &of.residuals {
+            Some(residuals) => write_residuals(text, residuals, part.feedback)?,
+            None => writeln!(text, "  {:<18} {}", "residuals", words::NOT_TESTED)?,
+        }
+    }
+    if let Some(white) = estimate.white {
+        let verdict = if white.passed { "white" } else { "NOT white" };
+        let chance = words::chance(white.p_value);
+        writeln!(text, "  {:<18} {verdict} ({chance})", "residuals, all")?;
+    }
+    Ok(())
+}
+
+fn write_pass(
+    text: &mut String,
+    report: &PassReport,
+    unit: Frequency,
+    of_one: bool,
+) -> fmt::Result {
     let PassReport { pass, model, .. } = report;
     if pass.progress >= Progress::Parameters {
         let equation = model.equation().rounded(DIGITS).to_string();
@@ -159,7 +199,7 @@ fn write_pass(text: &mut String, report: &PassReport, unit: Frequency) -> fmt::R
     }
     match &report.residuals {
         Some(residuals) => write_residuals(text, residuals, report.feedback)?,
-        None if pass.progress >= Progress::Parameters => {
+        None if of_one && pass.progress >= Progress::Parameters => {
             writeln!(text, "  {:<18} {}", "residuals", words::NOT_TESTED)?;
         }
         None => {}

@@ -86,6 +86,11 @@ impl Report {
                     residuals.set_unit(unit);
                 }
             }
+            for part in &mut estimate.parts {
+                if let Some(residuals) = &mut part.residuals {
+                    residuals.set_unit(unit);
+                }
+            }
             if let Some(observed) = &mut estimate.observer {
                 let states = observed.at_window.iter_mut().chain(&mut observed.last);
                 states.for_each(|x| *x *= unit);

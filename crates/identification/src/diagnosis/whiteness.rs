@@ -4,7 +4,7 @@
 use super::{LEVEL, Z_99};
 use crate::metric::prediction_errors;
 use crate::metric::tails::{chi_square_above, normal_above};
-use crate::model::LinearModel;
+use crate::model::{LinearModel, Orders};
 use crate::signal::arithmetic::{dot, with_fma};
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
@@ -151,6 +151,20 @@ fn together(r: &[f64], of_e: &[f64], of_u: &[f64]) -> Option<f64> {
 }
 
 impl Residuals {
+    /// Tests whether the residuals of several records are white: their statistics of Ljung and Box add, and the
+    /// parameters of the model are fitted once.
+    pub fn white_together<'a>(
+        records: impl Iterator<Item = &'a Self>,
+        orders: Orders,
+    ) -> Option<Whiteness> {
+        let (statistic, lags) = records.fold((0.0, 0), |(sum, lags), record| {
+            (sum + record.ljung_box, lags + record.lags())
+        });
+        let degrees = lags.saturating_sub(orders.na + orders.nc + orders.nd);
+        let p_value = chi_square_above(statistic, degrees.max(1));
+        (lags > 0).then(|| Whiteness::new(degrees.max(1), p_value))
+    }
+
     /// Computes the one-step prediction errors of a model over a record, with the start of [`prediction_errors`], and
     /// tests them. `None` if there is no start, if there are fewer than four residuals, or if residuals or u are all 0
     /// or not finite.

@@ -55,9 +55,28 @@ impl AuxiliaryModel {
         window: Window<'_>,
         input: &[f64],
     ) -> Result<(), FailureKind> {
+        self.run_part(a, b, x0, window, input, 0)
+    }
+
+    /// Does the same of a part of the record, whose first sample is the sample `first` of `yhat`.
+    ///
+    /// # Errors
+    /// As for [`Self::run`].
+    ///
+    /// # Panics
+    /// If `input` is not as long as the window.
+    pub(super) fn run_part(
+        &mut self,
+        a: &[f64],
+        b: &[f64],
+        x0: &[f64],
+        window: Window<'_>,
+        input: &[f64],
+        first: usize,
+    ) -> Result<(), FailureKind> {
         assert_eq!(input.len(), window.len());
         self.x.copy_from_slice(x0);
-        let yhat = &mut self.yhat;
+        let yhat = &mut self.yhat[first..first + input.len()];
         match self.drive {
             Drive::Model => simulate(
                 a,

@@ -8,7 +8,9 @@ use super::initial_state_choice::{StartState, StateEstimate};
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::other_tools::{R_SYSID_RIDGE, Reading};
 use super::regression::{Regression, Rows};
-use super::{Drive, Estimator, Failure, FailureKind, Pass, Progress, SetupError, Stage, Window};
+use super::{
+    Drive, Estimator, Failure, FailureKind, Pass, Progress, Runs, SetupError, Stage, Window,
+};
 use crate::model::{LinearModel, Orders};
 use crate::observer::Gain;
 
@@ -31,6 +33,7 @@ pub struct GeneralIv {
     auxiliary: AuxiliaryModel,
     covariance: Covariance,
     from_rest: bool,
+    runs: Runs,
     rest: Vec<f64>,
     model: LinearModel,
     state: StateEstimate,
@@ -41,20 +44,23 @@ impl GeneralIv {
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
-    pub(super) fn new(options: GeneralOptions, window: usize) -> Result<Self, SetupError> {
+    pub(super) fn new(options: GeneralOptions, runs: Runs) -> Result<Self, SetupError> {
         let GeneralOptions { orders, .. } = options;
+        let window = runs.samples();
         let (rows, ridge) = match options.reading {
             Some(Reading::RSysid) => (Rows::Padded, R_SYSID_RIDGE),
             None => (options.rows, 0.0),
         };
         let n = orders.order();
         Ok(Self {
-            regression: Regression::with_ridge(orders, rows, ridge, window)?,
-            instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, window)?,
+            regression: Regression::with_ridge(orders, rows, ridge, window)?.of_runs(&runs)?,
+            instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, window)?
+                .of_runs(&runs)?,
             fixed: options.fixed_model,
             auxiliary: AuxiliaryModel::new(n, window, Drive::Model, Gain::DeadBeat),
             covariance: options.covariance,
             from_rest: rows != Rows::Complete,
+            runs,
             rest: vec![0.0; n],
             model: LinearModel::zero(orders),
             state: StateEstimate::new(n, options.initial_state),
@@ -64,16 +70,25 @@ impl GeneralIv {
     /// Computes the instruments of the past outputs.
     fn simulate(&mut self, window: Window<'_>, previous: &Pass) -> Result<(), FailureKind> {
         if let Some(model) = &self.fixed {
-            model.run(window.u, &mut self.auxiliary.yhat);
+            for run in self.runs.iter() {
+                let yhat = &mut self.auxiliary.yhat[run.clone()];
+                model.run(&window.u[run.clone()], yhat);
+            }
             let finite = self.auxiliary.yhat.iter().all(|x| x.is_finite());
             return finite.then_some(()).ok_or(FailureKind::NonFinite);
         }
-        let x0 = if self.from_rest {
-            &self.rest
-        } else {
-            &previous.x0
-        };
-        self.auxiliary.run(&previous.a, &previous.b, x0, window)?;
+        for (i, run) in self.runs.iter().enumerate() {
+            let part = window.part(run.clone());
+            let x0 = if self.from_rest {
+                &self.rest
+            } else if i == 0 {
+                &previous.x0
+            } else {
+                self.state.of(part, previous)?
+            };
+            let Pass { a, b, .. } = previous;
+            self.auxiliary.run_part(a, b, x0, part, part.u, run.start)?;
+        }
         let x = self.auxiliary.yhat.iter_mut().zip(window.u);
         x.for_each(|(x, u)| *x += previous.direct * u);
         Ok(())
@@ -144,7 +159,10 @@ impl Estimator for GeneralIv {
                 continue;
             }
             match self.find(window, previous, pass) {
-                Ok(()) => self.state.estimate(window, number, pass),
+                Ok(()) => {
+                    let first = window.part(self.runs.first());
+                    self.state.estimate(first, number, pass);
+                }
                 Err((kind, stage)) => pass.fail(Failure {
                     kind,
                     stage,

@@ -1,7 +1,7 @@
 //! Stage 6 in one pass of a method: whether x0 is estimated, and where it is stored.
 
 use super::initial_state::InitialState;
-use super::{Failure, Pass, Stage, Window};
+use super::{Failure, FailureKind, Pass, Stage, Window};
 use crate::names::named_enum;
 
 named_enum! {
@@ -40,6 +40,21 @@ impl StateEstimate {
             pass.start_at_zero();
             return;
         }
+        match self.of(window, pass) {
+            Ok(x0) => pass.set_initial_state(x0),
+            Err(kind) => pass.fail(Failure {
+                kind,
+                stage: Stage::InitialState,
+                pass: number,
+            }),
+        }
+    }
+
+    /// Returns the state at the start of a record of the model of a pass; 0 if it is not estimated.
+    ///
+    /// # Errors
+    /// As for [`InitialState::estimate`].
+    pub(super) fn of(&mut self, window: Window<'_>, pass: &Pass) -> Result<&[f64], FailureKind> {
         if pass.direct != 0.0 {
             let samples = window.y.iter().zip(window.u);
             self.undelayed.clear();
@@ -56,17 +71,12 @@ impl StateEstimate {
         } else {
             &self.undelayed
         };
-        let window = Window { y, ..window };
-        let found = self
-            .initial_state
-            .estimate(&pass.a, &pass.b, window, &mut self.x0);
-        match found {
-            Ok(()) => pass.set_initial_state(&self.x0),
-            Err(kind) => pass.fail(Failure {
-                kind,
-                stage: Stage::InitialState,
-                pass: number,
-            }),
+        self.x0.fill(0.0);
+        if self.start == StartState::Estimate {
+            let window = Window { y, ..window };
+            self.initial_state
+                .estimate(&pass.a, &pass.b, window, &mut self.x0)?;
         }
+        Ok(&self.x0)
     }
 }

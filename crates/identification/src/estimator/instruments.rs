@@ -8,7 +8,7 @@ use super::regression::{Lagged, Rows, covariance_of_triangle};
 use super::solver::Reduction;
 use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
 use super::triangular::{solve_normal, solve_transposed_of, sum_of_products};
-use super::{FailureKind, SetupError};
+use super::{FailureKind, Runs, SetupError};
 use crate::model::Orders;
 use crate::real::with_fma;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
@@ -182,13 +182,24 @@ impl InstrumentalRegression {
             instruments,
             x: vec![0.0; lagged.y.len()],
             v: vec![0.0; lagged.y.len()],
-            stages: TwoStages::new(wide, width, lagged.count),
+            stages: TwoStages::new(wide, width, lagged.total),
             lagged,
             influence: Influence::default(),
         })
     }
 
-    /// Returns the number of rows.
+    /// Uses the equations of several records that follow each other.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`] if there are fewer than instruments.
+    pub(super) fn of_runs(mut self, runs: &Runs) -> Result<Self, SetupError> {
+        let orders = self.lagged.orders;
+        let wide = self.instruments.count(orders) + orders.nb;
+        self.lagged = self.lagged.of_runs(runs, wide)?;
+        Ok(self)
+    }
+
+    /// Returns the number of equations.
     pub fn rows(&self) -> usize {
         self.lagged.count
     }
@@ -239,8 +250,9 @@ impl InstrumentalRegression {
                 put(right.rb_mut(), na + i, &u[lagged(nk + i)], 1.0);
             }
             put(right.rb_mut(), na + nb, &y[lagged(0)], 1.0);
+            self.lagged.blank(first, [&mut z, &mut right]);
         };
-        self.stages.solve(self.lagged.count, fill, condition)
+        self.stages.solve(self.lagged.total, fill, condition)
     }
 
     /// Returns `sum (y(k) - phi(k)' theta)^2` over the rows of the last solution.
@@ -289,7 +301,8 @@ impl InstrumentalRegression {
                     }
                 },
             );
-            for (lane, k) in block.enumerate() {
+            let whole = block.enumerate().filter(|(_, k)| lagged.is_whole(*k));
+            for (lane, k) in whole {
                 self.influence
                     .push(theta.len(), lagged.residual(theta, k), |row| {
                         row.iter_mut()

@@ -3,7 +3,7 @@
 use super::iv_options::IvOptions;
 use super::known_model::KnownModel;
 use super::option_error::OptionError;
-use super::{Estimator, SetupError, Shape};
+use super::{Estimator, Runs, SetupError, Shape};
 use crate::data::Process;
 use crate::model::Orders;
 
@@ -39,6 +39,18 @@ pub struct Problem<'a> {
     pub covariance: bool,
     /// The passes of which they are wanted; `None`: all.
     pub reported: Option<&'a [usize]>,
+    /// The lengths of the records that follow each other in the window; empty: it is one record.
+    pub runs: &'a [usize],
+}
+
+impl Problem<'_> {
+    /// Returns the records of the window.
+    pub fn runs(&self) -> Runs {
+        match self.runs {
+            [] => Runs::new(&[self.shape.window]),
+            lengths => Runs::new(lengths),
+        }
+    }
 }
 
 impl From<Shape> for Problem<'_> {
@@ -49,6 +61,7 @@ impl From<Shape> for Problem<'_> {
             process: None,
             covariance: false,
             reported: None,
+            runs: &[],
         }
     }
 }
@@ -128,6 +141,11 @@ pub trait MethodKind {
 
     /// Whether the signals before the record are taken as zero.
     fn begins_at_rest(&self) -> bool {
+        false
+    }
+
+    /// Whether one model can be fitted to several records ([`Problem::runs`]).
+    fn takes_runs(&self) -> bool {
         false
     }
 

@@ -40,6 +40,7 @@ mod prediction_error;
 pub mod reflection;
 pub mod regression;
 pub mod regressors;
+mod runs;
 mod scale;
 #[cfg(feature = "json")]
 mod schema;
@@ -73,6 +74,7 @@ pub use pass::{Failure, Pass, Progress, Stage};
 pub use prediction_error::{InitialCondition, PredictionError, SearchStarts, initial_numbers};
 pub use reflection::{PoleReflection, Stabilise};
 pub use regression::{Regression, Rows};
+pub use runs::Runs;
 pub use scale::unit_of;
 #[cfg(feature = "json")]
 pub use schema::inline_schema;
@@ -81,6 +83,7 @@ pub use solver::{Instruments, Solver, Stage10};
 use crate::model::Orders;
 use crate::observer::{ObserverKind, RiccatiError};
 use crate::plant::ORDER_LIMIT;
+use std::ops::Range;
 
 /// The largest dimension that `dual` and `augmented` accept: a matrix of 128 MiB.
 pub const NAIVE_LIMIT: usize = 4096;
@@ -114,6 +117,19 @@ impl<'a> Window<'a> {
             u: &u[..length],
             y: &y[..length],
             r: &r[..length],
+        }
+    }
+
+    /// Returns a part of the samples.
+    ///
+    /// # Panics
+    /// If it is not within the window.
+    #[must_use]
+    pub fn part(self, of: Range<usize>) -> Self {
+        Self {
+            u: &self.u[of.clone()],
+            y: &self.y[of.clone()],
+            r: &self.r[of],
         }
     }
 
@@ -208,6 +224,11 @@ pub enum SetupError {
         /// The order.
         order: usize,
     },
+    /// The method cannot fit one model to several records.
+    #[error(
+        "takes one record without gaps; one model is fitted to several records by arx, iv, oe, armax and bj"
+    )]
+    OneRecord,
     /// The matrix of `dual` or `augmented` would be too large.
     #[error(
         "solver '{solver}' would need a matrix of dimension {dimension} ({} MiB); its limit is {}",

@@ -1,8 +1,8 @@
 //! The noise model `D w = C e` of refined instrumental variables, fitted by prediction errors to `w = y - B/F u`.
 
-use super::FailureKind;
 use super::covariance::Covariance;
 use super::prediction_error::Descent;
+use super::{FailureKind, Runs};
 use crate::model::{LinearModel, Orders};
 
 /// The relative step at which an iteration of refined instrumental variables has converged.
@@ -29,7 +29,7 @@ impl NoiseFit {
             ..Orders::default()
         };
         Self {
-            search: (nc + nd > 0).then(|| Descent::new(arma, 0, window)),
+            search: (nc + nd > 0).then(|| Descent::new(arma, 0, Runs::new(&[window]))),
             theta: vec![0.0; nd + nc],
             nd,
             silence: vec![0.0; window],

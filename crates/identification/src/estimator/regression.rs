@@ -7,7 +7,7 @@ use super::solver::Reduction;
 use super::solver::rank::{
     Equilibration, check_rank_of_columns, columns_of_inverse, triangular_condition,
 };
-use super::{FailureKind, SetupError};
+use super::{FailureKind, Runs, SetupError};
 use crate::model::Orders;
 use crate::names::named_enum;
 use faer::Par;
@@ -44,8 +44,12 @@ pub(super) struct Lagged {
     pub(super) orders: Orders,
     reach: usize,
     first: usize,
-    /// The number of rows.
+    /// The number of rows, those that touch two records included: they are zero.
+    pub(super) total: usize,
+    /// The number of equations.
     pub(super) count: usize,
+    /// The rows that touch two records, as ranges of k.
+    broken: Vec<Range<usize>>,
     pub(super) u: Vec<f64>,
     pub(super) y: Vec<f64>,
 }
@@ -74,10 +78,53 @@ impl Lagged {
             orders,
             reach,
             first,
+            total: count,
             count,
+            broken: Vec::new(),
             u: padded(),
             y: padded(),
         })
+    }
+
+    /// Leaves out the rows that look back into another record. Those of the first begin as in one record.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`] if fewer than `needed` are left.
+    pub(super) fn of_runs(mut self, runs: &Runs, needed: usize) -> Result<Self, SetupError> {
+        let last = self.rows().end;
+        let later = runs.iter().skip(1).map(|run| {
+            let from = run.start + self.reach;
+            from..(from + self.reach).min(run.end + self.reach).min(last)
+        });
+        self.broken = later.collect();
+        self.count -= self.broken.iter().map(Range::len).sum::<usize>();
+        if self.count < needed {
+            return Err(SetupError::ShortRecord {
+                orders: self.orders,
+                window: self.record().len(),
+                rows: self.count,
+                needed,
+            });
+        }
+        Ok(self)
+    }
+
+    /// Returns whether the equation of k is within one record.
+    pub(super) fn is_whole(&self, k: usize) -> bool {
+        !self.broken.iter().any(|rows| rows.contains(&k))
+    }
+
+    /// Zeroes the rows of matrices from the row `first` on that touch two records.
+    pub(super) fn blank(&self, first: usize, matrices: [&mut MatMut<'_, f64>; 2]) {
+        let start = self.start() + first;
+        for matrix in matrices {
+            let rows = start..start + matrix.nrows();
+            for broken in &self.broken {
+                for k in broken.start.max(rows.start)..broken.end.min(rows.end) {
+                    matrix.rb_mut().row_mut(k - start).fill(0.0);
+                }
+            }
+        }
     }
 
     /// Returns the index range of the samples between the zeros.
@@ -102,11 +149,14 @@ impl Lagged {
 
     /// Returns the index range of the rows' k.
     pub(super) fn rows(&self) -> Range<usize> {
-        self.start()..self.start() + self.count
+        self.start()..self.start() + self.total
     }
 
-    /// Returns `y(k) - phi(k)' theta`.
+    /// Returns `y(k) - phi(k)' theta`; 0 of a row that touches two records.
     pub(super) fn residual(&self, theta: &[f64], k: usize) -> f64 {
+        if !self.is_whole(k) {
+            return 0.0;
+        }
         let (u, y, Orders { na, nk, .. }) = (&self.u, &self.y, self.orders);
         let (a, b) = theta.split_at(na);
         let of_y = a.iter().enumerate().map(|(i, a)| a * y[k - 1 - i]);
@@ -166,7 +216,7 @@ impl Regression {
         let width = orders.na + orders.nb;
         let lagged = Lagged::new(orders, orders.reach(), width, rows, window)?;
         Ok(Self {
-            reduction: Reduction::new(width, lagged.count + ridge_rows(ridge, width), 1),
+            reduction: Reduction::new(width, lagged.total + ridge_rows(ridge, width), 1),
             lagged,
             ridge,
             equilibration: Equilibration::new(width, width),
@@ -176,7 +226,16 @@ impl Regression {
         })
     }
 
-    /// Returns the number of rows.
+    /// Uses the equations of several records that follow each other.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`] if there are fewer than parameters.
+    pub(super) fn of_runs(mut self, runs: &Runs) -> Result<Self, SetupError> {
+        self.lagged = self.lagged.of_runs(runs, self.theta.len())?;
+        Ok(self)
+    }
+
+    /// Returns the number of equations.
     pub fn rows(&self) -> usize {
         self.lagged.count
     }
@@ -194,7 +253,7 @@ impl Regression {
         self.lagged.load(u, y);
         let Lagged { orders, u, y, .. } = &self.lagged;
         let (Orders { na, nb, nk, .. }, start) = (*orders, self.lagged.start());
-        let (count, root) = (self.lagged.count, self.ridge.sqrt());
+        let (count, root) = (self.lagged.total, self.ridge.sqrt());
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
             let rows = count.saturating_sub(first).min(z.nrows());
             for row in rows..z.nrows() {
@@ -219,6 +278,7 @@ impl Regression {
             for (row, y) in y[start..][..rows].iter().enumerate() {
                 right[(row, 0)] = *y;
             }
+            self.lagged.blank(first, [&mut z, &mut right]);
         };
         let total = count + ridge_rows(self.ridge, na + nb);
         self.reduction.run(total, fill)?;
@@ -256,7 +316,7 @@ impl Regression {
         }
         let (lagged, theta) = (&self.lagged, &self.theta);
         self.influence.clear();
-        for k in lagged.rows() {
+        for k in lagged.rows().filter(|k| lagged.is_whole(*k)) {
             self.influence
                 .push(theta.len(), lagged.residual(theta, k), |row| {
                     lagged.regressors(k, row);

@@ -9,6 +9,7 @@ use crate::estimator::other_tools::{R_SYSID_RIDGE, Reading};
 use crate::estimator::regression::{Regression, Rows};
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
 use crate::model::{LinearModel, Orders};
+use std::ops::Range;
 
 /// The options of `arx`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -84,15 +85,20 @@ impl MethodKind for ArxOptions {
         self.rows != Rows::Complete
     }
 
+    fn takes_runs(&self) -> bool {
+        self.rows == Rows::Complete && self.reading.is_none() && self.choose.is_none()
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let (orders, window) = (self.orders(problem.shape.order), problem.shape.window);
+        let runs = problem.runs();
         let (rows, ridge) = match self.reading {
             Some(Reading::RSysid) => (Rows::Padded, R_SYSID_RIDGE),
             None => (self.rows, self.ridge.unwrap_or(0.0)),
         };
         let fit = |orders: Orders| {
             Ok(Fit {
-                regression: Regression::with_ridge(orders, rows, ridge, window)?,
+                regression: Regression::with_ridge(orders, rows, ridge, window)?.of_runs(&runs)?,
                 model: LinearModel::zero(orders),
                 ridge: ridge > 0.0,
                 covariance: self.covariance.unwrap_or_default(),
@@ -112,6 +118,7 @@ impl MethodKind for ArxOptions {
             fits: fits?,
             choice,
             state: StateEstimate::new(orders[0].order(), self.initial_state),
+            first: runs.first(),
         }))
     }
 }
@@ -123,6 +130,8 @@ pub struct Arx {
     fits: Vec<Fit>,
     choice: Option<(Criterion, OrderComparison)>,
     state: StateEstimate,
+    /// The first record, from whose start x0 is.
+    first: Range<usize>,
 }
 
 /// Least squares of one order.
@@ -169,7 +178,9 @@ impl Estimator for Arx {
         };
         let found = chosen.and_then(|chosen| self.fits[chosen].find(window.u, window.y, pass));
         match found {
-            Ok(()) => self.state.estimate(window, 0, pass),
+            Ok(()) => self
+                .state
+                .estimate(window.part(self.first.clone()), 0, pass),
             Err(kind) => pass.fail_for(kind),
         }
     }

@@ -42,6 +42,14 @@ impl IvOptions {
         })
     }
 
+    /// Returns the same options with orders, which only the general form has.
+    fn in_general_form(&self, order: usize) -> Self {
+        Self {
+            orders: self.orders.or(Some(Orders::arx(order, order, 1))),
+            ..self.clone()
+        }
+    }
+
     /// Checks that the options of the paper's form alone have their defaults if one of the general form is given.
     fn check_general(&self) -> Result<(), OptionError> {
         let Some(general) = self.general(1) else {
@@ -130,9 +138,21 @@ impl MethodKind for IvOptions {
         self.rows.is_some_and(|rows| rows != Rows::Complete)
     }
 
+    /// By the general form.
+    fn takes_runs(&self) -> bool {
+        let asked = self.in_general_form(1).check_general().is_ok();
+        asked && !self.begins_at_rest() && self.reading.is_none()
+    }
+
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        if let Some(general) = self.general(problem.shape.order) {
-            return Ok(Box::new(GeneralIv::new(general, problem.shape.window)?));
+        let runs = problem.runs();
+        let order = problem.shape.order;
+        let general = match runs.count() {
+            1 => self.general(order),
+            _ => self.in_general_form(order).general(order),
+        };
+        if let Some(general) = general {
+            return Ok(Box::new(GeneralIv::new(general, runs)?));
         }
         let mut paper = InstrumentalVariables::new(problem.shape, self)?;
         if problem.covariance {

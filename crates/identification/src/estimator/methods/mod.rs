@@ -296,7 +296,11 @@ impl MethodOptions {
     /// # Errors
     /// If the estimator cannot serve the problem.
     pub fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
-        self.kind().prepare(problem)
+        let kind = self.kind();
+        if problem.runs().count() > 1 && !kind.takes_runs() {
+            return Err(SetupError::OneRecord);
+        }
+        kind.prepare(problem)
     }
 
     /// Returns the options in the form that lanes run.

@@ -94,6 +94,10 @@ macro_rules! structure {
                 true
             }
 
+            fn takes_runs(&self) -> bool {
+                self.choose.is_none() && self.starts != SearchStarts::Truth
+            }
+
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 if let Some(rule) = self.choose {
@@ -116,7 +120,7 @@ macro_rules! structure {
                     }
                     starts => {
                         let random = starts.random(window);
-                        PredictionError::new(orders, random, initial, window)?
+                        PredictionError::of_runs(orders, random, initial, problem.runs())?
                     }
                 };
                 method.set_covariance(self.covariance.unwrap_or_default());

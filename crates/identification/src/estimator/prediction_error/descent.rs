@@ -3,8 +3,8 @@
 
 use super::kernels::Triangle;
 use super::predictor::{Predictor, Reduction};
-use crate::estimator::FailureKind;
 use crate::estimator::covariance::Covariance;
+use crate::estimator::{FailureKind, Runs};
 use crate::model::Orders;
 use faer::Mat;
 use std::ops::Range;
@@ -131,12 +131,12 @@ fn size(values: &[f64]) -> f64 {
 }
 
 impl Descent {
-    /// Makes buffers for windows of `window` samples, with `initial` numbers for the signals before them.
-    pub(in crate::estimator) fn new(orders: Orders, initial: usize, window: usize) -> Self {
-        let n = orders.parameters() + initial;
+    /// Makes buffers for windows of these records, with `initial` numbers for the signals before each.
+    pub(in crate::estimator) fn new(orders: Orders, initial: usize, runs: Runs) -> Self {
+        let n = orders.parameters() + initial * runs.count();
         let column = || vec![0.0; n];
         Self {
-            predictor: Predictor::new(orders, initial, window),
+            predictor: Predictor::new(orders, initial, runs),
             theta: column(),
             trial: column(),
             step: column(),

@@ -17,7 +17,7 @@ mod units;
 use super::covariance::Covariance;
 use super::initial_state_choice::{StartState, StateEstimate};
 use super::known_model::KnownModel;
-use super::{Estimator, FailureKind, Pass, SetupError, Window};
+use super::{Estimator, FailureKind, Pass, Runs, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 pub(in crate::estimator) use descent::Descent;
@@ -26,6 +26,7 @@ pub use predictor::initial_numbers;
 use search::Search;
 pub use search_starts::SearchStarts;
 use starts::Starts;
+use std::ops::Range;
 use units::Rescaled;
 
 named_enum! {
@@ -50,8 +51,9 @@ pub struct PredictionError {
     covariance: Covariance,
     /// The result of the last search.
     found: Option<Found>,
-    /// Estimates x0 if the signals before the record are not taken as zero.
+    /// Estimates x0 of the first record if the signals before it are not taken as zero.
     state: Option<StateEstimate>,
+    first: Range<usize>,
 }
 
 impl PredictionError {
@@ -65,8 +67,21 @@ impl PredictionError {
         initial: InitialCondition,
         window: usize,
     ) -> Result<Self, SetupError> {
-        let starts = Starts::new(orders, random, window);
-        Self::with_starts(orders, starts, initial, window)
+        Self::of_runs(orders, random, initial, Runs::new(&[window]))
+    }
+
+    /// Makes buffers for several records, one after the other in a window. Each has an own start.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`].
+    pub(super) fn of_runs(
+        orders: Orders,
+        random: usize,
+        initial: InitialCondition,
+        runs: Runs,
+    ) -> Result<Self, SetupError> {
+        let starts = Starts::new(orders, random, runs.samples());
+        Self::with_starts(orders, starts, initial, runs)
     }
 
     /// Makes buffers for a search from one start: the true plant with a noise model of its residuals.
@@ -81,7 +96,7 @@ impl PredictionError {
         window: usize,
     ) -> Result<Self, SetupError> {
         let starts = Starts::new(orders, 0, window).with_truth(truth)?;
-        Self::with_starts(orders, starts, initial, window)
+        Self::with_starts(orders, starts, initial, Runs::new(&[window]))
     }
 
     /// Chooses what standard errors assume of the prediction errors.
@@ -115,8 +130,9 @@ impl PredictionError {
         orders: Orders,
         starts: Starts,
         initial: InitialCondition,
-        window: usize,
+        runs: Runs,
     ) -> Result<Self, SetupError> {
+        let window = runs.samples();
         let (initial, state) = match initial {
             InitialCondition::Zero => (0, None),
             InitialCondition::Estimate => {
@@ -124,7 +140,7 @@ impl PredictionError {
                 (initial_numbers(orders), Some(state))
             }
         };
-        let fitted = orders.parameters() + initial;
+        let fitted = orders.parameters() + initial * runs.count();
         if window <= fitted {
             return Err(SetupError::ShortRecord {
                 orders,
@@ -134,7 +150,8 @@ impl PredictionError {
             });
         }
         Ok(Self {
-            search: Search::new(starts, Descent::new(orders, initial, window), window),
+            first: runs.first(),
+            search: Search::new(starts, Descent::new(orders, initial, runs), window),
             rescaled: Rescaled::new(window),
             model: LinearModel::zero(orders),
             covariance: Covariance::White,
@@ -179,7 +196,7 @@ impl PredictionError {
         pass.set_units(self.rescaled.units())?;
         match &mut self.state {
             None => pass.start_at_zero(),
-            Some(state) => state.estimate(window, 0, pass),
+            Some(state) => state.estimate(window.part(self.first.clone()), 0, pass),
         }
         found.failure.map_or(Ok(()), Err)
     }

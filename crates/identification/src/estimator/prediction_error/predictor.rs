@@ -4,15 +4,16 @@
 //! 10.3): `D/C y` for A, `v = D/(C F) u` for B, `e/C` for C, `w/C` for D, `B v/F` for F, with `w = A y - B/F u`.
 
 use super::kernels::{Triangle, divide, divide_each, filter};
-use crate::estimator::FailureKind;
 use crate::estimator::covariance::{Covariance, Influence};
 use crate::estimator::lag_sums::dot;
 use crate::estimator::lag_sums::{System, lagged_products};
 use crate::estimator::reflection::stable;
 use crate::estimator::regression::covariance_of_triangle;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::{FailureKind, Runs};
 use crate::model::{LinearModel, Orders};
 use faer::Mat;
+use std::ops::Range;
 
 /// How psi's triangle is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,12 +52,53 @@ pub fn initial_numbers(orders: Orders) -> usize {
         .max((nd + nb + nk).saturating_sub(1))
 }
 
-/// Columns of psi: a signal, the number of columns, the first delay, a sign.
+/// Columns of psi: a signal, the number of columns, the first delay, a sign. Those of the initial numbers are for the
+/// first record; the same follow for each other.
 type Block<'a> = (&'a [f64], usize, usize, f64);
+
+/// A column of psi, or e: a delayed signal, of one record alone if it belongs to the numbers of that record.
+struct Column<'a> {
+    signal: &'a [f64],
+    delay: usize,
+    sign: f64,
+    of: Option<usize>,
+}
+
+impl Column<'_> {
+    /// Returns the signal in a record, the i-th; `None` where the column is zero.
+    fn within(&self, i: usize, run: &Range<usize>) -> Option<&[f64]> {
+        match self.of {
+            None => Some(&self.signal[run.clone()]),
+            Some(of) if of == i => Some(&self.signal[..run.len()]),
+            Some(_) => None,
+        }
+    }
+}
+
+/// Divides a signal by a polynomial, in each record by itself.
+fn divide_in(runs: &Runs, d: &[f64], x: &mut [f64]) {
+    divide_each_in(runs, d, [x]);
+}
+
+/// Does the same of several signals.
+fn divide_each_in<const K: usize>(runs: &Runs, d: &[f64], mut x: [&mut [f64]; K]) {
+    for run in runs.iter() {
+        divide_each(d, x.each_mut().map(|x| &mut x[run.clone()]));
+    }
+}
+
+/// Filters a signal, in each record by itself.
+fn filter_in(runs: &Runs, c: &[f64], x: &[f64], to: &mut [f64]) {
+    for run in runs.iter() {
+        filter(c, &x[run.clone()], &mut to[run.clone()]);
+    }
+}
 
 /// Buffers for records of one length.
 pub(super) struct Predictor {
     orders: Orders,
+    /// The records: the signals before each are represented by numbers of their own.
+    runs: Runs,
     model: LinearModel,
     /// `u/F`, `B/F u`, w.
     u: Vec<f64>,
@@ -69,7 +111,7 @@ pub(super) struct Predictor {
     of_e: Vec<f64>,
     /// `w/C`, from which e follows.
     of_w: Vec<f64>,
-    /// How many numbers represent the signals before the record; they follow the parameters in theta.
+    /// How many numbers represent the signals before the records; they follow the parameters in theta.
     pub(super) initial: usize,
     /// The impulse response of `1/(C F)`, and the contribution of the initial numbers to e.
     impulse: Vec<f64>,
@@ -86,12 +128,14 @@ pub(super) struct Predictor {
 }
 
 impl Predictor {
-    /// Makes buffers for windows of `window` samples, with `initial` numbers for the signals before them.
-    pub(super) fn new(orders: Orders, initial: usize, window: usize) -> Self {
+    /// Makes buffers for windows of these records, with `initial` numbers for the signals before each.
+    pub(super) fn new(orders: Orders, initial: usize, runs: Runs) -> Self {
+        let (window, initial) = (runs.samples(), initial * runs.count());
         let n = orders.parameters() + initial;
         let signal = |needed: bool| vec![0.0; if needed { window } else { 0 }];
         Self {
             orders,
+            runs,
             model: LinearModel::zero(orders),
             u: signal(true),
             x: signal(true),
@@ -153,21 +197,25 @@ impl Predictor {
         let initial = &theta[theta.len() - self.initial..];
         let LinearModel { a, b, c, d, f, .. } = &self.model;
         self.u.copy_from_slice(u);
-        divide(f, &mut self.u);
-        filter(b, &self.u, &mut self.x);
-        filter(a, y, &mut self.w);
+        let runs = &self.runs;
+        divide_in(runs, f, &mut self.u);
+        filter_in(runs, b, &self.u, &mut self.x);
+        filter_in(runs, a, y, &mut self.w);
         for (w, x) in self.w.iter_mut().zip(&self.x) {
             *w -= x;
         }
         self.of_w.copy_from_slice(&self.w);
-        divide(c, &mut self.of_w);
-        filter(d, &self.of_w, &mut self.e);
+        divide_in(runs, c, &mut self.of_w);
+        filter_in(runs, d, &self.of_w, &mut self.e);
         if self.initial > 0 {
             self.impulse.fill(0.0);
             self.impulse[0] = 1.0;
             divide(c, &mut self.impulse);
             divide(f, &mut self.impulse);
-            filter(initial, &self.impulse, &mut self.free);
+            let each = initial.chunks(self.initial / runs.count());
+            for (run, initial) in runs.iter().zip(each) {
+                filter(initial, &self.impulse, &mut self.free[run.clone()]);
+            }
             for (e, free) in self.e.iter_mut().zip(&self.free) {
                 *e += free;
             }
@@ -182,7 +230,7 @@ impl Predictor {
         let Orders {
             na, nb, nc, nd, nf, ..
         } = self.orders;
-        let of_input = nb + nf > 0;
+        let (runs, of_input) = (&self.runs, nb + nf > 0);
         if nc > 0 {
             self.of_e.copy_from_slice(&self.e);
         }
@@ -195,35 +243,35 @@ impl Predictor {
             // Signals side by side take little longer than one.
             match (na > 0, of_input) {
                 _ if nc == 0 => {}
-                (false, false) => divide(c, of_e),
-                (true, false) => divide_each(c, [of_y, of_e]),
-                (false, true) => divide_each(c, [of_u, of_e]),
-                (true, true) => divide_each(c, [of_y, of_u, of_e]),
+                (false, false) => divide_in(runs, c, of_e),
+                (true, false) => divide_each_in(runs, c, [of_y, of_e]),
+                (false, true) => divide_each_in(runs, c, [of_u, of_e]),
+                (true, true) => divide_each_in(runs, c, [of_y, of_u, of_e]),
             }
         } else {
             // `x` is not needed any more and serves as scratch.
             if na > 0 {
                 self.x.copy_from_slice(y);
-                divide(c, &mut self.x);
-                filter(d, &self.x, &mut self.of_y);
+                divide_in(runs, c, &mut self.x);
+                filter_in(runs, d, &self.x, &mut self.of_y);
             }
             self.x.copy_from_slice(&self.u);
             match of_input {
                 _ if nc == 0 => {}
-                false => divide(c, &mut self.of_e),
-                true => divide_each(c, [&mut self.x, &mut self.of_e]),
+                false => divide_in(runs, c, &mut self.of_e),
+                true => divide_each_in(runs, c, [&mut self.x, &mut self.of_e]),
             }
-            filter(d, &self.x, &mut self.of_u);
+            filter_in(runs, d, &self.x, &mut self.of_u);
         }
         if nf > 0 {
-            filter(b, &self.of_u, &mut self.of_x);
+            filter_in(runs, b, &self.of_u, &mut self.of_x);
             if self.initial > 0 {
                 // The contribution of the initial numbers has C F in the denominator too.
                 for (of_x, free) in self.of_x.iter_mut().zip(&self.free) {
                     *of_x -= free;
                 }
             }
-            divide(f, &mut self.of_x);
+            divide_in(runs, f, &mut self.of_x);
         }
     }
 
@@ -242,8 +290,35 @@ impl Predictor {
             (&self.of_e, nc, 1, -1.0),
             (&self.of_w, nd, 1, 1.0),
             (&self.of_x, nf, 1, 1.0),
-            (&self.impulse, self.initial, 0, 1.0),
+            (&self.impulse, self.initial / self.runs.count(), 0, 1.0),
         ]
+    }
+
+    /// Returns the columns of psi, and e.
+    fn columns(&self) -> Vec<Column<'_>> {
+        let mut columns = Vec::with_capacity(self.width() + 1);
+        for (group, (signal, count, first, sign)) in self.blocks().into_iter().enumerate() {
+            let records = if group == INITIAL {
+                self.runs.count()
+            } else {
+                1
+            };
+            for record in 0..records {
+                columns.extend((first..first + count).map(|delay| Column {
+                    signal,
+                    delay,
+                    sign,
+                    of: (group == INITIAL).then_some(record),
+                }));
+            }
+        }
+        columns.push(Column {
+            signal: &self.e,
+            delay: 0,
+            sign: 1.0,
+            of: None,
+        });
+        columns
     }
 
     /// Computes R and `Q'e` of psi at the parameters of the last [`Self::sum`].
@@ -253,32 +328,31 @@ impl Predictor {
             return Ok(());
         }
         let mut psi = std::mem::take(&mut self.psi);
-        let blocks = self.blocks();
-        let column = |mut j: usize| {
-            for (signal, count, delay, sign) in &blocks {
-                if j < *count {
-                    return (*signal, delay + j, *sign);
-                }
-                j -= count;
-            }
-            (self.e.as_slice(), 0, 1.0)
-        };
+        let columns = self.columns();
         let reduced = psi.run(self.e.len(), |j, first, to| {
-            let (signal, lag, sign) = column(j);
-            let before = lag.saturating_sub(first).min(to.len());
-            let (zeros, to) = to.split_at_mut(before);
-            zeros.fill(0.0);
-            let from = signal.get((first + before).saturating_sub(lag)..);
-            for (to, x) in to.iter_mut().zip(from.unwrap_or_default()) {
-                *to = sign * x;
+            let column = &columns[j];
+            to.fill(0.0);
+            for (i, run) in self.runs.iter().enumerate() {
+                let rows = first.max(run.start + column.delay)..(first + to.len()).min(run.end);
+                let Some(signal) = column.within(i, run).filter(|_| !rows.is_empty()) else {
+                    continue;
+                };
+                let from = &signal[rows.start - run.start - column.delay..];
+                let to = &mut to[rows.start - first..rows.end - first];
+                for (to, x) in to.iter_mut().zip(from) {
+                    *to = column.sign * x;
+                }
             }
         });
         self.psi = psi;
         reduced
     }
 
-    /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular.
+    /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular, or of several records.
     fn reduce_products(&mut self) -> bool {
+        if self.runs.count() > 1 {
+            return false;
+        }
         let mut normal = std::mem::take(&mut self.normal);
         let width = self.width();
         normal.clear(width);
@@ -346,35 +420,50 @@ impl Predictor {
                 continue;
             }
             let LinearModel { b, c, f, .. } = &self.model;
-            let blocks = self.blocks();
+            let (runs, blocks) = (&self.runs, self.blocks());
             let (signal, _, delay, mut factor) = blocks[one];
             let with_delay = delay + blocks[other].2;
             match (one, other) {
                 (_, C | F) => {
                     second.copy_from_slice(signal);
-                    divide(if other == C { c } else { f }, &mut second);
+                    let by = if other == C { c } else { f };
+                    if one == INITIAL {
+                        divide(by, &mut second);
+                    } else {
+                        divide_in(runs, by, &mut second);
+                    }
                     factor *= if one == other { -2.0 } else { -1.0 };
                 }
                 (A, _) => {
                     second.copy_from_slice(y);
-                    divide(c, &mut second);
+                    divide_in(runs, c, &mut second);
                 }
                 (B, _) => {
                     second.copy_from_slice(&self.u);
-                    divide(c, &mut second);
+                    divide_in(runs, c, &mut second);
                 }
                 _ => {
-                    filter(b, &self.u, &mut second);
-                    divide(c, &mut second);
-                    divide(f, &mut second);
+                    filter_in(runs, b, &self.u, &mut second);
+                    divide_in(runs, c, &mut second);
+                    divide_in(runs, f, &mut second);
                 }
             }
             let last = counts[one] + counts[other] - 1;
-            for lag in 0..last {
-                let late = self.e.get(with_delay + lag..).unwrap_or_default();
-                let value = factor * dot(late, &second[..late.len()]);
+            // Each record has initial numbers of its own.
+            let records = if one == INITIAL { self.runs.count() } else { 1 };
+            for (record, lag) in (0..records).flat_map(|of| (0..last).map(move |lag| (of, lag))) {
+                let runs = self.runs.iter().enumerate();
+                let runs = runs.filter(|(i, _)| one != INITIAL || *i == record);
+                let value = runs.map(|(_, run)| {
+                    let late = self.e[run.clone()].get(with_delay + lag..);
+                    let late = late.unwrap_or_default();
+                    let start = if one == INITIAL { 0 } else { run.start };
+                    dot(late, &second[start..start + late.len()])
+                });
+                let value = factor * value.sum::<f64>();
+                let first = place(one) + record * counts[one];
                 for i in (lag + 1).saturating_sub(counts[other])..counts[one].min(lag + 1) {
-                    let (row, column) = (place(one) + i, place(other) + lag - i);
+                    let (row, column) = (first + i, place(other) + lag - i);
                     if one == other {
                         if row >= column {
                             to[(row, column)] += value;
@@ -440,16 +529,17 @@ impl Predictor {
             covariance_of_triangle(self.psi.r(), variance, &mut self.column, to);
         } else {
             let mut influence = std::mem::take(&mut self.influence);
-            let (r, blocks) = (self.psi.r(), self.blocks());
+            let (r, columns) = (self.psi.r(), self.columns());
             influence.clear();
-            for (k, e) in self.e.iter().enumerate() {
-                influence.push(all, *e, |row| {
-                    let delayed = blocks.iter().flat_map(|(signal, count, delay, sign)| {
-                        let value = move |lag| if k < lag { 0.0 } else { sign * signal[k - lag] };
-                        (*delay..delay + count).map(value)
+            for (i, run) in self.runs.iter().enumerate() {
+                for (k, e) in self.e[run.clone()].iter().enumerate() {
+                    influence.push(all, *e, |row| {
+                        for (psi, column) in row.iter_mut().zip(&columns) {
+                            let signal = column.within(i, run).filter(|_| k >= column.delay);
+                            *psi = signal.map_or(0.0, |x| column.sign * x[k - column.delay]);
+                        }
                     });
-                    row.iter_mut().zip(delayed).for_each(|(psi, x)| *psi = x);
-                });
+                }
             }
             influence.solve_normal(r);
             influence.covariance(kind, to);

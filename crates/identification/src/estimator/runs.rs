@@ -1,0 +1,44 @@
+//! Several records of one plant in one window.
+
+use std::ops::Range;
+
+/// The records that follow each other in a window: parts of a record on either side of a gap, or records of several
+/// experiments. Equations and filters begin anew in each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Runs(Vec<Range<usize>>);
+
+impl Runs {
+    /// Makes the runs of these lengths.
+    pub fn new(lengths: &[usize]) -> Self {
+        let mut end = 0;
+        let run = |length: &usize| {
+            let start = end;
+            end += length;
+            start..end
+        };
+        Self(lengths.iter().map(run).collect())
+    }
+
+    /// Returns the index ranges of the records.
+    pub fn iter(&self) -> std::slice::Iter<'_, Range<usize>> {
+        self.0.iter()
+    }
+
+    /// Returns the number of samples of all.
+    pub fn samples(&self) -> usize {
+        self.0.last().map_or(0, |run| run.end)
+    }
+
+    /// Returns the number of records.
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Returns the index range of the first record.
+    pub fn first(&self) -> Range<usize> {
+        self.0.first().cloned().unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests;
