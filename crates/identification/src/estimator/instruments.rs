@@ -250,7 +250,8 @@ impl InstrumentalRegression {
                 put(right.rb_mut(), na + i, &u[lagged(nk + i)], 1.0);
             }
             put(right.rb_mut(), na + nb, &y[lagged(0)], 1.0);
-            self.lagged.blank(first, [&mut z, &mut right]);
+            self.lagged.blank(first, z.rb_mut());
+            self.lagged.blank(first, right.rb_mut());
         };
         self.stages.solve(self.lagged.total, fill, condition)
     }

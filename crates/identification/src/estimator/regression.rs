@@ -114,15 +114,13 @@ impl Lagged {
         !self.broken.iter().any(|rows| rows.contains(&k))
     }
 
-    /// Zeroes the rows of matrices from the row `first` on that touch two records.
-    pub(super) fn blank(&self, first: usize, matrices: [&mut MatMut<'_, f64>; 2]) {
+    /// Zeroes the rows of a matrix, which begins with the row `first`, that touch two records.
+    pub(super) fn blank(&self, first: usize, mut matrix: MatMut<'_, f64>) {
         let start = self.start() + first;
-        for matrix in matrices {
-            let rows = start..start + matrix.nrows();
-            for broken in &self.broken {
-                for k in broken.start.max(rows.start)..broken.end.min(rows.end) {
-                    matrix.rb_mut().row_mut(k - start).fill(0.0);
-                }
+        let rows = start..start + matrix.nrows();
+        for broken in &self.broken {
+            for k in broken.start.max(rows.start)..broken.end.min(rows.end) {
+                matrix.rb_mut().row_mut(k - start).fill(0.0);
             }
         }
     }
@@ -278,7 +276,8 @@ impl Regression {
             for (row, y) in y[start..][..rows].iter().enumerate() {
                 right[(row, 0)] = *y;
             }
-            self.lagged.blank(first, [&mut z, &mut right]);
+            self.lagged.blank(first, z.rb_mut());
+            self.lagged.blank(first, right.rb_mut());
         };
         let total = count + ridge_rows(self.ridge, na + nb);
         self.reduction.run(total, fill)?;

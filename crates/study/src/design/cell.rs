@@ -205,6 +205,7 @@ impl DiscreteCell {
             process: Some((&self.process, self.eta)),
             covariance: false,
             reported: None,
+            runs: &[],
         }
     }
 

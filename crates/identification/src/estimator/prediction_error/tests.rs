@@ -125,7 +125,7 @@ fn gradients_are_exact() {
         let trial = trial as u64;
         let (u, y) = record(&model(orders, trial), trial, 0.3);
         let theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
-        let mut descent = Descent::new(orders, 0, N);
+        let mut descent = Descent::new(orders, 0, Runs::new(&[N]));
         for gradient in descent.gradients(&u, &y, &theta) {
             let size = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
             for (j, found) in gradient.iter().enumerate() {
@@ -248,7 +248,7 @@ fn gradients_with_initial_numbers() {
         let initial = initial_numbers(orders);
         let mut theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
         theta.extend(uniform(900 + trial, initial));
-        let mut descent = Descent::new(orders, initial, N);
+        let mut descent = Descent::new(orders, initial, Runs::new(&[N]));
         let [gradient, other] = descent.gradients(&u, &y, &theta);
         let size = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
         for j in 0..theta.len() {
@@ -276,7 +276,7 @@ fn hessians_are_exact() {
         for initial in [0, initial_numbers(orders)] {
             let mut theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
             theta.extend(uniform(900 + trial, initial));
-            let mut descent = Descent::new(orders, initial, N);
+            let mut descent = Descent::new(orders, initial, Runs::new(&[N]));
             let hessian = descent.hessian(&u, &y, &theta).clone();
             let scale = |i: usize| hessian[(i, i)].abs().sqrt().max(1.0);
             for j in 0..theta.len() {
