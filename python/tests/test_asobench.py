@@ -64,6 +64,7 @@ class Package(unittest.TestCase):
                 told |= {{"environment": [os.environ[name] for name in {list(ENVIRONMENT)}]}}
                 told |= {{"names": [os.path.exists(os.environ[f"ASOBENCH_{{of}}"]) for of in ("REQUESTS", "REPLIES")]}}
                 told |= {{"gap": [float(abs(u - r).max()), float(abs(u + 0.4 * y - r).max())]}}
+                print("answering", flush=True)
                 with open({str(self.folder / "told")!r}, "a") as file:
                     file.write(json.dumps(told) + chr(10))
                 return {{"A": np.zeros((len(u), 6)), "B": np.zeros((len(u), 6)), "nk": 1}}
@@ -83,6 +84,7 @@ class Package(unittest.TestCase):
                 os.environ.pop(name, None)
             os.environ["MKL_NUM_THREADS"] = "3"
             study.run(self.folder / "out", trials=6, allow_commands=True)
+        self.assertTrue((self.folder / "out" / "workers.log").exists())
         told = [json.loads(line) for line in (self.folder / "told").read_text().splitlines()]
         seeds = {}
         for of in told:
@@ -107,6 +109,13 @@ class Package(unittest.TestCase):
         self.assertEqual([records[name].shape for name in "uyr"], 3 * [(3, 98)])
         self.assertTrue(np.array_equal(records["u"], records["r"]))
         self.assertFalse(np.array_equal(records["y"][0], records["y"][1]))
+
+    def test_a_record_that_cannot_be_drawn_is_not_sent(self):
+        # Silence identifies no model, so there is no controller.
+        settings = {"feedback": "state", "eta": 10, "amplitude": 0, "window": 100, "horizon": 150}
+        study = {"settings": settings, "feedbacks": {"state": {"state_gain": 6 * [0.1], "identify": 50}}}
+        with self.assertRaisesRegex(ValueError, "no record of the first 3 trials can be drawn"):
+            asobench.simulate(study, trials=3)
 
     def test_records_are_those_of_the_cell(self):
         # The file is beside the study, not in the current folder.
