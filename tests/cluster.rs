@@ -721,6 +721,9 @@ fn no_path_is_a_command_of_a_job_script() {
         );
         assert!(!place.path(work).exists());
     }
+    std::os::unix::fs::symlink("nothing", place.path("link")).expect("a link");
+    let work = ["slurm", "study.toml", "--work", "link"];
+    place.refused(&work, &["link", "not a folder but a link"]);
     for work in ["a\\b", "50%"] {
         place.refused(
             &["slurm", "study.toml", "--work", work],

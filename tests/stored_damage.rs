@@ -56,6 +56,7 @@ const ASKED: [(&str, &[Asked]); 3] = [
             (&["replay", "out", "1:29", "--format", "json"], "", false),
             (&["theory", "out/manifest.json"], "", false),
             (&["check", "out/manifest.json"], "", true),
+            (&["check", "out"], "", false),
             (&["plan", "out/manifest.json", "--shards", "2"], "", true),
             (&["run", "study.toml", "--out", "out"], "out", true),
             (
