@@ -225,6 +225,14 @@ fn what_is_damaged_is_missing() {
     );
     copy(&folders[1], &place.path("study-shards/copy-of-2"));
     assert!(place.done(&["status", plan]).contains("4 shards: 4 whole"));
+    // Another block stands for this one.
+    let copied = &blocks_in(&place.path("study-shards/copy-of-2"))[0];
+    std::fs::write(copied, "asobench").expect("written");
+    let (_, said) = place.ends(0, &["status", plan, "--verify"]);
+    assert!(
+        said.contains("copy-of-2") && said.contains("not taken"),
+        "{said}"
+    );
 
     let block = &blocks_in(&folders[2])[0];
     let name = block
