@@ -6,8 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 /// A worker that leaves a file where it runs.
-const WORKER: &str =
-    "open('started', 'w')\nprint('begun')\nexec(open(__import__('sys').argv[1]).read())\n";
+const WORKER: &str = "open('started', 'w')\nprint('begun', flush=True)\nexec(open(__import__('sys').argv[1]).read())\n";
 
 pub fn asobench(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(PROGRAM)
