@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 /// A worker that leaves a file where it runs.
-const WORKER: &str = "open('started', 'w')\nexec(open(__import__('sys').argv[1]).read())\n";
+const WORKER: &str = "open('started', 'w')\nprint('begun', flush=True)\nexec(open(__import__('sys').argv[1]).read())\n";
 
 pub fn asobench(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(PROGRAM)
@@ -61,6 +61,19 @@ fn no_command_starts_a_program_by_itself() {
     let ran = asobench(folder, &["run", "study.toml", "--allow-commands"]);
     assert_eq!(ran.status.code(), Some(0), "{}", text(&ran.stderr));
     assert!(started());
+    // What it printed is kept, but never in a file of somebody else.
+    let log = folder.join("results/study/workers.log");
+    let printed = std::fs::read_to_string(&log).unwrap();
+    assert!(
+        printed.starts_with("# asobench: what workers printed\n") && printed.contains("begun"),
+        "{printed}"
+    );
+    std::fs::write(&log, "my notes").unwrap();
+    let more = ["run", "study.toml", "--allow-commands", "--trials", "30"];
+    let more = asobench(folder, &more);
+    assert_eq!(more.status.code(), Some(0), "{}", text(&more.stderr));
+    assert!(text(&more.stderr).contains("the output of the programs is lost"));
+    assert_eq!(std::fs::read(&log).unwrap(), b"my notes");
     std::fs::remove_file(folder.join("started")).unwrap();
     let manifest = std::fs::read_to_string(folder.join("results/study/manifest.json")).unwrap();
     assert!(
