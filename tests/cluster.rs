@@ -225,6 +225,14 @@ fn what_is_damaged_is_missing() {
     );
     copy(&folders[1], &place.path("study-shards/copy-of-2"));
     assert!(place.done(&["status", plan]).contains("4 shards: 4 whole"));
+    // Another block stands for this one.
+    let copied = &blocks_in(&place.path("study-shards/copy-of-2"))[0];
+    std::fs::write(copied, "asobench").expect("written");
+    let (_, said) = place.ends(0, &["status", plan, "--verify"]);
+    assert!(
+        said.contains("copy-of-2") && said.contains("not taken"),
+        "{said}"
+    );
 
     let block = &blocks_in(&folders[2])[0];
     let name = block
@@ -721,6 +729,9 @@ fn no_path_is_a_command_of_a_job_script() {
         );
         assert!(!place.path(work).exists());
     }
+    std::os::unix::fs::symlink("nothing", place.path("link")).expect("a link");
+    let work = ["slurm", "study.toml", "--work", "link"];
+    place.refused(&work, &["link", "not a folder but a link"]);
     for work in ["a\\b", "50%"] {
         place.refused(
             &["slurm", "study.toml", "--work", work],

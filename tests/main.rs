@@ -26,6 +26,7 @@ mod meant_values;
 mod observers;
 mod paper;
 mod pictures;
+mod promises;
 mod properties;
 mod readme;
 mod recorded_data;

@@ -1,9 +1,11 @@
 //! Every command that reads stored files, on files with some bytes changed, left out or added: a line that names the
-//! file and an exit code that is not 0, or the same output as before. Never a panic, never other numbers.
+//! file and an exit code that is not 0, or the same output as before. Never a panic, never other numbers. What is forged
+//! makes no panic either, and commands that only read write nothing.
 //!
 //! `ASOBENCH_DAMAGES=5000 cargo test --release --test it stored_damage` tries that many.
 
 use crate::common::{asobench_in, copy, done_in, stderr};
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -56,6 +58,7 @@ const ASKED: [(&str, &[Asked]); 3] = [
             (&["replay", "out", "1:29", "--format", "json"], "", false),
             (&["theory", "out/manifest.json"], "", false),
             (&["check", "out/manifest.json"], "", true),
+            (&["check", "out"], "", false),
             (&["plan", "out/manifest.json", "--shards", "2"], "", true),
             (&["run", "study.toml", "--out", "out"], "out", true),
             (
@@ -194,10 +197,14 @@ fn originals() -> tempfile::TempDir {
     place
 }
 
+/// How many files are damaged.
+fn damages() -> usize {
+    std::env::var("ASOBENCH_DAMAGES").map_or(250, |count| count.parse().expect("a number"))
+}
+
 #[test]
 fn a_damaged_file_is_named_or_changes_nothing() {
-    let count =
-        std::env::var("ASOBENCH_DAMAGES").map_or(250, |count| count.parse().expect("a number"));
+    let count = damages();
     let original = originals();
     let fresh = || {
         let folder = tempfile::tempdir().expect("a folder");
@@ -207,7 +214,14 @@ fn a_damaged_file_is_named_or_changes_nothing() {
     let mut expected = BTreeMap::new();
     for asked in ASKED.iter().flat_map(|(_, asked)| *asked) {
         let folder = fresh();
+        let before = files(folder.path(), "");
         let output = done_in(folder.path(), asked.0);
+        let reads = asked.1.is_empty() && !asked.2;
+        assert!(
+            !reads || files(folder.path(), "") == before,
+            "{:?} writes",
+            asked.0
+        );
         expected.insert(asked.0, outcome(folder.path(), asked, &output));
     }
     let mut random = Random(1);
@@ -266,4 +280,68 @@ fn a_damaged_file_is_named_or_changes_nothing() {
         named > count / 4 && same > count / 4,
         "{named} named, {same} the same"
     );
+}
+
+/// Puts another value somewhere into a JSON value.
+fn forge(json: &mut Value, random: &mut Random) {
+    let within = match json {
+        Value::Array(list) => list.len(),
+        Value::Object(map) => map.len(),
+        _ => 0,
+    };
+    if within == 0 || random.below(4) == 0 {
+        *json = random
+            .of(&[
+                json!(-1),
+                json!(0),
+                json!(u64::MAX),
+                json!(1e308),
+                json!(null),
+                json!("x"),
+                json!([]),
+                json!({}),
+            ])
+            .clone();
+        return;
+    }
+    let at = random.below(within);
+    let part = match json {
+        Value::Array(list) => list.get_mut(at),
+        Value::Object(map) => map.values_mut().nth(at),
+        _ => None,
+    };
+    forge(part.expect("a part"), random);
+}
+
+/// A file without checksums may say anything.
+#[test]
+fn a_forged_file_makes_no_panic() {
+    let original = originals();
+    let mut random = Random(2);
+    for _ in 0..damages() / 4 {
+        let (place, asked) = random.of(&ASKED);
+        let asked = random.of(asked);
+        let folder = tempfile::tempdir().expect("a folder");
+        copy(original.path(), folder.path());
+        let mut stored: Vec<PathBuf> = files(folder.path(), place).into_keys().collect();
+        stored.retain(|path| path.extension().is_some_and(|of| of == "json"));
+        let victim = random.of(&stored);
+        let mut what = String::new();
+        for path in &stored {
+            let path_of = folder.path().join(path);
+            let text = std::fs::read(&path_of).expect("a file");
+            let mut json: Value = serde_json::from_slice(&text).expect("JSON");
+            let object = json.as_object_mut().expect("an object");
+            object.retain(|key, _| !key.starts_with("checksum"));
+            if path == victim {
+                forge(&mut json, &mut random);
+                what = format!("{:?}, {}: {json}", asked.0, path.display());
+            }
+            std::fs::write(&path_of, json.to_string()).expect("written");
+        }
+        let output = asobench_in(folder.path(), asked.0);
+        let (said, code) = (stderr(&output), output.status.code());
+        let is_told = matches!(code, Some(0..=2 | 75)) && !said.contains("panicked");
+        assert!(is_told, "{what}: {code:?}, {said}");
+    }
 }

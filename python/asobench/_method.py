@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import json
 import os
-import shutil
 import signal
 import socket
 import sys
@@ -322,7 +321,8 @@ class Relay:
         if not self.methods:
             return {}
         self.ready = [method.ready() for method in self.methods]
-        self.folder = Path(tempfile.mkdtemp(prefix="asobench-"))
+        self.place = tempfile.TemporaryDirectory(prefix="asobench-", ignore_cleanup_errors=True)
+        self.folder = Path(self.place.name)
         self.door = socket.socket(socket.AF_UNIX)
         place = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
         try:
@@ -350,7 +350,7 @@ class Relay:
                     break
                 time.sleep(0.01)
         self._warn()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        self.place.cleanup()
 
     def _accept(self) -> None:
         while True:

@@ -215,7 +215,7 @@ class Records:
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
         """What was kept."""
-        return {name: np.concatenate(parts) for name, parts in self.kept.items()}
+        return {name: np.concatenate(parts or [np.zeros(0)]) for name, parts in self.kept.items()}
 
 
 def simulate_cell(

@@ -1,10 +1,14 @@
 """The package: python -m unittest discover python/tests"""
 
+import json
+import os
 import shutil
 import sys
 import tempfile
+import textwrap
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -16,6 +20,14 @@ STUDY = {
     "measures": ["e_a", "e_x_max"],
     "settings": {"window": 98, "eta": [0, 10]},
     "methods": [{"estimator": "arx"}],
+}
+#: What a program finds in its environment where MKL_NUM_THREADS alone was set.
+ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "3",
+    "MALLOC_MMAP_THRESHOLD_": str(32 << 20),
+    "MALLOC_TRIM_THRESHOLD_": str(256 << 20),
 }
 
 
@@ -41,11 +53,69 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "--allow-commands"):
             asobench.run(study, self.folder / "out")
 
+    def test_what_a_program_is_told(self):
+        source = f"""
+            import asobench, json, numpy as np, os, sys
+            @asobench.worker(name="told")
+            def f(u, y, r, setting):
+                told = {{key: setting[key] for key in ("method", "loop", "noise") if key in setting}}
+                told |= {{key: setting[key].tolist() for key in ("trials", "seeds")}}
+                told |= {{"place": [os.getcwd(), sys.stdin.read(), *sys.argv[1:]]}}
+                told |= {{"environment": [os.environ[name] for name in {list(ENVIRONMENT)}]}}
+                told |= {{"names": [os.path.exists(os.environ[f"ASOBENCH_{{of}}"]) for of in ("REQUESTS", "REPLIES")]}}
+                told |= {{"gap": [float(abs(u - r).max()), float(abs(u + 0.4 * y - r).max())]}}
+                print("answering", flush=True)
+                with open({str(self.folder / "told")!r}, "a") as file:
+                    file.write(json.dumps(told) + chr(10))
+                return {{"A": np.zeros((len(u), 6)), "B": np.zeros((len(u), 6)), "nk": 1}}
+            f.serve()
+        """
+        (self.folder / "told.py").write_text(textwrap.dedent(source))
+        own = {"command": [sys.executable, "told.py", "$HOME *"], "batch": 4}
+        study = asobench.Study(
+            settings={"window": 40, "eta": 10, "feedback": ["none", "static"]},
+            feedbacks={"static": {"numerator": [0.4]}},
+            methods=[{"name": "plain", **own}, {"name": "noise", **own, "told": ["noise"]}],
+            measures=["e_g"],
+        )
+        study.folder = self.folder
+        with mock.patch.dict(os.environ):
+            for name in ENVIRONMENT:
+                os.environ.pop(name, None)
+            os.environ["MKL_NUM_THREADS"] = "3"
+            study.run(self.folder / "out", trials=6, allow_commands=True)
+        self.assertTrue((self.folder / "out" / "workers.log").exists())
+        told = [json.loads(line) for line in (self.folder / "told").read_text().splitlines()]
+        seeds = {}
+        for of in told:
+            # Of no shell, in the folder of the file; the names of the pipes are gone after the first answer.
+            self.assertEqual(of["place"], [os.path.realpath(self.folder), "", "$HOME *"])
+            self.assertEqual(of["environment"], [*ENVIRONMENT.values()])
+            self.assertEqual(of["names"], [False, False])
+            self.assertEqual("noise" in of, of["method"] == "noise")
+            # The input as it is; in closed loop u = r - 0.4 y.
+            self.assertLess(of["gap"][of["loop"] == "closed"], 1e-12)
+            self.assertEqual(of["gap"][0] > 1e-3, of["loop"] == "closed")
+            for trial, seed in zip(of["trials"], of["seeds"]):
+                seeds.setdefault((of["method"], of["loop"], trial), set()).add(seed)
+        # Whole batches, beyond the six trials; one seed of a trial, whatever the cell and the method.
+        self.assertEqual({key[2] for key in seeds}, set(range(8)))
+        self.assertEqual(len(seeds), 2 * 2 * 8)
+        self.assertTrue(all(len({*seeds[key], *seeds["plain", "open", key[2]]}) == 1 for key in seeds))
+        self.assertEqual(len(set.union(*seeds.values())), 8)
+
     def test_records(self):
         records = asobench.simulate(STUDY, 1, 3)
         self.assertEqual([records[name].shape for name in "uyr"], 3 * [(3, 98)])
         self.assertTrue(np.array_equal(records["u"], records["r"]))
         self.assertFalse(np.array_equal(records["y"][0], records["y"][1]))
+
+    def test_a_record_that_cannot_be_drawn_is_not_sent(self):
+        # Silence identifies no model, so there is no controller.
+        settings = {"feedback": "state", "eta": 10, "amplitude": 0, "window": 100, "horizon": 150}
+        study = {"settings": settings, "feedbacks": {"state": {"state_gain": 6 * [0.1], "identify": 50}}}
+        with self.assertRaisesRegex(ValueError, "no record of the first 3 trials can be drawn"):
+            asobench.simulate(study, trials=3)
 
     def test_records_are_those_of_the_cell(self):
         # The file is beside the study, not in the current folder.

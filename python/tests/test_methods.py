@@ -73,6 +73,48 @@ class Studies(unittest.TestCase):
         self.assertEqual(self.columns(of_function, "forked"), expected)
         self.assertEqual(len(of_function.trials("polars")), 2 * 2 * 30)
 
+    def test_a_function_is_told_what_it_asks_for(self):
+        told = []
+
+        @ab.method(orders="na=2,nb=3,nk=2")
+        def curious(u, y, r, na, nb, nc, nd, nf, nk, order, samples, sampling, loop, trial, seed):
+            told.append((na, nb, nc, nd, nf, nk, order, samples, sampling, loop, trial))
+            records.append((u, y, r, seed))
+            return {"A": np.zeros(na), "B": np.ones(nb), "nk": nk}
+
+        records = []
+        settings = {"window": 98, "eta": 10, "feedback": "static"}
+        feedbacks = {"static": {"numerator": [0.4]}}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            results = self.run_methods([curious], trials=5, settings=settings, feedbacks=feedbacks)
+        self.assertEqual(told[:5], [(2, 3, 0, 0, 0, 2, 6, 98, 1.0, "closed", trial) for trial in range(5)])
+        for u, y, r, _ in records:
+            np.testing.assert_allclose(u, r - 0.4 * y, rtol=0, atol=1e-12)
+        self.assertEqual(len({seed for *_, seed in records[:5]}), 5)
+        # Of another order than the plant there are no errors of parameters; of the response there are.
+        frame = results.trials("polars")
+        self.assertEqual(frame["e_a"].drop_nulls().drop_nans().len(), 0)
+        self.assertTrue(np.isfinite(frame["e_g"].to_numpy()).all())
+
+    def test_covariance_and_noise_of_a_function_count_as_those_of_an_estimator(self):
+        @ab.method(observer="kalman")
+        def own(u, y, na, nb, nk):
+            model = ab.estimate(u, y, "arx", na=na, nb=nb, nk=nk)
+            return ab.Model(A=model.A, B=model.B, noise_variance=model.noise_variance, cov=model.cov)
+
+        methods = [{"estimator": "arx", "observer": "kalman"}, own]
+        settings = {"window": 98, "eta": 10, "process_noise": 0.1}
+        results = self.run_methods(methods, settings=settings, measures=["e_a", "rms_x"], coverage=True)
+        frame = results.trials("polars").drop("cell")
+        arx, mine = (
+            frame.filter(estimator=name).drop("estimator") for name in frame["estimator"].unique(maintain_order=True)
+        )
+        self.assertEqual(len(arx), 30)
+        for name in (name for name in arx.columns if name.startswith(("se_", "rms_", "e_"))):
+            np.testing.assert_allclose(mine[name].to_numpy(), arx[name].to_numpy(), rtol=1e-9, err_msg=name)
+            self.assertTrue(np.isfinite(mine[name].to_numpy()).all(), name)
+
     def test_options_make_methods_of_their_own(self):
         results = self.run_methods([mine, ridge, ridge.having(weight=0.0), ridge.having("much", weight=1e9)])
         median = {row["output"]: row["q50"] for row in results.rows(eta=10) if row["measure"] == "e_a"}

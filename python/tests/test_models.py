@@ -70,10 +70,19 @@ class SameBits(unittest.TestCase):
             numbers["se"] = (model.se, printed["se"])
         self.assertEqual(tests is None, told is None)
         if tests is not None:
-            for name, key in (("white", "white"), ("past_input", "free_of_past_input")):
+            for name, key in (
+                ("white", "white"),
+                ("past_input", "free_of_past_input"),
+                ("future_input", "free_of_future_input"),
+            ):
                 numbers[name] = (getattr(tests, name), told[key]["p_value"])
         if printed["observer"]:
             numbers["observer"] = (ab.observer(model).run(u, y)[-1], printed["observer"]["x_at_window"])
+        for name in ("poles", "zeros"):
+            found = getattr(model, f"{name}_se")
+            for part in ("re", "im", "modulus"):
+                own = getattr(found, {"re": "se_real", "im": "se_imag"}.get(part, f"se_{part}"))
+                numbers[f"{name} {part}"] = (own, [(root["se"] or {}).get(part) for root in printed[name]])
         for name, (own, other) in numbers.items():
             self.assertEqual(bits(own), bits(other), f"{estimator} {name}: {own} {other}")
         self.assertEqual(model.continuous is None, printed["continuous"] is None)

@@ -93,8 +93,8 @@ class Replacing(unittest.TestCase):
         new = study(2).run(self.out.parent / "alone", trials=10)
         whole = self.out / ".asobench-whole"
         whole.mkdir()
-        for name in ("summary.json", "manifest.json"):
-            (whole / name).write_bytes((new.folder / name).read_bytes())
+        for path in new.folder.glob("[!.]*.*"):
+            (whole / path.name).write_bytes(path.read_bytes())
         self.assertEqual(ab.Results(self.out).summary, new.summary)
 
     def test_python_removes_nothing(self):

@@ -1,6 +1,6 @@
 //! `asobench slurm`: writes job scripts of a study for Slurm.
 
-use super::cluster::{parse_time, script_of, slurm_time, word};
+use super::cluster::{parse_time, refused, script_of, slurm_time, word};
 use super::error::{Error, failed};
 use super::output::{note, print};
 use super::plan::{SizeArguments, plan};
@@ -191,8 +191,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = work.join(format!("{name}.plan.json"));
     let out = arguments.study.folder(arguments.out.as_deref());
     let mut places = places(name, &arguments.study.file, &path, &out)?;
-    files::make_folder(&work).map_err(failed)?;
-    files::make_folder(&work.join("logs")).map_err(failed)?;
+    files::make_folder(&work).map_err(refused)?;
+    files::make_folder(&work.join("logs")).map_err(refused)?;
     let size = SizeArguments {
         // A shard that ends well before the limit is not interrupted and run again.
         target_time: arguments.size.target_time.or(time.map(|limit| limit / 2)),

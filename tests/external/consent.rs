@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 /// A worker that leaves a file where it runs.
-const WORKER: &str = "open('started', 'w')\nexec(open(__import__('sys').argv[1]).read())\n";
+const WORKER: &str = "open('started', 'w')\nprint('begun', flush=True)\nexec(open(__import__('sys').argv[1]).read())\n";
 
 pub fn asobench(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(PROGRAM)
@@ -61,6 +61,19 @@ fn no_command_starts_a_program_by_itself() {
     let ran = asobench(folder, &["run", "study.toml", "--allow-commands"]);
     assert_eq!(ran.status.code(), Some(0), "{}", text(&ran.stderr));
     assert!(started());
+    // What it printed is kept, but never in a file of somebody else.
+    let log = folder.join("results/study/workers.log");
+    let printed = std::fs::read_to_string(&log).unwrap();
+    assert!(
+        printed.starts_with("# asobench: what workers printed\n") && printed.contains("begun"),
+        "{printed}"
+    );
+    std::fs::write(&log, "my notes").unwrap();
+    let more = ["run", "study.toml", "--allow-commands", "--trials", "30"];
+    let more = asobench(folder, &more);
+    assert_eq!(more.status.code(), Some(0), "{}", text(&more.stderr));
+    assert!(text(&more.stderr).contains("the output of the programs is lost"));
+    assert_eq!(std::fs::read(&log).unwrap(), b"my notes");
     std::fs::remove_file(folder.join("started")).unwrap();
     let manifest = std::fs::read_to_string(folder.join("results/study/manifest.json")).unwrap();
     assert!(
@@ -234,14 +247,80 @@ fn results_that_are_there_are_not_computed_again() {
     run(&manifest);
     let content = |out: &str| std::fs::read(folder.join(out).join("summary.json")).unwrap();
     assert!(content("results/study") == content("again"));
+    // Another version neither goes on with results nor computes a shard of a plan of the first one.
+    run(&["plan", "study.toml", "--shards", "1", "--allow-commands"]);
+    let source = std::fs::read_to_string(folder.join("mine.py")).unwrap();
+    std::fs::write(folder.join("mine.py"), source.replace("1.0", "2.0")).unwrap();
+    for arguments in [
+        &["run", "study.toml", "--trials", "30"][..],
+        &["shard", "study.plan.json", "1"],
+    ] {
+        let refused = asobench(folder, &[arguments, &["--allow-commands"]].concat());
+        let said = text(&refused.stderr);
+        assert_ne!(refused.status.code(), Some(0), "{said}");
+        assert!(
+            said.contains("says that it is 'least squares in Python 2.0'"),
+            "{said}"
+        );
+    }
 }
 
-/// A terminal of 80 columns, to which the command of the arguments writes; its answer is "n".
+/// An answer on a terminal counts for that content in that folder: another content, command or folder is asked for.
+#[test]
+fn an_answer_is_for_one_content_in_one_folder() {
+    if !runs(&["python3", "-c", "import pty"]) {
+        return;
+    }
+    let place = tempfile::tempdir().unwrap();
+    let folder = place.path();
+    study_of(folder, &["one"]);
+    let run = ["run", "study.toml", "--out", "out"];
+    let answered = Command::new("python3")
+        .args([&["-c", TERMINAL, "y", PROGRAM], &run[..]].concat())
+        .current_dir(folder)
+        .env("XDG_STATE_HOME", folder.join("state"))
+        .output()
+        .unwrap();
+    let started = || std::fs::remove_file(folder.join("one")).is_ok();
+    assert!(started(), "{}", text(&answered.stdout));
+    assert_eq!(
+        asobench(folder, &["test-method", "study.toml"])
+            .status
+            .code(),
+        Some(0)
+    );
+    assert!(started());
+    let study = std::fs::read_to_string(folder.join("study.toml")).unwrap();
+    std::fs::write(
+        folder.join("other.toml"),
+        study.replace("eta = 10", "eta = 11"),
+    )
+    .unwrap();
+    std::fs::create_dir(folder.join("below")).unwrap();
+    for name in ["study.toml", "worker.py"] {
+        std::fs::copy(folder.join(name), folder.join("below").join(name)).unwrap();
+    }
+    let command = r#"methods.0.command=["python3", "below/worker.py"]"#;
+    for arguments in [
+        &["run", "other.toml"][..],
+        &["run", "below/study.toml"],
+        &["run", "study.toml", "--set", command],
+        &["replay", "out", "0:1"],
+    ] {
+        let refused = asobench(folder, arguments);
+        let said = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains("starts a program"), "{said}");
+    }
+    assert!(!started() && !folder.join("below/one").exists());
+}
+
+/// A terminal of 80 columns, to which the command of the later arguments writes; the first one is the answer.
 const TERMINAL: &str = r#"
 import os, pty, sys
 child, end = pty.fork()
 if child == 0:
-    os.execv(sys.argv[1], sys.argv[1:])
+    os.execv(sys.argv[2], sys.argv[2:])
 seen = b""
 while True:
     try:
@@ -251,7 +330,7 @@ while True:
     if not part:
         break
     if b"[y/N] " in part:
-        os.write(end, b"n\n")
+        os.write(end, sys.argv[1].encode() + b"\n")
     seen += part
 os.waitpid(child, 0)
 sys.stdout.buffer.write(seen)
@@ -304,7 +383,7 @@ fn a_padded_command_is_seen() {
         std::fs::write(folder.join(&file), study).unwrap();
         let piped = asobench(folder, &["run", &file]);
         let terminal = Command::new("python3")
-            .args(["-c", TERMINAL, program, "run", &file])
+            .args(["-c", TERMINAL, "n", program, "run", &file])
             .current_dir(folder)
             .env("XDG_STATE_HOME", folder.join("state"))
             .output()

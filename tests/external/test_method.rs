@@ -72,6 +72,69 @@ fn after_what_is_wrong_comes_what_was_printed_and_the_other_checks() {
     }
 }
 
+/// Models that differ from message to message, with the size of a batch, or from the plant where there is no noise.
+#[test]
+fn wrong_models_are_told() {
+    let changed =
+        |by: &str| format!("        found = [(s, [x + {by} for x in p]) for s, p in found]\n");
+    for (by, part) in [
+        (
+            "int.from_bytes(os.urandom(4), 'big') * 1e-15",
+            "WRONG   the same batch twice",
+        ),
+        ("1e-9 * m", "WRONG   other batch sizes"),
+        ("1e-4", "WRONG   a record without noise"),
+    ] {
+        let Some((text, code)) = tested(FOUND, &changed(by)) else {
+            return;
+        };
+        assert_eq!(code, 1, "{text}");
+        assert!(
+            text.contains(part) && text.matches("ok  ").count() >= 2,
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn a_batch_that_takes_more_than_half_of_its_time() {
+    let command = ["test-method", "--set", "methods.0.timeout=3"];
+    let more = "        __import__('time').sleep(1.7 if m > 16 else 0)\n";
+    let Some((text, code)) = printed(&command, FOUND, more) else {
+        return;
+    };
+    assert_eq!(code, 1, "{text}");
+    assert!(
+        text.contains("WRONG   time") && text.matches("WRONG").count() == 1,
+        "{text}"
+    );
+}
+
+#[test]
+fn keys_that_the_text_does_not_name_are_ignored() {
+    for after in ["\"deterministic\": True", "\"bytes\": 8 * len(blocks)"] {
+        let Some((text, code)) = tested(after, ", \"more\": [1]") else {
+            return;
+        };
+        assert_eq!(code, 0, "{text}");
+    }
+}
+
+#[test]
+#[ignore = "takes minutes: cargo test --release --test it external:: -- --ignored"]
+fn the_first_ready_may_take_two_minutes() {
+    let late = |seconds: u32| {
+        let more = format!("        __import__('time').sleep({seconds})\n");
+        let command = ["run", "--trials", "1", "--set", "methods.0.timeout=1"];
+        printed(&command, "        hello = head\n", &more).unwrap()
+    };
+    let (text, code) = late(100);
+    assert_eq!(code, 0, "{text}");
+    let (text, code) = late(125);
+    assert_eq!(code, 2, "{text}");
+    assert!(text.contains("is not ready after 120 s"), "{text}");
+}
+
 #[test]
 fn a_program_that_does_not_start_shows_its_error() {
     let Some((text, code)) = tested("import", " import") else {

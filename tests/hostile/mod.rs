@@ -7,6 +7,7 @@ mod endless;
 mod limits;
 mod obstacle;
 mod owners;
+mod parquet;
 mod table;
 mod victims;
 

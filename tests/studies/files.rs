@@ -474,6 +474,18 @@ fn methods() {
             "name = \"a\"\n[[methods]]\nname = \"a\"",
             ["methods", "two outputs are called 'a"],
         ),
+        (
+            "command = [\"a\"]",
+            ["methods[0].name", "expected a name for the method"],
+        ),
+        (
+            "name = \"a\"\ncommand = [\"a\"]\nbatch = 65537",
+            ["methods[0].batch", "1 to 65536"],
+        ),
+        (
+            "name = \"a\"\ncommand = [\"a\"]\nworkers = 1025",
+            ["methods[0].workers", "1 to 1024"],
+        ),
     ] {
         place.refuses_file(&format!("[[methods]]\n{text}"), &parts);
     }

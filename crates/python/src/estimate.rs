@@ -3,8 +3,8 @@
 use super::arrays::record;
 use super::model::Native;
 use super::registry::parse;
-use asobench_identification::estimator::{Failure, MethodOptions, Runs};
-use asobench_identification::model::Orders;
+use asobench_identification::estimator::{Failure, FailureKind, MethodOptions, Runs, unit_of};
+use asobench_identification::model::{Orders, Units};
 use asobench_identification::{FitError, Fitted, complete_residuals, fit, fit_records};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -46,12 +46,32 @@ pub(crate) fn estimate(
     }
     let (u, y) = record(u, y)?;
     let (u, y) = (u.samples()?, y.samples()?);
-    let found = py.detach(|| in_delay(parsed, (order, delay), &lengths, u, y));
+    let found = py.detach(|| in_unit(parsed, (order, delay), &lengths, u, y));
     let found = found.map_err(|error| match error {
         FitError::Failed(failure) => failed(py, estimator, failure),
         other => PyValueError::new_err(format!("{name}: {other}")),
     })?;
     Ok((found, made))
+}
+
+/// Fits a model in the record's own unit, as `asobench estimate` does: 1 but for very large or very small numbers.
+fn in_unit(
+    options: MethodOptions,
+    orders: (usize, usize),
+    lengths: &[usize],
+    u: &[f64],
+    y: &[f64],
+) -> Result<Native, FitError> {
+    let unit = unit_of(&[u, y]);
+    if unit == 1.0 {
+        return in_delay(options, orders, lengths, u, y);
+    }
+    let [u, y] = [u, y].map(|signal| signal.iter().map(|x| x / unit).collect::<Vec<f64>>());
+    let mut found = in_delay(options, orders, lengths, &u, &y)?;
+    let lost = |kind: FailureKind| FitError::Failed(kind.into());
+    found.pass.set_units(Units::shared(unit)).map_err(lost)?;
+    found.model.noise_variance *= unit * unit;
+    Ok(found)
 }
 
 /// Fits a model. One without a delay of its own sees the record without the delay.

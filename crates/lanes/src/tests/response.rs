@@ -79,8 +79,8 @@ fn alone(
     ]
 }
 
-/// Returns the plant, models near it, one that is unstable, one that overflows, one that is not finite, and one whose
-/// parameters are not valid.
+/// Returns the plant, models near it, one that overflows, one that is unstable, and such as are not finite. The first
+/// four are in packs of every width.
 fn models(plant: &StateSpace, seed: u64) -> [[Vec<f64>; 2]; MOST_LANES] {
     let mut numbers = vec![0.0; 2 * plant.order() * MOST_LANES];
     fill_standard_normal(&mut stream(SEED, seed, Purpose::NoiseDrive), &mut numbers);
@@ -93,7 +93,7 @@ fn models(plant: &StateSpace, seed: u64) -> [[Vec<f64>; 2]; MOST_LANES] {
         };
         let [mut a, mut b] = [near(plant.a(), 0), near(plant.b(), 1)];
         match lane {
-            4 => a[0] = 1e9,
+            3 => a[0] = 1e9,
             5 => a[0] = f64::NAN,
             6 => b[0] = f64::INFINITY,
             _ => {}
