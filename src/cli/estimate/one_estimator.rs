@@ -17,6 +17,7 @@ use crate::metric::{FitModel, fit};
 use crate::model::{LinearModel, Orders};
 use crate::observer::{Gain, ObservedModel, Observer};
 use crate::plant::PoleFinder;
+use asobench_identification::complete_residuals;
 use serde_json::{Map, Value, json};
 use std::iter;
 use std::ops::Range;

@@ -269,6 +269,8 @@ impl Scan {
             passes: vec![(0, pass_report(pass, report, 0))],
             observer: None,
             fit: None,
+            parts: Vec::new(),
+            white: None,
             hints: Vec::new(),
         };
         hints::of_start(&estimate, report)

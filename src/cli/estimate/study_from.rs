@@ -20,6 +20,7 @@ pub(in crate::cli) use arguments::Arguments;
 pub(in crate::cli) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     let places = Places::new(&arguments.out)?;
     let mut estimator = estimate::Arguments {
+        more: Vec::new(),
         record: arguments.record.clone(),
         estimator: vec![arguments.estimator],
         gain: Gain::default(),
