@@ -59,7 +59,11 @@ impl Value {
                 values.iter().for_each(|value| value.write(to));
             }
             Claims(count) | Booleans(count) => {
-                to.push(if matches!(self, Claims(_)) { 0xfc } else { 0xf1 });
+                to.push(if matches!(self, Claims(_)) {
+                    0xfc
+                } else {
+                    0xf1
+                });
                 varint(*count, to);
             }
             Fields(fields) => {
@@ -79,11 +83,19 @@ const TEXT: i64 = 6;
 const OPTIONAL: i64 = 1;
 
 fn group(name: &str, children: i64) -> Value {
-    Fields(vec![(3, Int(0)), (4, Bytes(name.into())), (5, Int(children))])
+    Fields(vec![
+        (3, Int(0)),
+        (4, Bytes(name.into())),
+        (5, Int(children)),
+    ])
 }
 
 fn column(name: &str, of: i64, repetition: i64) -> Value {
-    Fields(vec![(1, Int(of)), (3, Int(repetition)), (4, Bytes(name.into()))])
+    Fields(vec![
+        (1, Int(of)),
+        (3, Int(repetition)),
+        (4, Bytes(name.into())),
+    ])
 }
 
 /// A chunk of a column: its codec, values, and bytes.
@@ -109,14 +121,25 @@ fn rows(count: i64, chunks: Vec<Value>) -> Value {
 fn page(kind: i64, claims: i64, data: &[u8], (field, head): (i16, Vec<(i16, Value)>)) -> Vec<u8> {
     let mut bytes = Vec::new();
     let length = Int(data.len() as i64);
-    Fields(vec![(1, Int(kind)), (2, Int(claims)), (3, length), (field, Fields(head))]).write(&mut bytes);
+    Fields(vec![
+        (1, Int(kind)),
+        (2, Int(claims)),
+        (3, length),
+        (field, Fields(head)),
+    ])
+    .write(&mut bytes);
     bytes.extend(data);
     bytes
 }
 
 /// A page of data: how many values, in which encoding.
 fn data(values: i64, encoding: i64, claims: i64, bytes: &[u8]) -> Vec<u8> {
-    let head = vec![(1, Int(values)), (2, Int(encoding)), (3, Int(3)), (4, Int(3))];
+    let head = vec![
+        (1, Int(values)),
+        (2, Int(encoding)),
+        (3, Int(3)),
+        (4, Int(3)),
+    ];
     page(0, claims, bytes, (5, head))
 }
 
@@ -136,7 +159,12 @@ fn file(pages: &[u8], footer: Vec<(i16, Value)>) -> Vec<u8> {
 }
 
 fn footer(schema: Vec<Value>, count: i64, groups: Vec<Value>) -> Vec<(i16, Value)> {
-    vec![(1, Int(1)), (2, List(schema)), (3, Int(count)), (4, List(groups))]
+    vec![
+        (1, Int(1)),
+        (2, List(schema)),
+        (3, Int(count)),
+        (4, List(groups)),
+    ]
 }
 
 fn u_and_y(repetition: i64) -> Vec<Value> {
@@ -165,7 +193,7 @@ fn run_of(count: u64) -> Vec<u8> {
 }
 
 /// The files, with a part of what is said of each.
-fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
+pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     const MANY: i64 = 1_000_000_000_000_000_000;
     const LARGE: i64 = (1 << 31) - 1;
     let nested = |depth: usize| {
@@ -182,67 +210,213 @@ fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     let empty_groups = || vec![rows(0, vec![]); 200_000];
     let deep = (0..10_000).fold(Int(1), |within, _| Fields(vec![(1, within)]));
     let lists = (0..10_000).fold(Int(1), |within, _| List(vec![within]));
-    let short_run = [dictionary(1, 8, &plain(&[1.0])), data(100, 8, 4, &run_of(1 << 40))].concat();
+    let short_run = [
+        dictionary(1, 8, &plain(&[1.0])),
+        data(100, 8, 4, &run_of(1 << 40)),
+    ]
+    .concat();
     let shared = {
-        let columns: Vec<Value> = (0..9_000).map(|i| column(&format!("c{i}"), DOUBLE, 0)).collect();
-        let pages = [dictionary(1, 8, &plain(&[1.0])), data(1_000_000, 8, 4, &run_of(1_000_000))].concat();
+        let columns: Vec<Value> = (0..9_000)
+            .map(|i| column(&format!("c{i}"), DOUBLE, 0))
+            .collect();
+        let pages = [
+            dictionary(1, 8, &plain(&[1.0])),
+            data(1_000_000, 8, 4, &run_of(1_000_000)),
+        ]
+        .concat();
         let chunks = vec![chunk(0, 1_000_000, [4, pages.len() as i64]); 9_000];
         let schema = [vec![group("root", 9_000)], columns].concat();
-        file(&pages, footer(schema, 1_000_000, vec![rows(1_000_000, chunks)]))
+        file(
+            &pages,
+            footer(schema, 1_000_000, vec![rows(1_000_000, chunks)]),
+        )
     };
     let texts = {
         let text = [&(1_u32 << 30).to_le_bytes()[..], b"abc"].concat();
         let pages = data(1, 0, LARGE, &text);
         let chunk = chunk(0, 1, [4, pages.len() as i64]);
         let schema = vec![group("root", 2), column("u", TEXT, 0), column("y", TEXT, 0)];
-        file(&pages, footer(schema, 1, vec![rows(1, vec![chunk.clone(), chunk])]))
+        file(
+            &pages,
+            footer(schema, 1, vec![rows(1, vec![chunk.clone(), chunk])]),
+        )
     };
     let delta = |count: u64| {
         let mut bytes = Vec::new();
         // Values of a block, miniblocks in it, all values, the first one, the least step, and widths.
-        [128, 4, count, 0, 0].iter().for_each(|number| varint(*number, &mut bytes));
+        [128, 4, count, 0, 0]
+            .iter()
+            .for_each(|number| varint(*number, &mut bytes));
         bytes.extend([0; 4]);
         let pages = data(100, 5, bytes.len() as i64, &bytes);
         let chunk = chunk(0, 100, [4, pages.len() as i64]);
         let schema = vec![group("root", 2), column("u", 2, 0), column("y", 2, 0)];
-        file(&pages, footer(schema, 100, vec![rows(100, vec![chunk.clone(), chunk])]))
+        file(
+            &pages,
+            footer(schema, 100, vec![rows(100, vec![chunk.clone(), chunk])]),
+        )
     };
     let small = |count: i64, claims: i64| data(count, 0, claims, &plain(&[1.0]));
     vec![
         ("groups in groups", nested(10_000), "nested too deeply"),
         ("33 groups", nested(33), "nested too deeply"),
-        ("a list of 2^31", file(&[], vec![(2, Claims(1 << 31))]), "ends too early"),
-        ("row groups of 2^40", file(&[], vec![(4, Claims(1 << 40))]), "ends too early"),
+        (
+            "a list of 2^31",
+            file(&[], vec![(2, Claims(1 << 31))]),
+            "ends too early",
+        ),
+        (
+            "row groups of 2^40",
+            file(&[], vec![(4, Claims(1 << 40))]),
+            "ends too early",
+        ),
         ("a long text", with(6, Long(1 << 60)), "ends too early"),
         ("booleans", with(20, Booleans(1 << 31)), "ends too early"),
         ("deep fields", with(20, deep), "nested too deeply"),
         ("deep lists", with(20, lists), "nested too deeply"),
-        ("columns", file(&[], vec![(2, List(vec![column("u", DOUBLE, 0); 20_000]))]), "too many columns"),
-        ("children", file(&[], footer(vec![group("root", LARGE), column("u", DOUBLE, 0)], 0, vec![])), "tree of columns"),
-        ("no columns", file(&[], footer(vec![group("root", 0)], MANY, vec![rows(MANY, vec![])])), "rows of 0 columns"),
-        ("rows without pages", record(0, MANY, 0, &[]), "rows of 2 columns"),
-        ("rows in a page", record(0, MANY, 0, &small(LARGE, 8)), "rows of 2 columns"),
+        (
+            "columns",
+            file(&[], vec![(2, List(vec![column("u", DOUBLE, 0); 20_000]))]),
+            "too many columns",
+        ),
+        (
+            "children",
+            file(
+                &[],
+                footer(
+                    vec![group("root", LARGE), column("u", DOUBLE, 0)],
+                    0,
+                    vec![],
+                ),
+            ),
+            "tree of columns",
+        ),
+        (
+            "no columns",
+            file(
+                &[],
+                footer(vec![group("root", 0)], MANY, vec![rows(MANY, vec![])]),
+            ),
+            "rows of 0 columns",
+        ),
+        (
+            "rows without pages",
+            record(0, MANY, 0, &[]),
+            "rows of 2 columns",
+        ),
+        (
+            "rows in a page",
+            record(0, MANY, 0, &small(LARGE, 8)),
+            "rows of 2 columns",
+        ),
         ("other rows", record(0, 1000, 0, &one()), "ends too early"),
-        ("sums of rows", file(&[], footer(u_and_y(0), i64::MAX, vec![rows(i64::MAX, vec![]); 2])), "other columns"),
+        (
+            "sums of rows",
+            file(
+                &[],
+                footer(u_and_y(0), i64::MAX, vec![rows(i64::MAX, vec![]); 2]),
+            ),
+            "other columns",
+        ),
         ("less rows", record(0, -1, 0, &one()), "is negative"),
-        ("a run", record(0, 100_000_000, 0, &[dictionary(1, 8, &plain(&[1.0])), data(100_000_000, 8, 6, &run_of(100_000_000))].concat()), "rows of 2 columns"),
-        ("a run that is longer than its page", short_run_record(&short_run), ""),
-        ("a dictionary of 2^31", record(0, 1, 0, &[dictionary(LARGE, 8, &plain(&[1.0])), data(1, 8, 4, &run_of(1))].concat()), "pages of"),
-        ("bytes of a dictionary", record(6, 1, 0, &[dictionary(1, LARGE, &plain(&[1.0])), data(1, 8, 4, &run_of(1))].concat()), "pages of"),
+        (
+            "a run",
+            record(
+                0,
+                100_000_000,
+                0,
+                &[
+                    dictionary(1, 8, &plain(&[1.0])),
+                    data(100_000_000, 8, 6, &run_of(100_000_000)),
+                ]
+                .concat(),
+            ),
+            "rows of 2 columns",
+        ),
+        (
+            "a run that is longer than its page",
+            short_run_record(&short_run),
+            "",
+        ),
+        (
+            "a dictionary of 2^31",
+            record(
+                0,
+                1,
+                0,
+                &[
+                    dictionary(LARGE, 8, &plain(&[1.0])),
+                    data(1, 8, 4, &run_of(1)),
+                ]
+                .concat(),
+            ),
+            "pages of",
+        ),
+        (
+            "bytes of a dictionary",
+            record(
+                6,
+                1,
+                0,
+                &[
+                    dictionary(1, LARGE, &plain(&[1.0])),
+                    data(1, 8, 4, &run_of(1)),
+                ]
+                .concat(),
+            ),
+            "pages of",
+        ),
         ("zstd", record(6, 1, 0, &small(1, LARGE)), "pages of"),
         ("gzip", record(2, 1, 0, &small(1, LARGE)), "pages of"),
         ("snappy", record(1, 1, 0, &small(1, LARGE)), "pages of"),
         ("brotli", record(4, 1, 0, &small(1, LARGE)), "pages of"),
-        ("many large pages", record(6, 1000, 0, &small(1, 60 << 20).repeat(1000)), "pages of"),
+        (
+            "many large pages",
+            record(6, 1000, 0, &small(1, 60 << 20).repeat(1000)),
+            "pages of",
+        ),
         ("less bytes", record(6, 1, 0, &small(1, -5)), "is negative"),
         ("a codec", record(99, 1, 0, &one()), "compression"),
-        ("levels", record(0, 1, OPTIONAL, &data(1, 0, 8, &[0xff; 12])), ""),
-        ("beyond the end", file(&[], footer(u_and_y(0), 1, vec![rows(1, vec![chunk(0, 1, [4, i64::MAX]); 2])])), "beyond its end"),
-        ("one chunk for 9,000 columns", shared, "rows of 9000 columns"),
-        ("empty groups of rows", file(&[], footer(u_and_y(0), 0, empty_groups())), "other columns"),
+        (
+            "levels",
+            record(0, 1, OPTIONAL, &data(1, 0, 8, &[0xff; 12])),
+            "",
+        ),
+        (
+            "beyond the end",
+            file(
+                &[],
+                footer(
+                    u_and_y(0),
+                    1,
+                    vec![rows(1, vec![chunk(0, 1, [4, i64::MAX]); 2])],
+                ),
+            ),
+            "beyond its end",
+        ),
+        (
+            "one chunk for 9,000 columns",
+            shared,
+            "rows of 9000 columns",
+        ),
+        (
+            "empty groups of rows",
+            file(&[], footer(u_and_y(0), 0, empty_groups())),
+            "other columns",
+        ),
         ("texts", texts, "no column of numbers"),
         ("delta", delta(1 << 40), ""),
-        ("Arrow", with(5, List(vec![Fields(vec![(1, Bytes(b"ARROW:schema".to_vec())), (2, Bytes(b"/////////w==".to_vec()))])])), "Arrow"),
+        (
+            "Arrow",
+            with(
+                5,
+                List(vec![Fields(vec![
+                    (1, Bytes(b"ARROW:schema".to_vec())),
+                    (2, Bytes(b"/////////w==".to_vec())),
+                ])]),
+            ),
+            "Arrow",
+        ),
     ]
 }
 
@@ -252,9 +426,14 @@ fn short_run_record(pages: &[u8]) -> Vec<u8> {
 
 /// Runs the program with little memory.
 fn estimate(folder: &Path) -> std::process::Output {
-    let script = format!("ulimit -v {MEMORY_KIB}; exec '{PROGRAM}' estimate claims.parquet --order 1 --estimator arx");
+    let script = format!(
+        "ulimit -v {MEMORY_KIB}; exec '{PROGRAM}' estimate claims.parquet --order 1 --estimator arx"
+    );
     let mut command = Command::new("bash");
-    command.args(["-c", &script]).current_dir(folder).stdin(Stdio::null());
+    command
+        .args(["-c", &script])
+        .current_dir(folder)
+        .stdin(Stdio::null());
     command.env("RAYON_NUM_THREADS", "2");
     command.output().expect("bash runs")
 }
@@ -272,7 +451,10 @@ fn claims_beyond_the_file_are_refused() {
         assert!(begin.elapsed() < SOON, "{what}");
         assert_eq!(output.status.code(), Some(2), "{what}");
         assert!(said.lines().count() == 1 && said.len() < 400, "{what}");
-        assert!(said.starts_with("asobench: claims.parquet: ") && said.contains(part), "{what}");
+        assert!(
+            said.starts_with("asobench: claims.parquet: ") && said.contains(part),
+            "{what}"
+        );
     }
 }
 
@@ -280,12 +462,21 @@ fn claims_beyond_the_file_are_refused() {
 #[test]
 fn records_by_hand_are_read() {
     let place = tempfile::tempdir().expect("a folder");
-    let numbers: Vec<f64> = (0..200).map(|k| f64::from((k * k * 7 + 3 * k) % 11) - 5.0).collect();
+    let numbers: Vec<f64> = (0..200)
+        .map(|k| f64::from((k * k * 7 + 3 * k) % 11) - 5.0)
+        .collect();
     let pages = data(200, 0, 1600, &plain(&numbers));
-    std::fs::write(place.path().join("claims.parquet"), record(0, 200, 0, &pages)).expect("written");
+    std::fs::write(
+        place.path().join("claims.parquet"),
+        record(0, 200, 0, &pages),
+    )
+    .expect("written");
     let output = estimate(place.path());
     let said = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     // u and y are the same column.
-    assert!(said.contains("200 samples") || said.contains("N = 200"), "{said}");
+    assert!(
+        said.contains("200 samples") || said.contains("N = 200"),
+        "{said}"
+    );
 }
