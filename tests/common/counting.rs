@@ -17,24 +17,29 @@ thread_local! {
 
 /// The allocations of this thread: those of the test harness beside it are not its own.
 pub fn allocations() -> usize {
-    CALLS.with(Cell::get)
+    CALLS.get()
 }
 
-/// The most bytes that this thread held since it began.
-pub fn most_held() -> usize {
-    MOST.with(Cell::get).cast_unsigned()
+/// Begins to look for the most bytes that this thread holds, and returns those that it holds now.
+pub fn begin() -> isize {
+    MOST.set(HELD.get());
+    HELD.get()
+}
+
+/// The most bytes that this thread held since then.
+pub fn most_held() -> isize {
+    MOST.get()
 }
 
 fn hold(bytes: isize) {
-    let held = HELD.with(Cell::get) + bytes;
-    HELD.with(|of| of.set(held));
-    MOST.with(|of| of.set(of.get().max(held)));
+    HELD.set(HELD.get() + bytes);
+    MOST.set(MOST.get().max(HELD.get()));
 }
 
 // SAFETY: every call goes to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        CALLS.with(|count| count.set(count.get() + 1));
+        CALLS.set(CALLS.get() + 1);
         hold(layout.size().cast_signed());
         // SAFETY: the caller's contract is the system allocator's.
         unsafe { System.alloc(layout) }
