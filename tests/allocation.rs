@@ -1,7 +1,8 @@
-//! A trial allocates nothing once its worker has warmed up. A program of its own: a program has one allocator, and this
-//! one counts.
+//! A trial allocates nothing once its worker has warmed up. A program of its own: a program has one allocator, and this one
+//! counts.
 
-#![expect(unsafe_code, reason = "a global allocator that counts")]
+#[path = "common/counting.rs"]
+mod counting;
 
 use asobench::estimator::{ArxOptions, EstimatorName, Method, Pass, Shape, Window};
 use asobench::model::Orders;
@@ -9,37 +10,8 @@ use asobench::signal::{Purpose, stream};
 use asobench::study::{
     Cell, DiscreteCell, Engine, Experiment, Measure, OutputRows, Source, Trials, Worker,
 };
+use counting::allocations;
 use rand::Rng as _;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell as Counter;
-
-struct Counting;
-
-thread_local! {
-    /// Allocations of this thread: those of the test harness beside it are not a trial's.
-    static ALLOCATIONS: Counter<usize> = const { Counter::new(0) };
-}
-
-fn allocations() -> usize {
-    ALLOCATIONS.with(Counter::get)
-}
-
-// SAFETY: every call goes to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's contract is the system allocator's.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's contract is the system allocator's.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// Every estimator of the registry that promises it, on records of one length. Searches keep the minima that they meet,
 /// a reflection finds zeros in memory of its own, and faer's singular values and eigenvalues take it in each call.

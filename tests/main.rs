@@ -32,6 +32,8 @@ mod readme;
 mod recorded_data;
 mod records;
 mod report;
+#[cfg(unix)]
+mod six_doors;
 mod standard_errors;
 mod stored_damage;
 mod studies;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 /// Trials, intervals, curves, times, a claim: every file that a run can leave.
-const STUDY: &str = r#"
+pub(crate) const STUDY: &str = r#"
 title = "Small"
 seed = 5
 trials = 30
@@ -100,22 +100,22 @@ const ASKED: [(&str, &[Asked]); 3] = [
 ];
 
 /// SplitMix64.
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    fn below(&mut self, limit: usize) -> usize {
+    pub(crate) fn below(&mut self, limit: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) % limit as u64) as usize
     }
 
-    fn of<'a, T>(&mut self, from: &'a [T]) -> &'a T {
+    pub(crate) fn of<'a, T>(&mut self, from: &'a [T]) -> &'a T {
         &from[self.below(from.len())]
     }
 
     /// Changes, leaves out or adds some bytes, at any place or near the end; tells what it did.
-    fn damage(&mut self, bytes: &mut Vec<u8>) -> String {
+    pub(crate) fn damage(&mut self, bytes: &mut Vec<u8>) -> String {
         let last = bytes.len() - 1;
         let at = match self.below(2) {
             0 => self.below(bytes.len()),
@@ -167,7 +167,7 @@ fn outcome(folder: &Path, asked: &Asked, output: &Output) -> (Vec<u8>, BTreeMap<
 }
 
 /// A folder with one of each: results, a suite's, and shards.
-fn originals() -> tempfile::TempDir {
+pub(crate) fn originals() -> tempfile::TempDir {
     let place = tempfile::tempdir().expect("a folder");
     let at = |name: &str| place.path().join(name);
     for folder in ["out", "suite/methods", "shards"] {

@@ -1,5 +1,7 @@
 //! Functions shared by the tests that start the program.
 
+pub mod counting;
+
 use std::path::Path;
 use std::process::{Command, Output};
 

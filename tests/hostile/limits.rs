@@ -74,6 +74,20 @@ fn long_names_and_long_lists_are_refused_soon() {
     }
 }
 
+/// Tables that are never closed, with closed ones where no value is due: a parser that counts the latter as an end of
+/// the former goes deeper with every line.
+#[test]
+fn unclosed_tables_are_refused() {
+    let place = tempfile::tempdir().expect("a folder");
+    let text = "t = { a b \"\na = { b = 1 }\n".repeat(4000);
+    std::fs::write(place.path().join("study.toml"), text).expect("written");
+    refuses(
+        place.path(),
+        &["check", "study.toml"],
+        &["study.toml: line 1"],
+    );
+}
+
 /// A limit of the system on the size of files is an error of the file, not a signal without a word.
 #[test]
 fn a_limit_of_file_sizes_is_named() {

@@ -11,6 +11,8 @@ mod parquet;
 mod table;
 mod victims;
 
+pub(crate) use parquet::files as parquet_files;
+
 use crate::common::{PROGRAM, copy, stderr};
 use std::collections::BTreeMap;
 use std::os::unix::fs::PermissionsExt;
@@ -98,7 +100,7 @@ const ESTIMATE: [&str; 8] = [
 ];
 
 /// The program in a folder, with a limit on its memory.
-fn command(folder: &Path, arguments: &[&str]) -> Command {
+pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new("bash");
     command
         .args(["-c", "ulimit -v 4000000; exec \"$@\"", "bash", PROGRAM])
@@ -138,7 +140,7 @@ impl Place {
 }
 
 /// Waits for a command to end, which it must do soon.
-fn wait(mut command: Command) -> Output {
+pub(crate) fn wait(mut command: Command) -> Output {
     let mut child = command
         .stdout(Stdio::null())
         .stderr(Stdio::piped())

@@ -193,7 +193,7 @@ fn run_of(count: u64) -> Vec<u8> {
 }
 
 /// The files, with a part of what is said of each.
-fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
+pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     const MANY: i64 = 1_000_000_000_000_000_000;
     const LARGE: i64 = (1 << 31) - 1;
     let nested = |depth: usize| {

@@ -25,6 +25,8 @@ use elsewhere::{guard, process};
 
 pub use guard::{Guard, SUBCOMMAND, stand};
 pub use message::Ready;
+#[doc(hidden)]
+pub use once::heard;
 pub use once::{Answered, Record, ask_once};
 pub use options::{CommandOptions, Told, Workers};
 pub use program::{Permit, Program};

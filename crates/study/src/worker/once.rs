@@ -2,7 +2,7 @@
 
 use super::external::{fault_words, hello};
 use super::fault::Fault;
-use super::message::{Batch, Reply};
+use super::message::{Answer, Awaited, Batch, Incoming, Reply};
 use super::program::Program;
 use asobench_identification::estimator::{Pass, Problem, ProgramError, Window};
 use std::fmt::Write as _;
@@ -89,11 +89,6 @@ pub fn ask_once(
         Err(fault) => return Ok(Err(fault_words(&fault))),
     };
     lease.give_back();
-    let place = |(place, record): (usize, &Record)| {
-        let mut pass = Pass::new(problem.shape.order);
-        reply.fill(place, record.window(), &mut pass);
-        pass
-    };
     let blocks = [
         ("trial", batch.trials.iter().map(|x| *x as f64).collect(), 1),
         ("seed", batch.seeds.iter().map(|x| *x as f64).collect(), 1),
@@ -104,7 +99,7 @@ pub fn ask_once(
     let header = sent.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let request = text(&String::from_utf8_lossy(header), blocks.into());
     Ok(Ok(Answered {
-        passes: records.iter().enumerate().map(place).collect(),
+        passes: passes(&reply, problem.shape.order, records),
         elapsed,
         seconds: (0..records.len())
             .map(|place| reply.seconds(place))
@@ -112,6 +107,49 @@ pub fn ask_once(
         messages: [request, text(&reply.header, reply.blocks())],
         reply,
     }))
+}
+
+/// The models in the bytes with which a process answers message `number` with some records; none in its greeting, which
+/// is expected without a number. For tests of foreign bytes.
+///
+/// # Errors
+/// A description of the fault.
+#[doc(hidden)]
+pub fn heard(
+    bytes: &[u8],
+    number: Option<u64>,
+    matrices: bool,
+    records: &[Record],
+) -> Result<Vec<Pass>, String> {
+    let trials = records.len();
+    let awaited = number.map_or(Awaited::Ready, |number| Awaited::Reply {
+        number,
+        trials,
+        matrices,
+    });
+    let mut incoming = Incoming::default();
+    for part in bytes.chunks(Incoming::ROOM) {
+        incoming.add(part);
+        match incoming.take(awaited)? {
+            None => {}
+            Some(Answer::Ready(_)) => return Ok(Vec::new()),
+            Some(Answer::Reply(reply)) => {
+                reply.check()?;
+                return Ok(passes(&reply, 2, records));
+            }
+        }
+    }
+    Err(incoming.came())
+}
+
+/// The models of a reply to a message with some records.
+fn passes(reply: &Reply, order: usize, records: &[Record]) -> Vec<Pass> {
+    let place = |(place, record): (usize, &Record)| {
+        let mut pass = Pass::new(order);
+        reply.fill(place, record.window(), &mut pass);
+        pass
+    };
+    records.iter().enumerate().map(place).collect()
 }
 
 /// Formats a message: its header, then a line for each row of each block.
