@@ -155,6 +155,22 @@ class Models(unittest.TestCase):
         noise = ab.Model(B=[1.0, 0.3], F=[1, -1.2, 0.5], nk=1)
         np.testing.assert_allclose(noise.predict(self.u, self.y, 9), noise.predict(self.u, self.y, 1), rtol=1e-9)
 
+    def test_several_records_are_one_problem(self):
+        rng = np.random.default_rng(3)
+        u = [rng.choice([-1.0, 1.0], n) for n in (60, 80)]
+        y = [ab.Model(A=[1, -1.5, 0.7], B=[1.0, 0.5], nk=1).simulate(part) for part in u]
+        y = [part + 0.1 * rng.standard_normal(len(part)) for part in y]
+        model = ab.estimate(u, y, "arx", na=2, nb=2, nk=1)
+        rows = [
+            (np.column_stack([-o[1:-1], -o[:-2], i[1:-1], i[:-2]]), o[2:]) for i, o in zip(u, y, strict=True)
+        ]
+        expected = np.linalg.lstsq(np.vstack([r[0] for r in rows]), np.concatenate([r[1] for r in rows]), rcond=None)[0]
+        np.testing.assert_allclose(model.params, expected, rtol=1e-10)
+        with self.assertRaisesRegex(ValueError, "one record"):
+            ab.estimate(u, y, "n4sid", order=2)
+        with self.assertRaisesRegex(ValueError, "two lists"):
+            ab.estimate(u, y[0], "arx", order=2)
+
     def test_responses_are_those_of_the_polynomials(self):
         model = ab.estimate(self.u, self.y, "bj", nb=2, nf=2, nc=1, nd=1, starts=1)
         w = np.array([0.0, 0.3, 1.0, 3.0])

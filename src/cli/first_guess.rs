@@ -54,6 +54,8 @@ pub(super) fn lines(
         match error.kind() {
             ErrorKind::UnknownArgument if meant.argument(error, all, plain) => {}
             ErrorKind::InvalidValue | ErrorKind::ValueValidation if meant.value_in_gap(error) => {}
+            ErrorKind::ValueValidation
+                if further_word(error).is_some() && meant.argument(error, all, plain) => {}
             ErrorKind::InvalidValue | ErrorKind::ValueValidation if meant.value(error, plain) => {}
             // A flag that was taken out is what is missing then.
             ErrorKind::MissingRequiredArgument | ErrorKind::MissingSubcommand
@@ -71,6 +73,21 @@ pub(super) fn lines(
         }
     }
     meant.told(all)
+}
+
+/// Returns a word that clap takes for one more of many files, and that cannot be one.
+fn further_word(error: &clap::Error) -> Option<String> {
+    match (
+        error.get(ContextKind::InvalidArg)?,
+        error.get(ContextKind::InvalidValue)?,
+    ) {
+        (ContextValue::String(of), ContextValue::String(word))
+            if of.starts_with('[') && !word.contains(['.', '/']) =>
+        {
+            Some(word.clone())
+        }
+        _ => None,
+    }
 }
 
 /// A command line on its way to the one that was meant.
@@ -122,7 +139,7 @@ impl Meant {
             Some(ContextValue::String(text)) => Some(text.clone()),
             _ => None,
         };
-        let Some(argument) = text(ContextKind::InvalidArg) else {
+        let Some(argument) = further_word(error).or_else(|| text(ContextKind::InvalidArg)) else {
             return false;
         };
         let is = |word: &String| {

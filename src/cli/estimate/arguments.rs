@@ -23,7 +23,7 @@ pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     pub(super) record: RecordArguments,
     /// More records of the same plant: one model is fitted to all, each from a start of its own
-    #[arg(value_name = "MORE.csv")]
+    #[arg(value_name = "MORE.csv", value_parser = further_record)]
     pub(super) more: Vec<PathBuf>,
     /// Estimators, separated by commas; `asobench methods` prints them [default: ls,iv; arx for orders of its own
     /// and for a range of orders]
@@ -146,6 +146,14 @@ pub(super) fn whole(text: &str) -> Result<usize, String> {
         Ok(number) if number >= 1 => Ok(number),
         _ => Err("expected a whole number of at least 1".to_owned()),
     }
+}
+
+/// A file that is there: a word too many is none.
+fn further_record(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    path.exists()
+        .then_some(path)
+        .ok_or_else(|| "no such file; expected a further record of the same plant".to_owned())
 }
 
 /// A file, not a share of this one.
