@@ -10,6 +10,7 @@ use arguments::{Answer, Typed};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use commands::Instead;
 use std::ffi::OsString;
+use std::path::Path;
 
 /// A flag is suggested if it is as like as this to what was given: "--trails" is 0.75 like "--trials".
 const ALIKE: f64 = 0.6;
@@ -327,8 +328,14 @@ impl Meant {
             Vec::new()
         });
         // A flag that took its value leaves none behind.
-        self.gap = (taken == 0 && !has_own).then_some(at + instead.len());
+        let gap = at + instead.len();
+        self.gap = (taken == 0 && !has_own).then_some(gap);
         self.line.splice(at..=at + taken, instead);
+        // Where clap takes many files it takes the value for one.
+        let is_left = |word: &String| !word.starts_with('-') && !Path::new(word).exists();
+        if self.line[0] == "estimate" && self.line.get(gap).is_some_and(is_left) {
+            self.gap.take().map(|at| self.line.remove(at));
+        }
     }
 
     /// Returns the lines, with the command line that was meant as the last one, if it is known and right.
