@@ -38,7 +38,40 @@ pub(super) enum Number {
 }
 
 /// What programs write for a missing number.
-pub(super) const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "#n/a"];
+pub(super) const MISSING: [&str; 6] = ["", "nan", "na", "n/a", "null", "none"];
+
+/// Whether a cell says that a sample is missing: in words, or by an error value of a spreadsheet.
+fn is_missing(cell: &str) -> bool {
+    MISSING.iter().any(|text| cell.eq_ignore_ascii_case(text)) || is_error_value(cell)
+}
+
+/// Whether a cell is an error value of a spreadsheet in any language, such as `#N/A`, `#NV`, `#DIV/0!`, `#WERT!`, or a
+/// number that its cell was too narrow for.
+fn is_error_value(cell: &str) -> bool {
+    const WORDS: [&str; 6] = ["NV", "CALC", "BUSY", "FEHLER", "ERROR", "GETTING_DATA"];
+    let Some(word) = cell.strip_prefix('#') else {
+        return false;
+    };
+    if word.eq_ignore_ascii_case("n/a") {
+        return true;
+    }
+    let word = word.trim_start_matches('\u{a1}');
+    let is_one = !word.contains(|c: char| c.is_whitespace() || c.is_lowercase());
+    let is_value = word.ends_with(['!', '?'])
+        || word.contains('/') && word.chars().count() <= 8
+        || WORDS.contains(&word);
+    is_one && is_value && word.starts_with(char::is_uppercase)
+        || word.len() > 1 && word.chars().all(|c| c == '#')
+}
+
+/// Whether a line is a comment: it begins with `#`, and not with an error value in its first cell.
+pub(super) fn is_comment(line: &str) -> bool {
+    let Some((first, _)) = line.split_once([',', ';', '\t']) else {
+        let first = line.split_whitespace().next().unwrap_or_default();
+        return line.starts_with('#') && (first.ends_with('#') || !is_error_value(first));
+    };
+    line.starts_with('#') && !is_error_value(first.trim())
+}
 
 impl Dialect {
     /// Recognises the form of a table from its first line.
@@ -142,7 +175,7 @@ impl Dialect {
         };
         match known {
             Ok(number) if number.is_finite() => Ok(Number::Known(number)),
-            _ if MISSING.iter().any(|text| cell.eq_ignore_ascii_case(text)) => Ok(Number::Missing),
+            _ if is_missing(cell) => Ok(Number::Missing),
             _ => Err(error()),
         }
     }
@@ -163,7 +196,6 @@ impl Dialect {
 /// Whether all cells are numbers, with decimal points or commas, or missing: the line is no header.
 pub(super) fn is_data(cells: &[&str]) -> bool {
     let is_number = |cell: &str| cell.replacen(',', ".", 1).parse::<f64>().is_ok();
-    let is_missing = |cell: &str| MISSING.iter().any(|text| cell.eq_ignore_ascii_case(text));
     cells.iter().all(|cell| is_number(cell) || is_missing(cell))
         && cells.iter().any(|cell| is_number(cell))
 }

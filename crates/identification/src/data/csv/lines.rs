@@ -1,5 +1,6 @@
 //! The lines of a table that are neither blank nor comments.
 
+use super::dialect::is_comment;
 use super::error::{LONGEST_LINE, RecordError};
 use std::io::{self, BufRead, BufReader, Read};
 
@@ -43,7 +44,7 @@ impl<R: Read> Lines<R> {
             }
             self.decode()?;
             let text = self.text.trim();
-            if !(text.is_empty() || text.starts_with('#')) {
+            if !(text.is_empty() || is_comment(text)) {
                 break;
             }
         }

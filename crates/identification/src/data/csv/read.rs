@@ -273,6 +273,34 @@ mod tests {
         read(text.as_bytes()).unwrap_err().to_string()
     }
 
+    /// An error value of a spreadsheet is a missing sample wherever it stands; other rows that begin with # are comments.
+    #[test]
+    fn error_values_are_no_comments() {
+        for value in ["#N/A", "#NV", "#DIV/0!", "#WERT!", "#VALEUR!", "#NAME?"] {
+            for s in [",", ";", "\t", " "] {
+                let missing =
+                    |column: &str| format!("line 3, column {column}: a sample is missing");
+                let found = error(&format!("u{s}y\n1{s}2\n{value}{s}3\n4{s}5\n"));
+                assert!(found.contains(&missing("u")), "{value}{s}: {found}");
+                let found = error(&format!("u{s}y\n1{s}2\n3{s}{value}\n4{s}5\n"));
+                assert!(found.contains(&missing("y")), "{value}{s}: {found}");
+            }
+        }
+        assert!(error("u,y\n1,2\n####,3\n").contains("a sample is missing"));
+        for comment in [
+            "# a, b",
+            "## by hand",
+            "#a,b",
+            "#m/s,V",
+            "#####",
+            "#! run",
+            "#",
+        ] {
+            let text = format!("u,y\n1,2\n{comment}\n3,4\n");
+            assert_eq!(read(text.as_bytes()).unwrap().y, [2.0, 4.0], "{comment}");
+        }
+    }
+
     /// A row without a number below the names has the units; a missing sample is none.
     #[test]
     fn units_may_stand_below_the_names() {
