@@ -213,7 +213,7 @@ fn with_units(pass: &Pass, [of_input, of_output]: [f64; 2]) -> Vec<(&'static str
     let (b, others) = rest.split_at(model.orders().nb.min(rest.len()));
     let polynomials = [&model.a, &model.c, &model.d, &model.f];
     vec![
-        ("A, C, D, F", polynomials.map(|p| p.clone()).concat(), 1.0),
+        ("A, C, D, F", polynomials.map(Vec::clone).concat(), 1.0),
         ("B", model.b.clone(), gain),
         ("se", [a, others].concat(), 1.0),
         ("se of B", b.to_vec(), gain),

@@ -137,12 +137,12 @@ impl Door {
         while seed == first || begin.elapsed() < time && failures.len() < 20 {
             let (bytes, start) = (self.input(seed), begin.elapsed());
             let said = self.read(&path, &bytes);
-            slowest = slowest.max((begin.elapsed() - start, seed));
+            slowest = slowest.max((begin.elapsed().saturating_sub(start), seed));
             let is_taken = said == Ok(Ok(()));
             taken += u64::from(is_taken);
             let mut failure = said.err();
             // An experiment that is taken may take hours.
-            let is_short = !self.command.is_empty() && !(is_taken && file == "study.toml");
+            let is_short = !self.command.is_empty() && (!is_taken || file != "study.toml");
             if failure.is_none() && start >= next && is_short {
                 // Of a block the program needs no more than its head if another one has its trials.
                 failure = self.run(original, &bytes, is_taken || file == BLOCK).err();
@@ -269,7 +269,9 @@ fn knock(time: Duration) {
     let mut csv = all(&sources.join("tests/recorded_data/data"), "csv");
     csv.extend(all(&sources.join("tests/recorded_data/newcomers"), "csv"));
     csv.extend(all(&sources.join("examples"), "csv"));
-    csv.iter_mut().for_each(|text| text.truncate(2000));
+    for text in &mut csv {
+        text.truncate(2000);
+    }
     let mut parquet = all(&out, "parquet");
     parquet.extend(parquet_files().into_iter().map(|(_, bytes, _)| bytes));
     parquet.retain(|bytes| bytes.len() < 100_000);

@@ -106,7 +106,7 @@ def _joined(u: Any, y: Any) -> tuple[Vector, Vector, list[int]]:
     return np.concatenate(of_u), np.concatenate(of_y), [len(part) for part in of_y]
 
 
-def _kept(name: str, given: ArrayLike) -> tuple[Vector, Vector]:
+def _kept(name: str, given: Any) -> tuple[Vector, Vector]:
     """A signal as it is, and one that nobody else changes."""
     if type(given) is np.ndarray and given.dtype == np.float64 and given.ndim == 1 and given.flags.c_contiguous:
         return given, given.copy()

@@ -160,7 +160,9 @@ class Model:
         self._options = options
 
     @classmethod
-    def _of(cls, native: Native, estimator: str, options: dict[str, Any], record: tuple[Vector, Vector] | None) -> Model:
+    def _of(
+        cls, native: Native, estimator: str, options: dict[str, Any], record: tuple[Vector, Vector] | None
+    ) -> Model:
         model = cls.__new__(cls)
         model._set(native, estimator, options, record)
         return model

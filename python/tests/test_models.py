@@ -161,9 +161,7 @@ class Models(unittest.TestCase):
         y = [ab.Model(A=[1, -1.5, 0.7], B=[1.0, 0.5], nk=1).simulate(part) for part in u]
         y = [part + 0.1 * rng.standard_normal(len(part)) for part in y]
         model = ab.estimate(u, y, "arx", na=2, nb=2, nk=1)
-        rows = [
-            (np.column_stack([-o[1:-1], -o[:-2], i[1:-1], i[:-2]]), o[2:]) for i, o in zip(u, y, strict=True)
-        ]
+        rows = [(np.column_stack([-o[1:-1], -o[:-2], i[1:-1], i[:-2]]), o[2:]) for i, o in zip(u, y, strict=True)]
         expected = np.linalg.lstsq(np.vstack([r[0] for r in rows]), np.concatenate([r[1] for r in rows]), rcond=None)[0]
         np.testing.assert_allclose(model.params, expected, rtol=1e-10)
         with self.assertRaisesRegex(ValueError, "one record"):

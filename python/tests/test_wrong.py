@@ -41,7 +41,7 @@ CASES = [
     (lambda: arx(["1"] * 60), TypeError, "u: strings; expected an array of real numbers"),
     (lambda: arx(None), TypeError, "u: None; expected an array of real numbers"),
     (lambda: arx(x for x in U), TypeError, "u: generator; expected an array of real numbers, such as list(u)"),
-    (lambda: arx([[1.0], [1.0, 2.0]]), ValueError, "u: rows of different lengths; expected an array of real numbers"),
+    (lambda: arx([[1.0], [1.0, 2.0]]), ValueError, "u, y: several records; expected two lists of as many arrays"),
     (lambda: arx([None] * 60), TypeError, "u: objects; expected an array of real numbers"),
     (lambda: arx(np.ma.masked_less(U, 0)), ValueError, "masked samples; expected all samples"),
     (lambda: arx(U.astype("M8[s]")), TypeError, "u: datetime64[s]; expected an array of real numbers"),

@@ -49,7 +49,10 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     }
     check_output("--report", arguments.report.as_deref(), Kind::Page)?;
     let orders = orders(arguments)?;
-    let mut report = load(arguments, orders)?;
+    let mut report = match arguments.more.as_slice() {
+        [] => load(arguments, orders)?,
+        _ => several::load(arguments, orders)?,
+    };
     if let Some(ranges) = ranges(arguments) {
         return tables(arguments, report, ranges);
     }

@@ -45,6 +45,7 @@ pub(super) fn write_whole(
 ///
 /// # Errors
 /// What its name must end in; of an SVG, one command makes a PNG.
+#[expect(clippy::needless_pass_by_value, reason = "clap passes it")]
 pub(super) fn picture_path(path: PathBuf) -> Result<PathBuf, String> {
     let error = match path_in(path.clone(), &["svg", "pdf"]) {
         Ok(path) => return Ok(path),

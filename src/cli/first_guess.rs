@@ -83,7 +83,7 @@ fn further_word(error: &clap::Error) -> Option<String> {
         error.get(ContextKind::InvalidValue)?,
     ) {
         (ContextValue::String(of), ContextValue::String(word))
-            if of.starts_with('[') && !word.contains(['.', '/']) =>
+            if of.starts_with("[MORE.csv]") && !word.contains(['.', '/']) =>
         {
             Some(word.clone())
         }

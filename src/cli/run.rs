@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         .map(|prepared| &prepared.path)
         .map(|path| {
             path.to_str()
-                .map_or_else(|| format!("{path:?}"), str::to_owned)
+                .map_or_else(|| path.display().to_string(), str::to_owned)
         })
         .collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {

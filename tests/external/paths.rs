@@ -28,7 +28,8 @@ fn bad(name: &str) -> OsString {
 /// Writes a study of a program, with these lines before its methods.
 fn write_study(path: &Path, lines: &str) {
     let worker = root().join("examples/workers/least_squares.py");
-    let method = format!("name = \"mine\"\nbatch = 4\ncommand = [\"python3\", {worker:?}]\n");
+    let worker = worker.display();
+    let method = format!("name = \"mine\"\nbatch = 4\ncommand = [\"python3\", \"{worker}\"]\n");
     std::fs::write(path, format!("{lines}[[methods]]\n{method}")).unwrap();
 }
 

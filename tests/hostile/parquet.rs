@@ -56,7 +56,9 @@ impl Value {
             List(values) => {
                 to.push(0xf0 | values.first().map_or(12, Self::wire));
                 varint(values.len() as u64, to);
-                values.iter().for_each(|value| value.write(to));
+                for value in values {
+                    value.write(to);
+                }
             }
             Claims(count) | Booleans(count) => {
                 to.push(if matches!(self, Claims(_)) {
@@ -193,6 +195,7 @@ fn run_of(count: u64) -> Vec<u8> {
 }
 
 /// The files, with a part of what is said of each.
+#[expect(clippy::too_many_lines, reason = "a list")]
 pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     const MANY: i64 = 1_000_000_000_000_000_000;
     const LARGE: i64 = (1 << 31) - 1;
@@ -244,9 +247,9 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     let delta = |count: u64| {
         let mut bytes = Vec::new();
         // Values of a block, miniblocks in it, all values, the first one, the least step, and widths.
-        [128, 4, count, 0, 0]
-            .iter()
-            .for_each(|number| varint(*number, &mut bytes));
+        for number in [128, 4, count, 0, 0] {
+            varint(number, &mut bytes);
+        }
         bytes.extend([0; 4]);
         let pages = data(100, 5, bytes.len() as i64, &bytes);
         let chunk = chunk(0, 100, [4, pages.len() as i64]);

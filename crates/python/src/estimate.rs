@@ -17,6 +17,11 @@ use std::iter;
 /// # Errors
 /// `ValueError` of what was asked for, `EstimateFailed` where there is no model.
 #[pyfunction]
+#[expect(
+    clippy::too_many_arguments,
+    clippy::needless_pass_by_value,
+    reason = "Python passes them"
+)]
 pub(crate) fn estimate(
     py: Python<'_>,
     estimator: &str,

@@ -4,7 +4,6 @@ use super::arguments::Arguments;
 use super::hints;
 use super::record::{self, Recognised};
 use super::report::{Clock, Report, Validation};
-use super::several;
 use super::unit::in_own_unit;
 use crate::cli::error::Error;
 use crate::data::{Detrend, Trend};
@@ -15,10 +14,8 @@ use crate::plant::ORDER_LIMIT;
 use crate::text::rounded;
 
 /// Reads, checks and detrends the record.
+#[expect(clippy::too_many_lines, reason = "one check after the other")]
 pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
-    if !arguments.more.is_empty() {
-        return several::load(arguments, orders);
-    }
     let path = arguments.record.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
     let Recognised {

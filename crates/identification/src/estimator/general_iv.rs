@@ -70,7 +70,7 @@ impl GeneralIv {
     /// Computes the instruments of the past outputs.
     fn simulate(&mut self, window: Window<'_>, previous: &Pass) -> Result<(), FailureKind> {
         if let Some(model) = &self.fixed {
-            for run in self.runs.iter() {
+            for run in &self.runs {
                 let yhat = &mut self.auxiliary.yhat[run.clone()];
                 model.run(&window.u[run.clone()], yhat);
             }

@@ -40,5 +40,14 @@ impl Runs {
     }
 }
 
+impl<'a> IntoIterator for &'a Runs {
+    type Item = &'a Range<usize>;
+    type IntoIter = std::slice::Iter<'a, Range<usize>>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
 #[cfg(test)]
 mod tests;

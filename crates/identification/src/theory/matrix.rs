@@ -185,7 +185,9 @@ fn tridiagonal(of: &Matrix) -> (Vec<f64>, Vec<f64>) {
             beside[k] = v[k - 1];
             continue;
         }
-        v.iter_mut().for_each(|x| *x /= size);
+        for x in &mut v {
+            *x /= size;
+        }
         let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let length = if v[k - 1] > 0.0 { -length } else { length };
         beside[k] = size * length;
@@ -194,7 +196,9 @@ fn tridiagonal(of: &Matrix) -> (Vec<f64>, Vec<f64>) {
         // A - v q' - q v', q = (p - (v'p / 2h) v) / h, p = A v.
         let product = |i: usize| v.iter().enumerate().map(|(j, v)| a[(i, j)] * v).sum();
         let mut q: Vec<f64> = (0..k).map(product).collect();
-        q.iter_mut().for_each(|q| *q /= half);
+        for q in &mut q {
+            *q /= half;
+        }
         let share = v.iter().zip(&q).map(|(v, q)| v * q).sum::<f64>() / (2.0 * half);
         q.iter_mut().zip(&v).for_each(|(q, v)| *q -= share * v);
         for j in 0..k {

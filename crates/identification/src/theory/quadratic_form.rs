@@ -35,7 +35,7 @@ pub fn distribution(weights: &[f64], x: f64) -> f64 {
 
 /// The square root in the right half-plane.
 fn root(of: c64) -> c64 {
-    let half = ((of.re.abs() + of.norm_sqr().sqrt()) / 2.0).sqrt();
+    let half = f64::midpoint(of.re.abs(), of.norm_sqr().sqrt()).sqrt();
     let other = of.im.abs() / (2.0 * half);
     if of.re >= 0.0 {
         c64::new(half, other.copysign(of.im))

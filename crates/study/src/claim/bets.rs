@@ -14,6 +14,10 @@ use crate::claim::one_sided::{OneSided, Prospect};
 const STAKES: i32 = 10;
 
 /// Tests that the mean of values, each with its number of trials, is above m. The values are not negative.
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "an iterator is passed as one"
+)]
 pub(crate) fn mean_above(values: impl Iterator<Item = (f64, f64)> + Clone, m: f64) -> OneSided {
     if m < 0.0 || m == 0.0 && values.clone().any(|(y, count)| y > 0.0 && count > 0.0) {
         return OneSided::SURE;

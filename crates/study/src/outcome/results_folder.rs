@@ -384,7 +384,7 @@ impl ResultsFolder {
     /// [`FolderError::Unknown`], [`FolderError::File`], and as for [`read_manifest`].
     pub fn check_design(&self, design: &Value, figures: &[&str]) -> Result<(), FolderError> {
         let manifest = read_manifest(&self.path)?;
-        let stored = self.design_text(&self.path)?;
+        let stored = Self::design_text(&self.path)?;
         if let Some(manifest) = &manifest {
             let experiment = design_of(&manifest["experiment"]);
             let of_results = json!({ "version": manifest["version"], "experiment": experiment });
@@ -416,7 +416,7 @@ impl ResultsFolder {
     pub fn claim(&self, design: &Value) -> Result<(), FolderError> {
         let place = self.place_of_blocks();
         if self.replaces {
-            let stored = self.design_text(&place)?;
+            let stored = Self::design_text(&place)?;
             if stored.and_then(|text| files::parsed(&text).ok()).as_ref() != Some(design) {
                 publication::discard_replacing(&self.path)?;
             }
@@ -433,7 +433,7 @@ impl ResultsFolder {
     }
 
     /// Reads the design of the blocks in a place.
-    fn design_text(&self, place: &Path) -> Result<Option<Vec<u8>>, PathError> {
+    fn design_text(place: &Path) -> Result<Option<Vec<u8>>, PathError> {
         match files::subfolder(place, BLOCKS)? {
             Some(blocks) => files::read_own(&blocks.join(DESIGN), Kind::Design),
             None => Ok(None),

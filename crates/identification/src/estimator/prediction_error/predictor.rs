@@ -82,14 +82,14 @@ fn divide_in(runs: &Runs, d: &[f64], x: &mut [f64]) {
 
 /// Does the same of several signals.
 fn divide_each_in<const K: usize>(runs: &Runs, d: &[f64], mut x: [&mut [f64]; K]) {
-    for run in runs.iter() {
+    for run in runs {
         divide_each(d, x.each_mut().map(|x| &mut x[run.clone()]));
     }
 }
 
 /// Filters a signal, in each record by itself.
 fn filter_in(runs: &Runs, c: &[f64], x: &[f64], to: &mut [f64]) {
-    for run in runs.iter() {
+    for run in runs {
         filter(c, &x[run.clone()], &mut to[run.clone()]);
     }
 }

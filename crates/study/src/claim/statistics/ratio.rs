@@ -204,13 +204,12 @@ pub(crate) fn over_theory(
         let label = output.label();
         format!("there is no {reference} of {of_theory} for '{label}' here")
     })?;
-    let (number, by) = match statistic {
-        RatioStatistic::Rms => (moment(cell, output, (measure, 2), test)?, theory.rms),
-        _ => {
-            let median = statistics(output, measure)?.q50;
-            let known = quantile(output, measure, (0.5, median))?;
-            (known.into(), theory.median)
-        }
+    let (number, by) = if statistic == RatioStatistic::Rms {
+        (moment(cell, output, (measure, 2), test)?, theory.rms)
+    } else {
+        let median = statistics(output, measure)?.q50;
+        let known = quantile(output, measure, (0.5, median))?;
+        (known.into(), theory.median)
     };
     Ok(Number {
         known: number.known.over(by),

@@ -215,7 +215,9 @@ fn two_medians_by_all_cuts() {
             .map(|_| random.random::<f64>().powi(laws % 7))
             .collect();
         let sum: f64 = law.iter().sum();
-        law.iter_mut().for_each(|p| *p /= sum);
+        for p in &mut law {
+            *p /= sum;
+        }
         let mass = |is: &dyn Fn(&[f64; 2]) -> bool| -> f64 {
             let cells = pairs.iter().zip(&law).filter(|(pair, _)| is(pair));
             cells.map(|(_, p)| p).sum()

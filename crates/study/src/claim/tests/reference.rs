@@ -130,7 +130,7 @@ fn columns(data: &str, n: usize) -> Vec<[f64; 2]> {
         let times = words
             .filter(|word| *word != "ratio")
             .filter_map(count)
-            .last();
+            .next_back();
         let (a, b) = pair.split_once(',').unwrap();
         let pair = [value(a.trim()), value(b.trim())];
         pairs.extend(vec![

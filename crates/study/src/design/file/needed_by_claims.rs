@@ -136,7 +136,7 @@ impl Needs {
             TestKind::Coefficient { statistic, .. } => match statistic {
                 CoefficientStatistic::Coverage => self.coverage |= !file.coverage,
                 CoefficientStatistic::Bias | CoefficientStatistic::ShareAbove => {
-                    self.parameters |= !file.parameters
+                    self.parameters |= !file.parameters;
                 }
             },
             TestKind::Ratio {

@@ -132,7 +132,7 @@ impl<R: Read + Seek> Table<R> {
                 let part = (within.start - first) as usize..(within.end - first) as usize;
                 match self.read(group, column)? {
                     Values::Numbers(own) => {
-                        numbers.extend_from_slice(own.get(part).unwrap_or_default())
+                        numbers.extend_from_slice(own.get(part).unwrap_or_default());
                     }
                     Values::Texts(own) => texts.extend(sliced(own, part)),
                 }

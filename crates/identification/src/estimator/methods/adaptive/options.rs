@@ -203,7 +203,9 @@ impl<O: AdaptiveObserver> Adapted<O> {
         reverse_negated(a, alpha);
         h.copy_from_slice(b);
         multiply_toeplitz(a, h);
-        h.iter_mut().for_each(|h| *h *= self.units.gain());
+        for h in h.iter_mut() {
+            *h *= self.units.gain();
+        }
         pass.set_parameters(&self.p, f64::NAN)
     }
 
