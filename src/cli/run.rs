@@ -64,12 +64,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let studies: Vec<StudyArguments> = iter::once(study.clone()).chain(more).collect();
     let read = studies.iter().map(|study| Prepared::read(arguments, study));
     let mut prepared: Vec<Prepared<'_>> = read.collect::<Result<_, Error>>()?;
+    #[allow(clippy::unnecessary_debug_formatting)] // Lossy names of two paths may be the same.
     let names: Vec<String> = prepared
         .iter()
         .map(|prepared| &prepared.path)
         .map(|path| {
             path.to_str()
-                .map_or_else(|| path.display().to_string(), str::to_owned)
+                .map_or_else(|| format!("{path:?}"), str::to_owned)
         })
         .collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
