@@ -285,6 +285,56 @@ fn validation_on_a_second_record() {
     );
 }
 
+/// Parts of one record are several records of its plant; flags of one record are refused beside them.
+#[test]
+fn several_records() {
+    let plain = table("u,y\n", |_, u, y| format!("{u},{y}"));
+    let late = plain.lines().skip(20).collect::<Vec<_>>().join("\n");
+    let late = format!("u,y\n{late}\n");
+    let report = json(&late, &["other.csv"]);
+    let parts = report["records"].as_array().expect("records");
+    let samples: Vec<_> = parts.iter().map(|part| &part["samples"]).collect();
+    assert_eq!(samples, [41, 60]);
+    let estimate = &report["estimates"][0];
+    for part in estimate["records"].as_array().expect("records") {
+        let fit = part["fit_percent"]["simulated"].as_f64();
+        assert!(fit.is_some_and(|fit| fit > 99.99), "{part}");
+    }
+    let [one, other] = denominator();
+    for (found, truth) in [(1, one), (2, other)] {
+        let found = estimate["model"]["A"][found].as_f64().expect("a number");
+        assert!((found - truth).abs() < 1e-4, "{found} {truth}");
+    }
+    for (flags, part) in [
+        (
+            &["--validate", "other.csv"][..],
+            "--validate: is for one record",
+        ),
+        (&["--window", "20"], "--window: is for one record"),
+        (
+            &["--order", "1:3"],
+            "--order: a range compares models of one record",
+        ),
+        (
+            &["--order", "2", "--report", "a.html"],
+            "--report: is for one record",
+        ),
+    ] {
+        let order: &[&str] = if flags.contains(&"--order") {
+            &[]
+        } else {
+            &["--order", "2"]
+        };
+        let output = run(
+            "estimate",
+            plain.as_bytes(),
+            &[&["other.csv"], flags, order].concat(),
+        );
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+    }
+}
+
 /// `--initial` is one flag for both keys, and the old name of one of them is understood.
 #[test]
 fn one_name_for_the_start() {

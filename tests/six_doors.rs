@@ -30,7 +30,7 @@ const LONG: usize = 1 << 20;
 /// How often the program itself reads an input that was refused.
 const PROGRAM: Duration = Duration::from_millis(500);
 
-/// What a reader may stumble over.
+/// Parts over which a reader may stumble.
 const WORDS: &str = "1e400 -0 -0.0 1e-400 NaN inf -inf null true 0 1 -1 2 1000 2147483648 4294967296 \
     9223372036854775808 -9223372036854775809 18446744073709551616 1e308 0.1 1,5 0x10 1979-05-27T07:32:00Z \"\" \" ''' \
     # ; , = \n \r\n \t \0 \u{feff} \u{202e} [] {} [";
@@ -327,7 +327,7 @@ fn a_second_at_each_door() {
 }
 
 #[test]
-#[ignore = "an hour, or as many seconds as ASOBENCH_FUZZ_SECONDS says"]
+#[ignore = "an hour (ASOBENCH_FUZZ_SECONDS): cargo test --release --test it six_doors -- --ignored --nocapture"]
 fn an_hour_at_the_doors() {
     let seconds = std::env::var("ASOBENCH_FUZZ_SECONDS");
     let seconds = seconds.map_or(3600, |seconds| seconds.parse().expect("a number"));

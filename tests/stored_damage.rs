@@ -1,6 +1,6 @@
 //! Every command that reads stored files, on files with some bytes changed, left out or added: a line that names the
-//! file and an exit code that is not 0, or the same output as before. Never a panic, never other numbers. What is forged
-//! makes no panic either, and commands that only read write nothing.
+//! file and an exit code that is not 0, or the same output as before. Never a panic, never other numbers. Forged files
+//! make no panic either, and commands that only read write nothing.
 //!
 //! `ASOBENCH_DAMAGES=5000 cargo test --release --test it stored_damage` tries that many.
 

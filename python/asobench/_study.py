@@ -112,7 +112,7 @@ class Study:
         StudyError
             With the program's line.
         KeyboardInterrupt
-            Ctrl-C stops the run; the same call goes on with it.
+            Ctrl-C stops the run; the same call continues it.
         """
         folder = Path(folder)
         arguments: list[Any] = ["--out", folder]

@@ -61,7 +61,7 @@ fn no_command_starts_a_program_by_itself() {
     let ran = asobench(folder, &["run", "study.toml", "--allow-commands"]);
     assert_eq!(ran.status.code(), Some(0), "{}", text(&ran.stderr));
     assert!(started());
-    // What it printed is kept, but never in a file of somebody else.
+    // Its output is kept, but never in a file of somebody else.
     let log = folder.join("results/study/workers.log");
     let printed = std::fs::read_to_string(&log).unwrap();
     assert!(

@@ -461,7 +461,7 @@ fn claims_beyond_the_file_are_refused() {
     }
 }
 
-/// What is not beyond, `y(k) = 0.5 y(k-1) + u(k-1)` in two columns by hand, is read.
+/// Two columns written by hand, `y(k) = 0.5 y(k-1) + u(k-1)`, are read.
 #[test]
 fn records_by_hand_are_read() {
     let place = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! A model of one record, in one call.
+//! A model of a record, or of several of one plant, in one call.
 
 use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::{Failure, FailureKind};

@@ -41,7 +41,13 @@ pub(super) fn render(report: &Report) -> Value {
 
 /// Returns the records, if there are several.
 fn records(report: &Report) -> Option<Vec<Value>> {
-    let part = |part: &Part| json!({ "file": part.file.display().to_string(), "samples": part.samples, "feedback_p_value": part.feedback });
+    let part = |part: &Part| {
+        json!({
+            "file": part.file.display().to_string(),
+            "samples": part.samples,
+            "feedback_p_value": part.feedback,
+        })
+    };
     (!report.parts.is_empty()).then(|| report.parts.iter().map(part).collect())
 }
 

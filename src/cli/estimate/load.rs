@@ -6,6 +6,7 @@ use super::record::{self, Recognised};
 use super::report::{Clock, Report, Validation};
 use super::unit::in_own_unit;
 use crate::cli::error::Error;
+use crate::data::csv::Record;
 use crate::data::{Detrend, Trend};
 use crate::diagnosis::feedback_p_value;
 use crate::estimator::SetupError;
@@ -14,7 +15,6 @@ use crate::plant::ORDER_LIMIT;
 use crate::text::rounded;
 
 /// Reads, checks and detrends the record.
-#[expect(clippy::too_many_lines, reason = "one check after the other")]
 pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     let path = arguments.record.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
@@ -39,10 +39,7 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
             "{rows} samples are too few for {asked}: at least {needed} are needed"
         )));
     }
-    if orders.order() > ORDER_LIMIT {
-        let error = SetupError::LargeOrder(orders.order());
-        return Err(Error::Input(format!("--order: {error}")));
-    }
+    check_order(orders)?;
     let window = arguments.record.window.map_or(rows, |part| part.of(rows));
     if window > rows {
         return Err(Error::Input(format!(
@@ -54,24 +51,7 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
             "--window: {window} is too short for {asked}: at least {needed} are needed"
         )));
     }
-    if hints::is_constant(&record.y[..window]) {
-        return Err(bad(
-            "column y is constant over the window; nothing can be identified from it".to_owned(),
-        ));
-    }
-    if hints::is_constant(&record.u[..window]) {
-        if record.u[0] == 0.0 {
-            return Err(bad(
-                "column u is zero over the window; nothing can be identified from it".to_owned(),
-            ));
-        }
-        if !arguments.begins_at_rest() {
-            return Err(bad(format!(
-                "column u is constant over the window; {}",
-                hints::FROM_REST
-            )));
-        }
-    }
+    check_moves(arguments, &record, window).map_err(&bad)?;
     let unit = in_own_unit(&mut record, window).map_err(&bad)?;
     let mut trends = [Trend::default(); 2];
     let signals = [("u", &mut record.u), ("y", &mut record.y)];
@@ -119,6 +99,42 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
         record,
         estimates: Vec::new(),
     })
+}
+
+/// Refuses an order that no estimator takes.
+pub(super) fn check_order(orders: Orders) -> Result<(), Error> {
+    if orders.order() > ORDER_LIMIT {
+        let error = SetupError::LargeOrder(orders.order());
+        return Err(Error::Input(format!("--order: {error}")));
+    }
+    Ok(())
+}
+
+/// Refuses a window in which u or y does not move.
+pub(super) fn check_moves(
+    arguments: &Arguments,
+    record: &Record,
+    window: usize,
+) -> Result<(), String> {
+    if hints::is_constant(&record.y[..window]) {
+        return Err(
+            "column y is constant over the window; nothing can be identified from it".to_owned(),
+        );
+    }
+    if hints::is_constant(&record.u[..window]) {
+        if record.u[0] == 0.0 {
+            return Err(
+                "column u is zero over the window; nothing can be identified from it".to_owned(),
+            );
+        }
+        if !arguments.begins_at_rest() {
+            return Err(format!(
+                "column u is constant over the window; {}",
+                hints::FROM_REST
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Returns the times of the samples: by `--ts`, or by a column of times, with which it must agree.

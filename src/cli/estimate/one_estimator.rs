@@ -162,9 +162,10 @@ pub(super) fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> Pass
     PassReport {
         precision: Some(precision),
         modes,
-        residuals: (report.parts.is_empty())
-            .then(|| Residuals::new(&model, &u[..window], &y[..window]))
-            .flatten(),
+        residuals: match report.parts.as_slice() {
+            [] => Residuals::new(&model, &u[..window], &y[..window]),
+            _ => None,
+        },
         feedback: report.feedback,
         poles,
         radius: Some(radius),

@@ -105,7 +105,7 @@ pub(super) struct Part {
     pub(super) feedback: Option<f64>,
 }
 
-/// What a model is on one of several records.
+/// A model on one of several records.
 pub(super) struct PartReport {
     /// Tests of the residuals, if there are enough of them.
     pub(super) residuals: Option<Residuals>,

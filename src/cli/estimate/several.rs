@@ -1,7 +1,7 @@
 //! Several records of one plant: `asobench estimate a.csv b.csv c.csv`.
 
 use super::arguments::Arguments;
-use super::load::clock_of;
+use super::load::{check_moves, check_order, clock_of};
 use super::orders::ranges;
 use super::record::{self, Recognised};
 use super::report::{Clock, Part, Report};
@@ -18,6 +18,7 @@ use std::path::PathBuf;
 fn check(arguments: &Arguments) -> Result<(), Error> {
     let of_one = [
         ("--window", arguments.record.window.is_some()),
+        ("--validate", arguments.validate.is_some()),
         ("--plot", !arguments.plot.is_empty()),
         ("--report", arguments.report.is_some()),
         ("--states", arguments.states.is_some()),
@@ -37,6 +38,7 @@ fn check(arguments: &Arguments) -> Result<(), Error> {
 /// Reads the records, and subtracts from each its own trend. They follow each other in the report's record.
 pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
     check(arguments)?;
+    check_order(orders)?;
     let files: Vec<&PathBuf> = [&arguments.record.file]
         .into_iter()
         .chain(&arguments.more)
@@ -87,7 +89,8 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
         return Err(Error::Input(message.to_owned()));
     }
     let (window, first) = (all.y.len(), arguments.record.file.display());
-    let unit = in_own_unit(&mut all, window);
+    let moves = check_moves(arguments, &all, window);
+    let unit = moves.and_then(|()| in_own_unit(&mut all, window));
     let unit = unit.map_err(|message| Error::Input(format!("{first}: {message}")))?;
     Ok(Report {
         file: arguments.record.file.clone(),

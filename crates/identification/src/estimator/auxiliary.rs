@@ -37,35 +37,18 @@ impl AuxiliaryModel {
         x0: &[f64],
         window: Window<'_>,
     ) -> Result<(), FailureKind> {
-        self.run_driven(a, b, x0, window, window.u)
+        self.run_driven(a, b, x0, window, window.u, 0)
     }
 
-    /// Does the same as [`Self::run`] with `input` instead of u.
+    /// Does the same as [`Self::run`] with `input` instead of u, for a part of the record whose first sample is the
+    /// sample `first` of `yhat`.
     ///
     /// # Errors
     /// As for [`Self::run`].
     ///
     /// # Panics
     /// If `input` is not as long as the window.
-    pub fn run_driven(
-        &mut self,
-        a: &[f64],
-        b: &[f64],
-        x0: &[f64],
-        window: Window<'_>,
-        input: &[f64],
-    ) -> Result<(), FailureKind> {
-        self.run_part(a, b, x0, window, input, 0)
-    }
-
-    /// Does the same of a part of the record, whose first sample is the sample `first` of `yhat`.
-    ///
-    /// # Errors
-    /// As for [`Self::run`].
-    ///
-    /// # Panics
-    /// If `input` is not as long as the window.
-    pub(super) fn run_part(
+    pub(super) fn run_driven(
         &mut self,
         a: &[f64],
         b: &[f64],

@@ -87,7 +87,8 @@ impl GeneralIv {
                 self.state.of(part, previous)?
             };
             let Pass { a, b, .. } = previous;
-            self.auxiliary.run_part(a, b, x0, part, part.u, run.start)?;
+            self.auxiliary
+                .run_driven(a, b, x0, part, part.u, run.start)?;
         }
         let x = self.auxiliary.yhat.iter_mut().zip(window.u);
         x.for_each(|(x, u)| *x += previous.direct * u);

@@ -86,15 +86,17 @@ impl Lagged {
         })
     }
 
-    /// Leaves out the rows that look back into another record. Those of the first begin as in one record.
+    /// Leaves out the rows that look back into another record. The rows of the first record begin as in one record.
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`] if fewer than `needed` are left.
     pub(super) fn of_runs(mut self, runs: &Runs, needed: usize) -> Result<Self, SetupError> {
-        let last = self.rows().end;
+        // A first record may be shorter than the rows reach.
+        let rows = self.rows();
         let later = runs.iter().skip(1).map(|run| {
-            let from = run.start + self.reach;
-            from..(from + self.reach).min(run.end + self.reach).min(last)
+            let [start, end] = [run.start, run.end].map(|k| k + self.reach);
+            let end = (start + self.reach).min(end).min(rows.end);
+            start.max(rows.start)..end.max(rows.start)
         });
         self.broken = later.collect();
         self.count -= self.broken.iter().map(Range::len).sum::<usize>();

@@ -64,13 +64,17 @@ fn is_error_value(cell: &str) -> bool {
         || word.len() > 1 && word.chars().all(|c| c == '#')
 }
 
-/// Whether a line is a comment: it begins with `#`, and not with an error value in its first cell.
+/// Whether a line is a comment: it begins with `#`, and not with an error value in its first cell. Where blanks may
+/// separate cells or words, the cells after it are numbers.
 pub(super) fn is_comment(line: &str) -> bool {
-    let Some((first, _)) = line.split_once([',', ';', '\t']) else {
-        let first = line.split_whitespace().next().unwrap_or_default();
-        return line.starts_with('#') && (first.ends_with('#') || !is_error_value(first));
-    };
-    line.starts_with('#') && !is_error_value(first.trim())
+    if !line.starts_with('#') {
+        return false;
+    }
+    if let Some((first, _)) = line.split_once([',', ';', '\t']) {
+        return !is_error_value(first.trim());
+    }
+    let cells: Vec<&str> = line.split_whitespace().collect();
+    !(is_error_value(cells[0]) && is_data(&cells))
 }
 
 impl Dialect {

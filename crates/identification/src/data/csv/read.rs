@@ -294,6 +294,8 @@ mod tests {
             "#m/s,V",
             "#####",
             "#! run",
+            "#NV is the noise",
+            "#ERROR",
             "#",
         ] {
             let text = format!("u,y\n1,2\n{comment}\n3,4\n");

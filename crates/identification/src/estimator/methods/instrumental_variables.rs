@@ -343,7 +343,7 @@ impl InstrumentalVariables {
             Some(reflection) if previous.unstable => reflection.run(&previous.a, &source.b)?,
             _ => (previous.a.as_slice(), source.b.as_slice()),
         };
-        self.model.run_driven(a, b, &source.x0, window, input)
+        self.model.run_driven(a, b, &source.x0, window, input, 0)
     }
 
     /// Runs one pass: stages 7 to 10, and 5 and 6 if the reading includes them.

@@ -52,8 +52,8 @@ pub fn initial_numbers(orders: Orders) -> usize {
         .max((nd + nb + nk).saturating_sub(1))
 }
 
-/// Columns of psi: a signal, the number of columns, the first delay, a sign. Those of the initial numbers are for the
-/// first record; the same follow for each other.
+/// Columns of psi: a signal, the number of columns, the first delay, a sign. The columns of the initial numbers are for
+/// the first record; as many follow for each other one.
 type Block<'a> = (&'a [f64], usize, usize, f64);
 
 /// A column of psi, or e: a delayed signal, of one record alone if it belongs to the numbers of that record.

@@ -239,16 +239,20 @@ fn what_cannot_be_identified_is_typed() {
     assert_eq!(kind, crate::estimator::FailureKind::NotIdentifiable);
 }
 
-/// The gradient with initial numbers, against differences of the sum in each of them.
+/// One record, and two.
+const RUNS: [&[usize]; 2] = [&[N], &[90, N - 90]];
+
+/// The gradient with initial numbers of each record, against differences of the sum in each of them.
 #[test]
 fn gradients_with_initial_numbers() {
-    for (trial, orders) in structures().into_iter().enumerate() {
+    let cases = structures().into_iter().enumerate();
+    for ((trial, orders), lengths) in cases.flat_map(|of| RUNS.map(|lengths| (of, lengths))) {
         let trial = trial as u64;
         let (u, y) = record(&model(orders, trial), trial, 0.3);
         let initial = initial_numbers(orders);
         let mut theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
-        theta.extend(uniform(900 + trial, initial));
-        let mut descent = Descent::new(orders, initial, Runs::new(&[N]));
+        theta.extend(uniform(900 + trial, initial * lengths.len()));
+        let mut descent = Descent::new(orders, initial, Runs::new(lengths));
         let [gradient, other] = descent.gradients(&u, &y, &theta);
         let size = gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
         for j in 0..theta.len() {
@@ -270,13 +274,14 @@ fn gradients_with_initial_numbers() {
 /// The Hessian against differences of the gradient, with and without initial numbers.
 #[test]
 fn hessians_are_exact() {
-    for (trial, orders) in structures().into_iter().enumerate() {
+    let cases = structures().into_iter().enumerate();
+    for ((trial, orders), lengths) in cases.flat_map(|of| RUNS.map(|lengths| (of, lengths))) {
         let trial = trial as u64;
         let (u, y) = record(&model(orders, trial), trial, 0.3);
         for initial in [0, initial_numbers(orders)] {
             let mut theta: Vec<f64> = model(orders, 500 + trial).parameters().collect();
-            theta.extend(uniform(900 + trial, initial));
-            let mut descent = Descent::new(orders, initial, Runs::new(&[N]));
+            theta.extend(uniform(900 + trial, initial * lengths.len()));
+            let mut descent = Descent::new(orders, initial, Runs::new(lengths));
             let hessian = descent.hessian(&u, &y, &theta).clone();
             let scale = |i: usize| hessian[(i, i)].abs().sqrt().max(1.0);
             for j in 0..theta.len() {

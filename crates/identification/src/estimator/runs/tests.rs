@@ -120,6 +120,30 @@ fn each_record_has_a_start_of_its_own() {
     }
 }
 
+/// A record that is shorter than the equations reach back has none, wherever it stands.
+#[test]
+fn short_records_have_no_equations() {
+    use crate::estimator::test_setup::{self, plant};
+    let (u, mut y) = (
+        test_setup::normal(6, 1, crate::signal::Purpose::Input, 60),
+        vec![0.0; 60],
+    );
+    plant("na=2,nb=2", &[-1.5, 0.7, 1.0, 0.5]).simulate(&u, &mut y);
+    let none = || options("na=2,nb=2,nk=1", &Value::Null);
+    let whole = estimate("arx", none(), &[60], &u, &y);
+    for lengths in [&[1, 59][..], &[59, 1], &[1, 1, 58], &[2, 58]] {
+        let pass = estimate("arx", none(), lengths, &u, &y);
+        assert_eq!(pass.failure.map(|of| of.kind), None, "{lengths:?}");
+        let pairs = pass.model.parameters().zip(whole.model.parameters());
+        assert!(
+            pairs
+                .clone()
+                .all(|(one, other)| (one - other).abs() < 1e-12),
+            "{lengths:?}"
+        );
+    }
+}
+
 /// Others say that they take one record.
 #[test]
 fn other_methods_refuse_several() {
