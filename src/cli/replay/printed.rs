@@ -330,7 +330,7 @@ fn information(
     let mut model = AuxiliaryModel::new(order, window.len(), options.drive, options.gain);
     let driver = input.unwrap_or(window.u);
     if model
-        .run_driven(&previous.a, &source.b, &source.x0, window, driver)
+        .run_driven(&previous.a, &source.b, &source.x0, window, driver, 0)
         .is_err()
     {
         return Vec::new();

@@ -48,7 +48,7 @@ impl AuxiliaryModel {
     ///
     /// # Panics
     /// If `input` is not as long as the window.
-    pub(super) fn run_driven(
+    pub fn run_driven(
         &mut self,
         a: &[f64],
         b: &[f64],
