@@ -639,7 +639,7 @@ fn parquet_tables() {
         &["--input", "note", "--output", "Druck"],
     ));
     assert!(
-        note.contains("line 2, column note: 'a text'") && note.contains("is not a finite number"),
+        note.contains("line 2, column note: 'a, b' is not a finite number"),
         "{note}"
     );
     let whole = std::fs::read(at("my.parquet")).expect("a file");
@@ -664,6 +664,55 @@ fn parquet_tables() {
             stderr(&output)
         );
     }
+}
+
+/// `estimate`, `--validate`, `study-from` and the inputs of studies read by one door: the same refusal of a row that
+/// begins with an error value, and the same marks of decimals.
+#[test]
+fn one_door() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text);
+    let good = table("u,y\n", |_, u, y| format!("{u},{y}"));
+    let gap = table("u,y\n", |k, u, y| {
+        format!("{},{y}", if k == 20 { "#N/A" } else { u })
+    });
+    let study = "[settings]\nwindow = 20\nhorizon = 40\ninput = \"file:gap.csv#1\"\n[[methods]]\nestimator = \"arx\"\n";
+    for (name, text) in [
+        ("good.csv", &good),
+        ("gap.csv", &gap),
+        ("study.toml", &study.to_owned()),
+    ] {
+        write(name, text).expect("written");
+    }
+    let arx = ["--estimator", "arx", "--order", "2"];
+    for arguments in [
+        &["estimate", "gap.csv"][..],
+        &["estimate", "good.csv", "--validate", "gap.csv"],
+        &["study-from", "gap.csv", "--out", "mine.toml"],
+        &["check", "study.toml"],
+    ] {
+        let mut program = Command::new(PROGRAM);
+        program.current_dir(folder.path()).args(arguments);
+        if arguments[0] != "check" {
+            program.args(arx);
+        }
+        let output = program.output().expect("the program");
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(
+            said.contains("gap.csv: line 22, column u: a sample is missing ('#N/A')"),
+            "{said}"
+        );
+    }
+    let thousands = table("u;y\n", |k, _, _| {
+        format!("{};{}.125", if k % 7 == 0 { "68" } else { "2.719" }, k + 1)
+    });
+    let refused = printed(thousands.as_bytes(), &[]);
+    assert!(
+        refused.contains("may be 2.719 or 2719")
+            && refused.contains("--decimal point or --decimal comma"),
+        "{refused}"
+    );
 }
 
 /// Files of other programs' own forms, and pictures in other forms, name the way.

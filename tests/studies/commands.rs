@@ -401,16 +401,16 @@ fn table(path: &Path) -> DataFrame {
 /// The columns of `trials.parquet` before there were experiment files.
 fn columns() -> Vec<(&'static str, DataType)> {
     let mut columns = vec![
-        ("cell", DataType::UInt32),
+        ("cell", DataType::Int32),
         ("claim", DataType::String),
         ("eta", DataType::Float64),
-        ("window", DataType::UInt32),
-        ("trial", DataType::UInt64),
+        ("window", DataType::Int32),
+        ("trial", DataType::Int64),
         ("estimator", DataType::String),
-        ("pass", DataType::UInt32),
+        ("pass", DataType::Int32),
         ("status", DataType::String),
-        ("failed_pass", DataType::UInt32),
-        ("failed_stage", DataType::UInt32),
+        ("failed_pass", DataType::Int32),
+        ("failed_stage", DataType::Int32),
         ("unstable", DataType::Boolean),
         ("unstable_so_far", DataType::Boolean),
     ];

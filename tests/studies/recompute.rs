@@ -64,11 +64,11 @@ fn numbers(table: &DataFrame, name: &str) -> Vec<Option<f64>> {
 }
 
 /// The rows of each output of each cell: by cell, estimator and pass.
-fn rows_of(table: &DataFrame) -> BTreeMap<(u32, String, u32), Vec<usize>> {
+fn rows_of(table: &DataFrame) -> BTreeMap<(i32, String, i32), Vec<usize>> {
     let column = |name: &str| table.column(name).expect("a column");
-    let cells = column("cell").u32().expect("numbers");
+    let cells = column("cell").i32().expect("numbers");
     let estimators = column("estimator").str().expect("texts");
-    let passes = column("pass").u32().expect("numbers");
+    let passes = column("pass").i32().expect("numbers");
     let mut rows: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for row in 0..table.height() {
         let estimator = estimators.get(row).expect("an estimator").to_owned();
@@ -80,13 +80,13 @@ fn rows_of(table: &DataFrame) -> BTreeMap<(u32, String, u32), Vec<usize>> {
 }
 
 /// Every output of every cell with its rows in the table.
-fn outputs<'a>(summary: &'a Value, table: &DataFrame) -> Vec<(u32, &'a Value, Vec<usize>)> {
+fn outputs<'a>(summary: &'a Value, table: &DataFrame) -> Vec<(i32, &'a Value, Vec<usize>)> {
     let rows = rows_of(table);
     let mut all = Vec::new();
     for (cell, of_cell) in (0..).zip(summary["cells"].as_array().expect("cells")) {
         for output in of_cell["outputs"].as_array().expect("outputs") {
             let estimator = output["estimator"].as_str().expect("a name").to_owned();
-            let pass = output["pass"].as_u64().expect("a pass") as u32;
+            let pass = output["pass"].as_u64().expect("a pass") as i32;
             all.push((cell, output, rows[&(cell, estimator, pass)].clone()));
         }
     }
@@ -149,7 +149,7 @@ fn bias_and_coverage_follow_from_the_trials() {
     assert_eq!(biases, 3 * 6 * (2 + 4));
     assert!(coverages > 30, "{coverages}");
     // A first-order plant has no a_2.
-    let cells = table.column("cell").expect("a column").u32().expect("u32");
+    let cells = table.column("cell").expect("a column").i32().expect("i32");
     for (cell, error) in cells.iter().flatten().zip(numbers(&table, "error_a_2")) {
         let order = &summary["cells"][cell as usize]["order"];
         assert!(*order == 2 || error.is_none(), "{cell} {order}");
@@ -171,10 +171,10 @@ fn failed_trials_are_listed_and_replayed() {
     let trials = table.column("trial").expect("a column").clone();
     let (mut long, mut short) = (0, 0);
     for (cell, output, rows) in outputs(&summary, &table) {
-        let mut failed: BTreeMap<&str, Vec<u64>> = BTreeMap::new();
+        let mut failed: BTreeMap<&str, Vec<i64>> = BTreeMap::new();
         for row in rows {
             let status = statuses.str().expect("texts").get(row).expect("a status");
-            let trial = trials.u64().expect("numbers").get(row).expect("a trial");
+            let trial = trials.i64().expect("numbers").get(row).expect("a trial");
             if status != "ok" {
                 failed.entry(status).or_default().push(trial);
             }

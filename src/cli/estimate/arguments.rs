@@ -6,7 +6,7 @@ use super::span::{Given, Span};
 use crate::cli::files::page_path;
 use crate::cli::output::Format;
 use crate::data::Detrend;
-use crate::data::csv::Missing;
+use crate::data::csv::{Decimal, Missing};
 use crate::estimator::EstimatorName;
 use crate::names::UnknownName;
 use crate::observer::Gain;
@@ -93,6 +93,9 @@ pub(super) struct RecordArguments {
     /// Column of the times, by its name or its number, or none [default: t or time, if there is one]
     #[arg(long, value_name = "COLUMN")]
     pub(super) time: Option<String>,
+    /// Mark before decimals: point or comma [default: the one that the numbers show]
+    #[arg(long, value_name = "MARK")]
+    pub(super) decimal: Option<Decimal>,
     /// What is done about missing samples: refuse, longest-run (the longest part without a gap is the record)
     #[arg(long, value_name = "WHAT", default_value_t)]
     pub(super) missing: Missing,

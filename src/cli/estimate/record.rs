@@ -4,8 +4,8 @@ use super::arguments::RecordArguments;
 use super::report::Clock;
 use crate::cli::error::Error;
 use crate::cli::output::note;
-use crate::data::csv::{Kept, ReadOptions, Record, RecordError, Table, read_table};
-use crate::files::{self, Kind};
+use crate::data::csv::{Kept, ReadOptions, Record, RecordError, Table};
+use crate::files;
 use crate::text::shell_word;
 use std::borrow::Cow;
 use std::path::Path;
@@ -29,19 +29,10 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         time: arguments.time.clone(),
         reference: arguments.reference.clone(),
         missing: arguments.missing,
+        decimal: arguments.decimal,
+        alone: false,
     };
-    if let Some(way) = way_from(path) {
-        return Err(bad(way.to_owned()));
-    }
-    let from = files::open_named(path, Kind::Record).map_err(|error| bad(error.to_string()))?;
-    let table = if path
-        .extension()
-        .is_some_and(|own| own.eq_ignore_ascii_case("parquet"))
-    {
-        read_table(files::ParquetText::open(from).map_err(&bad)?, &options)
-    } else {
-        read_table(from, &options)
-    };
+    let table = files::read_record(path, &options);
     let table = table.map_err(|error| bad(format!("{error}{}", ways_on(&error))))?;
     let Table {
         mut record,
@@ -80,22 +71,6 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     })
 }
 
-/// Returns how a record is written as text by the program whose own form the file has.
-fn way_from(path: &Path) -> Option<&'static str> {
-    let form = path.extension()?.to_str()?.to_lowercase();
-    Some(match form.as_str() {
-        "xlsx" | "xls" | "ods" => {
-            "a spreadsheet; expected CSV or Parquet: save the sheet as \"CSV UTF-8\""
-        }
-        "mat" => "MATLAB's own form; expected text: save -ascii record.txt z, or writetable",
-        "npy" | "npz" | "pkl" | "pickle" => {
-            "Python's own form; expected CSV or Parquet: numpy.savetxt, or to_csv and to_parquet of pandas"
-        }
-        "h5" | "hdf5" | "feather" | "arrow" | "rds" => "expected CSV or Parquet",
-        _ => return None,
-    })
-}
-
 /// Describes the part of a table that is the record.
 fn part(kept: Kept, samples: usize) -> String {
     let Kept { lines, rows, parts } = kept;
@@ -118,6 +93,7 @@ fn ways_on(error: &RecordError) -> Cow<'static, str> {
         return format!("; or --input {input} --output {output}, or the reverse").into();
     }
     let ways = match error {
+        RecordError::DataAbove { .. } => "; begin a line that is no row with #",
         RecordError::NoHeader(_)
         | RecordError::UnknownColumn { .. }
         | RecordError::MissingColumn { .. } => {
@@ -128,6 +104,22 @@ fn ways_on(error: &RecordError) -> Cow<'static, str> {
         }
         RecordError::Missing { .. } | RecordError::Gap { .. } => {
             "; --missing longest-run takes the longest part without a gap"
+        }
+        RecordError::Thousands { .. } | RecordError::MixedDecimals { .. } => {
+            "; --decimal point or --decimal comma says which mark is that of decimals"
+        }
+        RecordError::Time { .. } | RecordError::AmbiguousTimes { .. } => {
+            "; --time none --ts SECONDS, if the samples are equally spaced"
+        }
+        // Without its times such a record would be estimated backwards.
+        RecordError::Spacing { falls: true, .. } => {
+            "; turn the rows round, and resample them or take the longest part at equal steps by --missing longest-run"
+        }
+        RecordError::Spacing { found, first, .. } if found * first <= 0.0 => {
+            "; sort the rows by time, or take the longest part at equal steps by --missing longest-run"
+        }
+        RecordError::Falling(_) => {
+            "; --time with its name turns the rows round, --time none takes them as they stand"
         }
         RecordError::Spacing { .. } => {
             "; resample it, take the longest part at equal steps by --missing longest-run, or say --time none --ts \

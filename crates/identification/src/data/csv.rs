@@ -1,19 +1,25 @@
 //! CSV text. Records of u and y have columns of these names, or columns that the reader chooses, and comment lines
 //! beginning with `#`. All tables of the program are written by the one line writer here.
 
+mod clock;
 mod columns;
-mod dialect;
+#[cfg(test)]
+mod dialects;
 mod error;
-mod first_line;
-mod lines;
+mod layout;
+mod number;
 mod options;
 mod read;
+#[cfg(test)]
+mod reported;
+mod rows;
 mod runs;
+mod text;
 mod times;
 mod write;
 
 pub use error::RecordError;
-pub use options::{Missing, ReadOptions};
-pub use read::{Record, Table, read, read_column, read_table};
+pub use options::{Decimal, Missing, ReadOptions};
+pub use read::{Record, Table, read, read_column, read_table, uses};
 pub use runs::Kept;
 pub use write::{Cell, comment, line, write, write_columns};

@@ -16,14 +16,16 @@ mod kind;
 mod parquet;
 #[cfg(target_os = "linux")]
 mod pipes;
+mod record;
 mod seal;
 mod staged;
 
 pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
-pub use parquet::ParquetText;
+use parquet::ParquetText;
 pub(crate) use parquet::{Column, Table, Values};
 #[cfg(target_os = "linux")]
 pub(crate) use pipes::{Mark, Pipes};
+pub use record::read_record;
 pub use seal::{checksum, checksum_of, parsed, sealed, unseal};
 pub use staged::{Staged, replace};
 pub(crate) use staged::{probe, remove_temporary};

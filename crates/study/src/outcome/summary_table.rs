@@ -32,10 +32,10 @@ fn cell_columns<'e, R>(
 ) -> Vec<Column> {
     let cell = |row: &R| -> &'e Cell { &experiment.cells[cell_of(row)] };
     let mut columns = vec![
-        column(rows, "cell", |row| cell_of(row) as u32),
+        column(rows, "cell", |row| cell_of(row) as i32),
         column(rows, "claim", |row| cell(row).claim.as_str()),
         column(rows, "eta", |row| cell(row).columns().0),
-        column(rows, "window", |row| cell(row).columns().1 as u32),
+        column(rows, "window", |row| cell(row).columns().1 as i32),
     ];
     for (key, numeric) in settings {
         let number = |scalar: Option<&Scalar>| match scalar {
@@ -140,12 +140,12 @@ fn summary_frame(
     let mut columns = cell_columns(experiment, settings, rows, |row| row.0);
     columns.extend([
         column(rows, "estimator", |row| row.1.estimator.as_str()),
-        column(rows, "pass", |row| row.1.pass as u32),
-        column(rows, "trials", |row| row.1.outcomes.trials),
-        column(rows, "failed", |row| row.1.outcomes.failed()),
-        column(rows, "unstable", |row| row.1.outcomes.unstable),
+        column(rows, "pass", |row| row.1.pass as i32),
+        column(rows, "trials", |row| row.1.outcomes.trials as i64),
+        column(rows, "failed", |row| row.1.outcomes.failed() as i64),
+        column(rows, "unstable", |row| row.1.outcomes.unstable as i64),
         column(rows, "measure", |row| row.2.as_str()),
-        column(rows, "count", |row| row.3.count),
+        column(rows, "count", |row| row.3.count as i64),
     ]);
     for statistic in Statistic::ALL {
         let estimate = |row: &SummaryRow<'_>| statistic.of(row.3);

@@ -72,25 +72,26 @@ impl<'e> TrialTable<'e> {
     /// # Errors
     /// If a name cannot be the name of a column.
     pub(crate) fn new(experiment: &'e Experiment) -> PolarsResult<Self> {
-        use ArrowDataType::{Boolean, Float64, UInt32, UInt64, Utf8View};
+        use ArrowDataType::{Boolean, Float64, Int32, Int64, Utf8View};
+        // Signed: other programs let differences of unsigned numbers wrap.
         let settings = numeric_settings(experiment);
         let mut fields = vec![
-            ("cell", UInt32),
+            ("cell", Int32),
             ("claim", Utf8View),
             ("eta", Float64),
-            ("window", UInt32),
+            ("window", Int32),
         ];
         let varying = settings.iter();
         fields.extend(
             varying.map(|(key, numeric)| (key.name(), if *numeric { Float64 } else { Utf8View })),
         );
         fields.extend([
-            ("trial", UInt64),
+            ("trial", Int64),
             ("estimator", Utf8View),
-            ("pass", UInt32),
+            ("pass", Int32),
             ("status", Utf8View),
-            ("failed_pass", UInt32),
-            ("failed_stage", UInt32),
+            ("failed_pass", Int32),
+            ("failed_stage", Int32),
             ("unstable", Boolean),
             ("unstable_so_far", Boolean),
         ]);
@@ -173,10 +174,10 @@ impl<'e> TrialTable<'e> {
     fn columns(&self, group: &[Part]) -> PolarsResult<Vec<Column>> {
         let cell = |part: &Part| &self.experiment.cells[part.cell];
         let mut columns = vec![
-            self.of_cells(group, |part| Some(part.cell as u32), numbers)?,
+            self.of_cells(group, |part| Some(part.cell as i32), numbers)?,
             self.of_cells(group, |part| Some(cell(part).claim.clone()), texts)?,
             self.of_cells(group, |part| Some(cell(part).columns().0), numbers)?,
-            self.of_cells(group, |part| Some(cell(part).columns().1 as u32), numbers)?,
+            self.of_cells(group, |part| Some(cell(part).columns().1 as i32), numbers)?,
         ];
         for (key, numeric) in &self.settings {
             let setting = |part: &Part| cell(part).settings.get(key);
@@ -195,7 +196,7 @@ impl<'e> TrialTable<'e> {
             .clone()
             .map(|output| output.estimator.clone())
             .collect();
-        let passes: Vec<u32> = outputs.map(|output| output.pass as u32).collect();
+        let passes: Vec<i32> = outputs.map(|output| output.pass as i32).collect();
         let names = Self::statuses(group);
         let status = |output: &OutputRows, place: usize| {
             let failure = output.failure(place);
@@ -204,10 +205,12 @@ impl<'e> TrialTable<'e> {
         };
         let statuses = names.iter().map(|name| (*name).to_owned()).collect();
         let failed_pass =
-            |output: &OutputRows, place: usize| Some(output.failure(place)?.pass as u32);
+            |output: &OutputRows, place: usize| Some(output.failure(place)?.pass as i32);
         let failed_stage =
-            |output: &OutputRows, place: usize| Some(output.failure(place)?.stage as u32);
-        let trials = self.rows(group, |rows, place, _| rows.trials().start + place as u64);
+            |output: &OutputRows, place: usize| Some(output.failure(place)?.stage as i32);
+        let trials = self.rows(group, |rows, place, _| {
+            rows.trials().start as i64 + place as i64
+        });
         columns.extend([
             (PrimitiveArray::from_vec(trials).boxed(), Encoding::Plain),
             self.by_key(group, |_, _, output| Some(output as u32), texts(estimators))?,
@@ -299,7 +302,7 @@ impl<'e> TrialTable<'e> {
     fn optional(
         &self,
         group: &[Part],
-        value: impl Fn(&OutputRows, usize) -> Option<u32>,
+        value: impl Fn(&OutputRows, usize) -> Option<i32>,
     ) -> Column {
         let values = self.rows(group, |rows, place, output| {
             value(&rows.outputs()[output], place)

@@ -14,7 +14,7 @@ pub(super) enum Role {
 }
 
 impl Role {
-    const ALL: [Self; 5] = [Self::K, Self::U, Self::Y, Self::T, Self::R];
+    pub(super) const ALL: [Self; 5] = [Self::K, Self::U, Self::Y, Self::T, Self::R];
 
     const fn name(self) -> &'static str {
         ["k", "u", "y", "t", "r"][self as usize]
@@ -41,8 +41,10 @@ pub(super) struct Columns {
     unused: Vec<String>,
     /// The place of a column that has no role, but a name like times.
     pub(super) like_times: Option<usize>,
-    /// Seconds in a unit of the times.
-    pub(super) unit: f64,
+    /// Seconds in a unit of the times, if the name has none that is unknown.
+    pub(super) unit: Option<f64>,
+    /// Whether the name has a unit.
+    pub(super) names_unit: bool,
 }
 
 impl Columns {
@@ -88,6 +90,7 @@ impl Columns {
             match role {
                 // A choice leaves out what the column would be by its name.
                 Some(role) if chosen[role as usize].is_some() => unused.push((*cell).to_owned()),
+                Some(Role::U | Role::R) if options.alone => {}
                 Some(role) => {
                     if places[role as usize].replace(at).is_some() {
                         return Err(RecordError::RepeatedColumn {
@@ -107,7 +110,7 @@ impl Columns {
             }
         }
         for role in [Role::U, Role::Y] {
-            if places[role as usize].is_none() {
+            if places[role as usize].is_none() && !(options.alone && role == Role::U) {
                 let Some(header) = header else {
                     return Err(RecordError::NoHeader(line));
                 };
@@ -123,13 +126,8 @@ impl Columns {
             let cell = places[role as usize].and_then(|place| Some(header?[place].to_owned()));
             cell.unwrap_or_else(|| role.name().to_owned())
         });
-        let unit = match places[Role::T as usize] {
-            Some(_) => unit(&names[Role::T as usize]).ok_or_else(|| RecordError::TimeUnit {
-                line,
-                column: names[Role::T as usize].clone(),
-            })?,
-            None => 1.0,
-        };
+        let time = &names[Role::T as usize];
+        let (unit, names_unit) = (unit(time), unit_name(time).is_some());
         Ok(Self {
             names,
             like_times: options
@@ -140,7 +138,28 @@ impl Columns {
             places,
             unused,
             unit,
+            names_unit,
         })
+    }
+
+    /// Whether the column at a place is read.
+    pub(super) fn has(&self, place: usize) -> bool {
+        self.places.contains(&Some(place)) || self.like_times == Some(place)
+    }
+
+    /// Whether there is a column of a role.
+    pub(super) fn has_role(&self, role: Role) -> bool {
+        self.places[role as usize].is_some()
+    }
+
+    /// Whether a choice can be met by a column of any name.
+    pub(super) fn by_number(options: &ReadOptions) -> bool {
+        let is_number = |column: &Option<String>| {
+            column
+                .as_ref()
+                .is_some_and(|column| column.parse::<usize>().is_ok())
+        };
+        is_number(&options.output) && (options.alone || is_number(&options.input))
     }
 
     /// Returns the cell of a role in a row; `None` if the table has no such column.
@@ -164,7 +183,7 @@ impl Columns {
                 }
                 let plain = name == role.name() || name == "time";
                 let unit = match role {
-                    Role::T if self.unit != 1.0 => {
+                    Role::T if self.unit.is_some_and(|unit| unit != 1.0) => {
                         unit_name(name).map_or_else(String::new, |unit| format!(" in {unit}"))
                     }
                     _ => String::new(),

@@ -1,8 +1,9 @@
 //! Why a record is refused.
 
+use super::options::Decimal;
 use crate::text::{beginning, number, rounded};
 
-/// The longest line that is read, so that a file without line ends cannot fill the memory.
+/// The longest first line that is read, so that an input without line ends cannot fill the memory.
 pub(super) const LONGEST_LINE: u64 = 1 << 20;
 
 /// Why a record was refused. Lines count from 1, comments and header included.
@@ -114,14 +115,6 @@ pub enum RecordError {
         /// Whether there is a header.
         has_header: bool,
     },
-    /// A requested column is missing.
-    #[error("line {line}: no column '{column}'; the header line must name it")]
-    NoColumn {
-        /// The header's line.
-        line: u64,
-        /// The column's name.
-        column: String,
-    },
     /// A cell is not a finite number.
     #[error("line {line}, column {column}: '{text}' is not a finite number")]
     Cell {
@@ -133,8 +126,7 @@ pub enum RecordError {
         text: String,
     },
     /// A number has a decimal comma among numbers with decimal points, or a point among commas.
-    #[error("line {line}, column {column}: '{text}', but earlier numbers have {}",
-        if .text.contains(',') { "decimal points" } else { "decimal commas" })]
+    #[error("line {line}, column {column}: '{text}', but earlier numbers have decimal {others}s")]
     MixedDecimals {
         /// The line.
         line: u64,
@@ -142,6 +134,64 @@ pub enum RecordError {
         column: String,
         /// The cell.
         text: String,
+        /// The mark of the others.
+        others: Decimal,
+    },
+    /// A mark may divide thousands or decimals.
+    #[error(
+        "line {line}, column {column}: '{text}' may be {} or {}: three digits stand behind each such mark",
+        .text.replace(',', "."), .text.replace([',', '.'], "")
+    )]
+    Thousands {
+        /// The line.
+        line: u64,
+        /// The column's name.
+        column: String,
+        /// The cell.
+        text: String,
+    },
+    /// A time cannot be read.
+    #[error("line {line}, column {column}: '{text}' is no time in a form that is known")]
+    Time {
+        /// The line.
+        line: u64,
+        /// The column's name.
+        column: String,
+        /// The cell.
+        text: String,
+    },
+    /// Times can be read in several ways.
+    #[error(
+        "column {column}: '{text}' and the times below it can be read in several ways ({forms})"
+    )]
+    AmbiguousTimes {
+        /// The column's name.
+        column: String,
+        /// The first cell.
+        text: String,
+        /// The ways.
+        forms: String,
+    },
+    /// A column of times that is not used shows that the newest sample is the first.
+    #[error("column '{0}' falls at equal steps: the newest sample is the first")]
+    Falling(String),
+    /// A row looks like a comment.
+    #[error(
+        "line {0}: begins with #, but has as many cells as the other rows; expected a comment or a row"
+    )]
+    HashRow(u64),
+    /// A quoted cell goes on over rows.
+    #[error(
+        "line {0}: a quote that begins here goes on over line ends and separators; expected its end"
+    )]
+    OpenQuote(u64),
+    /// There is a row above the header.
+    #[error("line {line}: numbers above the header in line {header}")]
+    DataAbove {
+        /// The line.
+        line: u64,
+        /// That of the header.
+        header: u64,
     },
     /// A sample is missing.
     #[error("line {line}, column {column}: a sample is missing ('{text}')")]
@@ -171,9 +221,10 @@ pub enum RecordError {
     },
     /// The times of the samples are not equally spaced.
     #[error(
-        "line {line}, column {column}: a step of {}, the first one is {}; samples must be equally spaced",
+        "line {line}, column {column}: a step of {}, the first one is {}; samples must be equally spaced{}",
         rounded(*.found, 6),
-        rounded(*.first, 6)
+        rounded(*.first, 6),
+        if *.falls { ", and times fall: the newest sample is the first" } else { "" }
     )]
     Spacing {
         /// The line.
@@ -184,6 +235,8 @@ pub enum RecordError {
         found: f64,
         /// The time between the first two samples.
         first: f64,
+        /// Whether the newest sample is the first.
+        falls: bool,
     },
     /// The longest part at equal steps is a small share of the table.
     #[error(
@@ -199,12 +252,12 @@ pub enum RecordError {
     /// The file has a header and no rows.
     #[error("no samples after the header")]
     NoSamples,
-    /// The text is in UTF-16.
-    #[error("line 1: the text is in UTF-16; expected UTF-8: save it as \"CSV UTF-8\"")]
-    Utf16,
     /// A line is too long for any record.
     #[error("line {0}: longer than {LONGEST_LINE} bytes")]
     LongLine(u64),
+    /// The file cannot be read as a table.
+    #[error("{0}")]
+    File(String),
     /// The reader failed.
     #[error("line {0}: {1}")]
     Read(u64, std::io::Error),

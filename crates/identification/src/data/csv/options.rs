@@ -12,6 +12,32 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// What stands before the decimals of a number.
+    Decimal, "decimal mark" {
+        /// 2,719.5 is two thousand.
+        Point = "point",
+        /// 2.719,5 is two thousand.
+        Comma = "comma",
+    }
+}
+
+impl Decimal {
+    pub(super) const fn mark(self) -> char {
+        match self {
+            Self::Point => '.',
+            Self::Comma => ',',
+        }
+    }
+
+    pub(super) const fn other(self) -> Self {
+        match self {
+            Self::Point => Self::Comma,
+            Self::Comma => Self::Point,
+        }
+    }
+}
+
 /// How the columns of a table are found, and what is done about missing samples.
 #[derive(Clone, Debug, Default)]
 pub struct ReadOptions {
@@ -25,4 +51,19 @@ pub struct ReadOptions {
     pub reference: Option<String>,
     /// What is done about missing samples.
     pub missing: Missing,
+    /// The mark before decimals; otherwise the one that the numbers show.
+    pub decimal: Option<Decimal>,
+    /// Whether y alone is read, which is then u too.
+    pub alone: bool,
+}
+
+impl ReadOptions {
+    /// Reads one column, by its name or its number from 1.
+    pub fn column(name: &str) -> Self {
+        Self {
+            output: Some(name.to_owned()),
+            alone: true,
+            ..Self::default()
+        }
+    }
 }

@@ -1,13 +1,15 @@
 //! Reads records and columns of tables.
 
+use super::clock::{Clock, Form, Forms};
 use super::columns::{Columns, Role};
-use super::dialect::{Dialect, Number};
 use super::error::RecordError;
-use super::first_line::First;
-use super::lines::Lines;
-use super::options::{Missing, ReadOptions};
+use super::layout::{Layout, is_comment};
+use super::number::{Column, Notation, Number, is_missing, is_number, settled};
+use super::options::{Decimal, Missing, ReadOptions};
+use super::rows::{Row as Line, Rows as Lines, Separator};
 use super::runs::{Break, Kept, Longest, Row, Run};
-use super::times::{Time, Times};
+use super::text::Text;
+use super::times::Times;
 use std::io::Read;
 
 /// A part of a table is the record only if it has at least one in so many of its rows.
@@ -29,8 +31,8 @@ pub struct Record {
 pub struct Table {
     /// The samples.
     pub record: Record,
-    /// The time of the first sample and the time between samples, seconds; `None` without a column of times, or with
-    /// a single sample.
+    /// The time of the first sample (of dates 0) and the time between samples, seconds; `None` without a column of
+    /// times, or with a single sample.
     pub times: Option<[f64; 2]>,
     /// The form of the table and the names of its columns where they are not the plain ones: cells separated by commas,
     /// decimal points, columns named u, y and t.
@@ -49,26 +51,264 @@ pub fn read(from: impl Read) -> Result<Record, RecordError> {
     read_table(from, &ReadOptions::default()).map(|table| table.record)
 }
 
+/// Reads one column of a table; of the others only the numbers of samples and their times are used, which must be those
+/// of consecutive samples.
+///
+/// # Errors
+/// [`RecordError`], with line and column.
+pub fn read_column(from: impl Read, name: &str) -> Result<Vec<f64>, RecordError> {
+    read_table(from, &ReadOptions::column(name)).map(|table| table.record.y)
+}
+
+/// Returns which columns of a header are read; none if those that must be there are not.
+pub fn uses(header: &[&str], options: &ReadOptions) -> Vec<bool> {
+    let columns = Columns::find(Some(header), header.len(), 1, options);
+    let used = |place| columns.as_ref().is_ok_and(|columns| columns.has(place));
+    (0..header.len()).map(used).collect()
+}
+
+/// Reads a record from a table. Cells are separated by commas, semicolons, tabs or blanks, and decimals by points or
+/// commas, as all its lines show. The memory used is that of the text and the two columns. A column of times shows that
+/// the samples are equally spaced, up to the rounding of the printed times and a hundredth of the step.
+///
+/// # Errors
+/// [`RecordError`], with line and column.
+pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, RecordError> {
+    let Text { text, marks } = Text::read(from)?;
+    let layout = Layout::of(&text, options)?;
+    let seen = Seen::of(&text, &layout)?;
+    let decimal = match options.decimal {
+        Some(decimal) => Some(decimal),
+        None => settled(&seen.used, &seen.others, layout.separator)?,
+    };
+    let of_dates = seen
+        .times
+        .dates
+        .clone()
+        .map_or(vec![None], |dates| dates.into_iter().map(Some).collect());
+    let attempt = |form: Option<Form>| {
+        Rows::new(&layout, &seen, options, decimal, form).table(&text, &marks, &seen)
+    };
+    let mut tables = of_dates.into_iter().map(attempt);
+    let mut best = tables.next().unwrap_or(Err(RecordError::Empty));
+    // Of several ways to read dates one may show equal steps.
+    for table in tables {
+        let gaps = |table: &Result<Table, _>| {
+            table
+                .as_ref()
+                .map_or(2, |table| i32::from(table.kept.is_some()))
+        };
+        let same =
+            |one: &Table, other: &Table| (&one.record, one.times) == (&other.record, other.times);
+        match (&best, &table) {
+            (Ok(one), Ok(other)) if gaps(&best) == gaps(&table) && !same(one, other) => {
+                return Err(seen.ambiguous(&layout));
+            }
+            _ if gaps(&table) < gaps(&best) => best = table,
+            _ => {}
+        }
+    }
+    best
+}
+
+/// Calls a function for each row after the header; returns how many comments stand among them.
+fn each_row(
+    text: &str,
+    layout: &Layout,
+    mut of: impl FnMut(&[&str], u64) -> Result<(), RecordError>,
+) -> Result<usize, RecordError> {
+    let mut lines = Lines::new(
+        &text[layout.body as usize..],
+        layout.separator,
+        layout.before,
+    );
+    let (expected, mut comments) = (layout.cells.len(), 0);
+    let mut next = layout.before + 1;
+    while let Some(row) = lines.next()? {
+        // An empty line of a single column is an empty cell.
+        for line in (next..row.line).filter(|_| expected == 1) {
+            of(&[""], line)?;
+        }
+        next = row.line + row.more + 1;
+        // A word alone where the rows have several cells is a comment too, such as a rule of `#`.
+        let is_alone = expected > 1 && row.cells.len() == 1 && row.cells[0].starts_with('#');
+        if is_comment(&row)? || is_alone {
+            if hides_samples(&row, layout) {
+                return Err(RecordError::HashRow(row.line));
+            }
+            comments += 1;
+            continue;
+        }
+        if row.runs_on {
+            return Err(RecordError::OpenQuote(row.line));
+        }
+        let Line {
+            line, mut cells, ..
+        } = row;
+        // A row may end with separators that the header has not.
+        if cells.iter().skip(expected).all(|cell| cell.is_empty()) {
+            cells.truncate(expected);
+        }
+        if cells.len() != expected {
+            return Err(RecordError::RowLength {
+                line,
+                found: cells.len(),
+                expected,
+                has_header: layout.is_header,
+            });
+        }
+        of(&cells, line)?;
+    }
+    Ok(comments)
+}
+
+/// Whether a line that begins with `#` may be a row.
+fn hides_samples(row: &Line<'_>, layout: &Layout) -> bool {
+    let first = row.cells[0].trim_start_matches('#').trim();
+    let is_blanks = layout.separator == Separator::Blanks;
+    let alone = usize::from(is_blanks && first.is_empty());
+    let is_sure = !is_blanks && layout.cells.len() > 1;
+    let numbers = || is_number(first) || row.cells[1..].iter().any(|cell| is_number(cell));
+    row.cells.len() - alone == layout.cells.len() && (is_sure || numbers())
+}
+
+/// What the cells of a table show before their numbers are read.
+struct Seen {
+    /// The marks in the columns, by their places: those that are used, and the others.
+    used: Vec<Column>,
+    others: Vec<Column>,
+    /// The forms of the times, and of what is like times.
+    times: Forms,
+    like_times: Forms,
+    /// The first two cells of the times, of what is like them, and of the numbers of samples.
+    first: [Vec<String>; 3],
+    comments: usize,
+}
+
+impl Seen {
+    fn of(text: &str, layout: &Layout) -> Result<Self, RecordError> {
+        let columns = &layout.columns;
+        let marks = || vec![Column::default(); layout.cells.len()];
+        let mut own = Self {
+            used: marks(),
+            others: marks(),
+            times: Forms::default(),
+            like_times: Forms::default(),
+            first: Default::default(),
+            comments: 0,
+        };
+        own.comments = each_row(text, layout, |row, line| {
+            for (place, cell) in row.iter().enumerate() {
+                let name = || match layout.is_header {
+                    true => layout.cells[place].clone(),
+                    false => (place + 1).to_string(),
+                };
+                match columns.has(place) {
+                    true => own.used[place].see(cell, line, name),
+                    false => own.others[place].see(cell, line, name),
+                }
+            }
+            let like = columns.like_times.map(|place| row[place]);
+            let time = columns.cell(row, Role::T);
+            time.into_iter().for_each(|cell| own.times.see(cell, line));
+            like.into_iter()
+                .for_each(|cell| own.like_times.see(cell, line));
+            let cells = [time, like, columns.cell(row, Role::K)];
+            for (first, cell) in own.first.iter_mut().zip(cells) {
+                if first.len() < 2 {
+                    first.extend(cell.filter(|cell| !is_missing(cell)).map(str::to_owned));
+                }
+            }
+            Ok(())
+        })?;
+        if let Some((line, text)) = own.times.wrong.take() {
+            let column = columns.name(Role::T).to_owned();
+            return Err(RecordError::Time { line, column, text });
+        }
+        Ok(own)
+    }
+
+    fn ambiguous(&self, layout: &Layout) -> RecordError {
+        let forms = self.times.dates.iter().flatten();
+        let forms: Vec<String> = forms.map(Form::in_words).collect();
+        RecordError::AmbiguousTimes {
+            column: layout.columns.name(Role::T).to_owned(),
+            text: self.first[0].first().cloned().unwrap_or_default(),
+            forms: forms.join(" or "),
+        }
+    }
+
+    /// A clock for one of the columns, which runs backwards if that begins so.
+    fn clock(&self, which: usize, form: Option<Form>, notation: Notation) -> Clock {
+        let mut clock = Clock::new(form.clone(), 1.0);
+        let mut notation = notation;
+        let mut times = self.first[which].iter().filter_map(|cell| {
+            let number = match notation.number(cell, 0, "") {
+                Ok(Number::Known(number)) => number,
+                _ => f64::NAN,
+            };
+            clock.time(cell, number, notation.mark())
+        });
+        let falls = matches!((times.next(), times.next()), (Some(first), Some(second)) if second.value < first.value);
+        Clock::new(form, if falls { -1.0 } else { 1.0 })
+    }
+}
+
 /// Collects rows.
-struct Rows {
-    columns: Columns,
-    dialect: Dialect,
+struct Rows<'a> {
+    layout: &'a Layout,
+    notation: Notation,
+    clock: Clock,
     /// The whole table, which has no gaps.
     run: Run,
     /// Its longest run, if gaps are allowed.
     longest: Option<Longest>,
-    /// The place and the numbers of a column that may hold times, as long as its steps are equal.
-    like_times: Option<(usize, Times)>,
+    /// A column that may hold times, as long as its steps are equal.
+    like_times: Option<(usize, Clock, Times)>,
 }
 
-impl Rows {
+impl<'a> Rows<'a> {
+    fn new(
+        layout: &'a Layout,
+        seen: &Seen,
+        options: &ReadOptions,
+        decimal: Option<Decimal>,
+        form: Option<Form>,
+    ) -> Self {
+        let notation = Notation {
+            decimal,
+            has_thousands: false,
+        };
+        let has_times = layout.columns.has_role(Role::T);
+        let clock = seen.clock(if has_times { 0 } else { 2 }, form, notation);
+        let like = seen
+            .like_times
+            .dates
+            .as_ref()
+            .and_then(|dates| dates.first().cloned());
+        let like_times = layout.columns.like_times;
+        Self {
+            like_times: like_times
+                .map(|place| (place, seen.clock(1, like, notation), Times::new())),
+            layout,
+            notation,
+            clock,
+            run: Run::new(false),
+            longest: (options.missing == Missing::LongestRun).then(Longest::new),
+        }
+    }
+
     /// Reads a number of a row; `None` if it is missing and that is allowed.
     fn number(&mut self, row: &[&str], line: u64, role: Role) -> Result<Option<f64>, RecordError> {
-        let Some(cell) = self.columns.cell(row, role) else {
+        let columns = &self.layout.columns;
+        let Some(cell) = columns.cell(row, role) else {
             return Ok(None);
         };
-        let column = self.columns.name(role);
-        match self.dialect.number(cell, line, column)? {
+        let column = columns.name(role);
+        if role == Role::T && self.clock.form.is_some() && !is_missing(cell) {
+            return Ok(Some(0.0));
+        }
+        match self.notation.number(cell, line, column)? {
             Number::Known(number) => Ok(Some(number)),
             Number::Missing if self.longest.is_some() => Ok(None),
             Number::Missing => Err(RecordError::Missing {
@@ -79,31 +319,36 @@ impl Rows {
         }
     }
 
+    /// Follows the column that may hold times.
+    fn follow(&mut self, row: &[&str], line: u64) {
+        let Some((place, clock, times)) = &mut self.like_times else {
+            return;
+        };
+        let cell = row[*place];
+        // Thousands are those of the columns that are used.
+        let number = match self.notation.clone().number(cell, line, "") {
+            Ok(Number::Known(value)) => Some(value),
+            _ => clock.form.as_ref().map(|_| 0.0),
+        };
+        let time = number.and_then(|number| clock.time(cell, number, self.notation.mark()));
+        if !time.is_some_and(|time| times.add(time, line).is_ok()) {
+            self.like_times = None;
+        }
+    }
+
     fn add(&mut self, row: &[&str], line: u64) -> Result<(), RecordError> {
         if let Some(longest) = &mut self.longest {
             longest.rows += 1;
         }
-        if let Some((place, times)) = &mut self.like_times {
-            let cell = row[*place];
-            // What decimals look like is learned from the columns that are used.
-            let number = self.dialect.clone().number(cell, line, "");
-            let is_next = match number {
-                Ok(Number::Known(value)) => times.add(Time::printed(cell, value), line).is_ok(),
-                _ => false,
-            };
-            if !is_next {
-                self.like_times = None;
-            }
-        }
-        let has = |role| self.columns.cell(row, role).is_some();
+        self.follow(row, line);
+        let has = |role| self.layout.columns.has_role(role);
         let (has_number, has_time, has_reference) = (has(Role::K), has(Role::T), has(Role::R));
         let k = self.number(row, line, Role::K)?;
         let time = self.number(row, line, Role::T)?;
         let r = self.number(row, line, Role::R)?;
-        let (u, y) = (
-            self.number(row, line, Role::U)?,
-            self.number(row, line, Role::Y)?,
-        );
+        let u = self.number(row, line, Role::U)?;
+        let y = self.number(row, line, Role::Y)?;
+        let u = if has(Role::U) { u } else { y };
         let (Some(u), Some(y), true) = (
             u,
             y,
@@ -112,11 +357,12 @@ impl Rows {
             self.longest.as_mut().into_iter().for_each(Longest::end);
             return Ok(());
         };
-        let cell = self.columns.cell(row, Role::T).unwrap_or_default();
-        let time = time.map(|value| Time::printed(cell, value));
+        let cell = self.layout.columns.cell(row, Role::T).unwrap_or_default();
+        let mark = self.notation.mark();
+        let time = time.and_then(|value| self.clock.time(cell, value, mark));
         let row = Row {
             line,
-            k,
+            k: k.map(|k| k * self.clock.sign),
             time,
             u,
             y,
@@ -133,135 +379,106 @@ impl Rows {
     }
 
     fn refusal(&self, reason: Break, line: u64) -> RecordError {
+        let (columns, sign) = (&self.layout.columns, self.clock.sign);
         match reason {
             Break::Number(found, expected) => RecordError::Gap {
                 line,
-                column: self.columns.name(Role::K).to_owned(),
-                found,
-                expected,
+                column: columns.name(Role::K).to_owned(),
+                found: sign * found,
+                expected: sign * expected,
             },
             Break::Time(unequal) => RecordError::Spacing {
                 line: unequal.line,
-                column: self.columns.name(Role::T).to_owned(),
-                found: unequal.found,
-                first: unequal.first,
+                column: columns.name(Role::T).to_owned(),
+                found: sign * unequal.found,
+                first: sign * unequal.first,
+                falls: sign < 0.0,
             },
         }
     }
-}
 
-/// Reads a record from a table. Cells are separated by commas, semicolons, tabs or blanks, and decimals by points or
-/// commas, as its first lines show. The memory used is that of the two columns. A column of times shows that the
-/// samples are equally spaced, up to the rounding of the printed times and a hundredth of the step.
-///
-/// # Errors
-/// [`RecordError`], with line and column.
-pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, RecordError> {
-    let mut lines = Lines::new(from);
-    let mut first = First::of(&mut lines)?.ok_or(RecordError::Empty)?;
-    let second = first.after_units(&mut lines)?;
-    let cells: Vec<&str> = first.cells.iter().map(String::as_str).collect();
-    let header = first.is_header.then_some(cells.as_slice());
-    let columns = Columns::find(header, cells.len(), first.line, options)?;
-    let allows_gaps = options.missing == Missing::LongestRun;
-    let mut rows = Rows {
-        like_times: columns.like_times.map(|place| (place, Times::new())),
-        columns,
-        dialect: first.dialect,
-        run: Run::new(false),
-        longest: allows_gaps.then(Longest::new),
-    };
-    if !first.is_header {
-        rows.add(&cells, first.line)?;
-    }
-    if let Some((line, row)) = &second {
-        let row: Vec<&str> = row.iter().map(String::as_str).collect();
-        rows.add(&row, *line)?;
-    }
-    while let Some((line, text)) = lines.next()? {
-        rows.add(&first.row(line, text)?, line)?;
-    }
-    let Rows {
-        columns,
-        dialect,
-        run,
-        longest,
-        like_times,
-    } = rows;
-    let (run, kept) = longest.map_or((run, None), Longest::finish);
-    if run.y.is_empty() {
-        return Err(RecordError::NoSamples);
-    }
-    if let Some(Kept { rows, .. }) = kept
-        && run.y.len() * LEAST_SHARE < rows
-    {
-        let samples = run.y.len();
-        return Err(RecordError::ShortRun { samples, rows });
-    }
-    let marks = [
-        (lines.has_mark, "a byte order mark"),
-        (lines.is_latin, "Latin-1"),
-        (!first.is_header, "no header"),
-        (first.has_units, "a row of units"),
-    ];
-    let marks = marks
-        .into_iter()
-        .filter_map(|(is, what)| is.then_some(what));
-    let form = dialect
-        .in_words()
-        .into_iter()
-        .chain(marks)
-        .map(str::to_owned);
-    let times = run
-        .times
-        .step()
-        .map(|step| [run.times.first(), step].map(|time| time * columns.unit));
-    let like_times = like_times.filter(|(_, times)| times.step().is_some_and(|step| step > 0.0));
-    Ok(Table {
-        like_times: like_times.map(|(place, _)| first.cells[place].clone()),
-        times,
-        form: form.chain(columns.in_words(first.is_header)).collect(),
-        record: Record {
+    /// Reads all rows.
+    fn table(
+        mut self,
+        text: &str,
+        marks: &[&'static str],
+        seen: &Seen,
+    ) -> Result<Table, RecordError> {
+        let layout = self.layout;
+        each_row(text, layout, |row, line| self.add(row, line))?;
+        let (run, kept) = self.longest.map_or((self.run, None), Longest::finish);
+        if run.y.is_empty() {
+            return Err(RecordError::NoSamples);
+        }
+        if let Some(Kept { rows, .. }) = kept
+            && run.y.len() * LEAST_SHARE < rows
+        {
+            let samples = run.y.len();
+            return Err(RecordError::ShortRun { samples, rows });
+        }
+        let like_times = self
+            .like_times
+            .filter(|(_, _, times)| times.step().is_some_and(|step| step > 0.0));
+        let like_times =
+            like_times.map(|(place, clock, _)| (layout.cells[place].clone(), clock.sign < 0.0));
+        if let Some((column, true)) = like_times {
+            return Err(RecordError::Falling(column));
+        }
+        let falls = self.clock.sign < 0.0;
+        let (unit, words) = self
+            .clock
+            .unit(&layout.columns, run.times.ends()[0], layout.line)?;
+        let times = run.times.step().map(|step| {
+            let [first, last] = run.times.ends();
+            [if falls { -last } else { first }, step].map(|time| time * unit)
+        });
+        let times = times.map(|[first, step]| {
+            [
+                if self.clock.form.is_some() {
+                    0.0
+                } else {
+                    first
+                },
+                step,
+            ]
+        });
+        let mut form: Vec<String> = layout
+            .separator_in_words()
+            .into_iter()
+            .map(str::to_owned)
+            .collect();
+        form.extend(
+            self.notation
+                .in_words()
+                .chain(marks.iter().copied())
+                .map(str::to_owned),
+        );
+        form.extend(layout.in_words());
+        form.extend(match seen.comments {
+            0 => None,
+            1 => Some("1 comment line among the rows".to_owned()),
+            count => Some(format!("{count} comment lines among the rows")),
+        });
+        form.extend(falls.then(|| "newest first: rows turned round".to_owned()));
+        form.extend(layout.columns.in_words(layout.is_header));
+        form.extend(words);
+        let mut record = Record {
             u: run.u,
             y: run.y,
             r: run.r,
-        },
-        kept,
-    })
-}
-
-/// Reads one column of a table with a header line; other columns are ignored.
-///
-/// # Errors
-/// [`RecordError`], with line and column.
-pub fn read_column(from: impl Read, name: &str) -> Result<Vec<f64>, RecordError> {
-    let mut lines = Lines::new(from);
-    let no_column = |line| RecordError::NoColumn {
-        line,
-        column: name.to_owned(),
-    };
-    let first = First::of(&mut lines)?.ok_or_else(|| no_column(1))?;
-    let place = first.cells.iter().position(|cell| cell == name);
-    let place = place.ok_or_else(|| no_column(first.line))?;
-    let mut dialect = first.dialect;
-    let mut samples = Vec::new();
-    while let Some((line, text)) = lines.next()? {
-        let cell = first.row(line, text)?[place];
-        match dialect.number(cell, line, name)? {
-            Number::Known(number) => samples.push(number),
-            Number::Missing => {
-                return Err(RecordError::Missing {
-                    line,
-                    column: name.to_owned(),
-                    text: cell.to_owned(),
-                });
-            }
+        };
+        if falls {
+            let Record { u, y, r } = &mut record;
+            [u, y, r].into_iter().for_each(|column| column.reverse());
         }
+        Ok(Table {
+            like_times: like_times.map(|(column, _)| column),
+            times,
+            form,
+            record,
+            kept,
+        })
     }
-    if samples.is_empty() {
-        return Err(RecordError::NoSamples);
-    }
-    Ok(samples)
 }
 
 #[cfg(test)]
@@ -288,10 +505,10 @@ mod tests {
         }
         assert!(error("u,y\n1,2\n####,3\n").contains("a sample is missing"));
         for comment in [
-            "# a, b",
+            "# a, b, c",
             "## by hand",
-            "#a,b",
-            "#m/s,V",
+            "#a",
+            "#m/s,V,s",
             "#####",
             "#! run",
             "#NV is the noise",
@@ -300,6 +517,11 @@ mod tests {
         ] {
             let text = format!("u,y\n1,2\n{comment}\n3,4\n");
             assert_eq!(read(text.as_bytes()).unwrap().y, [2.0, 4.0], "{comment}");
+        }
+        // One that has as many cells as the rows may be a row.
+        for row in ["# a, b", "#1,2", "#m/s,V"] {
+            let found = error(&format!("u,y\n1,2\n{row}\n3,4\n"));
+            assert!(found.starts_with("line 3"), "{row}: {found}");
         }
     }
 
@@ -318,7 +540,7 @@ mod tests {
             table("t,u,y\ns,-,1/min\n0,1,2\n1,3,4\n").record.u,
             [1.0, 3.0]
         );
-        for row in ["inf,1e400", "n.v.,n.v.", "-inf,-1e999", "1.5D+01,2.5D+01"] {
+        for row in ["inf,1e400", "n.v.,n.v.", "-inf,-1e999"] {
             let cell = row.split(',').next().unwrap();
             let message = format!("line 2, column u: '{cell}' is not a finite number");
             assert_eq!(error(&format!("u,y\n{row}\n1,2\n")), message);
@@ -354,10 +576,9 @@ mod tests {
         let column = |name: &str| read_column(table.as_bytes(), name);
         assert_eq!(column("in").unwrap(), [1.0, -2.5]);
         for (text, message) in [
-            ("", "line 1: no column 'u'; the header line must name it"),
             (
                 "1,2\n",
-                "line 1: no column 'u'; the header line must name it",
+                "line 1: no header, so no column 'u'; expected its number, 1 to 2",
             ),
             ("y,u\n", "no samples after the header"),
             ("y,u\n1\n", "line 2: 1 cell, but the header has 2"),
@@ -391,7 +612,8 @@ mod tests {
         }
         assert!(error("t,time,u,y\n").starts_with("line 1: column 't' appears twice"));
         let long = "\0".repeat(LONGEST_LINE as usize + 1);
-        assert!(error(&format!("u,y\n{long}")).starts_with("line 2: longer than"));
+        assert!(error(&long).starts_with("line 1: longer than"));
+        assert!(error(&format!("u,y\n{long}")).starts_with("line 2: expected text"));
         assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cell, but the header has 2"));
         for cell in ["abc", "inf", "-infinity", "1e999", "1.234.5"] {
             let message = error(&format!("# c\nu,y\n1,2\n3,{cell}\n"));
@@ -474,11 +696,7 @@ mod tests {
             ambiguous
                 .starts_with("line 2: 4 cells, but the header has 2; numbers with decimal commas")
         );
-        assert!(error("u;y\n1.234,5;2\n").starts_with("line 2, column u: '1.234,5' is not"));
-        let utf16 = read([0xff, 0xfe, b'u', 0].as_slice())
-            .unwrap_err()
-            .to_string();
-        assert!(utf16.starts_with("line 1: the text is in UTF-16"));
+        assert!(error("u;y\n1.34,5;2\n").starts_with("line 2, column u: '1.34,5' is not"));
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! The times of a record's samples, which must be equally spaced up to the rounding of what was printed.
 
+use super::number::divided;
+use super::options::Decimal;
+
 /// How far a step in time may be from the first one, relative to it. It must exceed the rounding of printed times: with
 /// two decimals, steps of 1/30 s are 0.03 or 0.04. A missing sample is a step of twice the length.
 const SPACING: f64 = 0.5;
@@ -11,17 +14,18 @@ const CLASSES: usize = 40;
 /// A time as it is printed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Time {
-    value: f64,
+    pub(super) value: f64,
     /// The decimals of what is printed; negative if an exponent makes it a multiple of 10, 100 and so on.
     decimals: i32,
 }
 
 impl Time {
     /// Returns the time of a cell, whose number is known already.
-    pub(super) fn printed(cell: &str, value: f64) -> Self {
-        let (digits, exponent) = cell.split_once(['e', 'E']).unwrap_or((cell, "0"));
+    pub(super) fn printed(cell: &str, value: f64, decimal: Decimal) -> Self {
+        let (digits, exponent) = divided(cell);
+        let exponent = exponent.unwrap_or("0");
         let fraction = digits
-            .split_once(['.', ','])
+            .split_once(decimal.mark())
             .map_or(0, |(_, after)| after.len());
         let exponent: i32 = exponent.parse().unwrap_or(0);
         let decimals = (fraction.min(400) as i32).saturating_sub(exponent);
@@ -29,6 +33,11 @@ impl Time {
             value,
             decimals: decimals.clamp(-300, 300),
         }
+    }
+
+    /// Returns a time that is printed with so many decimals.
+    pub(super) const fn rounded(value: f64, decimals: i32) -> Self {
+        Self { value, decimals }
     }
 }
 
@@ -76,9 +85,9 @@ impl Times {
         (self.count > 1).then(|| (self.last - self.first) / (self.count - 1) as f64)
     }
 
-    /// Returns the time of the first sample.
-    pub(super) fn first(&self) -> f64 {
-        self.first
+    /// Returns the times of the first and of the last sample.
+    pub(super) fn ends(&self) -> [f64; 2] {
+        [self.first, self.last]
     }
 
     /// Half a unit of the last digit of printed times of this size.

@@ -6,8 +6,7 @@ use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::key::Key;
 use crate::files;
-use crate::files::Kind;
-use asobench_identification::data::csv;
+use asobench_identification::data::csv::ReadOptions;
 use std::path::Path;
 
 /// The prefix of a column's name: `file:PATH` (its column u) or `file:PATH#COLUMN`.
@@ -57,8 +56,8 @@ impl ExperimentFile {
             let path = folder.join(path);
             let wrong =
                 |message: String| FileError::key(&key, format!("{}: {message}", path.display()));
-            let file = files::open_named(&path, Kind::Record).map_err(|e| wrong(e.to_string()))?;
-            let samples = csv::read_column(file, column).map_err(|e| wrong(e.to_string()))?;
+            let read = files::read_record(&path, &ReadOptions::column(column));
+            let samples = read.map_err(|error| wrong(error.to_string()))?.record.y;
             if samples.len() > LONGEST {
                 return Err(wrong(format!(
                     "{} samples; expected at most {LONGEST}",

@@ -1,7 +1,7 @@
 //! What the footer of a Parquet file says: columns, groups of rows, and where their bytes are. It is read by our own
 //! hand, so that nothing in it is believed before it is held against the length of the file.
 
-use super::kind::{Annotation, Kind, no_numbers};
+use super::kind::{Annotation, Kind, Number, no_numbers};
 use super::thrift::{Found, Thrift, Wire};
 use std::ops::Range;
 
@@ -58,9 +58,14 @@ struct Element {
 }
 
 impl Column {
-    /// Its name and its kind.
+    /// Its name and its kind; whole numbers are one kind, since older builds wrote them without a sign.
     pub(crate) fn is(&self) -> (&str, Kind) {
-        (&self.name, self.kind)
+        let kind = match self.kind {
+            Kind::Number(Number::U32) => Kind::Number(Number::I32),
+            Kind::Number(Number::U64) => Kind::Number(Number::I64),
+            other => other,
+        };
+        (&self.name, kind)
     }
 }
 
@@ -128,10 +133,12 @@ fn element(thrift: &mut Thrift<'_>) -> Found<Element> {
     thrift.fields(&mut |field, wire, thrift| {
         match field {
             1 => own.of = thrift.integer(wire)?,
+            2 => own.annotation.length = thrift.integer(wire)?,
             3 => own.repetition = thrift.integer(wire)?,
             4 => own.name = String::from_utf8_lossy(thrift.binary(wire)?).into_owned(),
             5 => own.children = thrift.integer(wire)?,
             6 => own.annotation.converted = Some(thrift.integer(wire)?),
+            7 => own.annotation.scale = thrift.integer(wire)?,
             10 => own.annotation.logical = logical(thrift, wire)?,
             _ => thrift.skip(wire)?,
         }
@@ -140,16 +147,21 @@ fn element(thrift: &mut Thrift<'_>) -> Found<Element> {
     Ok(own)
 }
 
-/// The number of a logical type, and the bits of whole numbers with whether they have a sign.
+/// The number of a logical type, and the bits of whole numbers with whether they have a sign, the scale of decimals, or
+/// the unit of times as the second number.
 fn logical(thrift: &mut Thrift<'_>, wire: Wire) -> Found<Option<(i64, [i64; 2])>> {
     let mut own = None;
     thrift.structure(wire, &mut |field, wire, thrift| {
         let mut bits = [0; 2];
         thrift.structure(wire, &mut |part, wire, thrift| match (field, part) {
-            (10, 1 | 2) => {
+            (10, 1 | 2) | (5, 1) => {
                 bits[part as usize - 1] = thrift.integer(wire)?;
                 Ok(())
             }
+            (7 | 8, 2) => thrift.structure(wire, &mut |unit, wire, thrift| {
+                bits[1] = unit;
+                thrift.skip(wire)
+            }),
             _ => thrift.skip(wire),
         })?;
         own = Some((field, bits));
@@ -174,10 +186,9 @@ fn columns(schema: &[Element]) -> Found<(Vec<Column>, usize)> {
         let is_group = element.children > 0;
         if depth == 1 {
             let plain = !is_group && element.repetition < 2;
-            let kind = if plain {
-                Kind::of(element.of, &element.annotation)
-            } else {
-                Kind::Other("a nested column")
+            let kind = match plain {
+                true => Kind::of(element.of, &element.annotation),
+                false => Kind::Other("nested columns"),
             };
             columns.push(Column {
                 name: element.name.clone(),

@@ -3,9 +3,9 @@
 use super::thrift::Found;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use polars_arrow::datatypes::ArrowDataType;
+use polars_arrow::datatypes::{ArrowDataType, TimeUnit};
 use polars_arrow_format::ipc::planus::{Error, ReadAsRoot as _};
-use polars_arrow_format::ipc::{FieldRef, MessageHeaderRef, MessageRef, Precision, TypeRef};
+use polars_arrow_format::ipc::{FieldRef, MessageHeaderRef, MessageRef, TypeRef};
 use polars_parquet::parquet::schema::types::PhysicalType;
 
 /// The forms of numbers.
@@ -16,14 +16,29 @@ pub(crate) enum Number {
     U32,
     I64,
     U64,
+    F16,
     F32,
     F64,
+    /// Whole numbers of 32 or 64 bits, divided by so many powers of ten.
+    Decimal32(u8),
+    Decimal64(u8),
+    /// Whole numbers in so many bytes each, the highest first, or in any number.
+    Bytes(Option<u8>, u8),
+}
+
+/// What a time counts, since 1970 or since midnight.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub(crate) struct Clock {
+    pub(super) nanoseconds: i64,
+    pub(super) of_day: bool,
+    physical: i64,
 }
 
 /// What the values of a column are.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(crate) enum Kind {
     Number(Number),
+    Time(Clock),
     Text,
     /// In words.
     Other(&'static str),
@@ -34,9 +49,17 @@ pub(crate) enum Kind {
 pub(super) struct Annotation {
     /// By the older rule.
     pub(super) converted: Option<i64>,
-    /// The number of its kind, and the bits of whole numbers with whether they have a sign.
+    /// The number of its kind, and what it says: the bits of whole numbers with whether they have a sign, the scale of
+    /// decimals, the unit of times.
     pub(super) logical: Option<(i64, [i64; 2])>,
+    /// The bytes of a value, and the scale of decimals by the older rule.
+    pub(super) length: i64,
+    pub(super) scale: i64,
 }
+
+const DAY: i64 = 86_400_000_000_000;
+/// Milliseconds, microseconds, nanoseconds.
+const UNITS: [i64; 3] = [1_000_000, 1000, 1];
 
 impl Kind {
     /// The kind of a column by its physical type and what the schema says beside it; the numbers are those of
@@ -49,9 +72,19 @@ impl Kind {
             (None, Some(11..=14)) => Some(false),
             (None, Some(15..=18)) => Some(true),
             (Some((1, _)), _) | (None, Some(0)) if physical == 6 => return Self::Text,
-            (Some((5, _)), _) | (None, Some(5)) => return Self::Other("a decimal"),
-            (Some((6..=8, _)), _) | (None, Some(6..=10)) => return Self::Other("a time or a date"),
-            _ => return Self::Other("no number"),
+            (Some((5, [scale, _])), _) => return Self::decimal(physical, beside.length, scale),
+            (None, Some(5)) => return Self::decimal(physical, beside.length, beside.scale),
+            (Some((6, _)), _) | (None, Some(6)) => return Self::time(physical, DAY, false),
+            (Some((kind @ (7 | 8), [_, unit @ 1..=3])), _) => {
+                return Self::time(physical, UNITS[unit as usize - 1], kind == 7);
+            }
+            (None, Some(kind @ 7..=10)) => {
+                return Self::time(physical, UNITS[1 - kind as usize % 2], kind < 9);
+            }
+            (Some((15, _)), _) if physical == 7 && beside.length == 2 => {
+                return Self::Number(Number::F16);
+            }
+            _ => return Self::Other("no numbers"),
         };
         Self::Number(match (physical, signed) {
             (0, None) => Number::Boolean,
@@ -61,9 +94,33 @@ impl Kind {
             (2, _) => Number::I64,
             (4, None) => Number::F32,
             (5, None) => Number::F64,
-            (3, _) => return Self::Other("a time or a date"),
-            _ => return Self::Other("no number"),
+            (3, None) => return Self::time(3, 1, false),
+            _ => return Self::Other("no numbers"),
         })
+    }
+
+    fn decimal(physical: i64, length: i64, scale: i64) -> Self {
+        let Ok(scale) = u8::try_from(scale) else {
+            return Self::Other("decimals of no known scale");
+        };
+        Self::Number(match (physical, length) {
+            (1, _) => Number::Decimal32(scale),
+            (2, _) => Number::Decimal64(scale),
+            (6, _) => Number::Bytes(None, scale),
+            (7, 1..=32) => Number::Bytes(Some(length as u8), scale),
+            _ => return Self::Other("decimals of no known size"),
+        })
+    }
+
+    fn time(physical: i64, nanoseconds: i64, of_day: bool) -> Self {
+        match physical {
+            1..=3 => Self::Time(Clock {
+                nanoseconds,
+                of_day,
+                physical,
+            }),
+            _ => Self::Other("times of no known size"),
+        }
     }
 
     /// How its values are stored, and how they are to be read; `None` if they are not read.
@@ -78,6 +135,19 @@ impl Kind {
             Self::Number(Number::U64) => (P::Int64, A::UInt64),
             Self::Number(Number::F32) => (P::Float, A::Float32),
             Self::Number(Number::F64) => (P::Double, A::Float64),
+            Self::Number(Number::F16) => (P::FixedLenByteArray(2), A::FixedSizeBinary(2)),
+            Self::Number(Number::Decimal32(_)) => (P::Int32, A::Int32),
+            Self::Number(Number::Decimal64(_)) => (P::Int64, A::Int64),
+            Self::Number(Number::Bytes(None, _)) => (P::ByteArray, A::BinaryView),
+            Self::Number(Number::Bytes(Some(length), _)) => {
+                let length = usize::from(length);
+                (P::FixedLenByteArray(length), A::FixedSizeBinary(length))
+            }
+            Self::Time(clock) => match clock.physical {
+                1 => (P::Int32, A::Int32),
+                2 => (P::Int64, A::Int64),
+                _ => (P::Int96, A::Timestamp(TimeUnit::Nanosecond, None)),
+            },
             Self::Text => (P::ByteArray, A::Utf8View),
             Self::Other(_) => return None,
         })
@@ -119,13 +189,14 @@ fn no_number(field: &FieldRef<'_>) -> Result<Option<&'static str>, Error> {
     const WORDS: usize = 1000;
     for pair in field.custom_metadata()?.into_iter().flatten().take(WORDS) {
         if pair?.key()? == Some("ARROW:extension:name") {
-            return Ok(Some("of another program's own type"));
+            return Ok(Some("another program's own type"));
         }
     }
     Ok(match field.type_()? {
-        Some(TypeRef::Int(_) | TypeRef::Bool(_)) => None,
-        Some(TypeRef::FloatingPoint(of)) if of.precision()? != Precision::Half => None,
-        Some(TypeRef::Duration(_)) => Some("a duration"),
-        _ => Some("no number"),
+        Some(
+            TypeRef::Int(_) | TypeRef::Bool(_) | TypeRef::FloatingPoint(_) | TypeRef::Decimal(_),
+        ) => None,
+        Some(TypeRef::Duration(_)) => Some("durations"),
+        _ => Some("no numbers"),
     })
 }

@@ -5,6 +5,8 @@ mod kind;
 mod page;
 mod record;
 mod table;
+#[cfg(test)]
+mod tests;
 mod thrift;
 
 pub(crate) use footer::Column;

@@ -1,21 +1,26 @@
 //! Records in Parquet, as the tables that records are read from.
 
-use super::kind::Kind;
+use super::kind::{Clock, Kind};
 use super::table::{Table, Values};
+use asobench_identification::text::beginning;
+use jiff::Timestamp;
 use std::fmt::Write as _;
 use std::io::{self, Cursor, Read};
 use std::ops::Range;
 
 /// Rows that are written at once.
 const ROWS: usize = 1 << 12;
+/// The longest text that is read, in characters: no number and no time is longer.
+const LONGEST: usize = 40;
+/// The numbers that need as much memory as a text.
+const TEXT: usize = 16;
 
-/// A column in a group of rows: its numbers, or what it is instead.
-type Cells = Result<Vec<Option<f64>>, &'static str>;
-
-/// A Parquet table as CSV with a header, written as it is read: one group of rows is in memory at a time. Numbers have
-/// all their digits, missing ones are empty; a cell of a column that holds something else says what, which is no number.
+/// A Parquet table as CSV with a header, written as it is read: one group of rows is in memory at a time, and no column
+/// but those that are used. Numbers have all their digits and an exponent, so that a point is that of decimals; missing
+/// values are `NA`.
 pub struct ParquetText {
     table: Table<Cursor<Vec<u8>>>,
+    used: Vec<bool>,
     /// The next group of rows.
     group: usize,
     columns: Vec<Cells>,
@@ -27,26 +32,37 @@ pub struct ParquetText {
 }
 
 impl ParquetText {
-    /// Opens a table.
+    /// Opens a table. `uses` tells by the names which columns are used.
     ///
     /// # Errors
-    /// If it is no Parquet table, has no column of numbers, or claims more than its length can hold.
-    pub fn open(mut from: impl Read) -> Result<Self, String> {
+    /// If it is no Parquet table, a column that is used has no numbers, times or texts, or it claims more than its length
+    /// can hold.
+    pub fn open(mut from: impl Read, uses: impl Fn(&[&str]) -> Vec<bool>) -> Result<Self, String> {
         let mut bytes = Vec::new();
         let read = from.read_to_end(&mut bytes);
         read.map_err(|error| error.to_string())?;
         let table = Table::open(Cursor::new(bytes))?;
-        let columns = table.columns();
-        table.fits(table.rows(), columns.len())?;
-        if !columns
+        let names: Vec<String> = table
+            .columns()
             .iter()
-            .any(|column| matches!(column.kind, Kind::Number(_)))
-        {
-            return Err("no column of numbers".to_owned());
+            .map(|column| named(&column.name))
+            .collect();
+        let used = uses(&names.iter().map(String::as_str).collect::<Vec<_>>());
+        let mut columns = used.len();
+        for ((column, name), used) in table.columns().iter().zip(&names).zip(&used) {
+            match column.kind {
+                Kind::Other(what) if *used => {
+                    return Err(format!("column '{name}' has {what}; expected numbers"));
+                }
+                Kind::Text if *used => columns += TEXT,
+                _ => {}
+            }
         }
-        let names: Vec<String> = columns.iter().map(|column| named(&column.name)).collect();
+        table.fits(table.rows(), columns)?;
+        let names: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
         Ok(Self {
             table,
+            used,
             group: 0,
             columns: Vec::new(),
             rows: 0..0,
@@ -55,20 +71,29 @@ impl ParquetText {
         })
     }
 
-    /// Reads the next group of rows; false after the last.
+    /// Reads the next group of rows; false after the last, and where no column is used.
     fn next_group(&mut self) -> Result<bool, String> {
-        let Some(rows) = self.table.groups().nth(self.group) else {
+        let Some(rows) = self
+            .table
+            .groups()
+            .nth(self.group)
+            .filter(|_| self.used.contains(&true))
+        else {
             return Ok(false);
         };
         self.columns.clear();
-        for place in 0..self.table.columns().len() {
-            self.columns.push(match self.table.columns()[place].kind {
-                Kind::Number(_) => match self.table.read(self.group, place)? {
-                    Values::Numbers(numbers) => Ok(numbers),
-                    Values::Texts(_) => Err("a text"),
-                },
-                Kind::Text => Err("a text"),
-                Kind::Other(what) => Err(what),
+        for place in 0..self.used.len() {
+            self.columns.push(if !self.used[place] {
+                Cells::Unused
+            } else {
+                let kind = self.table.columns()[place].kind;
+                match (self.table.read(self.group, place)?, kind) {
+                    (Values::Times(times), Kind::Time(clock)) => Cells::Times(times, clock),
+                    (Values::Numbers(numbers), _) => Cells::Numbers(numbers),
+                    (texts, _) => {
+                        Cells::Texts(texts.texts().map(|text| text.map(quoted)).collect())
+                    }
+                }
             });
         }
         self.rows = 0..rows as usize;
@@ -84,16 +109,33 @@ impl ParquetText {
                 if place > 0 {
                     text.push(',');
                 }
-                match column {
-                    Err(what) => text.push_str(what),
-                    // Writing to a string cannot fail.
-                    Ok(numbers) => _ = numbers[row].map(|number| write!(text, "{number:?}")),
+                // Writing to a string cannot fail.
+                let written = match column {
+                    Cells::Unused => Some(()),
+                    Cells::Numbers(numbers) => {
+                        numbers[row].map(|number| _ = write!(text, "{number:e}"))
+                    }
+                    Cells::Times(times, clock) => {
+                        times[row].map(|time| text += &shown(time, *clock))
+                    }
+                    Cells::Texts(texts) => texts[row].as_ref().map(|own| text += own),
+                };
+                if written.is_none() {
+                    text += "NA";
                 }
             }
             text.push('\n');
         }
         (self.text, self.read) = (text.into_bytes(), 0);
     }
+}
+
+/// The cells of a column in a group of rows.
+enum Cells {
+    Unused,
+    Numbers(Vec<Option<f64>>),
+    Times(Vec<Option<i64>>, Clock),
+    Texts(Vec<Option<String>>),
 }
 
 impl Read for ParquetText {
@@ -111,11 +153,27 @@ impl Read for ParquetText {
     }
 }
 
-/// A column's name between quotes. A number is no name of a header.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", beginning(text, LONGEST).replace('"', "\"\""))
+}
+
+/// A column's name. A number, or what begins a comment, is no name of a header.
 fn named(name: &str) -> String {
     let name = name.replace(['"', '\n', '\r'], "_");
-    match name.parse::<f64>() {
-        Ok(_) => format!("\"column {name}\""),
-        Err(_) => format!("\"{name}\""),
+    let name = name.trim();
+    if name.parse::<f64>().is_ok() || name.starts_with('#') {
+        format!("column {name}")
+    } else {
+        name.to_owned()
+    }
+}
+
+/// A time as ISO 8601 has it; of a day beyond those as its number.
+fn shown(time: i64, clock: Clock) -> String {
+    let since = i128::from(time) * i128::from(clock.nanoseconds);
+    match Timestamp::from_nanosecond(since) {
+        Ok(time) if clock.of_day => time.strftime("%H:%M:%S%.f").to_string(),
+        Ok(time) => time.to_string(),
+        Err(_) => time.to_string(),
     }
 }

@@ -5,7 +5,9 @@ use super::footer::{Chunk, Column, Footer};
 use super::kind::{Kind, Number};
 use super::page;
 use crate::text::visible;
-use polars_arrow::array::{Array, BooleanArray, PrimitiveArray, Utf8ViewArray};
+use polars_arrow::array::{
+    Array, BinaryViewArray, BooleanArray, FixedSizeBinaryArray, PrimitiveArray, Utf8ViewArray,
+};
 use polars_arrow::datatypes::Field;
 use polars_arrow::types::NativeType;
 use polars_parquet::parquet::compression::Compression;
@@ -28,6 +30,8 @@ const EACH: u64 = 64;
 #[derive(Debug)]
 pub(crate) enum Values {
     Numbers(Vec<Option<f64>>),
+    /// Times as they are counted.
+    Times(Vec<Option<i64>>),
     Texts(Vec<Utf8ViewArray>),
 }
 
@@ -112,7 +116,8 @@ impl<R: Read + Seek> Table<R> {
             return Ok(Values::Numbers(Vec::new()));
         }
         let (rows, chunk) = (group.rows, group.chunks[column.chunk].clone());
-        self.fits(rows, if column.kind == Kind::Text { 2 } else { 1 })?;
+        let is_wide = matches!(column.kind, Kind::Text | Kind::Number(Number::Bytes(..)));
+        self.fits(rows, if is_wide { 2 } else { 1 })?;
         let pages = bytes(&mut self.from, chunk.bytes.clone())?;
         let room = self.room;
         let read = quietly(|| decoded(pages, &chunk, &column, rows, room));
@@ -135,6 +140,7 @@ impl<R: Read + Seek> Table<R> {
                         numbers.extend_from_slice(own.get(part).unwrap_or_default());
                     }
                     Values::Texts(own) => texts.extend(sliced(own, part)),
+                    Values::Times(_) => {}
                 }
             }
             first += count;
@@ -272,6 +278,20 @@ fn gathered(arrays: &[Box<dyn Array>], kind: Kind) -> Option<Values> {
             .map(|array| array.as_any().downcast_ref::<Utf8ViewArray>().cloned());
         return arrays.collect::<Option<_>>().map(Values::Texts);
     }
+    if matches!(kind, Kind::Time(_)) {
+        let mut all = Vec::new();
+        for array in arrays {
+            let days = array.as_any().downcast_ref::<PrimitiveArray<i32>>();
+            let whole = array.as_any().downcast_ref::<PrimitiveArray<i64>>();
+            all.extend(
+                days.into_iter()
+                    .flatten()
+                    .map(|value| value.copied().map(i64::from)),
+            );
+            all.extend(whole.into_iter().flatten().map(|value| value.copied()));
+        }
+        return Some(Values::Times(all));
+    }
     let mut all = Vec::with_capacity(arrays.iter().map(|array| array.len()).sum());
     for array in arrays {
         let array = &**array;
@@ -286,10 +306,73 @@ fn gathered(arrays: &[Box<dyn Array>], kind: Kind) -> Option<Values> {
             Kind::Number(Number::U64) => numbers::<u64>(array, &mut all, |x| x as f64)?,
             Kind::Number(Number::F32) => numbers::<f32>(array, &mut all, f64::from)?,
             Kind::Number(Number::F64) => numbers::<f64>(array, &mut all, |x| x)?,
-            Kind::Text | Kind::Other(_) => return None,
+            Kind::Number(Number::Decimal32(scale)) => {
+                let array = array.as_any().downcast_ref::<PrimitiveArray<i32>>()?;
+                all.extend(
+                    array
+                        .iter()
+                        .map(|value| decimal(i128::from(*value?), scale)),
+                );
+            }
+            Kind::Number(Number::Decimal64(scale)) => {
+                let array = array.as_any().downcast_ref::<PrimitiveArray<i64>>()?;
+                all.extend(
+                    array
+                        .iter()
+                        .map(|value| decimal(i128::from(*value?), scale)),
+                );
+            }
+            Kind::Number(Number::F16) => {
+                let array = array.as_any().downcast_ref::<FixedSizeBinaryArray>()?;
+                all.extend(array.iter().map(|value| value?.try_into().ok().map(half)));
+            }
+            Kind::Number(Number::Bytes(Some(_), scale)) => {
+                let array = array.as_any().downcast_ref::<FixedSizeBinaryArray>()?;
+                all.extend(array.iter().map(|value| whole(value?, scale)));
+            }
+            Kind::Number(Number::Bytes(None, scale)) => {
+                let array = array.as_any().downcast_ref::<BinaryViewArray>()?;
+                all.extend(array.iter().map(|value| whole(value?, scale)));
+            }
+            Kind::Time(_) | Kind::Text | Kind::Other(_) => return None,
         }
     }
     Some(Values::Numbers(all))
+}
+
+/// A whole number over a power of ten, rounded once.
+fn decimal(number: i128, scale: u8) -> Option<f64> {
+    format!("{number}e-{scale}").parse().ok()
+}
+
+/// A whole number in bytes, the highest first, over a power of ten; NaN if it has more than 128 bits.
+fn whole(bytes: &[u8], scale: u8) -> Option<f64> {
+    let is_negative = bytes.first().is_some_and(|byte| *byte > 127);
+    let (sign, start) = if is_negative { (255, -1) } else { (0, 0) };
+    let (high, low) = bytes.split_at(bytes.len().saturating_sub(16));
+    let same = |first: &u8| (*first > 127) == is_negative;
+    let fits = high.iter().all(|byte| *byte == sign) && low.first().is_none_or(same);
+    let number = low
+        .iter()
+        .fold(start, |all: i128, byte| (all << 8) | i128::from(*byte));
+    if fits {
+        decimal(number, scale)
+    } else {
+        Some(f64::NAN)
+    }
+}
+
+/// A float of 16 bits.
+fn half(bytes: [u8; 2]) -> f64 {
+    let bits = u16::from_le_bytes(bytes);
+    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
+    let size = match exponent {
+        0 => fraction * 2_f64.powi(-14),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1.0 + fraction) * 2_f64.powi(exponent - 15),
+    };
+    if bits >> 15 == 1 { -size } else { size }
 }
 
 impl Values {
@@ -297,14 +380,14 @@ impl Values {
     pub(crate) fn numbers(&self) -> &[Option<f64>] {
         match self {
             Self::Numbers(numbers) => numbers,
-            Self::Texts(_) => &[],
+            Self::Texts(_) | Self::Times(_) => &[],
         }
     }
 
     /// The texts; none of numbers.
     pub(crate) fn texts(&self) -> impl Iterator<Item = Option<&str>> {
         let arrays: &[Utf8ViewArray] = match self {
-            Self::Numbers(_) => &[],
+            Self::Numbers(_) | Self::Times(_) => &[],
             Self::Texts(texts) => texts,
         };
         arrays.iter().flat_map(|array| array.iter())
@@ -323,6 +406,7 @@ impl Values {
     pub(crate) fn len(&self) -> usize {
         match self {
             Self::Numbers(numbers) => numbers.len(),
+            Self::Times(times) => times.len(),
             Self::Texts(texts) => texts.iter().map(Array::len).sum(),
         }
     }
