@@ -25,10 +25,14 @@ pub enum FailureKind {
     Boundary,
     /// A search took all its iterations, or no step helped; the best model so far is there.
     IterationLimit,
+    /// A model that contradicts what its method assumes; it is there.
+    Implausible,
     /// As [`Self::Boundary`], in a study that counts such models.
     BoundaryCounted,
     /// As [`Self::IterationLimit`], in a study that counts such models.
     IterationLimitCounted,
+    /// As [`Self::Implausible`], in a study that counts such models.
+    ImplausibleCounted,
     /// The predictor of a model is not stable.
     UnstablePredictor,
     /// The model whose output makes the instruments is unstable.
@@ -104,8 +108,10 @@ impl FailureKind {
         Self::NoConvergence,
         Self::Boundary,
         Self::IterationLimit,
+        Self::Implausible,
         Self::BoundaryCounted,
         Self::IterationLimitCounted,
+        Self::ImplausibleCounted,
         Self::UnstablePredictor,
         Self::UnstableInstruments,
         Self::NotIdentifiable,
@@ -120,10 +126,13 @@ impl FailureKind {
         Self::Malformed,
     ];
 
-    /// Whether the failure is of a search that leaves a model, the best that it found: nothing but its being a minimum
-    /// is missing.
+    /// Whether there is a model: the best that a search found, of which nothing but its being a minimum is missing, or
+    /// one that contradicts what its method assumes.
     pub const fn leaves_a_model(self) -> bool {
-        matches!(self, Self::Boundary | Self::IterationLimit)
+        matches!(
+            self,
+            Self::Boundary | Self::IterationLimit | Self::Implausible
+        )
     }
 
     /// Returns the kind of a trial whose model counts although the search came to no minimum; other kinds stay.
@@ -132,13 +141,17 @@ impl FailureKind {
         match self {
             Self::Boundary => Self::BoundaryCounted,
             Self::IterationLimit => Self::IterationLimitCounted,
+            Self::Implausible => Self::ImplausibleCounted,
             other => other,
         }
     }
 
     /// Whether the trial's model counts.
     pub const fn is_counted(self) -> bool {
-        matches!(self, Self::BoundaryCounted | Self::IterationLimitCounted)
+        matches!(
+            self,
+            Self::BoundaryCounted | Self::IterationLimitCounted | Self::ImplausibleCounted
+        )
     }
 
     /// Returns the name that every output uses.
@@ -152,6 +165,8 @@ impl FailureKind {
             Self::NoConvergence => "no-convergence",
             Self::Boundary => "boundary",
             Self::IterationLimit => "iteration-limit",
+            Self::Implausible => "implausible",
+            Self::ImplausibleCounted => "implausible-counted",
             Self::BoundaryCounted => "boundary-counted",
             Self::IterationLimitCounted => "iteration-limit-counted",
             Self::UnstablePredictor => "unstable-predictor",
@@ -185,6 +200,11 @@ impl FailureKind {
                 "A search took all its iterations, or no step helped. The best model so far is there; it is lost \
                  unless unfinished = \"counted\"."
             }
+            Self::Implausible => {
+                "A model contradicts what its method assumes: a response that has not decayed at its last tap, a \
+                 variance of noise below 0. It is there, and lost unless unfinished = \"counted\"."
+            }
+            Self::ImplausibleCounted => "As implausible, in a study that counts such models.",
             Self::BoundaryCounted => "As boundary, in a study that counts such models.",
             Self::IterationLimitCounted => {
                 "As iteration-limit, in a study that counts such models."

@@ -2,7 +2,7 @@
 
 use super::report::{Clock, Estimate, Report, Validation};
 use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness, is_feedback};
-use crate::estimator::FailureKind;
+use crate::estimator::{EstimatorName, FailureKind};
 use crate::model::polynomial::multiply;
 use crate::model::{LinearModel, Orders};
 use crate::plant::PoleFinder;
@@ -14,11 +14,13 @@ use faer::c64;
 pub(super) fn heading(estimate: &Estimate) -> String {
     let number = estimate.passes.last().map_or(0, |(number, _)| *number);
     let about = estimate.name.about();
-    let about = about
-        .split([',', ':', ';'])
-        .next()
-        .unwrap_or(about)
-        .trim_end_matches('.');
+    // Marks in brackets end nothing.
+    let mut depth = 0;
+    let ends = |c: char| {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        depth == 0 && ".,:;".contains(c)
+    };
+    let about = about.split(ends).next().unwrap_or(about);
     let pass = match number {
         0 => String::new(),
         number => format!(", after pass {number}"),
@@ -91,6 +93,17 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
         FailureKind::Boundary => Some(
             "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard \
              errors",
+        ),
+        FailureKind::Implausible if estimate.name == EstimatorName::Bels => Some(
+            "a variance of noise below 0: more --earlier inputs, or --input-noise; there are no standard errors",
+        ),
+        FailureKind::Implausible => Some(
+            "the response has not decayed at its last tap, so the model is too fast and its gain too small: a longer \
+             record, more --taps or --high-order, or oe; there are no standard errors",
+        ),
+        FailureKind::IterationLimit if estimate.name.takes("long") => Some(
+            "the iteration does not converge; this is its best model: lower the orders; an unstable plant in a stable \
+             loop needs armax, pem, ssarx or indirect; there are no standard errors",
         ),
         FailureKind::IterationLimit if !estimate.name.takes("starts") => Some(
             "the iteration does not converge; this is its best model: lower the orders, or use oe or bj; there are no \

@@ -1,6 +1,7 @@
 //! The input of a closed loop without its noise, from the reference r: by a long model from r to u, or by a known
 //! controller around the model.
 
+use super::null_space::HighOrder;
 use super::reflection::{reflect_zeros, stable};
 use super::regression::{Regression, Rows};
 use super::{FailureKind, SetupError, Window};
@@ -8,20 +9,15 @@ use crate::data::OutputFeedback;
 use crate::model::polynomial::{divide, filter, multiply_into};
 use crate::model::{LinearModel, Orders};
 
-/// The largest order of the long model by default, and how many samples each of its orders has.
-const MOST: usize = 30;
-const SAMPLES: usize = 20;
-
-/// Returns the order of the long model for a record of `window` samples.
-pub(super) fn long_order(given: Option<usize>, window: usize) -> usize {
-    given.unwrap_or((window / SAMPLES).clamp(1, MOST))
+/// The orders of a long model.
+fn orders(order: usize) -> Orders {
+    Orders::arx(order, order + 1, 0)
 }
 
 /// Buffers for records of one length.
 pub(super) struct LoopInput {
-    /// `A s = B r + e` of the signal s, na = m and nb = m + 1.
-    long: Regression,
-    orders: Orders,
+    /// The order m of `A s = B r + e` of the signal s, na = m and nb = m + 1; `None`: that by AIC.
+    order: Option<usize>,
     model: LinearModel,
     controller: Option<OutputFeedback>,
     /// The signal without noise.
@@ -34,16 +30,16 @@ pub(super) struct LoopInput {
 }
 
 impl LoopInput {
-    /// Makes buffers for windows of `window` samples and a long model of order m.
+    /// Makes buffers for windows of `window` samples and a long model of this order, or that by AIC.
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
     pub(super) fn new(
         controller: Option<OutputFeedback>,
-        order: usize,
+        order: Option<usize>,
         window: usize,
     ) -> Result<Self, SetupError> {
-        let orders = Orders::arx(order, order + 1, 0);
+        let orders = orders(order.unwrap_or(1));
         if window <= orders.parameters() {
             return Err(SetupError::ShortRecord {
                 orders,
@@ -53,8 +49,7 @@ impl LoopInput {
             });
         }
         Ok(Self {
-            long: Regression::new(orders, Rows::Prewindow, window)?,
-            orders,
+            order,
             model: LinearModel::zero(orders),
             controller,
             hat: vec![0.0; window],
@@ -77,27 +72,24 @@ impl LoopInput {
             return Ok(());
         }
         let mut unused = f64::NAN;
-        let mut solved = self.long.solve(r, signal, &mut unused);
-        self.model = LinearModel::zero(self.orders);
-        match solved {
-            Ok(()) => self.model.set_parameters(self.long.theta()),
-            Err(_) => {
-                for order in (1..self.orders.na).rev() {
-                    if solved != Err(FailureKind::RankDeficient) {
-                        break;
-                    }
-                    let orders = Orders::arx(order, order + 1, 0);
-                    let shorter = Regression::new(orders, Rows::Prewindow, r.len());
-                    let mut shorter = shorter.map_err(|_| FailureKind::RankDeficient)?;
-                    solved = shorter.solve(r, signal, &mut unused);
-                    if solved.is_ok() {
-                        self.model = LinearModel::zero(orders);
-                        self.model.set_parameters(shorter.theta());
-                    }
+        let mut order = self.order.unwrap_or_else(|| {
+            let mut high = HighOrder::new(true, 0, None, r.len());
+            high.fit(r, signal);
+            high.chosen().max(1)
+        });
+        loop {
+            let long = Regression::new(orders(order), Rows::Prewindow, r.len());
+            let mut long = long.map_err(|_| FailureKind::RankDeficient)?;
+            match long.solve(r, signal, &mut unused) {
+                Err(FailureKind::RankDeficient) if order > 1 => order -= 1,
+                Err(kind) => return Err(kind),
+                Ok(()) => {
+                    self.model = LinearModel::zero(orders(order));
+                    self.model.set_parameters(long.theta());
+                    break;
                 }
             }
         }
-        solved?;
         if !stable(&self.model.a, &mut self.scratch) && !reflect_zeros(&mut self.model.a) {
             return Err(FailureKind::NonFinite);
         }

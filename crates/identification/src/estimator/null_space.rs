@@ -32,6 +32,10 @@ pub(super) struct HighOrder {
     reached: usize,
     /// The order by AIC.
     chosen: usize,
+    /// Whether the largest order of a response is doubled, as far as the record allows, until it holds the response.
+    pub(super) grows: bool,
+    /// Whether the largest order cuts a response: its last tenth explains more of y than chance.
+    pub(super) is_cut: bool,
 }
 
 impl HighOrder {
@@ -54,6 +58,8 @@ impl HighOrder {
             normal: System::default(),
             reached: 0,
             chosen: 0,
+            grows: false,
+            is_cut: false,
         }
     }
 
@@ -90,6 +96,20 @@ impl HighOrder {
 
     /// Computes the normal equations of a record and the order by AIC.
     pub(super) fn fit(&mut self, u: &[f64], y: &[f64]) {
+        let most = self.most;
+        loop {
+            self.fit_to(u, y);
+            let longer = (2 * self.most).min(y.len() / SAMPLES_FIR);
+            if !(self.grows && self.is_cut && longer > self.most) {
+                break;
+            }
+            self.most = longer;
+        }
+        // The next record begins anew.
+        self.most = most;
+    }
+
+    fn fit_to(&mut self, u: &[f64], y: &[f64]) {
         let (m, step, nk) = (self.most, self.step(), self.delay);
         let (width, input) = (m * step, step - 1);
         let normal = &mut self.normal;
@@ -131,7 +151,22 @@ impl HighOrder {
                 (least, self.chosen) = (criterion, order);
             }
         }
+        let squares = normal.right[..self.reached * step].iter().map(|x| x * x);
+        self.is_cut = is_cut(squares, rest / (samples - width as f64), square);
     }
+}
+
+/// Whether the taps of a response do not hold it: by the squares that each explains of y beside those before it, the
+/// last tenth explains more than chance, by six standard deviations of chi-squared, and more than rounding.
+pub(super) fn is_cut(
+    squares: impl ExactSizeIterator<Item = f64>,
+    variance: f64,
+    of_y: f64,
+) -> bool {
+    let (n, k) = (squares.len(), squares.len().div_ceil(10));
+    let last: f64 = squares.skip(n - k).sum();
+    let chance = k as f64 + 6.0 * (2.0 * k as f64).sqrt();
+    last > (chance * variance).max(1e-20 * of_y)
 }
 
 /// Returns the model `A y = B q^-delay u + e` by least squares, of the order by AIC (at most 50, and N/6); `None` if no
@@ -219,6 +254,17 @@ impl NullSpaceFit {
         let least = na.max(nd) + nc + nb + nf;
         let short = chosen.max(least).min(reached);
         [short, (2 * short).min(reached), reached]
+    }
+
+    /// Lets the high-order model of an output-error structure follow the record; [`HighOrder::is_cut`].
+    pub(super) fn follow_the_record(mut self) -> Self {
+        self.high.grows = !self.high.with_outputs && self.high.given.is_none();
+        self
+    }
+
+    /// Whether the high-order model of an output-error structure cuts the response.
+    pub(super) fn is_cut(&self) -> bool {
+        !self.high.with_outputs && self.high.is_cut
     }
 
     /// Returns R of the last least-squares problem, whose columns are the parameters.

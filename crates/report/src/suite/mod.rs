@@ -149,7 +149,7 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
 /// The open division.
 fn choosing(section: &mut Section, open: &SuitePage<'_>, files: &mut Files) {
     section.paragraph(
-        "Here methods are told the delay and that the order is at most 6, and choose by AICc; `kernel-fir` needs no \
+        "Here methods are told the delay and that the order is at most 6, and choose by BIC; `kernel-fir` needs no \
          order. There is no common theta, so d is the squared error of the impulse response, or of the frequency \
          response over all frequencies, over what it is on average at the Cramer-Rao bound of the true structure. \
          `pem-from-truth` is told that structure.",

@@ -8,7 +8,7 @@
 use super::closed_loop_iv::check_long;
 use super::continuous_iv::ContinuousIv;
 use crate::data::OutputFeedback;
-use crate::estimator::loop_input::{LoopInput, long_order};
+use crate::estimator::loop_input::LoopInput;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
@@ -34,7 +34,8 @@ pub struct ClrivcOptions {
     pub ts: Option<f64>,
     /// The controller K of the loop u = r - K(q) y at the samples, if it is known: a gain, or c_0,c_1,.../1,d_1,...
     pub controller: Option<OutputFeedback>,
-    /// The order of the long model from the reference; by default a twentieth of the samples, at most 30.
+    /// The order of the long model from the reference; by default that by AIC, at most 50 and a
+    /// sixth of the samples.
     pub long: Option<usize>,
     /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none (the method
     /// fails).
@@ -88,8 +89,7 @@ impl MethodKind for ClrivcOptions {
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let window = problem.shape.window;
-        let long = long_order(self.long, window);
-        let source = LoopInput::new(self.controller.clone(), long, window)?;
+        let source = LoopInput::new(self.controller.clone(), self.long, window)?;
         let continuous = ContinuousModel {
             step: self.ts.unwrap_or(1.0),
             hold: self.hold,

@@ -6,7 +6,7 @@
 
 use super::riv::{RefinedIv, RivOptions};
 use crate::data::OutputFeedback;
-use crate::estimator::loop_input::{LoopInput, long_order};
+use crate::estimator::loop_input::LoopInput;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
@@ -30,7 +30,8 @@ pub struct ClrivOptions {
     pub orders: Option<Orders>,
     /// The controller K of the loop u = r - K(q) y, if it is known: a gain, or c_0,c_1,.../1,d_1,...
     pub controller: Option<OutputFeedback>,
-    /// The order of the long model from the reference; by default a twentieth of the samples, at most 30.
+    /// The order of the long model from the reference; by default that by AIC, at most 50 and a
+    /// sixth of the samples.
     pub long: Option<usize>,
     /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method fails).
     pub stabilise: Option<Stabilise>,
@@ -88,8 +89,7 @@ impl MethodKind for ClrivOptions {
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let window = problem.shape.window;
         let orders = self.as_riv().as_bj().orders(problem.shape.order);
-        let long = long_order(self.long, window);
-        let source = LoopInput::new(self.controller.clone(), long, window)?;
+        let source = LoopInput::new(self.controller.clone(), self.long, window)?;
         let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
         let method = RefinedIv::new(orders, window, stabilise)?;
         Ok(Box::new(method.with_source(source)))

@@ -3,8 +3,8 @@
 //! With one input and one output, `x(k+1) = A x(k) + B u(k) + K e(k)`, `y(k) = C x(k) + D u(k) + e(k)` of order n is
 //! `A(q) y = B(q) u + C(q) e` with three polynomials of degree n, `A(q) = det(I - A q^-1)` and
 //! `C(q) = det(I - (A - K C) q^-1)`: each innovations form is such a model, and each such model has one. So the least
-//! sum of squares over both is the same, and the search is that of `armax`, in coordinates without redundant
-//! parameters.
+//! sum of squares over both is the same, and the search is that of `armax` without its random starts, in coordinates
+//! without redundant parameters.
 //!
 //! Source: L. Ljung, *System Identification*, 2nd ed., sections 4.3 (the forms), 7.3 and 10.6 (subspace models as
 //! starts).
@@ -44,7 +44,7 @@ pub struct PemOptions {
     /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting `order`,
     /// nk = 1.
     pub orders: Option<Orders>,
-    /// The subspace method whose model the search begins at: cva (the default), ssarx, parsim-k.
+    /// The subspace method whose model is a start of searches, beside that of ssarx and the linear starts of armax: cva (the default), ssarx, parsim-k.
     pub initial_model: SubspaceStart,
     /// Block rows of the subspace method, more than n; by default its own.
     pub block_rows: Option<usize>,
@@ -52,7 +52,7 @@ pub struct PemOptions {
     pub initial: InitialCondition,
     /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
     pub covariance: Option<Covariance>,
-    /// Chooses the order, from 1 to that of `orders`: aicc, aic, bic, fpe, cross-validation (errors over the last third
+    /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the last third
     /// of a model of the first two).
     pub choose: Option<OrderRule>,
 }
@@ -129,12 +129,34 @@ impl MethodKind for PemOptions {
         Ok(Box::new(Pem {
             start: self.start(of_order(orders.na), problem)?,
             found: Pass::new(orders.na),
-            search,
+            search: with_ssarx(search, orders, problem),
         }))
     }
 }
 
-/// Searches from the model of a subspace method; its failure is that of both.
+/// Searches from the model of `ssarx` too, where a search has the orders of an innovations form. It takes no inputs or
+/// noise to be white, and reaches minima that no linear start of `armax` does.
+pub(super) fn with_ssarx(
+    mut search: PredictionError,
+    orders: Orders,
+    problem: &Problem<'_>,
+) -> PredictionError {
+    let Orders { na, nk, .. } = orders;
+    if na > 0 && nk <= 1 && orders == model_orders(na, nk) {
+        let ssarx = SsarxOptions {
+            orders: Some(Orders::arx(na, na, nk)),
+            ..SsarxOptions::default()
+        };
+        // A record may be too short for it.
+        if let Ok(other) = ssarx.prepare(problem) {
+            search.set_other(other);
+        }
+    }
+    search
+}
+
+/// Searches from the model of a subspace method and the linear starts of `armax`; the subspace method's failure is that
+/// of both.
 struct Pem {
     start: Box<dyn Estimator>,
     found: Pass,
@@ -153,7 +175,9 @@ impl Estimator for Pem {
         pass.correlations.clone_from(&found.correlations);
         match found.failure {
             Some(failure) => pass.fail_for(failure.kind),
-            None => self.search.estimate_from(&self.found.model, window, pass),
+            None => self
+                .search
+                .estimate_with(Some(&self.found.model), window, pass),
         }
     }
 }

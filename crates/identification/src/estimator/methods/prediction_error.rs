@@ -1,5 +1,6 @@
 //! The options of `oe`, `armax` and `bj`: structures of one prediction error method.
 
+use super::pem::with_ssarx;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::covariance::Covariance;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
@@ -28,7 +29,7 @@ macro_rules! structure {
             pub initial: InitialCondition,
             /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
             pub covariance: Option<Covariance>,
-            /// Chooses n, the order of each polynomial, from 1 to that of `orders`: aicc, aic, bic, fpe,
+            /// Chooses n, the order of each polynomial, from 1 to that of `orders`: bic, aicc, aic, fpe,
             /// cross-validation (errors over the last third of a model of the first two).
             pub choose: Option<OrderRule>,
         }
@@ -120,7 +121,9 @@ macro_rules! structure {
                     }
                     starts => {
                         let random = starts.random(window);
-                        PredictionError::of_runs(orders, random, initial, problem.runs())?
+                        let method =
+                            PredictionError::of_runs(orders, random, initial, problem.runs())?;
+                        with_ssarx(method, orders, problem)
                     }
                 };
                 method.set_covariance(self.covariance.unwrap_or_default());

@@ -28,7 +28,9 @@ named_enum! {
     /// projects the future inputs out (Van Overschee and De Moor, *Subspace Identification for Linear Systems*, 1996,
     /// table 4.1).
     Weights, "weighting" {
-        /// `O` itself (the default).
+        /// Each of the others, whichever output is closest to y, that of a stable model if there is one (the default).
+        Auto = "auto",
+        /// `O` itself.
         N4sid = "n4sid",
         /// `O P`.
         Moesp = "moesp",
@@ -70,11 +72,12 @@ macro_rules! subspace {
             /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides them
             /// by their standard deviations.
             pub reading: Option<SubspaceReading>,
-            /// Chooses the order, from 1 to that of `orders`: aicc, aic, bic, fpe, cross-validation (errors over the
+            /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the
             /// last third of a model of the first two).
             pub choose: Option<OrderRule>,
             $(
-                /// The weighting whose left singular vectors are taken: n4sid (the oblique projection itself), moesp
+                /// The weighting whose left singular vectors are taken: auto (that of the others whose output is
+                /// closest to y, of the stable models if there is one), n4sid (the oblique projection itself), moesp
                 /// (future inputs projected out, as SLICOT's N4SID), cva (canonical variates).
                 pub $weights: Weights,
             )?
@@ -276,8 +279,8 @@ impl Subspace {
         }
     }
 
-    /// Computes the model with the number of block rows, of those tried, whose simulated output is closest to y, a
-    /// stable one if there is one; returns the condition.
+    /// Computes the model with the number of block rows and the weighting, of those tried, whose simulated output is
+    /// closest to y, a stable one if there is one; returns the condition.
     fn find(
         &mut self,
         u: &[f64],
@@ -285,45 +288,45 @@ impl Subspace {
         singular_values: &mut Vec<f64>,
     ) -> Result<f64, FailureKind> {
         let candidates = self.candidates(u, y);
-        let mut best = (true, f64::INFINITY, candidates[0]);
-        let mut last = None;
+        let weights = match &self.weights {
+            Weights::Auto => &[Weights::N4sid, Weights::Moesp, Weights::Cva],
+            one => std::slice::from_ref(one),
+        };
+        let weights = weights.to_vec();
+        let mut best = (true, f64::INFINITY);
+        let mut kept = None;
+        let mut failed = FailureKind::RankDeficient;
         for (i, rows) in candidates.into_iter().enumerate() {
             if candidates[..i].contains(&rows) {
                 continue;
             }
-            let found = self.fit(rows, u, y, singular_values);
-            let unstable = !stable(&self.model.f, &mut self.polynomial);
-            if found.is_ok() && (unstable, self.sum) < (best.0, best.1) {
-                best = (unstable, self.sum, rows);
+            self.set_rows(rows);
+            if let Err(kind) = self.reduce(u, y) {
+                failed = kind;
+                continue;
             }
-            last = Some((rows, found));
+            for weights in &weights {
+                let found = self.denominator(*weights, singular_values);
+                let found = found.and_then(|()| self.numerators(u, y));
+                let rank = (!stable(&self.model.f, &mut self.polynomial), self.sum);
+                match found {
+                    Ok(condition) if rank < best => {
+                        best = rank;
+                        let model = self.model.clone();
+                        kept = Some((model, self.x0.clone(), singular_values.clone(), condition));
+                    }
+                    Err(kind) => failed = kind,
+                    Ok(_) => {}
+                }
+            }
         }
-        match last {
-            // The last is the best, or as good as any failure.
-            Some((rows, found)) if rows == best.2 || best.1.is_infinite() => found,
-            _ => self.fit(best.2, u, y, singular_values),
-        }
+        let (model, x0, values, condition) = kept.ok_or(failed)?;
+        (self.model, self.x0, self.sum, *singular_values) = (model, x0, best.1, values);
+        Ok(condition)
     }
 
-    fn fit(
-        &mut self,
-        rows: usize,
-        u: &[f64],
-        y: &[f64],
-        singular_values: &mut Vec<f64>,
-    ) -> Result<f64, FailureKind> {
-        self.set_rows(rows);
-        self.denominator(u, y, singular_values)?;
-        self.numerators(u, y)
-    }
-
-    /// Computes the denominator F, and the singular values that indicate the order.
-    fn denominator(
-        &mut self,
-        u: &[f64],
-        y: &[f64],
-        singular_values: &mut Vec<f64>,
-    ) -> Result<(), FailureKind> {
+    /// Reduces the Hankel matrices to a triangle.
+    fn reduce(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
         let s = self.rows;
         let blocks: [(&[f64], usize); 4] = [(u, s), (u, 0), (y, 0), (y, s)];
         let fill = |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
@@ -335,13 +338,22 @@ impl Subspace {
                 }
             }
         };
-        self.hankel.run(self.columns, fill)?;
+        self.hankel.run(self.columns, fill)
+    }
+
+    /// Computes the denominator F, and the singular values that indicate the order.
+    fn denominator(
+        &mut self,
+        weights: Weights,
+        singular_values: &mut Vec<f64>,
+    ) -> Result<(), FailureKind> {
+        let s = self.rows;
         let r = self.hankel.r();
         // L is R transposed: rows of Y_f, columns of U_p and Y_p.
         let past = Mat::from_fn(s, 2 * s, |i, j| r[(s + j, 3 * s + i)]);
         let mut root = None;
-        let projected = match self.weights {
-            Weights::Moesp => past,
+        let projected = match weights {
+            Weights::Moesp | Weights::Auto => past,
             Weights::N4sid => {
                 // L_32 L_22^+ [L_21 L_22], where L_21 belongs to the future inputs.
                 let of_inputs = Mat::from_fn(2 * s, s, |i, j| r[(j, s + i)]);

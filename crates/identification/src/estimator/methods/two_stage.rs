@@ -6,7 +6,7 @@
 use super::closed_loop_iv::check_long;
 use super::output_error_iteration::{check_output_error, output_error};
 use super::riv::RefinedIv;
-use crate::estimator::loop_input::{LoopInput, long_order};
+use crate::estimator::loop_input::LoopInput;
 use crate::estimator::method_kind::{MethodKind, Needs, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
@@ -27,7 +27,8 @@ macro_rules! staged {
             /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk =
             /// 1.
             pub orders: Option<Orders>,
-            /// The order of the long model from the reference; by default a twentieth of the samples, at most 30.
+            /// The order of the long model from the reference; by default that by AIC, at most 50
+            /// and a sixth of the samples.
             pub long: Option<usize>,
             /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method
             /// fails).
@@ -62,7 +63,7 @@ macro_rules! staged {
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = output_error(self.orders, problem.shape.order);
                 let window = problem.shape.window;
-                let long = || LoopInput::new(None, long_order(self.long, window), window);
+                let long = || LoopInput::new(None, self.long, window);
                 let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
                 Ok(Box::new(TwoStage {
                     input: long()?,

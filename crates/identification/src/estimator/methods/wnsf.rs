@@ -30,7 +30,8 @@ pub struct WnsfOptions {
     /// Orders of `oe` (nb, nf), `armax` (na, nb, nc) or `bj` (nb, nc, nd, nf) and the delay nk; by default nb = nf =
     /// the setting `order`, nk = 1.
     pub orders: Option<Orders>,
-    /// Order of the high-order model; without it, three are tried: that by AIC, twice it, and the largest.
+    /// Order of the high-order model; without it, three are tried: that by AIC, twice it, and the largest: 50 or N/6;
+    /// of an output-error model 150, doubled up to N/4 until it holds the response.
     pub high_order: Option<usize>,
     /// The largest number of weighted solutions for each of them.
     pub iterations: usize,
@@ -122,7 +123,7 @@ impl NullSpace {
     /// [`SetupError::ShortRecord`] if the record is too short for the high-order model.
     pub fn new(orders: Orders, options: WnsfOptions, window: usize) -> Result<Self, SetupError> {
         let n = orders.parameters();
-        let fit = NullSpaceFit::new(orders, options.high_order, window);
+        let fit = NullSpaceFit::new(orders, options.high_order, window).follow_the_record();
         let needed = fit.samples_needed();
         if window < needed {
             return Err(SetupError::ShortRecord {
@@ -237,7 +238,7 @@ impl Estimator for NullSpace {
             return;
         };
         let Window { u, y, .. } = window;
-        let found = self.find(u, y);
+        let mut found = self.find(u, y);
         pass.iterations = Some(self.taken);
         let set = match found {
             Err(kind) if !kind.leaves_a_model() => Err(kind),
@@ -249,9 +250,15 @@ impl Estimator for NullSpace {
                     self.least_reflected
                 };
                 pass.loss = sum / y.len() as f64;
+                if found && self.fit.is_cut() {
+                    self.best.covariance.clear();
+                }
                 pass.set_model(&self.best, if found { self.condition } else { f64::NAN })
             }
         };
+        if found.is_ok() && self.fit.is_cut() {
+            found = Err(FailureKind::Implausible);
+        }
         pass.end(found, set);
     }
 }

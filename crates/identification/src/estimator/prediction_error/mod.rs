@@ -49,6 +49,8 @@ pub struct PredictionError {
     rescaled: Rescaled,
     model: LinearModel,
     covariance: Covariance,
+    /// Another method, whose model is a start.
+    other: Option<(Box<dyn Estimator>, Pass)>,
     /// The result of the last search.
     found: Option<Found>,
     /// Estimates x0 of the first record if the signals before it are not taken as zero.
@@ -104,23 +106,38 @@ impl PredictionError {
         self.covariance = covariance;
     }
 
-    /// Estimates by one search from a model of these orders.
-    pub(super) fn estimate_from(
+    /// Searches from the model of another method of these orders too.
+    pub(super) fn set_other(&mut self, other: Box<dyn Estimator>) {
+        self.other = Some((other, Pass::new(self.model.orders().order())));
+    }
+
+    /// Estimates by searches from a model of these orders too.
+    pub(super) fn estimate_with(
         &mut self,
-        start: &LinearModel,
+        start: Option<&LinearModel>,
         window: Window<'_>,
         pass: &mut Pass,
     ) {
+        self.found = None;
         if let Err(kind) = self.rescaled.take(window.u, window.y) {
             return pass.fail_for(kind);
         }
-        let mut start: Vec<f64> = start.parameters().collect();
         let gain = self.rescaled.units().gain();
-        start[of_input(self.model.orders())]
-            .iter_mut()
-            .for_each(|b| *b /= gain);
+        let other = self.other.as_mut().and_then(|(other, pass)| {
+            pass.clear();
+            other.estimate(window, std::slice::from_mut(pass));
+            pass.failure.is_none().then_some(&pass.model)
+        });
+        let given = start.into_iter().chain(other).map(|model| {
+            let mut theta: Vec<f64> = model.parameters().collect();
+            let of_input = of_input(model.orders());
+            theta[of_input].iter_mut().for_each(|b| *b /= gain);
+            theta
+        });
+        let given: Vec<Vec<f64>> = given.collect();
         let (u, y) = self.rescaled.record();
-        let found = self.search.run_from(u, y, &start);
+        let found = self.search.run(u, y, gain, &given);
+        self.found = Some(found);
         if let Err(kind) = self.report(window, found, pass) {
             pass.fail_for(kind);
         }
@@ -155,6 +172,7 @@ impl PredictionError {
             rescaled: Rescaled::new(window),
             model: LinearModel::zero(orders),
             covariance: Covariance::White,
+            other: None,
             found: None,
             state,
         })
@@ -209,18 +227,8 @@ fn of_input(orders: Orders) -> std::ops::Range<usize> {
 
 impl Estimator for PredictionError {
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        self.found = None;
-        if let Err(kind) = self.rescaled.take(window.u, window.y) {
-            return pass.fail_for(kind);
-        }
-        let (u, y) = self.rescaled.record();
-        let found = self.search.run(u, y, self.rescaled.units().gain());
-        self.found = Some(found);
-        if let Err(kind) = self.report(window, found, pass) {
-            pass.fail_for(kind);
+        if let Some(pass) = passes.first_mut() {
+            self.estimate_with(None, window, pass);
         }
     }
 

@@ -113,13 +113,15 @@ impl Search {
         self.found.len()
     }
 
-    /// Searches for the lowest minimum of a record, in which B is in units of `gain`.
-    pub(super) fn run(&mut self, u: &[f64], y: &[f64], gain: f64) -> Found {
+    /// Searches for the lowest minimum of a record, in which B is in units of `gain`, from the models given too.
+    pub(super) fn run(&mut self, u: &[f64], y: &[f64], gain: f64, given: &[Vec<f64>]) -> Found {
         self.found.clear();
         self.unfinished = None;
         let mut failed = FailureKind::NotIdentifiable;
         let (mut searches, mut iterations) = (0, 0);
         self.starts.begin(gain);
+        let mut given = given.iter();
+        let mut enough = false;
         loop {
             let lowest = self
                 .found
@@ -127,7 +129,13 @@ impl Search {
                 .min_by(|a, b| a.found.sum.total_cmp(&b.found.sum));
             let best = lowest.or(self.unfinished.as_ref());
             let best = best.map(|point| point.theta.as_slice());
-            let Some(start) = self.starts.next(u, y, best) else {
+            let own = if enough {
+                None
+            } else {
+                self.starts.next(u, y, best).map(<[f64]>::to_vec)
+            };
+            let drawn = own.is_some() && self.starts.was_drawn();
+            let Some(start) = own.or_else(|| given.next().cloned()) else {
                 break;
             };
             let mut screen = Screen {
@@ -135,32 +143,21 @@ impl Search {
                 stopped: None,
                 difference: Vec::new(),
             };
-            let found = self.descent.run_watched(u, y, start, NEAR, &mut screen);
+            let found = self.descent.run_watched(u, y, &start, NEAR, &mut screen);
             iterations += found.iterations;
             let stopped = screen.stopped;
-            searches += usize::from(self.starts.was_drawn());
+            searches += usize::from(drawn);
             if stopped.is_none() {
                 if let Some(kind) = found.failure {
                     failed = kind;
                 }
                 self.keep(found);
             }
-            if is_enough(searches, self.found.len()) {
-                break;
-            }
+            enough |= is_enough(searches, self.found.len());
         }
         let mut result = self.finish(u, y, failed);
         result.iterations += iterations;
         result
-    }
-
-    /// Searches from one start to the end of the descent.
-    pub(super) fn run_from(&mut self, u: &[f64], y: &[f64], start: &[f64]) -> Found {
-        self.found.clear();
-        let found = self.descent.run(u, y, start, REST);
-        self.theta.copy_from_slice(self.descent.theta());
-        self.keep(found);
-        found
     }
 
     /// Keeps the end of a search if it is new.

@@ -15,6 +15,7 @@ mod reduced;
 
 use super::output_error_iteration::{check_output_error, output_error};
 use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::null_space::is_cut;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::kernels::Triangle;
 use crate::estimator::regression::{Lagged, Rows};
@@ -39,8 +40,9 @@ named_enum! {
     }
 }
 
-/// The number of taps, unless half of the samples are fewer.
+/// The number of taps, unless half of the samples are fewer, and the most to which they are doubled.
 const TAPS: usize = 100;
+const MOST_TAPS: usize = 1000;
 
 /// The options of `kernel-fir`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,7 +57,8 @@ pub struct KernelFirOptions {
     pub orders: Option<Orders>,
     /// The prior of the impulse response: tc (tuned and correlated), dc (diagonal and correlated), ss (stable spline).
     pub kernel: Kernel,
-    /// Taps of the response that is reduced; by default 100, but at most half of the samples.
+    /// Taps of the response that is reduced; by default 100, doubled until they hold the response, but at most 1000 and
+    /// half of the samples.
     pub taps: Option<usize>,
     /// The variance of the noise: least-squares (of the response without a prior), likelihood (as the hyperparameters).
     pub noise_variance: NoiseVariance,
@@ -116,6 +119,7 @@ impl MethodKind for KernelFirOptions {
 /// The posterior mean of the taps, `(Phi'Phi + s^2 (c K)^-1)^-1 Phi'y`, with the posterior covariance, given c, alpha
 /// (and rho, s^2) of the greatest marginal likelihood. A model `B/F` is then fitted to its noise-free output.
 pub struct KernelFir {
+    orders: Orders,
     options: KernelFirOptions,
     lagged: Lagged,
     /// `[Phi y] = Q [R z; 0 r]`.
@@ -147,7 +151,15 @@ impl KernelFir {
         options: &KernelFirOptions,
         window: usize,
     ) -> Result<Self, SetupError> {
-        let n = options.taps(orders, window);
+        Self::of_taps(options.taps(orders, window), orders, options, window)
+    }
+
+    fn of_taps(
+        n: usize,
+        orders: Orders,
+        options: &KernelFirOptions,
+        window: usize,
+    ) -> Result<Self, SetupError> {
         let linear = Orders::arx(0, n, orders.nk);
         let rows = options.rows.unwrap_or(Rows::Prewindow);
         let lagged = Lagged::new(linear, linear.reach(), n + 1, rows, window)?;
@@ -157,6 +169,7 @@ impl KernelFir {
             None
         };
         Ok(Self {
+            orders,
             options: options.clone(),
             reduction: Reduction::new(n + 1, lagged.count, 0),
             lagged,
@@ -176,8 +189,8 @@ impl KernelFir {
         })
     }
 
-    /// Reduces the equations of a record; returns what is known of s^2.
-    fn load(&mut self, u: &[f64], y: &[f64]) -> Result<Variance, FailureKind> {
+    /// Reduces the equations of a record; returns what is known of s^2, and whether the taps cut the response.
+    fn load(&mut self, u: &[f64], y: &[f64]) -> Result<(Variance, bool), FailureKind> {
         let (n, nk) = (self.z.len(), self.lagged.orders.nk);
         self.lagged.load(u, y);
         let (lagged, start) = (&self.lagged, self.lagged.start());
@@ -205,15 +218,19 @@ impl KernelFir {
         if zero(&self.r) || zero(&self.z) && self.rest == 0.0 {
             return Err(FailureKind::Singular);
         }
+        let squares = self.z.iter().map(|z| z * z);
+        let of_y = squares.clone().sum::<f64>() + self.rest;
+        let variance = self.rest / (lagged.count - n) as f64;
+        let is_cut = is_cut(squares, variance, of_y);
         if self.options.noise_variance == NoiseVariance::Likelihood {
-            return Ok(Variance::Free);
+            return Ok((Variance::Free, is_cut));
         }
         let r = r.get(..n, ..n);
         self.equilibration.of_columns(r)?;
         let columns = &self.equilibration.columns;
         let condition = triangular_condition(r, columns, &mut self.scratch)?;
         check_rank_of_columns(condition, n)?;
-        Ok(Variance::Known(self.rest / (lagged.count - n) as f64))
+        Ok((Variance::Known(variance), is_cut))
     }
 
     /// Computes `M = R L`, with L in `factor`.
@@ -272,8 +289,7 @@ impl KernelFir {
     }
 
     /// Computes the response and its covariance; returns the condition of the final triangle.
-    fn respond(&mut self, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
-        let variance = self.load(u, y)?;
+    fn respond(&mut self, variance: Variance) -> Result<f64, FailureKind> {
         let (alpha, rho) = self.search(variance);
         let Evidence {
             value,
@@ -333,12 +349,29 @@ impl Estimator for KernelFir {
             return;
         };
         let Window { u, y, .. } = window;
-        let condition = match self.respond(u, y) {
+        let (variance, is_cut) = match self.load(u, y) {
+            Ok(loaded) => loaded,
+            Err(kind) => return pass.fail_for(kind),
+        };
+        let longer = (2 * self.z.len()).min(MOST_TAPS).min(y.len() / 2);
+        let is_given = self.reduced.is_none() || self.options.taps.is_some();
+        if is_cut && !is_given && longer > self.z.len() {
+            let longer = Self::of_taps(longer, self.orders, &self.options, y.len());
+            if let Ok(mut longer) = longer {
+                return longer.estimate(window, passes);
+            }
+        }
+        let condition = match self.respond(variance) {
             Ok(condition) => condition,
             Err(kind) => return pass.fail_for(kind),
         };
         if let Some(reduced) = &mut self.reduced {
-            return reduced.run(&self.response, window, pass);
+            reduced.run(&self.response, window, pass);
+            if is_cut && pass.failure.is_none() {
+                pass.model.covariance.clear();
+                pass.fail_for(FailureKind::Implausible);
+            }
+            return;
         }
         self.response.residuals(u, y, &mut self.e, &mut self.x);
         pass.loss = self.e.iter().map(|e| e * e).sum::<f64>() / y.len() as f64;

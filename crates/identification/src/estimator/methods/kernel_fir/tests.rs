@@ -285,3 +285,42 @@ fn what_cannot_be_estimated_is_typed() {
         assert!(error.contains(part), "{error}");
     }
 }
+
+/// A pole at 0.985 by default: the taps, and those of the FIR model of `wnsf`, are doubled until they hold the response, and
+/// both find the pole. With 60 taps the model is too fast, and that is its status.
+#[test]
+fn the_length_follows_the_record() {
+    let truth = plant("nb=1,nf=1", &[0.02, -0.985]);
+    let (u, y) = record(&truth, 0.01, 1, 1200);
+    let orders = Some("nb=1,nf=1,nk=1".parse().unwrap());
+    let taps = |taps| KernelFirOptions {
+        orders,
+        taps,
+        ..KernelFirOptions::default()
+    };
+    let wnsf = |high_order| crate::estimator::methods::wnsf::WnsfOptions {
+        orders,
+        high_order,
+        ..Default::default()
+    };
+    let all: [[Box<dyn MethodKind>; 2]; 2] = [
+        [Box::new(taps(None)), Box::new(taps(Some(60)))],
+        [Box::new(wnsf(None)), Box::new(wnsf(Some(60)))],
+    ];
+    for [free, cut] in all {
+        let pass = estimate(free.as_ref(), 1, &u, &y);
+        assert_eq!(pass.failure, None);
+        let error = pass.model.standard_errors().unwrap()[1];
+        assert!(
+            (pass.model.f[1] + 0.985).abs() < 5.0 * error,
+            "{:?} {error}",
+            pass.model.f
+        );
+        let pass = estimate(cut.as_ref(), 1, &u, &y);
+        assert_eq!(
+            pass.failure.map(|failure| failure.kind),
+            Some(FailureKind::Implausible)
+        );
+        assert!(pass.model.covariance.is_empty());
+    }
+}

@@ -47,6 +47,13 @@ impl RecursiveOptions for RecursiveIvOptions {
         ArxOptions::check_orders(self.orders)
     }
 
+    fn beginning(&self) -> (usize, f64) {
+        match self.instruments {
+            RecursiveInstruments::Delayed => (0, 1.0),
+            RecursiveInstruments::Auxiliary => super::options::INSTRUMENTS,
+        }
+    }
+
     fn recursion(&self, settings: RecursiveSettings) -> RecursiveIv {
         RecursiveIv::new(settings, self.instruments)
     }

@@ -30,10 +30,12 @@ macro_rules! recursive_options {
         recursive_options! {
             @define [$(#[$about])* $name] [$(#[$orders])*] [$($($first)*)?] [
                 /// Forgetting factor after the start, which approaches `forgetting` by 1 % of the difference a sample;
-                /// by default there is no such rise.
+                /// without p0 and forgetting by default 0.98 of recursive-sriv and recursive-iv with auxiliary
+                /// instruments, 0.97 of rpem; otherwise there is no such rise.
                 early_forgetting: Option<f64>,
                 /// Equations that least squares solves before residuals, instruments or filters are used; by default 0
-                /// with p0, else two for each parameter.
+                /// with p0, else two for each parameter, and 60 of recursive-sriv and recursive-iv with auxiliary
+                /// instruments, but at most a quarter of all.
                 start: Option<usize>,
             ] []
         }
@@ -152,9 +154,18 @@ pub(super) trait RecursiveOptions: SharedOptions {
     /// Checks the orders and the options that others do not have.
     fn check_own(&self) -> Result<(), OptionError>;
 
+    /// The equations of the start, and the early forgetting, that what runs along needs, by evidence
+    /// (`examples/defaults.rs`).
+    fn beginning(&self) -> (usize, f64) {
+        (0, 1.0)
+    }
+
     /// Makes the estimator.
     fn recursion(&self, settings: RecursiveSettings) -> Self::Recursion;
 }
+
+/// [`RecursiveOptions::beginning`] where the output of the present model makes the instruments.
+pub(super) const INSTRUMENTS: (usize, f64) = (60, 0.98);
 
 /// Checks all options.
 pub(super) fn check<O: RecursiveOptions>(options: &O) -> Result<(), OptionError> {
@@ -210,11 +221,18 @@ fn settings<O: RecursiveOptions>(
     }
     settings.p0 = options.p0();
     settings.forgetting = options.forgetting().unwrap_or(1.0);
-    settings.early_forgetting = options.early_forgetting().unwrap_or(settings.forgetting);
-    let start = options.p0().map_or(2 * d, |_| 0);
-    settings.start = options.start().unwrap_or(start);
     let window = problem.shape.window;
     let rows = window.saturating_sub(settings.first());
+    let (start, early) = match (options.p0(), options.forgetting()) {
+        (Some(_), _) => (0, settings.forgetting),
+        (None, Some(rate)) => (2 * d, rate),
+        (None, None) => {
+            let (start, early) = options.beginning();
+            (start.min(rows / 4).max(2 * d), early)
+        }
+    };
+    settings.early_forgetting = options.early_forgetting().unwrap_or(early);
+    settings.start = options.start().unwrap_or(start);
     if rows < d {
         return Err(SetupError::ShortRecord {
             orders,

@@ -35,6 +35,10 @@ impl RecursiveOptions for RpemOptions {
         Ok(())
     }
 
+    fn beginning(&self) -> (usize, f64) {
+        (0, 0.97)
+    }
+
     fn recursion(&self, settings: RecursiveSettings) -> RecursivePrediction {
         RecursivePrediction::new(settings)
     }

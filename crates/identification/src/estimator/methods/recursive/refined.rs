@@ -30,6 +30,10 @@ impl RecursiveOptions for RecursiveSrivOptions {
         check_output_error(self.orders)
     }
 
+    fn beginning(&self) -> (usize, f64) {
+        super::options::INSTRUMENTS
+    }
+
     fn recursion(&self, settings: RecursiveSettings) -> RecursiveSriv {
         RecursiveSriv::new(settings)
     }

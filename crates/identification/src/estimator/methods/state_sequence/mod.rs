@@ -51,7 +51,7 @@ macro_rules! innovations_options {
             /// Block rows s of the future and of the past, more than n; by default twice the order of `A y = B u + e`
             /// by AIC, as far as the record allows.
             pub block_rows: Option<usize>,
-            /// Chooses the order, from 1 to that of `orders`: aicc, aic, bic, fpe, cross-validation (errors over the
+            /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the
             /// last third of a model of the first two).
             pub choose: Option<OrderRule>,
             $($own)*

@@ -108,3 +108,42 @@ fn what_cannot_be_is_refused() {
     let error = short.err().unwrap().to_string();
     assert!(error.contains("at least 89 samples"), "{error}");
 }
+
+/// A slow input to a lightly damped plant: the weighting by default is as close to y as the best of the three, whose own
+/// can be far off.
+#[test]
+fn the_weighting_follows_the_record() {
+    let n = 1400;
+    let draw = |purpose, deviation: f64| {
+        let mut signal = vec![0.0; n];
+        let input = Input::new(InputLaw::Gaussian, deviation, Sequence::Independent);
+        input.fill(&mut stream(23, 1, purpose), &mut signal);
+        signal
+    };
+    let mut u = draw(Purpose::Input, 0.3);
+    crate::model::polynomial::divide(&[1.0, -0.95], &mut u);
+    let mut truth = LinearModel::zero(model_orders(4, 1));
+    let f = crate::model::polynomial::multiply(&[1.0, -1.9832, 0.9976], &[1.0, -1.8517, 0.9939]);
+    truth.f.copy_from_slice(&f);
+    truth.b[1..].copy_from_slice(&[0.008, -0.0076, -0.0074, 0.0078]);
+    let mut y = vec![0.0; n];
+    truth.simulate(&u, &mut y);
+    let size = variance(&y).sqrt();
+    y.iter_mut()
+        .zip(draw(Purpose::NoiseDrive, 0.016 * size))
+        .for_each(|(y, e)| *y += e);
+    let loss = |weights| {
+        let options = N4sidOptions {
+            orders: Some(Orders::arx(4, 4, 1)),
+            weights,
+            ..N4sidOptions::default()
+        };
+        let pass = crate::estimator::test_setup::estimate(&options, 4, &u, &y);
+        assert!(!pass.unstable, "{weights}");
+        pass.loss
+    };
+    let own = [Weights::N4sid, Weights::Moesp, Weights::Cva].map(loss);
+    let least = own.into_iter().fold(f64::INFINITY, f64::min);
+    assert!(loss(Weights::Auto) <= least * (1.0 + 1e-12), "{own:?}");
+    assert!(least < 1.05 * (0.016 * size).powi(2), "{own:?}");
+}
