@@ -212,8 +212,8 @@ fn the_shortest_record_that_a_method_takes() {
 /// The kinds that a method must have on some of the records below, and those that it may have.
 fn kinds(name: EstimatorName) -> [Vec<FailureKind>; 2] {
     use FailureKind::{
-        Boundary, IterationLimit, NoConvergence, NonFinite, NotIdentifiable, RankDeficient,
-        Singular, UnstableInstruments, UnstablePredictor,
+        Boundary, Implausible, IterationLimit, NoConvergence, NonFinite, NotIdentifiable,
+        RankDeficient, Singular, UnstableInstruments, UnstablePredictor,
     };
     let solves = [NonFinite, Singular, RankDeficient];
     let with = |more: &[FailureKind]| [&solves, more].concat();
@@ -225,7 +225,7 @@ fn kinds(name: EstimatorName) -> [Vec<FailureKind>; 2] {
         }
         "iv4" => [with(&[UnstableInstruments]), vec![]],
         "sriv" | "stmcb" | "srivc" | "two-stage" | "joint" => [with(&iterates), vec![]],
-        "bels" => [with(&[IterationLimit]), vec![]],
+        "bels" => [with(&[IterationLimit]), vec![Implausible]],
         // Those with a noise model.
         "riv" | "rivc" => [with(&[&iterates[..], &[Boundary]].concat()), vec![]],
         "clriv" | "clrivc" => [
@@ -233,7 +233,10 @@ fn kinds(name: EstimatorName) -> [Vec<FailureKind>; 2] {
             vec![],
         ],
         "indirect" => [with(&[NoConvergence, UnstablePredictor]), vec![]],
-        "wnsf" => [vec![NonFinite, RankDeficient, IterationLimit], vec![]],
+        "wnsf" => [
+            vec![NonFinite, RankDeficient, IterationLimit],
+            vec![Implausible],
+        ],
         "bjsm" | "morsm" => [
             vec![NonFinite, RankDeficient, IterationLimit, UnstablePredictor],
             vec![],
@@ -251,7 +254,7 @@ fn kinds(name: EstimatorName) -> [Vec<FailureKind>; 2] {
                 IterationLimit,
                 NotIdentifiable,
             ],
-            vec![],
+            vec![Implausible],
         ],
         "ssarx" => [vec![NonFinite, RankDeficient], vec![]],
         _ => [with(&[]), vec![]],

@@ -190,6 +190,8 @@ fn pass(report: &PassReport) -> Map<String, Value> {
             "noise_variance",
             json!(parameters.then_some(model.noise_variance)),
         ),
+        ("output_noise", json!(pass.noise_variances.map(|[y, _]| y))),
+        ("input_noise", json!(pass.noise_variances.map(|[_, u]| u))),
         ("loss", json!(parameters.then_some(pass.loss))),
         ("se", json!(errors)),
         ("interval_95", json!(intervals)),

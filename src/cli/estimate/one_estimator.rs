@@ -18,6 +18,7 @@ use crate::model::{LinearModel, Orders};
 use crate::observer::{Gain, ObservedModel, Observer};
 use crate::plant::PoleFinder;
 use asobench_identification::complete_residuals;
+use crate::text::rounded;
 use serde_json::{Map, Value, json};
 use std::iter;
 use std::ops::Range;
@@ -77,6 +78,21 @@ pub(super) fn estimate(
         parsed = parse(&options)?;
     }
     let options = parsed;
+    for (key, signal) in [
+        ("input_noise", &report.record.u),
+        ("output_noise", &report.record.y),
+    ] {
+        let given = options.describe().get(key).and_then(Value::as_f64);
+        let unit = report.unit * report.unit;
+        let square = signal.iter().map(|x| x * x).sum::<f64>() / signal.len() as f64 * unit;
+        if let Some(given) = given.filter(|given| *given >= square) {
+            let flag = flag_of(key);
+            return Err(Error::Input(format!(
+                "{flag}: {given}; the signal itself has a mean square of {}, noise and all",
+                rounded(square, 6)
+            )));
+        }
+    }
     // A model without a delay of its own sees the record without the delay.
     let shift = options.model_orders(order).map_or(nk - 1, |_| 0);
     let gain = arguments.gain.check(options.order(order));

@@ -168,6 +168,12 @@ fn write_pass(
                 writeln!(text, "  {name:<18} undefined")?;
             }
         }
+        for (name, value) in ["noise of y", "noise of u"]
+            .into_iter()
+            .zip(pass.noise_variances.iter().flatten())
+        {
+            write_vector(text, name, &[*value])?;
+        }
         write_vector(text, "a", &pass.a)?;
         write_vector(text, "b", &pass.b)?;
         if pass.direct != 0.0 {

