@@ -142,7 +142,8 @@ pub(super) fn with_ssarx(
     problem: &Problem<'_>,
 ) -> PredictionError {
     let Orders { na, nk, .. } = orders;
-    if na > 0 && nk <= 1 && orders == model_orders(na, nk) {
+    // A subspace method takes one record.
+    if problem.runs.len() < 2 && na > 0 && nk <= 1 && orders == model_orders(na, nk) {
         let ssarx = SsarxOptions {
             orders: Some(Orders::arx(na, na, nk)),
             ..SsarxOptions::default()
