@@ -9,8 +9,8 @@
 use crate::common::{copy, counting, stderr};
 use crate::hostile::{command, parquet_files, wait};
 use crate::stored_damage::{Random, STUDY, originals};
-use asobench::data::csv::{Missing, ReadOptions, read_table};
-use asobench::files::ParquetText;
+use asobench::data::csv::{Missing, ReadOptions};
+use asobench::files::read_record;
 use asobench::report::{Study, report};
 use asobench::study::file::ExperimentFile;
 use asobench::study::{BlockFolder, Content, Experiment};
@@ -174,11 +174,7 @@ fn record(path: &Path) -> Result<(), String> {
             missing,
             ..ReadOptions::default()
         };
-        let file = std::fs::File::open(path).expect("a file");
-        in_words(match path.extension() {
-            Some(of) if of == "parquet" => read_table(ParquetText::open(file)?, &options),
-            _ => read_table(file, &options),
-        })
+        in_words(read_record(path, &options))
     };
     let part = read(Missing::LongestRun).err().unwrap_or_default();
     assert!(!part.contains('\n'), "{part}");
