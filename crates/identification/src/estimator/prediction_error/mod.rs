@@ -128,7 +128,7 @@ impl PredictionError {
             other.estimate(window, std::slice::from_mut(pass));
             pass.failure.is_none().then_some(&pass.model)
         });
-        let given = start.into_iter().chain(other).map(|model| {
+        let given = other.into_iter().chain(start).map(|model| {
             let mut theta: Vec<f64> = model.parameters().collect();
             let of_input = of_input(model.orders());
             theta[of_input].iter_mut().for_each(|b| *b /= gain);

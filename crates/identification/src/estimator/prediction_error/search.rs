@@ -120,8 +120,7 @@ impl Search {
         let mut failed = FailureKind::NotIdentifiable;
         let (mut searches, mut iterations) = (0, 0);
         self.starts.begin(gain);
-        let mut given = given.iter();
-        let mut enough = false;
+        let mut models = given.iter();
         loop {
             let lowest = self
                 .found
@@ -129,31 +128,33 @@ impl Search {
                 .min_by(|a, b| a.found.sum.total_cmp(&b.found.sum));
             let best = lowest.or(self.unfinished.as_ref());
             let best = best.map(|point| point.theta.as_slice());
-            let own = if enough {
-                None
-            } else {
-                self.starts.next(u, y, best).map(<[f64]>::to_vec)
-            };
-            let drawn = own.is_some() && self.starts.was_drawn();
-            let Some(start) = own.or_else(|| given.next().cloned()) else {
-                break;
+            // A search from a given model comes first: it would be screened after others.
+            let given = models.next();
+            let start = match given {
+                Some(theta) => theta.as_slice(),
+                None => match self.starts.next(u, y, best) {
+                    Some(theta) => theta,
+                    None => break,
+                },
             };
             let mut screen = Screen {
                 minima: &self.found,
                 stopped: None,
                 difference: Vec::new(),
             };
-            let found = self.descent.run_watched(u, y, &start, NEAR, &mut screen);
+            let found = self.descent.run_watched(u, y, start, NEAR, &mut screen);
             iterations += found.iterations;
             let stopped = screen.stopped;
-            searches += usize::from(drawn);
+            searches += usize::from(given.is_none() && self.starts.was_drawn());
             if stopped.is_none() {
                 if let Some(kind) = found.failure {
                     failed = kind;
                 }
                 self.keep(found);
             }
-            enough |= is_enough(searches, self.found.len());
+            if is_enough(searches, self.found.len()) {
+                break;
+            }
         }
         let mut result = self.finish(u, y, failed);
         result.iterations += iterations;
