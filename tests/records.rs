@@ -335,6 +335,120 @@ fn several_records() {
     }
 }
 
+/// A gap costs the equations that touch it: the parts on either side are records of their own.
+#[test]
+fn equations_that_touch_a_gap() {
+    let noisy = |k: usize, u: &str, y: &str| {
+        let y: f64 = y.parse().expect("a number");
+        format!("{u},{}", y + 0.01 * (7.3 * k as f64).sin())
+    };
+    let missing = |k: usize, u: &str, y: &str| match k {
+        20 => format!("{u},"),
+        21 => format!("{u},#N/A"),
+        _ => noisy(k, u, y),
+    };
+    let whole = table("u,y\n", noisy);
+    let part = |from: usize, to: usize| {
+        let rows: Vec<&str> = whole.lines().skip(1 + from).take(to - from).collect();
+        format!("u,y\n{}\n", rows.join("\n"))
+    };
+    let rows = whole.lines().count() - 1;
+    let folder = tempfile::tempdir().expect("a folder");
+    let files = [
+        ("gap.csv", table("u,y\n", missing)),
+        ("a.csv", part(0, 20)),
+        ("b.csv", part(22, rows)),
+    ];
+    for (name, text) in files {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    }
+    let estimate = |arguments: &[&str]| {
+        let mut program = Command::new(PROGRAM);
+        program
+            .current_dir(folder.path())
+            .arg("estimate")
+            .args(arguments);
+        program.output().expect("the program")
+    };
+    let json = ["--order", "2", "--estimator", "arx,oe", "--format", "json"];
+    let gap = ["gap.csv", "--missing", "equations"];
+    let report = |arguments: &[&str]| {
+        let output = estimate(&[arguments, &json].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).expect("JSON")
+    };
+    let [gapped, apart] = [report(&gap), report(&["a.csv", "b.csv"])];
+    let lines: Vec<_> = gapped["records"]
+        .as_array()
+        .expect("records")
+        .iter()
+        .map(|part| &part["lines"])
+        .collect();
+    assert_eq!(
+        lines,
+        [
+            &serde_json::json!([2, 21]),
+            &serde_json::json!([24, rows + 1])
+        ]
+    );
+    for of in 0..2 {
+        let both = [&gapped, &apart].map(|report| &report["estimates"][of]["model"]);
+        assert_eq!(both[0], both[1]);
+    }
+    for (arguments, expected) in [
+        (
+            &["gap.csv"][..],
+            "--missing equations leaves out the equations",
+        ),
+        (
+            &["gap.csv", "--missing", "equations", "--estimator", "n4sid"],
+            "one record",
+        ),
+        (
+            &["gap.csv", "--missing", "equations", "--detrend", "linear"],
+            "--detrend linear",
+        ),
+        (
+            &["a.csv", "--missing", "equations", "--validate", "gap.csv"],
+            "2 parts between gaps, but --validate needs one",
+        ),
+    ] {
+        let output = estimate(&[arguments, &["--order", "2"]].concat());
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+/// A column of times that is not used shows that samples are missing.
+#[test]
+fn gaps_of_times_that_are_not_used_are_said() {
+    let table = |late: f64| {
+        let row = |k: usize, u: &str, y: &str| {
+            let t = 0.01 * k as f64 + if k < 30 { 0.0 } else { late };
+            format!("{t:.2};{u};{y}")
+        };
+        table("Zeit_s;Spannung;Drehzahl\n", row)
+    };
+    let flags = [
+        "--input", "Spannung", "--output", "Drehzahl", "--order", "2",
+    ];
+    let said = |late: f64| stderr(&run("estimate", table(late).as_bytes(), &flags));
+    let gap = said(0.03);
+    assert!(gap.contains("column Zeit_s, which is not used, has a step that is longer than the others before line 32"), "{gap}");
+    assert!(said(0.0).contains("column Zeit_s has equal steps"));
+    let time = run(
+        "estimate",
+        table(0.03).as_bytes(),
+        &[&flags[..], &["--time", "Zeit_s"]].concat(),
+    );
+    assert!(
+        stderr(&time).contains("line 32, column Zeit_s"),
+        "{}",
+        stderr(&time)
+    );
+}
+
 /// `--initial` is one flag for both keys, and the old name of one of them is understood.
 #[test]
 fn one_name_for_the_start() {

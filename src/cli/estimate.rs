@@ -49,9 +49,12 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     }
     check_output("--report", arguments.report.as_deref(), Kind::Page)?;
     let orders = orders(arguments)?;
-    let mut report = match arguments.more.as_slice() {
-        [] => load(arguments, orders)?,
-        _ => several::load(arguments, orders)?,
+    let first = record::read(&arguments.record.file, &arguments.record)?;
+    let is_one = arguments.more.is_empty() && first.segments.is_empty();
+    let mut report = if is_one {
+        load(arguments, orders, first)?
+    } else {
+        several::load(arguments, orders, first)?
     };
     if let Some(ranges) = ranges(arguments) {
         return tables(arguments, report, ranges);

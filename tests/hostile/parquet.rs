@@ -445,6 +445,7 @@ fn estimate(folder: &Path) -> std::process::Output {
 fn claims_beyond_the_file_are_refused() {
     let place = tempfile::tempdir().expect("a folder");
     let path = place.path().join("claims.parquet");
+    let mut other = Vec::new();
     for (name, bytes, part) in files() {
         std::fs::write(&path, &bytes).expect("written");
         let begin = Instant::now();
@@ -454,11 +455,11 @@ fn claims_beyond_the_file_are_refused() {
         assert!(begin.elapsed() < SOON, "{what}");
         assert_eq!(output.status.code(), Some(2), "{what}");
         assert!(said.lines().count() == 1 && said.len() < 400, "{what}");
-        assert!(
-            said.starts_with("asobench: claims.parquet: ") && said.contains(part),
-            "{what}"
-        );
+        if !said.starts_with("asobench: claims.parquet: ") || !said.contains(part) {
+            other.push(what);
+        }
     }
+    assert!(other.is_empty(), "{}", other.join("\n"));
 }
 
 /// Two columns written by hand, `y(k) = 0.5 y(k-1) + u(k-1)`, are read.

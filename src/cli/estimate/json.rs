@@ -44,6 +44,7 @@ fn records(report: &Report) -> Option<Vec<Value>> {
     let part = |part: &Part| {
         json!({
             "file": part.file.display().to_string(),
+            "lines": part.lines,
             "samples": part.samples,
             "feedback_p_value": part.feedback,
         })

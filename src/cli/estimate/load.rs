@@ -14,15 +14,20 @@ use crate::model::Orders;
 use crate::plant::ORDER_LIMIT;
 use crate::text::rounded;
 
-/// Reads, checks and detrends the record.
-pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
+/// Checks and detrends a record.
+pub(super) fn load(
+    arguments: &Arguments,
+    orders: Orders,
+    recognised: Recognised,
+) -> Result<Report, Error> {
     let path = arguments.record.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
     let Recognised {
         mut record,
         clock,
         form,
-    } = record::read(&arguments.record.file, &arguments.record)?;
+        ..
+    } = recognised;
     let clock = clock_of(arguments, clock)?;
     let rows = record.y.len();
     // The samples that the equations look back, and one row per parameter.
@@ -180,7 +185,8 @@ fn validation(
             none";
         return Err(Error::Input(message.to_owned()));
     }
-    let Recognised { mut record, .. } = record::read(path, &arguments.record)?;
+    let recognised = record::read(path, &arguments.record)?;
+    let Recognised { mut record, .. } = recognised.whole(path, "--validate")?;
     let signals = [&mut record.u, &mut record.y];
     for (values, trend) in signals.into_iter().zip(trends) {
         for value in values.iter_mut() {

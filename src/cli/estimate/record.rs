@@ -4,7 +4,7 @@ use super::arguments::RecordArguments;
 use super::report::Clock;
 use crate::cli::error::Error;
 use crate::cli::output::note;
-use crate::data::csv::{Kept, ReadOptions, Record, RecordError, Table};
+use crate::data::csv::{Kept, LikeTimes, ReadOptions, Record, RecordError, Segment, Table};
 use crate::files;
 use crate::text::shell_word;
 use std::borrow::Cow;
@@ -17,6 +17,21 @@ pub(super) struct Recognised {
     pub(super) clock: Option<Clock>,
     /// The form of the file and the names of its columns, where they are not the plain ones.
     pub(super) form: Vec<String>,
+    /// The runs between gaps, which follow each other; empty if there is one.
+    pub(super) segments: Vec<Segment>,
+}
+
+impl Recognised {
+    /// Returns a record without gaps, as a flag needs it.
+    pub(super) fn whole(self, path: &Path, flag: &str) -> Result<Self, Error> {
+        if self.segments.is_empty() {
+            return Ok(self);
+        }
+        let (path, parts) = (path.display(), self.segments.len());
+        Err(Error::Input(format!(
+            "{path}: {parts} parts between gaps, but {flag} needs one; expected --missing longest-run"
+        )))
+    }
 }
 
 /// Reads a record without the samples that `--skip` leaves out, and prints a line on what is not plain.
@@ -40,16 +55,21 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         mut form,
         kept,
         like_times,
+        mut segments,
     } = table;
     form.extend(kept.map(|kept| part(kept, record.y.len())));
+    if !segments.is_empty() {
+        form.push(format!(
+            "{} parts between gaps, {} rows",
+            segments.len(),
+            record.y.len()
+        ));
+    }
     if !form.is_empty() {
         note(&format!("{file}: {}", form.join(", ")));
     }
-    if let Some(column) = like_times {
-        let column = shell_word(column);
-        note(&format!(
-            "hint: column {column} has equal steps, as times have: --time {column} tells frequencies and time constants"
-        ));
+    if let Some(like_times) = like_times {
+        note(&of_times(like_times));
     }
     let (skip, samples) = (arguments.skip, record.y.len());
     if skip >= samples {
@@ -60,6 +80,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     record.u.drain(..skip);
     record.y.drain(..skip);
     record.r.drain(..skip.min(record.r.len()));
+    skip_segments(&mut segments, skip);
     let clock = times.map(|[first, step]| Clock {
         start: first + skip as f64 * step,
         step,
@@ -68,7 +89,38 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         record,
         clock,
         form,
+        segments,
     })
+}
+
+/// Leaves out the first samples.
+fn skip_segments(segments: &mut Vec<Segment>, mut skip: usize) {
+    for segment in segments.iter_mut() {
+        let left_out = skip.min(segment.samples);
+        segment.samples -= left_out;
+        segment.lines[0] += left_out as u64;
+        skip -= left_out;
+    }
+    segments.retain(|segment| segment.samples > 0);
+}
+
+/// What a column that is not used may tell.
+fn of_times(LikeTimes { column, gaps }: LikeTimes) -> String {
+    let column = shell_word(column);
+    let Some((count, line)) = gaps else {
+        return format!(
+            "hint: column {column} has equal steps, as times have: --time {column} tells frequencies and time constants"
+        );
+    };
+    let steps = match count {
+        1 => "a step that is longer than the others".to_owned(),
+        _ => format!("{count} steps that are longer than the others, the first"),
+    };
+    format!(
+        "warning: column {column}, which is not used, has {steps} before line {line}: samples are missing, and the model \
+         takes them as consecutive; --time {column} --missing equations leaves out what touches a gap, longest-run takes \
+         the longest part without one"
+    )
 }
 
 /// Describes the part of a table that is the record.
@@ -103,7 +155,8 @@ fn ways_on(error: &RecordError) -> Cow<'static, str> {
             "; --input, --output and --time choose one by its number"
         }
         RecordError::Missing { .. } | RecordError::Gap { .. } => {
-            "; --missing longest-run takes the longest part without a gap"
+            "; --missing longest-run takes the longest part without a gap, --missing equations leaves out the equations that \
+             touch one"
         }
         RecordError::Thousands { .. } | RecordError::MixedDecimals { .. } => {
             "; --decimal point or --decimal comma says which mark is that of decimals"

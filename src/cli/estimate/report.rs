@@ -100,6 +100,8 @@ impl Report {
 /// One of several records.
 pub(super) struct Part {
     pub(super) file: PathBuf,
+    /// Its lines, if it is a part of a file between gaps.
+    pub(super) lines: Option<[u64; 2]>,
     pub(super) samples: usize,
     /// [`feedback_p_value`] of the record.
     pub(super) feedback: Option<f64>,

@@ -7,12 +7,13 @@ use super::record::{self, Recognised};
 use super::report::{Clock, Part, Report};
 use super::unit::in_own_unit;
 use crate::cli::error::Error;
+use crate::cli::output::note;
 use crate::data::csv::Record;
 use crate::data::{Detrend, Trend};
 use crate::diagnosis::feedback_p_value;
 use crate::model::Orders;
 use crate::text::rounded;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Refuses the flags of one record.
 fn check(arguments: &Arguments) -> Result<(), Error> {
@@ -35,53 +36,31 @@ fn check(arguments: &Arguments) -> Result<(), Error> {
     }
 }
 
-/// Reads the records, and subtracts from each its own trend. They follow each other in the report's record.
-pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Error> {
+/// Reads the further records, and subtracts from each file its own trend. They follow each other in the report's record,
+/// each part between gaps by itself.
+pub(super) fn load(
+    arguments: &Arguments,
+    orders: Orders,
+    first: Recognised,
+) -> Result<Report, Error> {
     check(arguments)?;
     check_order(orders)?;
     let files: Vec<&PathBuf> = [&arguments.record.file]
         .into_iter()
         .chain(&arguments.more)
         .collect();
-    let mut all = Record {
-        u: Vec::new(),
-        y: Vec::new(),
-        r: Vec::new(),
-    };
+    let mut all = Record::default();
     let (mut parts, mut clocks, mut form) = (Vec::new(), Vec::new(), Vec::new());
+    let mut first = Some(first);
     for file in &files {
-        let bad = |message: String| Error::Input(format!("{}: {message}", file.display()));
-        let Recognised {
-            mut record,
-            clock,
-            form: own,
-        } = record::read(file, &arguments.record)?;
-        form.extend(own);
-        let (rows, least) = (record.y.len(), orders.reach() + 1);
-        if rows < least {
-            return Err(bad(format!(
-                "{rows} samples are too few for orders {orders}: at least {least} are needed"
-            )));
-        }
-        clocks.push(clock_of(arguments, clock)?);
-        let point = arguments.record.operating_point;
-        let points = point.map_or([None; 2], |point| point.map(Some));
-        for (values, point) in [&mut record.u, &mut record.y].into_iter().zip(points) {
-            let own = || Trend::fit(arguments.record.detrend, values);
-            point.map_or_else(own, Trend::constant).subtract(values);
-        }
-        if !record.r.is_empty() {
-            let detrend = point.map_or(arguments.record.detrend, |_| Detrend::Mean);
-            Trend::fit(detrend, &record.r).subtract(&mut record.r);
-        }
-        parts.push(Part {
-            file: (*file).clone(),
-            samples: rows,
-            feedback: feedback_p_value(&record.u, &record.y, orders.nk),
-        });
-        all.u.append(&mut record.u);
-        all.y.append(&mut record.y);
-        all.r.append(&mut record.r);
+        let mut found = match first.take() {
+            Some(first) => first,
+            None => record::read(file, &arguments.record)?,
+        };
+        form.append(&mut found.form);
+        clocks.push(clock_of(arguments, found.clock)?);
+        subtract(arguments, &mut found)?;
+        cut(file, orders, found, &mut parts, &mut all)?;
     }
     let clock = same_clock(&files, &clocks)?;
     if !all.r.is_empty() && all.r.len() < all.y.len() {
@@ -110,6 +89,85 @@ pub(super) fn load(arguments: &Arguments, orders: Orders) -> Result<Report, Erro
         record: all,
         estimates: Vec::new(),
     })
+}
+
+/// Subtracts from the signals of a file their trends, or the operating point.
+fn subtract(arguments: &Arguments, found: &mut Recognised) -> Result<(), Error> {
+    let detrend = arguments.record.detrend;
+    if detrend == Detrend::Linear && !found.segments.is_empty() {
+        return Err(Error::Input(
+            "--detrend linear: a record with gaps has no line through its samples' numbers; expected mean, first or none"
+                .to_owned(),
+        ));
+    }
+    let Record { u, y, r } = &mut found.record;
+    let point = arguments.record.operating_point;
+    let points = point.map_or([None; 2], |point| point.map(Some));
+    for (values, point) in [u, y].into_iter().zip(points) {
+        let own = || Trend::fit(detrend, values);
+        point.map_or_else(own, Trend::constant).subtract(values);
+    }
+    if !r.is_empty() {
+        Trend::fit(point.map_or(detrend, |_| Detrend::Mean), r).subtract(r);
+    }
+    Ok(())
+}
+
+/// Appends the parts of a file between gaps. Those that are too short for an equation are left out, and said.
+fn cut(
+    file: &Path,
+    orders: Orders,
+    found: Recognised,
+    parts: &mut Vec<Part>,
+    all: &mut Record,
+) -> Result<(), Error> {
+    let Recognised {
+        record, segments, ..
+    } = found;
+    let whole = [(None, record.y.len())];
+    let own = segments.iter().map(|of| (Some(of.lines), of.samples));
+    let own: Vec<_> = match segments.as_slice() {
+        [] => whole.to_vec(),
+        _ => own.collect(),
+    };
+    let least = orders.reach() + 1;
+    let (mut start, mut short, mut left_out) = (0, 0, 0);
+    for (lines, samples) in own {
+        let run = start..start + samples;
+        start = run.end;
+        if samples < least {
+            (short, left_out) = (short + 1, left_out + samples);
+            continue;
+        }
+        let (u, y) = (&record.u[run.clone()], &record.y[run.clone()]);
+        parts.push(Part {
+            file: file.to_owned(),
+            lines,
+            samples,
+            feedback: feedback_p_value(u, y, orders.nk),
+        });
+        all.u.extend(u);
+        all.y.extend(y);
+        all.r.extend(record.r.get(run).unwrap_or_default());
+    }
+    let file = file.display();
+    if left_out == start {
+        let between = if segments.is_empty() {
+            ""
+        } else {
+            " without a gap"
+        };
+        return Err(Error::Input(format!(
+            "{file}: {start} samples are too few for orders {orders}: at least {least}{between} are needed"
+        )));
+    }
+    if short > 0 {
+        note(&format!(
+            "{file}: {short} of {} parts, with {left_out} rows, are too short for orders {orders} and left out",
+            segments.len()
+        ));
+    }
+    Ok(())
 }
 
 /// Returns the time between samples, which all records share; the times of the first.

@@ -120,9 +120,12 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
 /// Writes what a model is on each of several records.
 fn write_parts(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::Result {
     for (part, of) in report.parts.iter().zip(&estimate.parts) {
+        let lines = part.lines.map_or_else(String::new, |[first, last]| {
+            format!(", lines {first} to {last}")
+        });
         writeln!(
             text,
-            "  {}, {} samples",
+            "  {}{lines}, {} samples",
             visible(part.file.display()),
             part.samples
         )?;

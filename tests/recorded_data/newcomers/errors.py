@@ -7,7 +7,8 @@ variance 1 on y0 and 0.25 on u0.
 
 tls: the last right singular vector of the data matrix (y(k), y(k-1), y(k-2), u(k-1), u(k-2)), columns of y over
 sqrt(ratio). bels, iv-compensated: scipy.optimize.least_squares of (S - D) c over the roots of S's diagonal, and lstsq of the
-linear problem. Standard errors: the scores of each sample, times the pseudo-inverse of the derivatives, with Bartlett's weights
+linear problem; where a variance is unknown twice more, weighted with the inverse covariance of the lines at the model before,
+with Bartlett's weights. Standard errors: the scores of each sample, times the pseudo-inverse of the derivatives, with Bartlett's weights
 up to lag floor(4 (M/100)^(2/9)), times M/(M - d).
 """
 import json
@@ -41,6 +42,16 @@ def bartlett(influence, d):
         S = influence[lag:].T @ influence[:-lag]
         P = P + (1 - lag / (lags + 1)) * (S + S.T)
     return np.sqrt(np.diag(P * M / (M - d)))[:4]
+
+
+def weight_of(scores):
+    M = len(scores)
+    lags = int(4 * (M / 100) ** (2 / 9))
+    P = scores.T @ scores
+    for lag in range(1, lags + 1):
+        S = scores[lag:].T @ scores[:-lag]
+        P = P + (1 - lag / (lags + 1)) * (S + S.T)
+    return np.linalg.inv(np.linalg.cholesky(P / M))
 
 
 def c_of(x, earlier):
@@ -93,19 +104,26 @@ def moments(earlier, known, present):
         more = [-(masks[i] * c / size)[:, None] for i in unknown]
         return np.hstack([J, *more])[keep]
 
-    start = np.concatenate([[-1.5, 0.7, 1, 0.5], [(1.0, 0.25)[i] for i in unknown]])
-    found = least_squares(lines, start, jac=jacobian, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    x = found.x
-    for _ in range(50):
-        x = x - np.linalg.lstsq(jacobian(x), lines(x), rcond=None)[0]
-    assert np.max(np.abs(x - found.x)) < 1e-6
-    c, d, J = c_of(x, earlier), d_of(x), jacobian(x)
-    scores = ((Z * (Z @ c)[:, None] - d * c) / size)[:, keep]
-    se = bartlett(scores @ np.linalg.pinv(J).T / len(Z), len(x))
+    def scores(x):
+        c, d = c_of(x, earlier), d_of(x)
+        return ((Z * (Z @ c)[:, None] - d * c) / size)[:, keep]
+
+    x = np.concatenate([[-1.5, 0.7, 1, 0.5], [(1.0, 0.25)[i] for i in unknown]])
+    weight = np.eye(n)[keep, keep]
+    for turn in range(3 if unknown else 1):
+        if turn > 0:
+            weight = weight_of(scores(x) - lines(x))
+        found = least_squares(lambda x: weight @ lines(x), x, jac=lambda x: weight @ jacobian(x), method="lm",
+                              xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        x = found.x
+        for _ in range(50):
+            x = x - np.linalg.lstsq(weight @ jacobian(x), weight @ lines(x), rcond=None)[0]
+        assert np.max(np.abs(x - found.x)) < 1e-6
+    se = bartlett(scores(x) @ weight.T @ np.linalg.pinv(weight @ jacobian(x)).T / len(Z), len(x))
     return answer(x, se)
 
 
-cases.append({"method": "bels", "arguments": [], "expected": moments(4, [None, None], True)})
+cases.append({"method": "bels", "arguments": [], "expected": moments(12, [None, None], True)})
 cases.append({"method": "bels", "arguments": ["--earlier", "6", "--input-noise", "0.25"], "expected": moments(6, [None, 0.25], True)})
 cases.append({"method": "iv-compensated", "arguments": ["--output-noise", "1", "--input-noise", "0.25"], "expected": moments(0, [1, 0.25], False)})
 more = ["--earlier", "4", "--output-noise", "1", "--input-noise", "0.25"]

@@ -20,6 +20,6 @@ mod write;
 
 pub use error::RecordError;
 pub use options::{Decimal, Missing, ReadOptions};
-pub use read::{Record, Table, read, read_column, read_table, uses};
-pub use runs::Kept;
+pub use read::{LikeTimes, Record, Table, read, read_column, read_table, uses};
+pub use runs::{Kept, Segment};
 pub use write::{Cell, comment, line, write, write_columns};

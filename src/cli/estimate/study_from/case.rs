@@ -5,6 +5,7 @@ use crate::cli::error::Error;
 use crate::cli::estimate::arguments::Arguments as EstimateArguments;
 use crate::cli::estimate::load::load;
 use crate::cli::estimate::orders::{orders, ranges};
+use crate::cli::estimate::record;
 use crate::cli::estimate::report::Report;
 use crate::cli::estimate::{one_estimator, warn_of_offset, words};
 use crate::data::OutputFeedback;
@@ -48,7 +49,9 @@ impl Case {
                 "--order, --delay: a range; a study has one model: expected one number each";
             return Err(Error::Input(message.to_owned()));
         }
-        let report = load(estimator, orders(estimator)?)?;
+        let file = &estimator.record.file;
+        let found = record::read(file, &estimator.record)?.whole(file, "study-from")?;
+        let report = load(estimator, orders(estimator)?, found)?;
         check_unit(&report)?;
         // Before a model is refused, for which the offset may be the reason.
         warn_of_offset(&report);

@@ -268,7 +268,7 @@ fn known_as(cell: &str) -> String {
     let name = cell.split(['(', '[']).next().unwrap_or(cell);
     let name = name.trim().to_lowercase();
     let mut shorter = ENDINGS.iter().filter_map(|end| name.strip_suffix(end));
-    match shorter.find(|name| Role::T.names().contains(name)) {
+    match shorter.find(|name| Role::T.names().contains(name) || TIMES.contains(name)) {
         Some(time) => time.to_owned(),
         None => name,
     }

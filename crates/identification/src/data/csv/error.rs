@@ -173,7 +173,7 @@ pub enum RecordError {
         forms: String,
     },
     /// A column of times that is not used shows that the newest sample is the first.
-    #[error("column '{0}' falls at equal steps: the newest sample is the first")]
+    #[error("column '{0}' falls: the newest sample is the first")]
     Falling(String),
     /// A row looks like a comment.
     #[error(

@@ -9,6 +9,9 @@ named_enum! {
         Refuse = "refuse",
         /// The longest run of rows without a gap is the record.
         LongestRun = "longest-run",
+        /// The runs of rows between gaps are records of one plant, so that only the equations that touch a gap are left
+        /// out.
+        Equations = "equations",
     }
 }
 

@@ -7,9 +7,9 @@ use super::layout::{Layout, is_comment};
 use super::number::{Column, Notation, Number, is_missing, is_number, settled};
 use super::options::{Decimal, Missing, ReadOptions};
 use super::rows::{Row as Line, Rows as Lines, Separator};
-use super::runs::{Break, Kept, Longest, Row, Run};
+use super::runs::{Break, Kept, Pieces, Row, Run, Segment};
 use super::text::Text;
-use super::times::Times;
+use super::times::{Time, Times};
 use std::io::Read;
 
 /// A part of a table is the record only if it has at least one in so many of its rows.
@@ -39,8 +39,19 @@ pub struct Table {
     pub form: Vec<String>,
     /// The part that was kept of a table with missing samples.
     pub kept: Option<Kept>,
-    /// A column that was not used, but has a name like times and equal steps.
-    pub like_times: Option<String>,
+    /// The runs between gaps, which follow each other in the record; empty if there is one.
+    pub segments: Vec<Segment>,
+    /// A column that was not used, but has a name like times and steps as times have.
+    pub like_times: Option<LikeTimes>,
+}
+
+/// A column that is not used, but has a name and steps as times have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LikeTimes {
+    /// Its name.
+    pub column: String,
+    /// How many of its steps are longer than the others, and the line after the first of them: samples are missing there.
+    pub gaps: Option<(usize, u64)>,
 }
 
 /// Reads a record from a table with columns named u and y: [`read_table`] with the default options.
@@ -94,9 +105,9 @@ pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, Recor
     // Of several ways to read dates one may show equal steps.
     for table in tables {
         let gaps = |table: &Result<Table, _>| {
-            table
-                .as_ref()
-                .map_or(2, |table| i32::from(table.kept.is_some()))
+            table.as_ref().map_or(2, |table| {
+                i32::from(table.kept.is_some() || !table.segments.is_empty())
+            })
         };
         let same =
             |one: &Table, other: &Table| (&one.record, one.times) == (&other.record, other.times);
@@ -124,6 +135,8 @@ fn each_row(
     );
     let (expected, mut comments) = (layout.cells.len(), 0);
     let mut next = layout.before + 1;
+    // Lines above the first row of a table without a header are no rows.
+    let mut may_be_row = layout.is_header;
     while let Some(row) = lines.next()? {
         // An empty line of a single column is an empty cell.
         for line in (next..row.line).filter(|_| expected == 1) {
@@ -133,7 +146,7 @@ fn each_row(
         // A word alone where the rows have several cells is a comment too, such as a rule of `#`.
         let is_alone = expected > 1 && row.cells.len() == 1 && row.cells[0].starts_with('#');
         if is_comment(&row)? || is_alone {
-            if hides_samples(&row, layout) {
+            if may_be_row && hides_samples(&row, layout) {
                 return Err(RecordError::HashRow(row.line));
             }
             comments += 1;
@@ -157,6 +170,7 @@ fn each_row(
                 has_header: layout.is_header,
             });
         }
+        may_be_row = true;
         of(&cells, line)?;
     }
     Ok(comments)
@@ -254,6 +268,66 @@ impl Seen {
     }
 }
 
+/// A column that is not used, but may hold times.
+struct Followed {
+    place: usize,
+    clock: Clock,
+    times: Times,
+    are_equal: bool,
+    /// The times with their lines.
+    all: Vec<(f64, u64)>,
+}
+
+impl Followed {
+    fn new(place: usize, clock: Clock) -> Self {
+        Self {
+            place,
+            clock,
+            times: Times::new(),
+            are_equal: true,
+            all: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, time: Time, line: u64) {
+        self.are_equal = self.are_equal && self.times.add(time, line).is_ok();
+        self.all.push((time.value, line));
+    }
+
+    /// Returns what is like times, and whether they fall: at equal steps, or with a few gaps.
+    fn finish(self, layout: &Layout) -> Option<(LikeTimes, bool)> {
+        let gaps = if self.are_equal {
+            self.times.step().filter(|step| *step > 0.0)?;
+            None
+        } else {
+            Some(gaps(&self.all)?)
+        };
+        let column = layout.cells[self.place].clone();
+        Some((LikeTimes { column, gaps }, self.clock.sign < 0.0))
+    }
+}
+
+/// Counts the steps that are longer than the others, and returns the line after the first of them; `None` if not nearly
+/// all steps are equal, or none is longer.
+fn gaps(times: &[(f64, u64)]) -> Option<(usize, u64)> {
+    const LONGER: f64 = 1.5;
+    const FEW: usize = 10;
+    let steps = || {
+        times
+            .windows(2)
+            .map(|pair| (pair[1].0 - pair[0].0, pair[1].1))
+    };
+    let mut sorted: Vec<f64> = steps().map(|(step, _)| step).collect();
+    sorted.sort_by(f64::total_cmp);
+    let middle = *sorted.get(sorted.len() / 2)?;
+    let shortest = *sorted.first()?;
+    let mut longer = steps().filter(|(step, _)| *step >= LONGER * middle);
+    let (_, line) = longer.next()?;
+    let count = 1 + longer.count();
+    // A step shorter than half the others is no gap.
+    (shortest > (2.0 - LONGER) * middle && count * FEW <= sorted.len()).then_some((count, line))
+}
+
 /// Collects rows.
 struct Rows<'a> {
     layout: &'a Layout,
@@ -261,10 +335,10 @@ struct Rows<'a> {
     clock: Clock,
     /// The whole table, which has no gaps.
     run: Run,
-    /// Its longest run, if gaps are allowed.
-    longest: Option<Longest>,
-    /// A column that may hold times, as long as its steps are equal.
-    like_times: Option<(usize, Clock, Times)>,
+    /// Its runs between gaps, if gaps are allowed.
+    pieces: Option<Pieces>,
+    /// A column that may hold times.
+    like_times: Option<Followed>,
 }
 
 impl<'a> Rows<'a> {
@@ -288,13 +362,16 @@ impl<'a> Rows<'a> {
             .and_then(|dates| dates.first().cloned());
         let like_times = layout.columns.like_times;
         Self {
-            like_times: like_times
-                .map(|place| (place, seen.clock(1, like, notation), Times::new())),
+            like_times: like_times.map(|place| Followed::new(place, seen.clock(1, like, notation))),
             layout,
             notation,
             clock,
             run: Run::new(false),
-            longest: (options.missing == Missing::LongestRun).then(Longest::new),
+            pieces: match options.missing {
+                Missing::Refuse => None,
+                Missing::LongestRun => Some(Pieces::new(false)),
+                Missing::Equations => Some(Pieces::new(true)),
+            },
         }
     }
 
@@ -310,7 +387,7 @@ impl<'a> Rows<'a> {
         }
         match self.notation.number(cell, line, column)? {
             Number::Known(number) => Ok(Some(number)),
-            Number::Missing if self.longest.is_some() => Ok(None),
+            Number::Missing if self.pieces.is_some() => Ok(None),
             Number::Missing => Err(RecordError::Missing {
                 line,
                 column: column.to_owned(),
@@ -321,24 +398,26 @@ impl<'a> Rows<'a> {
 
     /// Follows the column that may hold times.
     fn follow(&mut self, row: &[&str], line: u64) {
-        let Some((place, clock, times)) = &mut self.like_times else {
+        let Some(followed) = &mut self.like_times else {
             return;
         };
-        let cell = row[*place];
+        let cell = row[followed.place];
         // Thousands are those of the columns that are used.
         let number = match self.notation.clone().number(cell, line, "") {
             Ok(Number::Known(value)) => Some(value),
-            _ => clock.form.as_ref().map(|_| 0.0),
+            _ => followed.clock.form.as_ref().map(|_| 0.0),
         };
-        let time = number.and_then(|number| clock.time(cell, number, self.notation.mark()));
-        if !time.is_some_and(|time| times.add(time, line).is_ok()) {
-            self.like_times = None;
+        let mark = self.notation.mark();
+        let time = number.and_then(|number| followed.clock.time(cell, number, mark));
+        match time {
+            Some(time) => followed.add(time, line),
+            None => self.like_times = None,
         }
     }
 
     fn add(&mut self, row: &[&str], line: u64) -> Result<(), RecordError> {
-        if let Some(longest) = &mut self.longest {
-            longest.rows += 1;
+        if let Some(pieces) = &mut self.pieces {
+            pieces.rows += 1;
         }
         self.follow(row, line);
         let has = |role| self.layout.columns.has_role(role);
@@ -354,7 +433,7 @@ impl<'a> Rows<'a> {
             y,
             k.is_some() == has_number && time.is_some() == has_time && r.is_some() == has_reference,
         ) else {
-            self.longest.as_mut().into_iter().for_each(Longest::end);
+            self.pieces.as_mut().into_iter().for_each(Pieces::end);
             return Ok(());
         };
         let cell = self.layout.columns.cell(row, Role::T).unwrap_or_default();
@@ -368,8 +447,8 @@ impl<'a> Rows<'a> {
             y,
             r,
         };
-        match &mut self.longest {
-            Some(longest) => longest.add(row),
+        match &mut self.pieces {
+            Some(pieces) => pieces.add(row),
             None => self
                 .run
                 .add(row)
@@ -406,25 +485,38 @@ impl<'a> Rows<'a> {
     ) -> Result<Table, RecordError> {
         let layout = self.layout;
         each_row(text, layout, |row, line| self.add(row, line))?;
-        let (run, kept) = self.longest.map_or((self.run, None), Longest::finish);
+        let falls = self.clock.sign < 0.0;
+        let whole = |run| Ok((run, None, Vec::new()));
+        let pieces = std::mem::take(&mut self.pieces);
+        let run = std::mem::replace(&mut self.run, Run::new(false));
+        let found = pieces.map_or_else(|| whole(run), Pieces::finish);
+        let (run, kept, mut segments) =
+            found.map_err(|unequal| self.refusal(Break::Time(unequal), 0))?;
         if run.y.is_empty() {
             return Err(RecordError::NoSamples);
         }
-        if let Some(Kept { rows, .. }) = kept
-            && run.y.len() * LEAST_SHARE < rows
-        {
-            let samples = run.y.len();
-            return Err(RecordError::ShortRun { samples, rows });
+        let long = |of: &Segment| if of.samples > 1 { of.samples } else { 0 };
+        let used = match segments.as_slice() {
+            [] => run.y.len(),
+            all => all.iter().map(long).sum(),
+        };
+        let rows = kept.map_or(run.y.len(), |kept| kept.rows);
+        if used * LEAST_SHARE < rows {
+            return Err(RecordError::ShortRun {
+                samples: used,
+                rows,
+            });
         }
-        let like_times = self
-            .like_times
-            .filter(|(_, _, times)| times.step().is_some_and(|step| step > 0.0));
-        let like_times =
-            like_times.map(|(place, clock, _)| (layout.cells[place].clone(), clock.sign < 0.0));
-        if let Some((column, true)) = like_times {
-            return Err(RecordError::Falling(column));
+        if falls {
+            segments.reverse();
         }
-        let falls = self.clock.sign < 0.0;
+        let like_times = self.like_times.and_then(|of| of.finish(layout)).map_or(
+            Ok(None),
+            |(like, falls)| match falls {
+                true => Err(RecordError::Falling(like.column)),
+                false => Ok(Some(like)),
+            },
+        )?;
         let (unit, words) = self
             .clock
             .unit(&layout.columns, run.times.ends()[0], layout.line)?;
@@ -472,7 +564,8 @@ impl<'a> Rows<'a> {
             [u, y, r].into_iter().for_each(|column| column.reverse());
         }
         Ok(Table {
-            like_times: like_times.map(|(column, _)| column),
+            like_times,
+            segments,
             times,
             form,
             record,

@@ -1,4 +1,4 @@
-//! Rows without a gap between them: the whole table, or its longest run.
+//! Rows without a gap between them: the whole table, its longest run, or all runs.
 
 use super::times::{Time, Times, Unequal};
 use std::collections::VecDeque;
@@ -111,19 +111,31 @@ pub struct Kept {
     pub parts: usize,
 }
 
-/// The longest run of a table.
-pub(super) struct Longest {
+/// A run of rows between gaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Segment {
+    /// Its first and last line.
+    pub lines: [u64; 2],
+    /// Its rows.
+    pub samples: usize,
+}
+
+/// The runs of a table with gaps: all, or the longest.
+pub(super) struct Pieces {
     run: Run,
-    best: Run,
+    /// Whether all are kept.
+    all: bool,
+    kept: Vec<Run>,
     parts: usize,
     pub(super) rows: usize,
 }
 
-impl Longest {
-    pub(super) fn new() -> Self {
+impl Pieces {
+    pub(super) fn new(all: bool) -> Self {
         Self {
             run: Run::new(true),
-            best: Run::new(true),
+            all,
+            kept: Vec::new(),
             parts: 0,
             rows: 0,
         }
@@ -149,25 +161,50 @@ impl Longest {
 
     /// Ends the run.
     pub(super) fn end(&mut self) {
-        let run = std::mem::replace(&mut self.run, Run::new(true));
+        let mut run = std::mem::replace(&mut self.run, Run::new(true));
         if run.u.is_empty() {
             return;
         }
         self.parts += 1;
-        if run.u.len() > self.best.u.len() {
-            self.best = run;
+        run.rows = None;
+        if self.all {
+            self.kept.push(run);
+        } else if self
+            .kept
+            .first()
+            .is_none_or(|best| run.u.len() > best.u.len())
+        {
+            self.kept = vec![run];
         }
     }
 
-    /// Returns the longest run, the first one of several, and what it is a part of; `None` of a table without gaps.
-    pub(super) fn finish(mut self) -> (Run, Option<Kept>) {
+    /// Returns the longest run, the first one of several, or all, one after the other with the times of the first of
+    /// them that has a step, and how they were divided; nothing of a table without gaps.
+    pub(super) fn finish(mut self) -> Result<(Run, Option<Kept>, Vec<Segment>), Unequal> {
         self.end();
+        let segment = |run: &Run| Segment {
+            lines: run.lines,
+            samples: run.u.len(),
+        };
+        let segments: Vec<Segment> = self.kept.iter().map(segment).collect();
+        let mut runs = self.kept.into_iter();
+        let mut first = runs.next().unwrap_or_else(|| Run::new(false));
+        let lines = first.lines;
+        for mut run in runs {
+            first.times.same_step(&run.times, run.lines[0])?;
+            first.u.append(&mut run.u);
+            first.y.append(&mut run.y);
+            first.r.append(&mut run.r);
+        }
+        let is_part = first.u.len() < self.rows;
         let kept = Kept {
-            lines: self.best.lines,
+            lines,
             rows: self.rows,
             parts: self.parts,
         };
-        let is_part = self.best.u.len() < self.rows;
-        (self.best, is_part.then_some(kept))
+        Ok(match segments.len() {
+            0 | 1 => (first, is_part.then_some(kept), Vec::new()),
+            _ => (first, None, segments),
+        })
     }
 }

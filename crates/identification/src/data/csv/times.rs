@@ -85,6 +85,20 @@ impl Times {
         (self.count > 1).then(|| (self.last - self.first) / (self.count - 1) as f64)
     }
 
+    /// Checks that the times of another run have the same step, if both have one; takes them if these have none.
+    pub(super) fn same_step(&mut self, other: &Self, line: u64) -> Result<(), Unequal> {
+        match (self.step(), other.step()) {
+            (Some(first), Some(found)) if (found - first).abs() > JITTER * first => {
+                Err(Unequal { line, found, first })
+            }
+            (None, Some(_)) => {
+                *self = other.clone();
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Returns the times of the first and of the last sample.
     pub(super) fn ends(&self) -> [f64; 2] {
         [self.first, self.last]

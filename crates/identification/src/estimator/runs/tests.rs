@@ -140,6 +140,57 @@ fn short_records_have_no_equations() {
     }
 }
 
+/// Intervals of 95 % cover as often as that: over 400 sets of three records, up to four standard errors of the share.
+#[test]
+fn standard_errors_are_right() {
+    use crate::estimator::test_setup::{self, plant};
+    use crate::model::Realisation;
+    const SETS: usize = 400;
+    let lengths = [150, 100, 50];
+    let cases = [
+        ("arx", "na=2,nb=2,nk=1", &[-1.5, 0.7, 1.0, 0.5][..]),
+        ("iv", "na=2,nb=2,nk=1", &[-1.5, 0.7, 1.0, 0.5]),
+        ("armax", "na=2,nb=2,nc=1,nk=1", &[-1.5, 0.7, 1.0, 0.5, 0.4]),
+        ("oe", "nb=2,nf=2,nk=1", &[1.0, 0.5, -1.5, 0.7]),
+        (
+            "bj",
+            "nb=2,nc=1,nd=1,nf=2,nk=1",
+            &[1.0, 0.5, 0.4, -0.6, -1.5, 0.7],
+        ),
+    ];
+    for (name, orders, truth) in cases {
+        let model = plant(orders, truth);
+        let mut covered = vec![0; truth.len()];
+        for set in 0..SETS {
+            let (mut u, mut y) = (Vec::new(), Vec::new());
+            for (record, length) in lengths.into_iter().enumerate() {
+                let draw =
+                    |purpose| test_setup::normal(7, (3 * set + record) as u64, purpose, length);
+                let own = draw(crate::signal::Purpose::Input);
+                let mut e = draw(crate::signal::Purpose::NoiseDrive);
+                e.iter_mut().for_each(|e| *e *= 0.5);
+                let mut output = vec![0.0; length];
+                Realisation::new(&model).simulate(&own, &e, &mut output);
+                u.extend(own);
+                y.extend(output);
+            }
+            let pass = estimate(name, options(orders, &Value::Null), &lengths, &u, &y);
+            assert_eq!(pass.failure, None, "{name}, set {set}");
+            let errors = pass.model.standard_errors().unwrap();
+            let found = pass.model.parameters().zip(errors).zip(truth);
+            for (((found, error), truth), covered) in found.zip(&mut covered) {
+                *covered += usize::from((found - truth).abs() <= 1.96 * error);
+            }
+        }
+        for count in covered {
+            let share = count as f64 / SETS as f64;
+            // Four standard errors of 0.95, and what intervals by linear theory miss in 300 samples.
+            let allowed = 4.0 * (0.95 * 0.05 / SETS as f64).sqrt();
+            assert!((share - 0.95).abs() < allowed, "{name}: {share}");
+        }
+    }
+}
+
 /// Others say that they take one record.
 #[test]
 fn other_methods_refuse_several() {
