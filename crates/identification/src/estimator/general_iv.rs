@@ -161,7 +161,7 @@ impl Estimator for GeneralIv {
             }
             match self.find(window, previous, pass) {
                 Ok(()) => {
-                    let first = window.part(self.runs.first());
+                    let first = window.part(self.runs.first(pass.a.len()));
                     self.state.estimate(first, number, pass);
                 }
                 Err((kind, stage)) => pass.fail(Failure {

@@ -34,9 +34,10 @@ impl Runs {
         self.0.len()
     }
 
-    /// Returns the index range of the first record.
-    pub fn first(&self) -> Range<usize> {
-        self.0.first().cloned().unwrap_or_default()
+    /// Returns the index range of the first record of more than n samples, whose initial state can be estimated.
+    pub fn first(&self, n: usize) -> Range<usize> {
+        let first = self.0.iter().find(|run| run.len() > n);
+        first.or(self.0.first()).cloned().unwrap_or_default()
     }
 }
 

@@ -43,7 +43,8 @@ pub(super) fn is_error_value(cell: &str) -> bool {
     };
     let one = !word.contains(|c: char| c.is_whitespace() || c.is_ascii_digit() && c != '0');
     one && (word.ends_with(['!', '?'])
-        || word.contains('/') && word.chars().count() <= 8
+        || word.starts_with(char::is_uppercase) && word.contains('/') && word.chars().count() <= 8
+        || word.eq_ignore_ascii_case("n/a")
         || WORDS.iter().any(|own| word.eq_ignore_ascii_case(own))
         || !word.is_empty() && word.chars().all(|c| c == '#'))
 }

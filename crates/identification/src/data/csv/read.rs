@@ -143,9 +143,9 @@ fn each_row(
             of(&[""], line)?;
         }
         next = row.line + row.more + 1;
-        // A word alone where the rows have several cells is a comment too, such as a rule of `#`.
-        let is_alone = expected > 1 && row.cells.len() == 1 && row.cells[0].starts_with('#');
-        if is_comment(&row)? || is_alone {
+        let is_rule =
+            expected > 1 && matches!(row.cells[..], [cell] if cell.chars().all(|c| c == '#'));
+        if is_comment(&row)? || is_rule {
             if may_be_row && hides_samples(&row, layout) {
                 return Err(RecordError::HashRow(row.line));
             }
@@ -605,7 +605,6 @@ mod tests {
             "#####",
             "#! run",
             "#NV is the noise",
-            "#ERROR",
             "#",
         ] {
             let text = format!("u,y\n1,2\n{comment}\n3,4\n");

@@ -118,7 +118,7 @@ impl MethodKind for ArxOptions {
             fits: fits?,
             choice,
             state: StateEstimate::new(orders[0].order(), self.initial_state),
-            first: runs.first(),
+            first: runs.first(orders[0].order()),
         }))
     }
 }

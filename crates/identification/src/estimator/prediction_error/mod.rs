@@ -167,7 +167,7 @@ impl PredictionError {
             });
         }
         Ok(Self {
-            first: runs.first(),
+            first: runs.first(orders.order()),
             search: Search::new(starts, Descent::new(orders, initial, runs), window),
             rescaled: Rescaled::new(window),
             model: LinearModel::zero(orders),

@@ -299,17 +299,20 @@ fn second_minima_are_rare() {
     let variances = [4.0, 0.3];
     let options = MethodOptions::from(BelsOptions::default());
     let passes = (0..60).map(|trial| estimate(&options, &record(variances, trial, 1000)));
-    let mut sums = [0.0; 2];
+    let (mut sums, mut far) = ([0.0; 2], Vec::new());
     for pass in passes {
         let found = pass.noise_variances.expect("variances");
         let below = found.iter().any(|v| *v < 0.0);
         let status = below.then_some(FailureKind::Implausible);
         assert_eq!(pass.failure.map(|failure| failure.kind), status);
-        assert!((pass.model.b[1] - 1.0).abs() < 0.8, "{:?}", pass.model.b);
+        if status.is_none() && (pass.model.b[1] - 1.0).abs() > 0.8 {
+            far.push(pass.model.b[1]);
+        }
         sums.iter_mut()
             .zip(found)
             .for_each(|(sum, v)| *sum += v / 60.0);
     }
+    assert!(far.is_empty(), "{far:?}");
     for (mean, truth) in sums.iter().zip(variances) {
         assert!((mean / truth - 1.0).abs() < 0.2, "{sums:?}");
     }
