@@ -300,7 +300,7 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
                 &[],
                 footer(vec![group("root", 0)], MANY, vec![rows(MANY, vec![])]),
             ),
-            "no column of numbers",
+            "the file is empty",
         ),
         (
             "rows without pages",
@@ -407,7 +407,7 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
             file(&[], footer(u_and_y(0), 0, empty_groups())),
             "other columns",
         ),
-        ("texts", texts, "no column of numbers"),
+        ("texts", texts, "has no numbers"),
         ("delta", delta(1 << 40), ""),
         (
             "Arrow",

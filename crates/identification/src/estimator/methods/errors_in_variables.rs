@@ -27,7 +27,7 @@ use faer::{Mat, MatMut, Par, Side};
 
 /// The most steps of a search, and the relative step at which it rests.
 const MOST_STEPS: usize = 200;
-const REST: f64 = 1e-11;
+const REST: f64 = 1e-10;
 
 /// How often the lines are weighted anew.
 const WEIGHTINGS: usize = 2;
