@@ -22,11 +22,8 @@ pub fn failures(study: &Study, method: Option<&str>) -> Result<String, UnknownNa
         })
     };
     let labels: Vec<&str> = study.labels().iter().map(String::as_str).collect();
-    let cells = study.summary.cells.iter();
-    let all: Vec<(&CellSummary, &OutputSummary)> = cells
-        .flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)))
-        .filter(|of| is_asked(of.1))
-        .collect();
+    let all = study.all_outputs().filter(|of| is_asked(of.1));
+    let all: Vec<(&CellSummary, &OutputSummary)> = all.collect();
     if let (Some(name), true) = (method, all.is_empty()) {
         return Err(UnknownName::new("output", name, &labels));
     }

@@ -321,6 +321,12 @@ impl Study {
         self.index.place(cell.cell, key)
     }
 
+    /// Every output of every cell.
+    pub(crate) fn all_outputs(&self) -> impl Iterator<Item = (&CellSummary, &OutputSummary)> {
+        let cells = self.summary.cells.iter();
+        cells.flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)))
+    }
+
     /// The output with a label in a cell.
     pub fn output<'a>(&self, cell: &'a CellSummary, label: &str) -> Option<&'a OutputSummary> {
         cell.outputs.get(self.index.output(label)?)

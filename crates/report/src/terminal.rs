@@ -1,11 +1,11 @@
 //! The final output of a run on a terminal: its first measures by cells and outputs, at most one screen, and the
 //! verdict on every claim.
 
-use super::document::lead::{AT_THE_END, lead_outputs, measures, shown_at_the_end};
+use super::document::lead::{lead_outputs, measures, shown_at_the_end};
 use super::results::Study;
 use asobench_identification::metric::{Quantile, Share};
 use asobench_identification::number::{quantile, uncertain};
-use asobench_study::study::{CellSummary, Measure, Outcomes};
+use asobench_study::study::{CellSummary, Measure, OutputSummary};
 use asobench_study::text::{shell_word, visible, wrap};
 
 /// Columns of a terminal.
@@ -23,35 +23,22 @@ const OUTPUTS: usize = 6;
 
 /// The first measures of a study by cells and outputs, the lost trials, and how to see more.
 pub fn overview(study: &Study) -> String {
-    let mut text = String::new();
-    if let Some(line) = study.partial_line() {
-        text.push_str(&wrap(&line, WIDTH, "  "));
-    }
-    text.push_str("Medians; in parentheses the standard error of the last digit:\n\n");
-    let mut worst = wrap(&worst(study), WIDTH, "  ");
-    worst.extend(first_failed(study));
-    for (why, is_there) in ["they failed", NOT_REACHED].iter().zip(none_there(study)) {
-        if is_there {
-            let none = format!("none: half of the trials or more have no such measure ({why}).\n");
-            worst.insert_str(0, &none);
-        }
-    }
+    let partial = study.partial_line().map(|line| wrap(&line, WIDTH, "  "));
+    let partial = partial.unwrap_or_default();
+    let notes = notes(study);
     // Besides the table there are two lines above it and the last line.
-    let sheet = Sheet::new(study, LINES.saturating_sub(3 + worst.lines().count()));
-    text.push_str(&sheet.text());
-    text.push_str(&worst);
-    let report = format!(
-        "asobench report {}",
-        visible(shell_word(study.folder.display()))
-    );
-    let left = sheet.left_out();
-    // A command stays on one line, whatever its length.
-    if left.is_empty() {
-        text.push_str(&format!("All measures and figures: {report}\n"));
+    let (table, left) = table(study, LINES.saturating_sub(3 + notes.lines().count()));
+    let report = visible(shell_word(study.folder.display()));
+    let left = if left.is_empty() {
+        "All measures and figures"
     } else {
-        text.push_str(&format!("{left}: {report}\n"));
-    }
-    text
+        &left
+    };
+    // A command stays on one line, whatever its length.
+    format!(
+        "{partial}Medians; in parentheses the standard error of the last digit:\n\n{table}{notes}{left}: asobench \
+         report {report}\n"
+    )
 }
 
 /// The verdict on every claim, in one or more lines that begin with its id and verdict, and how many were tested.
@@ -77,27 +64,34 @@ fn outputs(study: &Study) -> Vec<String> {
     outputs
 }
 
-/// Why a trial that did not fail has no measure.
-const NOT_REACHED: &str = "what it times did not come before the end";
-
-/// Whether the median of a measure falls among trials without it: since half of them failed, or although they did not.
-fn none_there(study: &Study) -> [bool; 2] {
-    let measures = shown_at_the_end(study);
-    let cells = study.summary.cells.iter();
-    let mut found = [false; 2];
-    for output in cells.flat_map(|cell| &cell.outputs) {
-        let mut of_output = measures
-            .iter()
-            .filter_map(|measure| output.measures.get(measure));
-        if of_output.any(|statistics| statistics.q50.lost) {
-            found[usize::from(output.failed.share < 0.5)] = true;
+/// Below the table: why medians are missing, the lost trials, and how to see one.
+fn notes(study: &Study) -> String {
+    let mut notes = String::new();
+    let reasons = ["what it times did not come before the end", "they failed"];
+    for (why, failed) in reasons.into_iter().zip([false, true]) {
+        if none_there(study, failed) {
+            notes.push_str(&format!(
+                "none: half of the trials or more have no such measure ({why}).\n"
+            ));
         }
     }
-    found
+    notes.push_str(&wrap(&worst(study), WIDTH, "  "));
+    notes.extend(first_failed(study));
+    notes
 }
 
-fn lost(outcomes: &Outcomes) -> Share {
-    Share::new(outcomes.lost_trials().0, outcomes.trials)
+/// Whether a median that is shown falls among trials without the measure, of an output of which half of the trials
+/// failed, or did not.
+fn none_there(study: &Study, failed: bool) -> bool {
+    let measures = shown_at_the_end(study);
+    study.all_outputs().any(|(_, output)| {
+        let mut found = measures.iter().filter_map(|of| output.measures.get(of));
+        (output.failed.share < 0.5) != failed && found.any(|of| of.q50.lost)
+    })
+}
+
+fn lost(output: &OutputSummary) -> Share {
+    Share::new(output.outcomes.lost_trials().0, output.outcomes.trials)
 }
 
 /// A share in per cent with its standard error; where that is not known, with the decimals that one trial makes.
@@ -112,32 +106,27 @@ fn per_cent(share: Share) -> String {
 
 /// The output and cell with the largest share of lost trials.
 fn worst(study: &Study) -> String {
-    let cells = study.summary.cells.iter();
-    let all = cells.flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)));
-    let worst = all.max_by(|a, b| {
-        let share = |outcomes: &Outcomes| lost(outcomes).share;
-        share(&a.1.outcomes).total_cmp(&share(&b.1.outcomes))
-    });
-    match worst {
-        Some((cell, output)) if lost(&output.outcomes).count > 0 => {
-            let place = cell.place().words(&study.varying());
-            let at = if place.is_empty() { "" } else { " at " };
-            visible(format!(
-                "The largest share of lost trials (failed or unstable): {} %, of {}{at}{place}.",
-                per_cent(lost(&output.outcomes)),
-                output.label(),
-            ))
-        }
-        _ => "No trial was lost.".to_owned(),
-    }
+    let worst = study
+        .all_outputs()
+        .max_by(|a, b| lost(a.1).share.total_cmp(&lost(b.1).share));
+    let Some((cell, output)) = worst.filter(|(_, output)| lost(output).count > 0) else {
+        return "No trial was lost.".to_owned();
+    };
+    let place = cell.place().words(&study.varying());
+    let at = if place.is_empty() { "" } else { " at " };
+    visible(format!(
+        "The largest share of lost trials (failed or unstable): {} %, of {}{at}{place}.",
+        per_cent(lost(output)),
+        output.label(),
+    ))
 }
 
 /// The command that replays the first failed trial of the cell and output with the largest share of failed trials, as
 /// one line.
 fn first_failed(study: &Study) -> Option<String> {
-    let cells = study.summary.cells.iter();
-    let all = cells.flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)));
-    let listed = all.filter(|(_, output)| !output.outcomes.failed_trials.is_empty());
+    let listed = study
+        .all_outputs()
+        .filter(|(_, output)| !output.outcomes.failed_trials.is_empty());
     let (cell, output) = listed.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share))?;
     let trials = output.outcomes.failed_trials.values();
     let first = trials.flatten().min()?;
@@ -145,14 +134,14 @@ fn first_failed(study: &Study) -> Option<String> {
     Some(visible(format!("To see a failed trial: {command}")) + "\n")
 }
 
-/// The content of a group of columns.
+/// A group of columns: the medians of a measure, or the lost trials.
 #[derive(Clone, Copy, PartialEq)]
-enum Shown {
+enum Group {
     Median(Measure),
     Lost,
 }
 
-impl Shown {
+impl Group {
     fn heading(self) -> String {
         match self {
             Self::Median(measure) => format!("median {}", measure.name()),
@@ -160,118 +149,86 @@ impl Shown {
         }
     }
 
-    fn number(self, study: &Study, cell: &CellSummary, label: &str) -> String {
-        let output = study.output(cell, label);
+    fn number(self, output: Option<&OutputSummary>) -> String {
         match (self, output) {
             (_, None) => "-".to_owned(),
-            (Self::Lost, Some(output)) => per_cent(lost(&output.outcomes)),
+            (Self::Lost, Some(output)) => per_cent(lost(output)),
             (Self::Median(measure), Some(output)) => {
-                let median = output
-                    .measures
-                    .get(&measure)
-                    .map_or(Quantile::UNDEFINED, |statistics| statistics.q50);
-                quantile(median)
+                let statistics = output.measures.get(&measure);
+                quantile(statistics.map_or(Quantile::UNDEFINED, |of| of.q50))
             }
         }
     }
 }
 
 /// The first measures, and the lost trials if there are any.
-fn groups(cells: &[CellSummary], measures: &[Measure]) -> Vec<Shown> {
-    let measures = measures.iter().take(AT_THE_END);
-    let mut groups: Vec<Shown> = measures.map(|measure| Shown::Median(*measure)).collect();
-    let mut outputs = cells.iter().flat_map(|cell| &cell.outputs);
-    if outputs.any(|output| lost(&output.outcomes).count > 0) {
-        groups.insert(groups.len().min(1), Shown::Lost);
+fn groups(study: &Study) -> Vec<Group> {
+    let measures = shown_at_the_end(study).into_iter();
+    let mut groups: Vec<Group> = measures.map(Group::Median).collect();
+    if study
+        .all_outputs()
+        .any(|(_, output)| lost(output).count > 0)
+    {
+        groups.insert(groups.len().min(1), Group::Lost);
     }
     groups
 }
 
-/// Names of rows or columns, short enough to fit beside numbers.
-struct Names {
-    heading: String,
-    shown: Vec<String>,
-    /// The complete names of those that are too long, wrapped; the others are empty.
-    key: Vec<String>,
+/// The name of a row or a column.
+struct Name {
+    /// Short enough to stand beside numbers.
+    shown: String,
+    /// The complete name, wrapped, if that is too long; otherwise empty.
+    key: String,
 }
 
-impl Names {
-    /// Makes names; those of more than `most` characters are replaced by short ones.
-    fn new(heading: &str, whole: Vec<String>, most: usize) -> Self {
-        let taken = whole.clone();
-        let mut free = letters().filter(|letter| !taken.contains(letter));
-        let mut key = Vec::new();
-        let mut short = |name: String| {
-            if name.chars().count() <= most {
-                key.push(String::new());
-                return name;
-            }
-            let letter = free.next().unwrap_or_default();
-            key.push(wrap(&format!("{letter}: {name}"), WIDTH, "   "));
-            letter
-        };
-        let shown = whole.into_iter().map(&mut short).collect();
-        let heading = heading.to_owned();
-        Self {
-            heading,
-            shown,
-            key,
-        }
-    }
-
-    /// One column for every setting that varies, or the numbers of the cells if these are too wide.
-    fn of_cells(study: &Study) -> Self {
-        let keys = study.varying();
-        let cells = &study.summary.cells;
-        let mut columns = Vec::new();
-        for key in &keys {
-            let names = cells.iter().map(|cell| visible(cell.setting(*key)));
-            let heading = key.name().replace('_', " ");
-            columns.push(
-                std::iter::once(heading)
-                    .chain(names)
-                    .collect::<Vec<String>>(),
-            );
-        }
-        let widths: Vec<usize> = columns.iter().map(|column| widest(column)).collect();
-        let row = |row: usize| {
-            let texts = columns.iter().zip(&widths);
-            let padded = texts.map(|(column, width)| format!("{:width$}", column[row]));
-            padded.collect::<Vec<_>>().join("  ").trim_end().to_owned()
-        };
-        let rows: Vec<String> = (1..=cells.len()).map(row).collect();
-        if widest(&rows).max(row(0).chars().count()) <= ROW_NAME {
-            let key = vec![String::new(); rows.len()];
-            let heading = row(0);
-            return Self {
-                heading,
-                shown: rows,
-                key,
-            };
-        }
-        let whole = |cell: &CellSummary| {
-            let words = visible(cell.place().words(&keys));
-            wrap(&format!("cell {}: {words}", cell.cell), WIDTH, "    ")
-        };
-        Self {
-            heading: "cell".to_owned(),
-            shown: cells.iter().map(|cell| cell.cell.to_string()).collect(),
-            key: cells.iter().map(whole).collect(),
-        }
+impl Name {
+    fn whole(shown: String) -> Self {
+        let key = String::new();
+        Self { shown, key }
     }
 }
 
-/// "A", "B", ..., "Z", "A2", ...
-fn letters() -> impl Iterator<Item = String> {
-    let turn = |turn: usize| {
-        let number = if turn == 1 {
-            String::new()
-        } else {
-            turn.to_string()
-        };
-        ('A'..='Z').map(move |letter| format!("{letter}{number}"))
+/// Names; those of more than `most` characters are replaced by the letters A, B, ..., Z, A2, ...
+fn short(names: Vec<String>, most: usize) -> Vec<Name> {
+    let turns = (1..).map(|turn: usize| (turn > 1).then(|| turn.to_string()).unwrap_or_default());
+    let letters = turns.flat_map(|turn| ('A'..='Z').map(move |letter| format!("{letter}{turn}")));
+    let taken = names.clone();
+    let mut free = letters.filter(|letter| !taken.contains(letter));
+    let mut name = |name: String| {
+        if name.chars().count() <= most {
+            return Name::whole(name);
+        }
+        let shown = free.next().unwrap_or_default();
+        let key = wrap(&format!("{shown}: {name}"), WIDTH, "   ");
+        Name { shown, key }
     };
-    (1..).flat_map(turn)
+    names.into_iter().map(&mut name).collect()
+}
+
+/// The heading and the names of cells: a column for every setting that varies, or the numbers of the cells if these are
+/// too wide.
+fn of_cells(study: &Study) -> (String, Vec<Name>) {
+    let keys = study.varying();
+    let cells = &study.summary.cells;
+    let mut lines = vec![String::new(); 1 + cells.len()];
+    for (i, key) in keys.iter().enumerate() {
+        let texts = cells.iter().map(|cell| visible(cell.setting(*key)));
+        let heading = std::iter::once(key.name().replace('_', " "));
+        append(&mut lines, if i > 0 { 2 } else { 0 }, heading.chain(texts));
+    }
+    let mut names = lines.iter().map(|line| line.trim_end().to_owned());
+    if names.clone().all(|name| name.chars().count() <= ROW_NAME) {
+        let heading = names.next().unwrap_or_default();
+        return (heading, names.map(Name::whole).collect());
+    }
+    let name = |cell: &CellSummary| {
+        let words = visible(cell.place().words(&keys));
+        let key = wrap(&format!("cell {}: {words}", cell.cell), WIDTH, "    ");
+        let shown = cell.cell.to_string();
+        Name { shown, key }
+    };
+    ("cell".to_owned(), cells.iter().map(name).collect())
 }
 
 fn widest(texts: &[String]) -> usize {
@@ -279,272 +236,183 @@ fn widest(texts: &[String]) -> usize {
     widths.max().unwrap_or(0)
 }
 
-/// A column of numbers.
-struct Column {
-    /// Its group and its name, as indices.
-    group: usize,
-    name: usize,
-    numbers: Vec<String>,
-    width: usize,
+/// Adds a column to lines, after a gap.
+fn append(lines: &mut [String], gap: usize, texts: impl Iterator<Item = String>) {
+    let start = widest(lines) + gap;
+    for (line, text) in lines.iter_mut().zip(texts) {
+        *line = format!("{line:start$}{text}");
+    }
 }
 
-/// The width of a block so far, and the heading of the last group.
-#[derive(Clone, Copy, Default)]
-struct Line {
-    columns: usize,
-    heading: usize,
-    group: Option<usize>,
-    /// Whether the last column is the first of its group.
-    begins: bool,
-}
-
-impl Line {
-    fn from(columns: usize) -> Self {
-        Self {
-            columns,
-            ..Self::default()
+/// Keeps the first names that need at most `room` lines, `each` and those of its key, but at least one name; returns
+/// how many lines these are.
+fn keep(names: &mut Vec<Name>, room: usize, each: usize) -> usize {
+    let (mut count, mut used) = (0, 0);
+    for name in &*names {
+        let needed = used + each + name.key.lines().count();
+        if count > 0 && needed > room {
+            break;
         }
+        (count, used) = (count + 1, needed);
     }
-
-    fn end(&self) -> usize {
-        self.columns.max(self.heading)
-    }
-
-    /// Adds a column; returns where the gap before it begins.
-    fn add(&mut self, column: &Column, heading: &str) -> usize {
-        self.begins = self.group != Some(column.group);
-        let start = if self.begins {
-            self.end()
-        } else {
-            self.columns
-        };
-        if self.begins {
-            self.heading = start + 2 + heading.chars().count();
-        }
-        self.group = Some(column.group);
-        self.columns = start + 2 + column.width;
-        start
-    }
+    names.truncate(count);
+    used
 }
 
-/// Cells as rows and outputs as columns, or the reverse if there are more outputs than cells.
+/// A table of at most `room` lines with its keys, and what it leaves out. Cells are rows and outputs columns, or the
+/// reverse if there are more outputs than cells.
+fn table(study: &Study, room: usize) -> (String, String) {
+    let cells = &study.summary.cells;
+    let labels = outputs(study);
+    let turned = labels.len() > cells.len();
+    let names = labels.iter().map(visible).collect();
+    let ((heading, rows), columns) = if turned {
+        let keys = study.varying();
+        let places = cells.iter().map(|cell| visible(cell.place().words(&keys)));
+        let rows = ("output".to_owned(), short(names, ROW_NAME));
+        (rows, short(places.collect(), COLUMN_NAME))
+    } else {
+        (of_cells(study), short(names, COLUMN_NAME))
+    };
+    let mut sheet = Sheet::new(heading, rows, columns, room);
+    let mut count = 0;
+    for group in groups(study) {
+        let added = sheet.add(&group.heading(), |row, column| {
+            let (cell, label) = if turned { (column, row) } else { (row, column) };
+            group.number(study.output(&cells[cell], &labels[label]))
+        });
+        count += usize::from(added && group != Group::Lost);
+    }
+    let mut shown = [sheet.rows.len(), sheet.columns.len()];
+    if turned {
+        shown.reverse();
+    }
+    let left = [
+        (cells.len() - shown[0], "cell"),
+        (study.labels().len() - shown[1], "output"),
+        (measures(study).len() - count, "measure"),
+    ];
+    let left = left.into_iter().filter(|(count, _)| *count > 0);
+    let left: Vec<String> = left
+        .map(|(count, word)| format!("{count} more {word}{}", if count == 1 { "" } else { "s" }))
+        .collect();
+    (sheet.text(), left.join(", "))
+}
+
+/// Rows and columns of numbers, in blocks one below the other.
 struct Sheet {
-    rows: Names,
-    columns: Names,
-    groups: Vec<Shown>,
-    /// The blocks shown, one below the other, each with `count` rows.
-    blocks: Vec<Vec<Column>>,
-    count: usize,
-    /// Numbers of cells, outputs and measures that are not shown.
-    left: [usize; 3],
+    /// Those that are shown.
+    rows: Vec<Name>,
+    columns: Vec<Name>,
+    /// The lines with which a block begins: headings and names of rows.
+    start: Vec<String>,
+    blocks: Vec<Vec<String>>,
+    /// Lines left for further blocks.
+    room: usize,
+    /// Whether a column was left out.
+    full: bool,
 }
 
 impl Sheet {
-    /// Fills a sheet of at most `room` lines.
-    fn new(study: &Study, room: usize) -> Self {
-        let cells = &study.summary.cells;
-        let (labels, all) = (outputs(study), measures(study));
-        let turned = labels.len() > cells.len();
-        let outputs = labels.iter().map(visible).collect();
-        let (rows, columns) = if turned {
-            let keys = study.varying();
-            let places = cells.iter().map(|cell| visible(cell.place().words(&keys)));
-            let places = Names::new("", places.collect(), COLUMN_NAME);
-            (Names::new("output", outputs, ROW_NAME), places)
-        } else {
-            (Names::of_cells(study), Names::new("", outputs, COLUMN_NAME))
-        };
-        let mut sheet = Self {
+    /// A sheet with as many names as fit, without numbers.
+    fn new(heading: String, mut rows: Vec<Name>, mut columns: Vec<Name>, room: usize) -> Self {
+        // A column that is the only one has no name, and needs no line for it.
+        let named = columns.iter().any(|name| !name.shown.is_empty());
+        let mut start = vec![String::new(); usize::from(named)];
+        start.push(heading);
+        let room = room.saturating_sub(keep(&mut columns, KEY_LINES, 0) + start.len());
+        let room = room.saturating_sub(keep(&mut rows, room, 1));
+        start.extend(rows.iter().map(|row| row.shown.clone()));
+        Self {
             rows,
             columns,
-            groups: groups(cells, &all),
-            blocks: Vec::new(),
-            count: 0,
-            left: [0; 3],
+            blocks: vec![start.clone()],
+            start,
+            room,
+            full: false,
+        }
+    }
+
+    /// Adds a group of columns if there is room for all, of the first group those for which there is; returns whether
+    /// any were added.
+    fn add(&mut self, heading: &str, number: impl Fn(usize, usize) -> String) -> bool {
+        if self.full {
+            return false;
+        }
+        let texts = |column: usize| {
+            let numbers = (0..self.rows.len()).map(|row| number(row, column));
+            let named = self.start.len() > self.rows.len() + 1;
+            let name = named.then(|| self.columns[column].shown.clone());
+            name.into_iter().chain(numbers).collect()
         };
-        let columns = sheet.fill(room, |group, row, column| {
-            let (cell, label) = if turned { (column, row) } else { (row, column) };
-            group.number(study, &cells[cell], &labels[label])
-        });
-        let mut shown = [sheet.count, columns];
-        if turned {
-            shown.reverse();
+        let texts: Vec<Vec<String>> = (0..self.columns.len()).map(texts).collect();
+        let before = self.blocks.clone();
+        let count = self.place(heading, &texts);
+        self.full = count < texts.len();
+        if self.full && before != [self.start.as_slice()] {
+            self.blocks = before;
+            return false;
         }
-        let measures = sheet.shown_groups().filter(|shown| *shown != Shown::Lost);
-        sheet.left = [
-            cells.len() - shown[0],
-            study.labels().len() - shown[1],
-            all.len() - measures.count(),
-        ];
-        sheet
+        self.columns.truncate(count);
+        true
     }
 
-    /// Takes as many rows as fit, then as many blocks of columns. Returns how many columns of the first group are
-    /// shown.
-    fn fill(&mut self, room: usize, number: impl Fn(Shown, usize, usize) -> String) -> usize {
-        let height = |text: &String| text.lines().count();
-        let mut names = 0;
-        let mut key = 0;
-        while names < self.columns.shown.len() {
-            key += height(&self.columns.key[names]);
-            if names > 0 && key > KEY_LINES {
-                break;
-            }
-            names += 1;
-        }
-        let key = self.columns.key[..names].iter().map(height).sum::<usize>();
-        let mut room = room.saturating_sub(key + self.heads());
-        while self.count < self.rows.shown.len() {
-            let needed = 1 + height(&self.rows.key[self.count]);
-            if self.count > 0 && needed > room {
-                break;
-            }
-            room = room.saturating_sub(needed);
-            self.count += 1;
-        }
-        let column = |group: usize, name: usize| {
-            let rows = 0..self.count;
-            let numbers: Vec<String> = rows
-                .map(|row| number(self.groups[group], row, name))
-                .collect();
-            let width = widest(&numbers).max(self.columns.shown[name].chars().count());
-            Column {
-                group,
-                name,
-                numbers,
-                width,
-            }
+    /// Puts columns side by side, and starts further blocks while there is room for their lines; returns the number of
+    /// columns that found room.
+    fn place(&mut self, heading: &str, columns: &[Vec<String>]) -> usize {
+        let whole = |block: &[String]| {
+            let columns = columns.iter().enumerate();
+            let all = columns.fold(block.to_vec(), |block, (i, column)| {
+                beside(&block, (i == 0).then_some(heading), column)
+            });
+            widest(&all)
         };
-        let group = |group| (0..names).map(|name| column(group, name)).collect();
-        let groups = (0..self.groups.len()).map(group).collect();
-        self.arrange(groups, room);
-        self.leave_parts(names)
-    }
-
-    /// Number of lines above the rows of a block.
-    fn heads(&self) -> usize {
-        let named = self.columns.shown.iter().any(|name| !name.is_empty());
-        1 + usize::from(named)
-    }
-
-    fn row_width(&self) -> usize {
-        let rows = widest(&self.rows.shown[..self.count]);
-        rows.max(self.rows.heading.chars().count())
-    }
-
-    /// Puts columns side by side, and starts further blocks while there is room for their lines.
-    fn arrange(&mut self, groups: Vec<Vec<Column>>, mut room: usize) {
-        let height = 1 + self.heads() + self.count;
-        let start = Line::from(self.row_width());
-        let mut line = start;
-        for group in groups {
-            // A group that fits into one block is not divided.
-            let end = |line: Line| {
-                group
-                    .iter()
-                    .fold(line, |line, text| self.with(line, text))
-                    .end()
-            };
-            let mut begin = self.blocks.is_empty() || end(line) > WIDTH && end(start) <= WIDTH;
-            for column in group {
-                begin |= self.with(line, &column).end() > WIDTH;
-                if begin && !self.blocks.is_empty() {
-                    if height > room {
-                        return;
-                    }
-                    room -= height;
+        let mut block = self.blocks.pop().unwrap_or_default();
+        // A group that fits into one block is not divided.
+        let mut begin = whole(&block) > WIDTH && whole(&self.start) <= WIDTH;
+        let mut title = Some(heading);
+        let mut count = 0;
+        for column in columns {
+            begin |= widest(&beside(&block, title, column)) > WIDTH;
+            if std::mem::take(&mut begin) && block != self.start {
+                if 1 + block.len() > self.room {
+                    break;
                 }
-                if std::mem::take(&mut begin) {
-                    self.blocks.push(Vec::new());
-                    line = start;
-                }
-                line = self.with(line, &column);
-                if let Some(block) = self.blocks.last_mut() {
-                    block.push(column);
-                }
+                self.room -= 1 + block.len();
+                self.blocks.push(block);
+                (block, title) = (self.start.clone(), Some(heading));
             }
+            block = beside(&block, title.take(), column);
+            count += 1;
         }
+        self.blocks.push(block);
+        count
     }
 
-    /// Keeps only whole groups, or a part of the first one; returns how many of its columns are left.
-    fn leave_parts(&mut self, names: usize) -> usize {
-        let whole = self.blocks.iter().flatten().count() / names.max(1);
-        for block in &mut self.blocks {
-            block.retain(|column| column.group < whole.max(1));
-        }
-        self.blocks.retain(|block| !block.is_empty());
-        let all = self.blocks.iter().flatten();
-        all.filter(|column| column.group == 0).count()
-    }
-
-    /// The line with one more column.
-    fn with(&self, mut line: Line, column: &Column) -> Line {
-        line.add(column, &self.groups[column.group].heading());
-        line
-    }
-
-    fn shown_groups(&self) -> impl Iterator<Item = Shown> {
-        let columns = self.blocks.iter().flatten();
-        let last = columns.map(|column| column.group).max();
-        let count = last.map_or(0, |last| last + 1);
-        self.groups[..count].iter().copied()
-    }
-
+    /// The blocks, then the keys of their names.
     fn text(&self) -> String {
-        let blocks = self.blocks.iter().map(|block| self.block(block));
+        let line = |line: &String| line.trim_end().to_owned() + "\n";
+        let blocks = self.blocks.iter();
+        let blocks = blocks.map(|block| block.iter().map(line).collect::<String>());
         let mut text = blocks.collect::<Vec<_>>().join("\n");
-        let names = self.blocks.iter().flatten().map(|column| column.name + 1);
-        let names = names.max().unwrap_or(0);
-        let keys = self.columns.key[..names].iter();
-        for key in keys.chain(&self.rows.key[..self.count]) {
-            text.push_str(key);
-        }
+        text.extend(self.columns.iter().chain(&self.rows).map(|name| &*name.key));
         text
     }
+}
 
-    fn block(&self, block: &[Column]) -> String {
-        let width = self.row_width();
-        let named = self.heads() == 2;
-        let [first, second] = if named {
-            ["", &self.rows.heading]
-        } else {
-            [&self.rows.heading, ""]
-        };
-        let mut headings = format!("{first:width$}");
-        let mut names = format!("{second:width$}");
-        let mut rows: Vec<String> = self.rows.shown[..self.count]
-            .iter()
-            .map(|name| format!("{name:width$}"))
-            .collect();
-        let mut line = Line::from(width);
-        for column in block {
-            let heading = self.groups[column.group].heading();
-            let (start, width) = (line.add(column, &heading), column.width);
-            if line.begins {
-                headings = format!("{headings:start$}  {heading}");
-            }
-            let name = &self.columns.shown[column.name];
-            names = format!("{names:start$}  {name:width$}");
-            for (row, number) in rows.iter_mut().zip(&column.numbers) {
-                *row = format!("{row:start$}  {number:width$}");
-            }
+/// A block with one more column, and the heading of its group above it if it is the first of these.
+fn beside(block: &[String], heading: Option<&str>, column: &[String]) -> Vec<String> {
+    let mut block = block.to_vec();
+    let width = widest(column);
+    let column = column.iter().map(|text| format!("{text:width$}"));
+    match heading {
+        Some(heading) => {
+            let heading = std::iter::once(heading.to_owned());
+            append(&mut block, 2, heading.chain(column));
         }
-        let names = named.then_some(names);
-        let lines = std::iter::once(headings).chain(names).chain(rows);
-        lines
-            .map(|line| line.trim_end().to_owned() + "\n")
-            .collect()
+        None => append(&mut block[1..], 2, column),
     }
-
-    /// "60 more cells, 2 more measures".
-    fn left_out(&self) -> String {
-        let words = ["cell", "output", "measure"].into_iter().zip(self.left);
-        let counted = words.filter(|(_, count)| *count > 0).map(|(word, count)| {
-            let s = if count == 1 { "" } else { "s" };
-            format!("{count} more {word}{s}")
-        });
-        counted.collect::<Vec<_>>().join(", ")
-    }
+    block
 }
 
 #[cfg(test)]

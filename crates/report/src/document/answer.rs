@@ -139,11 +139,7 @@ fn paired(study: &Study, measure: Measure) -> String {
 /// The cell with the most failed trials.
 fn failures(study: &Study) -> String {
     let keys = study.varying();
-    let outputs = study
-        .summary
-        .cells
-        .iter()
-        .flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)));
+    let outputs = study.all_outputs();
     let most = outputs.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share));
     match most.filter(|(_, output)| output.failed.count > 0) {
         Some((cell, output)) => format!(

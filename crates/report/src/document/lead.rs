@@ -9,7 +9,7 @@ use std::collections::HashMap;
 pub(super) const OUTPUTS: usize = 8;
 
 /// Measures in the table that a run ends with.
-pub(crate) const AT_THE_END: usize = 3;
+const AT_THE_END: usize = 3;
 
 /// The measures in the table that a run ends with.
 pub(crate) fn shown_at_the_end(study: &Study) -> Vec<Measure> {

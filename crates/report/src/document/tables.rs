@@ -62,12 +62,6 @@ fn failure(kind: &str) -> String {
     kind.replace(['_', '-'], " ")
 }
 
-/// Every output of every cell.
-fn outputs(study: &Study) -> impl Iterator<Item = (&CellSummary, &OutputSummary)> {
-    let cells = study.summary.cells.iter();
-    cells.flat_map(|cell| cell.outputs.iter().map(move |output| (cell, output)))
-}
-
 /// Medians and RMSE of the leading measures and outputs, for the page.
 pub(super) fn overview(study: &Study) -> LongTable {
     let keys = study.varying();
@@ -135,7 +129,7 @@ pub(super) fn everything(study: &Study) -> LongTable {
     let exact = |value: f64| CellText::number("", value);
     let count = |value: u64| CellText::number("", value as f64);
     let keys = study.varying();
-    let rows = outputs(study).flat_map(|(cell, output)| {
+    let rows = study.all_outputs().flat_map(|(cell, output)| {
         let measures = output.measures.iter();
         let measures = measures.map(|(measure, statistics)| (measure.to_string(), statistics));
         let errors = output.parameters.iter();
@@ -167,7 +161,7 @@ pub(super) fn everything(study: &Study) -> LongTable {
 /// The coverage of the 95 % intervals of the coefficients.
 pub(super) fn coverage(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
-    let rows = outputs(study).flat_map(|(cell, output)| {
+    let rows = study.all_outputs().flat_map(|(cell, output)| {
         let coverage = output.coverage.iter();
         coverage.map(move |(name, coverage)| (cell, output, name, coverage))
     });
@@ -364,7 +358,7 @@ pub(super) fn failures(study: &Study) -> Option<LongTable> {
 /// results of older builds, which do not list them.
 pub(super) fn failed_trials(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
-    let rows = outputs(study).flat_map(|(cell, output)| {
+    let rows = study.all_outputs().flat_map(|(cell, output)| {
         let kinds = output.outcomes.failed_trials.iter();
         let kinds = kinds.filter(|(_, trials)| !trials.is_empty());
         kinds.map(move |(kind, trials)| {

@@ -9,7 +9,7 @@ use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::input_table::{InputTable, LAWS};
 use crate::design::file::key::Key;
 use crate::design::file::tables::{FeedbackTable, NoiseTable, PlantTable};
-use crate::design::settings_reader::{LARGEST_COUNT, SettingsReader, unknown};
+use crate::design::settings_reader::{LARGEST_COUNT, SettingsReader, named};
 use crate::design::state_feedback::StateFeedback;
 use asobench_identification::data::{
     Change, ChangedPlant, Feedback, NoiseColour, OutputFeedback, PlantSource, Process,
@@ -267,10 +267,7 @@ impl SettingsReader<'_> {
                 radius: self.number(Key::PoleRadius)?,
             }),
             _ => {
-                let known = self.file.plants.keys().map(String::as_str);
-                let known: Vec<&str> = PLANTS.into_iter().chain(known).collect();
-                let table = self.file.plants.get(name);
-                let table = table.ok_or_else(|| unknown(Key::Plant, name, &known))?;
+                let table = named(Key::Plant, name, &PLANTS, &self.file.plants)?;
                 let place = format!("plants.{name}");
                 let wrong = |e: String| FileError::key(&place, e);
                 // Before anything is computed of them.
@@ -300,10 +297,7 @@ impl SettingsReader<'_> {
         if name == "none" {
             return Ok(None);
         }
-        let known = self.file.changes.keys().map(String::as_str);
-        let known: Vec<&str> = CHANGES.into_iter().chain(known).collect();
-        let table = self.file.changes.get(&name);
-        let table = table.ok_or_else(|| unknown(Key::Change, &name, &known))?;
+        let table = named(Key::Change, &name, &CHANGES, &self.file.changes)?;
         let wrong = |message: &str| Err(FileError::key(&format!("changes.{name}"), message));
         let to = match (&table.plant, table.gain, table.poles) {
             (Some(to), None, None) => match self.plant_named(to)? {
@@ -369,10 +363,7 @@ impl SettingsReader<'_> {
             },
             "white" => Ok(NoiseFilter::white().into()),
             _ => {
-                let known = self.file.noises.keys().map(String::as_str);
-                let known: Vec<&str> = NOISES.into_iter().chain(known).collect();
-                let table = self.file.noises.get(&name);
-                let table = table.ok_or_else(|| unknown(Key::Noise, &name, &known))?;
+                let table = named(Key::Noise, &name, &NOISES, &self.file.noises)?;
                 let white = filter(&name, table)?;
                 if let Some(freedom) = table.student_t {
                     let place = format!("noises.{name}.student_t");
@@ -401,10 +392,7 @@ impl SettingsReader<'_> {
         if name == "none" {
             return Ok((Feedback::None, None));
         }
-        let known = self.file.feedbacks.keys().map(String::as_str);
-        let known: Vec<&str> = FEEDBACKS.into_iter().chain(known).collect();
-        let table = self.file.feedbacks.get(&name);
-        let table = table.ok_or_else(|| unknown(Key::Feedback, &name, &known))?;
+        let table = named(Key::Feedback, &name, &FEEDBACKS, &self.file.feedbacks)?;
         let place = format!("feedbacks.{name}");
         let wrong = |message: String| FileError::key(&place, message);
         let FeedbackTable {

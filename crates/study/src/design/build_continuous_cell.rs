@@ -6,7 +6,7 @@ use crate::design::file::continuous_tables::{
 };
 use crate::design::file::error::FileError;
 use crate::design::file::key::Key;
-use crate::design::settings_reader::{SettingsReader, unknown};
+use crate::design::settings_reader::{SettingsReader, named};
 use crate::text;
 use asobench_identification::observer::gpebo::{
     CascadeError, GpeboOptions, ObserverSpec, Operator,
@@ -118,13 +118,7 @@ fn plant(build: &SettingsReader<'_>) -> Result<(ContinuousPlant, Vec<f64>, Vec<f
         return Ok((ContinuousPlant::bobtsov2023(), vec![1.0, 2.0], vec![0.0; 2]));
     }
     let tables = &build.file.continuous_plants;
-    let known = CONTINUOUS_PLANTS
-        .into_iter()
-        .chain(tables.keys().map(String::as_str));
-    let known: Vec<&str> = known.collect();
-    let table = tables
-        .get(&name)
-        .ok_or_else(|| unknown(Key::Plant, &name, &known))?;
+    let table = named(Key::Plant, &name, &CONTINUOUS_PLANTS, tables)?;
     let ContinuousPlantTable { a, b, c, x0, xi0 } = table;
     let wrong = |message: String| FileError::key(&format!("continuous_plants.{name}"), message);
     let plant = ContinuousPlant::new(a, b.clone(), c.clone()).map_err(|e| wrong(e.to_string()))?;
@@ -180,11 +174,7 @@ fn terms(build: &SettingsReader<'_>, until: f64) -> Result<Vec<Term>, FileError>
         "square" => WaveName::Square,
         "white" => WaveName::White,
         _ => {
-            let tables = &build.file.signals;
-            let known = SIGNALS.into_iter().chain(tables.keys().map(String::as_str));
-            let known: Vec<&str> = known.collect();
-            let table = tables.get(&name);
-            let table = table.ok_or_else(|| unknown(Key::Disturbance, &name, &known))?;
+            let table = named(Key::Disturbance, &name, &SIGNALS, &build.file.signals)?;
             let place = |i: usize| format!("signals.{name}.waves[{i}]");
             if table.waves.len() > MOST_TERMS {
                 let message = format!("{} waves; expected at most {MOST_TERMS}", table.waves.len());

@@ -5,7 +5,9 @@ use crate::design::file::error::FileError;
 use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::grid::Settings;
 use crate::design::file::key::{AUTOMATIC, Key};
+use asobench_identification::names::UnknownName;
 use asobench_identification::text::number;
+use std::collections::BTreeMap;
 
 /// The largest order, window or record. A longer record would not fit into memory.
 pub(crate) const LARGEST_COUNT: f64 = 1e7;
@@ -18,11 +20,19 @@ pub(crate) struct SettingsReader<'a> {
     pub(crate) settings: Settings,
 }
 
-pub(crate) fn unknown(key: Key, given: &str, known: &[&str]) -> FileError {
-    FileError::key(
-        key.name(),
-        asobench_identification::names::UnknownName::new(key.name(), given, known).to_string(),
-    )
+/// Returns the table that a setting names; `built_in` are further names to offer.
+pub(crate) fn named<'a, T>(
+    key: Key,
+    name: &str,
+    built_in: &[&'a str],
+    tables: &'a BTreeMap<String, T>,
+) -> Result<&'a T, FileError> {
+    tables.get(name).ok_or_else(|| {
+        let names = tables.keys().map(String::as_str);
+        let known: Vec<&str> = built_in.iter().copied().chain(names).collect();
+        let unknown = UnknownName::new(key.name(), name, &known);
+        FileError::key(key.name(), unknown.to_string())
+    })
 }
 
 impl SettingsReader<'_> {

@@ -4,8 +4,11 @@ use super::part::{Part, Row, at_most, row};
 use super::words::{listed, table};
 use crate::results::Study;
 use asobench_identification::plant::{ContinuousPlant, Numerator, nikolov2023};
-use asobench_study::study::file::{AUTOMATIC, Axis, ExperimentFile, Key, StudyKind, TrialRule};
+use asobench_study::study::file::{
+    AUTOMATIC, Axis, ExperimentFile, FeedbackTable, Key, StudyKind, TrialRule,
+};
 use asobench_study::text::{grouped, number};
+use serde::Serialize;
 
 pub(super) fn part(study: &Study) -> Part {
     let file = &study.file;
@@ -146,66 +149,57 @@ fn example_in_continuous_time() -> String {
     )
 }
 
-/// Inputs, noise filters, feedbacks and given samples.
+/// Inputs, noise filters, changes, feedbacks and given samples.
 fn filters(file: &ExperimentFile) -> Vec<Row> {
-    let inputs = file.inputs.iter();
-    let inputs = inputs.map(|(name, input)| row(format!("input {name}"), table(input, &[])));
-    let noises = file.noises.iter();
-    let noises = noises.map(|(name, noise)| {
-        let filter = "white noise through C(q)/D(q)";
-        row(
-            format!("noise {name}"),
-            format!("{filter}: {}", table(noise, &[])),
-        )
-    });
-    let changes = file.changes.iter();
-    let changes = changes.map(|(name, change)| {
-        let what = "A and b of the plant move";
-        row(
-            format!("change {name}"),
-            format!("{what}: {}", table(change, &[])),
-        )
-    });
-    let feedbacks = file.feedbacks.iter().map(|(name, feedback)| {
-        let law = if feedback.state_gain.is_some() {
-            "u(k) = -k'xhat(k) + r(k)"
-        } else {
-            "u(k) = -K(q) y(k) + r(k)"
-        };
-        row(
-            format!("feedback {name}"),
-            format!("{law}: {}", table(feedback, &[])),
-        )
-    });
-    let columns = file.columns.iter().map(|(name, samples)| {
+    let law = |of: &FeedbackTable| match of.state_gain {
+        Some(_) => "u(k) = -k'xhat(k) + r(k): ",
+        None => "u(k) = -K(q) y(k) + r(k): ",
+    };
+    let mut rows = tables("input", &file.inputs, |_| "");
+    rows.extend(tables(
+        "noise",
+        &file.noises,
+        |_| "white noise through C(q)/D(q): ",
+    ));
+    rows.extend(tables(
+        "change",
+        &file.changes,
+        |_| "A and b of the plant move: ",
+    ));
+    rows.extend(tables("feedback", &file.feedbacks, law));
+    rows.extend(file.columns.iter().map(|(name, samples)| {
         let count = grouped(samples.len() as u64);
         row(name.clone(), format!("{count} samples, in manifest.json"))
-    });
-    inputs
-        .chain(noises)
-        .chain(changes)
-        .chain(feedbacks)
-        .chain(columns)
-        .collect()
+    }));
+    rows
 }
 
-/// What only a study in continuous time has.
+/// The tables of a kind by name, each in words after those of `lead`.
+fn tables<'a, T: Serialize + 'a>(
+    kind: &str,
+    all: impl IntoIterator<Item = (&'a String, &'a T)>,
+    lead: impl Fn(&T) -> &'static str,
+) -> Vec<Row> {
+    let of = |(name, of)| {
+        row(
+            format!("{kind} {name}"),
+            lead(of).to_owned() + &table(of, &[]),
+        )
+    };
+    all.into_iter().map(of).collect()
+}
+
+/// The times and the disturbances of a study in continuous time.
 fn continuous(file: &ExperimentFile) -> Vec<Row> {
-    let course = file.continuous.iter();
-    let course = course.map(|of| {
+    let times = |of| {
         row(
             "continuous",
             format!("times in seconds: {}", table(of, &[])),
         )
-    });
-    let signals = file.signals.iter();
-    let signals = signals.map(|(name, signal)| {
-        row(
-            format!("disturbance {name}"),
-            format!("a sum of waves: {}", table(signal, &[])),
-        )
-    });
-    course.chain(signals).collect()
+    };
+    let mut rows: Vec<Row> = file.continuous.iter().map(times).collect();
+    rows.extend(tables("disturbance", &file.signals, |_| "a sum of waves: "));
+    rows
 }
 
 /// The number of cells and how they come about.

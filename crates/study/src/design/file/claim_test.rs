@@ -13,6 +13,7 @@ use crate::design::file::test_table::{TestTable, TimeOf};
 use crate::design::file::theory_reference::TheoryReference;
 use crate::design::measure::Measure;
 use asobench_identification::names::{UnknownName, named_enum};
+use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
 named_enum! {
@@ -152,52 +153,49 @@ pub enum TestUnit {
 
 const KINDS: [&str; 6] = ["share", "value", "ratio", "cells", "slope", "time"];
 const LIMITS: [&str; 4] = ["below", "above", "between", "within"];
+/// What a share of the trials with a measure is of.
+const SHARES: [&str; 3] = ["bound", "rounding", "to"];
+/// The keys that not all kinds of test have, with those that do.
+const OPTIONS: [(&str, &[&str]); 11] = [
+    ("to", &["share", "ratio", "cells", "time"]),
+    ("measure_of_to", &["ratio"]),
+    ("statistic", &["value", "ratio", "slope"]),
+    ("bound", &["share"]),
+    ("rounding", &["share"]),
+    ("axis", &["cells"]),
+    ("from", &["cells", "slope"]),
+    ("over", &["slope"]),
+    ("within", &["ratio", "cells", "time"]),
+    ("cap", &["value", "ratio"]),
+    ("kurtosis", &["value", "ratio"]),
+];
 
 impl TestTable {
-    /// Returns the keys present in the table, each with the kinds of test that allow it.
-    fn given(&self) -> Vec<(&'static str, &'static [&'static str])> {
-        const COMPARED: &[&str] = &["share", "ratio", "cells", "time"];
-        let options: [(&str, bool, &[&str]); 11] = [
-            ("to", self.to.is_some(), COMPARED),
-            ("measure_of_to", self.measure_of_to.is_some(), &["ratio"]),
-            (
-                "statistic",
-                self.statistic.is_some(),
-                &["value", "ratio", "slope"],
-            ),
-            ("bound", self.bound.is_some(), &["share"]),
-            ("rounding", self.rounding.is_some(), &["share"]),
-            ("axis", self.axis.is_some(), &["cells"]),
-            ("from", self.from.is_some(), &["cells", "slope"]),
-            ("over", self.over.is_some(), &["slope"]),
-            ("within", self.within.is_some(), &["ratio", "cells", "time"]),
-            ("cap", self.cap.is_some(), &["value", "ratio"]),
-            ("kurtosis", self.kurtosis.is_some(), &["value", "ratio"]),
-        ];
-        let given = options.into_iter().filter(|(_, given, _)| *given);
-        given.map(|(name, _, kinds)| (name, kinds)).collect()
+    /// Returns the keys that are there, with their values.
+    fn written(&self) -> Map<String, Value> {
+        match serde_json::to_value(self) {
+            Ok(Value::Object(written)) => written,
+            _ => Map::new(),
+        }
     }
 
-    fn kind_name(&self) -> Result<&'static str, FileError> {
-        let there = [
-            self.share.is_some(),
-            self.value.is_some(),
-            self.ratio.is_some(),
-            self.cells.is_some(),
-            self.slope.is_some(),
-            self.time.is_some(),
-        ];
-        one_of("", KINDS, there)
+    fn kind(&self, name: &str) -> Result<TestKind, FileError> {
+        let measured = self.ratio.or(self.cells).or(self.slope);
+        match (&self.share, &self.value, measured) {
+            (Some(share), ..) => self.share_kind(share),
+            (_, Some(value), _) => self.value_kind(value),
+            (.., Some(measure)) if name == "ratio" => self.ratio_kind(measure),
+            (.., Some(measure)) if name == "cells" => self.cells_kind(measure),
+            (.., Some(measure)) => self.slope_kind(measure),
+            _ => {
+                let TimeOf::Estimate = self.time.unwrap_or_default();
+                Ok(TestKind::Time { to: self.other()? })
+            }
+        }
     }
 
     fn limit(&self) -> Result<Limit, FileError> {
-        let there = [
-            self.below.is_some(),
-            self.above.is_some(),
-            self.between.is_some(),
-            self.within.is_some(),
-        ];
-        let name = one_of("", LIMITS, there)?;
+        let name = only_of(&self.written(), &LIMITS)?;
         let limit = match (self.below, self.above, self.between, self.within) {
             (Some(x), ..) => Limit::Below(x),
             (_, Some(x), ..) => Limit::Above(x),
@@ -252,16 +250,10 @@ impl TestTable {
     }
 
     fn share_kind(&self, share: &str) -> Result<TestKind, FileError> {
-        let limits = [
-            self.bound.is_some(),
-            self.rounding.is_some(),
-            self.to.is_some(),
-        ];
         if let Ok(outcome) = share.parse::<Outcome>() {
-            let names = ["bound", "rounding", "to"];
-            let stray = names.iter().zip(limits).find(|(_, given)| *given);
-            return match stray {
-                Some((name, _)) => Err(FileError::key(
+            let written = self.written();
+            return match SHARES.into_iter().find(|key| written.contains_key(*key)) {
+                Some(name) => Err(FileError::key(
                     name,
                     format!("means nothing with share = \"{outcome}\"; expected a measure there"),
                 )),
@@ -270,12 +262,12 @@ impl TestTable {
         }
         let outcomes = Outcome::ALL.iter().map(|outcome| outcome.name());
         let measure = measure("share", share, outcomes)?;
-        let [bound, rounding, to] = limits;
-        one_of(
-            "share of a measure: ",
-            ["bound", "rounding", "to"],
-            [bound && !rounding, rounding, to],
-        )?;
+        // A bound may have a rounding.
+        let is_bound = self.bound.or(self.rounding).is_some();
+        if is_bound == self.to.is_some() {
+            let message = "share of a measure: expected exactly one of bound, rounding, to";
+            return Err(FileError::key(if is_bound { "to" } else { "" }, message));
+        }
         if self.to.is_some() {
             let to = self.other()?;
             return Ok(TestKind::Wins { measure, to });
@@ -417,11 +409,11 @@ impl ClaimTest {
     /// # Errors
     /// What is wrong with the table, with the key in it.
     pub fn from_table(table: &TestTable) -> Result<Self, FileError> {
-        let name = table.kind_name()?;
-        let stray = table
-            .given()
-            .into_iter()
-            .find(|(_, kinds)| !kinds.contains(&name));
+        let written = table.written();
+        let name = only_of(&written, &KINDS)?;
+        let stray = OPTIONS
+            .iter()
+            .find(|(key, kinds)| written.contains_key(*key) && !kinds.contains(&name));
         if let Some((key, kinds)) = stray {
             let message = format!(
                 "means nothing in a test of '{name}'; it belongs to {}",
@@ -430,30 +422,7 @@ impl ClaimTest {
             return Err(FileError::key(key, message));
         }
         let limit = table.limit()?;
-        let kind = match table {
-            TestTable {
-                share: Some(share), ..
-            } => table.share_kind(share)?,
-            TestTable {
-                value: Some(value), ..
-            } => table.value_kind(value)?,
-            TestTable {
-                ratio: Some(measure),
-                ..
-            } => table.ratio_kind(*measure)?,
-            TestTable {
-                cells: Some(measure),
-                ..
-            } => table.cells_kind(*measure)?,
-            TestTable {
-                slope: Some(measure),
-                ..
-            } => table.slope_kind(*measure)?,
-            TestTable { time, .. } => {
-                let TimeOf::Estimate = time.unwrap_or_default();
-                TestKind::Time { to: table.other()? }
-            }
-        };
+        let kind = table.kind(name)?;
         let output = TestTable::name("of", table.output.as_ref(), "an output, such as \"iv(4)\"")?;
         let assumption = table.assumption(&kind, limit)?;
         let shares = matches!(
@@ -583,18 +552,16 @@ fn missing(key: &str, what: &str) -> FileError {
     FileError::key(key, format!("missing; expected {what}"))
 }
 
-/// Returns the only key of several that is present.
-fn one_of<const N: usize>(
-    intro: &str,
-    names: [&'static str; N],
-    there: [bool; N],
-) -> Result<&'static str, FileError> {
-    let mut found = names.iter().zip(there).filter(|(_, there)| *there);
-    let expected = || format!("{intro}expected exactly one of {}", names.join(", "));
-    match (found.next(), found.next()) {
-        (Some((name, _)), None) => Ok(name),
-        (Some((_, _)), Some((second, _))) => Err(FileError::key(second, expected())),
-        (None, _) => Err(FileError::key("", expected())),
+/// Returns the only key of several that is there.
+fn only_of(written: &Map<String, Value>, keys: &[&'static str]) -> Result<&'static str, FileError> {
+    let mut found = keys.iter().filter(|key| written.contains_key(**key));
+    let first = found.next();
+    match (first, found.next()) {
+        (Some(key), None) => Ok(key),
+        (_, second) => {
+            let message = format!("expected exactly one of {}", keys.join(", "));
+            Err(FileError::key(second.copied().unwrap_or_default(), message))
+        }
     }
 }
 
