@@ -184,7 +184,7 @@ fn warn(report: &Report) {
     }
     for estimate in &report.estimates {
         let last = estimate.last();
-        if last.pass.unstable {
+        if last.fitted.pass.unstable {
             note(&format!(
                 "warning: {}: A-hat has a pole on or outside the unit circle",
                 estimate.name

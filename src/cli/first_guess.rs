@@ -1,14 +1,13 @@
 //! Commands and flags that other programs have, and what they are called here: every unknown one of a command line in
 //! one error, which ends with the line that was meant where the answers determine it.
 
-mod arguments;
 mod commands;
+mod table;
 mod values;
 
 use crate::text::shell_word;
-use arguments::{Answer, Typed};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use commands::Instead;
+use commands::{Answered, complete};
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -28,127 +27,117 @@ pub(super) fn lines(
     plain: fn(&str) -> String,
 ) -> Vec<String> {
     let words = given.iter().map(|word| word.to_str().map(str::to_owned));
-    let Some(words) = words.collect::<Option<Vec<String>>>() else {
+    let Some(line) = words.collect::<Option<Vec<String>>>() else {
         return vec![plain(&error.render().to_string())];
     };
     let mut meant = Meant {
-        line: words,
+        line,
         added: Vec::new(),
         known: true,
         gap: None,
         lines: Vec::new(),
+        all,
+        plain,
     };
     meant.command();
     if !meant.known {
         return meant.lines;
     }
     // Every round takes an unknown word out, or ends.
-    let rounds = given.len() + 8;
-    for round in 0..rounds {
-        // The line as it was typed is parsed already.
-        let parsed = (round > 0 || !meant.lines.is_empty()).then(|| meant.parsed(all));
-        let error = match &parsed {
-            None => error,
-            Some(Err(error)) => error,
-            Some(Ok(())) => break,
-        };
-        match error.kind() {
-            ErrorKind::UnknownArgument if meant.argument(error, all, plain) => {}
-            ErrorKind::InvalidValue | ErrorKind::ValueValidation if meant.value_in_gap(error) => {}
-            ErrorKind::ValueValidation
-                if further_word(error).is_some() && meant.argument(error, all, plain) => {}
-            ErrorKind::InvalidValue | ErrorKind::ValueValidation if meant.value(error, plain) => {}
-            // A flag that was taken out is what is missing then.
-            ErrorKind::MissingRequiredArgument | ErrorKind::MissingSubcommand
-                if !meant.lines.is_empty() =>
-            {
-                meant.known = false;
-                break;
-            }
-            ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => break,
-            _ => {
-                meant.lines.push(plain(&error.render().to_string()));
-                meant.known = false;
-                break;
-            }
+    for _ in 0..given.len() + 8 {
+        let Err(error) = meant.parsed() else { break };
+        if !meant.answered(&error) {
+            break;
         }
     }
-    meant.told(all)
-}
-
-/// Returns a word that clap takes for one more of many files, and that cannot be one.
-fn further_word(error: &clap::Error) -> Option<String> {
-    match (
-        error.get(ContextKind::InvalidArg)?,
-        error.get(ContextKind::InvalidValue)?,
-    ) {
-        (ContextValue::String(of), ContextValue::String(word))
-            if of.starts_with("[MORE.csv]") && !word.contains(['.', '/']) =>
-        {
-            Some(word.clone())
-        }
-        _ => None,
+    let mut told = meant.told();
+    if told.is_empty() {
+        told.push(plain(&error.render().to_string()));
     }
+    told
 }
 
 /// A command line on its way to the one that was meant.
-struct Meant {
+struct Meant<'a> {
     /// The line without the program's name.
     line: Vec<String>,
     /// Flags of an answer to a command, added at the end unless they were given.
-    added: Vec<[&'static str; 2]>,
+    added: Vec<String>,
     /// Whether the answers so far determine the line.
     known: bool,
     /// Where a word stood that was taken out: what follows it may be its value.
     gap: Option<usize>,
     /// The lines of the error.
     lines: Vec<String>,
+    all: &'a clap::Command,
+    plain: fn(&str) -> String,
 }
 
-impl Meant {
-    fn parsed(&self, all: &clap::Command) -> Result<(), clap::Error> {
+impl Meant<'_> {
+    fn parsed(&self) -> Result<(), clap::Error> {
         let words = std::iter::once(PROGRAM).chain(self.line.iter().map(String::as_str));
-        all.clone().try_get_matches_from(words).map(|_| ())
+        self.all.clone().try_get_matches_from(words).map(|_| ())
     }
 
     /// Answers a command of the table.
     fn command(&mut self) {
-        let Some(answer) = commands::answer(&self.line) else {
-            return;
-        };
-        let commands::Answer {
+        let Some(Answered {
             given,
             words,
             instead,
-        } = answer;
-        self.lines
-            .push(format!("unexpected command '{given}'; here: {words}"));
+        }) = commands::answer(&self.line)
+        else {
+            return;
+        };
+        let line = format!("unexpected command '{given}'; here: {words}");
+        self.lines.push(line);
         match instead {
-            Some(Instead { line, added }) => (self.line, self.added) = (line, added),
+            Some([line, added]) => (self.line, self.added) = (line, added),
             None => self.known = false,
         }
     }
 
+    /// Answers an error of the line, and puts what was meant in the place of the wrong word. Returns whether there may
+    /// be more.
+    fn answered(&mut self, error: &clap::Error) -> bool {
+        let value = text(error, ContextKind::InvalidValue);
+        let argument = text(error, ContextKind::InvalidArg);
+        let is_answered = match (error.kind(), argument, value) {
+            (ErrorKind::UnknownArgument, Some(argument), _) => self.argument(&argument, error),
+            (ErrorKind::InvalidValue | ErrorKind::ValueValidation, Some(flag), Some(value)) => {
+                self.value_in_gap(&value)
+                    || is_no_file(&flag, &value) && self.argument(&value, error)
+                    || self.value(&flag, &value, error)
+            }
+            // A flag that was taken out is what is missing then.
+            (ErrorKind::MissingRequiredArgument | ErrorKind::MissingSubcommand, ..)
+                if !self.lines.is_empty() =>
+            {
+                self.known = false;
+                return false;
+            }
+            (ErrorKind::DisplayHelp | ErrorKind::DisplayVersion, ..) => return false,
+            _ => false,
+        };
+        if !is_answered {
+            self.say(error);
+            self.known = false;
+        }
+        is_answered
+    }
+
+    /// The line of clap's own error.
+    fn say(&mut self, error: &clap::Error) {
+        self.lines.push((self.plain)(&error.render().to_string()));
+    }
+
     /// Answers an unknown argument, and puts what was meant in its place. Returns whether it was found.
-    fn argument(
-        &mut self,
-        error: &clap::Error,
-        all: &clap::Command,
-        plain: fn(&str) -> String,
-    ) -> bool {
-        let text = |kind: ContextKind| match error.get(kind) {
-            Some(ContextValue::String(text)) => Some(text.clone()),
-            _ => None,
-        };
-        let Some(argument) = further_word(error).or_else(|| text(ContextKind::InvalidArg)) else {
-            return false;
-        };
+    fn argument(&mut self, argument: &str, error: &clap::Error) -> bool {
         let is = |word: &String| {
-            *word == argument
-                || argument.starts_with('-')
-                    && word
-                        .strip_prefix(&argument)
-                        .is_some_and(|rest| rest.starts_with('=') || !argument.starts_with("--"))
+            word.strip_prefix(argument).is_some_and(|rest| {
+                let is_short = argument.starts_with('-') && !argument.starts_with("--");
+                rest.is_empty() || is_short || argument.starts_with('-') && rest.starts_with('=')
+            })
         };
         // The first word is the command.
         let found = self.line.iter().skip(1).position(is);
@@ -159,174 +148,126 @@ impl Meant {
             self.line.remove(at);
             return true;
         }
-        let Some(command) = all.find_subcommand(&self.line[0]) else {
+        let Some(command) = self.all.find_subcommand(&self.line[0]) else {
             return false;
         };
-        if let Some(list) = self.numbers(at).filter(|_| has(command, "--orders")) {
-            self.lines.push(format!(
-                "unexpected argument '{argument}'; here: --order n, or --orders {list}, in the order of the \
-                 estimator's letters: na nb nc nd nf nk"
-            ));
-            self.put_numbers(at, &list);
+        if has(command, "--orders") && self.orders(at, argument) {
             return true;
         }
-        let mut answers = arguments::answers(&argument).chain(list_of_orders(&argument));
-        if let Some(Answer { words, typed, .. }) = answers.find(|answer| has(command, answer.of)) {
+        let is_list = argument.starts_with('[') && argument.ends_with(']');
+        let numbers = |list: &str| {
+            list.split([' ', ',', ';'])
+                .all(|n| n.is_empty() || n.parse::<usize>().is_ok())
+        };
+        let word = if is_list && numbers(&argument[1..argument.len() - 1]) {
+            "[]"
+        } else {
+            argument
+        };
+        let mut answers = table::answers(word);
+        let near = text(error, ContextKind::SuggestedArg)
+            .filter(|flag| strsim::normalized_damerau_levenshtein(argument, flag) > ALIKE);
+        if let Some(answer) = answers.find(|answer| has(command, answer.of)) {
+            let words = answer.words;
             self.lines
                 .push(format!("unexpected argument '{argument}'; here: {words}"));
-            self.put(at, &argument, typed);
-            return true;
+            self.put(at, argument, answer.typed);
+        } else if let Some(near) = near {
+            self.say(error);
+            self.line[at] = self.line[at].replacen(argument, &near, 1);
+        } else {
+            let line = elsewhere(argument, command, self.all);
+            self.lines.push(line);
+            self.put(at, argument, None);
         }
-        let near = text(ContextKind::SuggestedArg)
-            .filter(|flag| strsim::normalized_damerau_levenshtein(&argument, flag) > ALIKE);
-        if let Some(near) = near {
-            self.lines.push(plain(&error.render().to_string()));
-            self.line[at] = self.line[at].replacen(&argument, &near, 1);
-            return true;
-        }
-        self.lines.push(elsewhere(&argument, command, all));
-        self.put(at, &argument, &Typed::Open);
         true
     }
 
-    /// Returns the whole numbers that stand alone around a place, `2 2 1`, as a list; those of `--order` among them.
-    fn numbers(&self, at: usize) -> Option<String> {
-        let (first, last) = self.run(at)?;
-        Some(self.line[first..=last].join(","))
-    }
-
-    /// The first and the last place of whole numbers around a place.
-    fn run(&self, at: usize) -> Option<(usize, usize)> {
+    /// Puts whole numbers that stand alone around a place, `2 2 1`, behind `--orders`, or one behind `--order`; that of
+    /// `--order` is among them. Returns whether there are any.
+    fn orders(&mut self, at: usize, argument: &str) -> bool {
         let is = |at: &usize| {
             self.line
                 .get(*at)
                 .is_some_and(|word| word.parse::<u16>().is_ok())
         };
-        let first = (0..=at).rev().take_while(is).last()?;
-        let last = (at..self.line.len()).take_while(is).last()?;
-        Some((first, last))
-    }
-
-    /// Replaces numbers by a list of orders, or one number by the order.
-    fn put_numbers(&mut self, at: usize, list: &str) {
-        let Some((first, last)) = self.run(at) else {
-            return;
+        let first = (0..=at).rev().take_while(is).last();
+        let last = (at..self.line.len()).take_while(is).last();
+        let (Some(first), Some(last)) = (first, last) else {
+            return false;
         };
-        let flag = if list.contains(',') {
-            "--orders"
-        } else {
-            "--order"
-        };
-        let before = first
-            .checked_sub(1)
-            .and_then(|before| self.line.get(before));
-        let own = before.is_some_and(|word| ["--order", "--orders", "-n"].contains(&word.as_str()));
-        let first = first - usize::from(own);
-        let words = [flag.to_owned(), list.to_owned()];
-        self.line.splice(first..=last, words);
+        let list = self.line[first..=last].join(",");
+        self.lines.push(format!(
+            "unexpected argument '{argument}'; here: --order n, or --orders {list}, in the order of the estimator's \
+             letters: na nb nc nd nf nk"
+        ));
+        let own = ["--order", "--orders", "-n"].contains(&self.line[first - 1].as_str());
+        let flag = if first < last { "--orders" } else { "--order" };
+        self.line
+            .splice(first - usize::from(own)..=last, [flag.to_owned(), list]);
         self.gap = None;
+        true
     }
 
     /// Takes out a wrong value that follows a flag which was taken out: it was the flag's. Returns whether there is
     /// one.
-    fn value_in_gap(&mut self, error: &clap::Error) -> bool {
-        let Some(ContextValue::String(value)) = error.get(ContextKind::InvalidValue) else {
-            return false;
-        };
+    fn value_in_gap(&mut self, value: &String) -> bool {
         let in_gap = self.gap.filter(|at| self.line.get(*at) == Some(value));
         in_gap.map(|at| self.line.remove(at)).is_some()
     }
 
     /// Answers a wrong value of a flag, and puts what was meant in its place. Returns whether it was found.
-    fn value(&mut self, error: &clap::Error, plain: fn(&str) -> String) -> bool {
-        let text = |kind: ContextKind| match error.get(kind) {
-            Some(ContextValue::String(text)) => Some(text.clone()),
-            _ => None,
-        };
-        let (Some(flag), Some(value)) = (
-            text(ContextKind::InvalidArg),
-            text(ContextKind::InvalidValue),
-        ) else {
-            return false;
-        };
+    fn value(&mut self, flag: &str, value: &str, error: &clap::Error) -> bool {
         let flag = flag.split(' ').next().unwrap_or_default();
-        let Some(meant) = values::meant(flag, &value) else {
-            return false;
-        };
         let joined = format!("{flag}={value}");
-        let is_joined = |word: &String| *word == joined;
-        // Behind the flag, or one of its other names.
-        let stands = |pair: &[String]| pair[0].starts_with('-') && pair[1] == value;
-        let apart = self.line.windows(2).position(stands);
-        let place = match self.line.iter().position(is_joined) {
+        let place = match self.line.iter().position(|word| *word == joined) {
             Some(at) => Some(at..=at),
-            None => apart.map(|at| at..=at + 1),
+            // Behind the flag, or one of its other names.
+            None => (1..self.line.len())
+                .find(|at| self.line[at - 1].starts_with('-') && self.line[*at] == value)
+                .map(|at| at - 1..=at),
         };
-        let Some(place) = place else {
+        let (Some(meant), Some(place)) = (values::meant(flag, value), place) else {
             return false;
         };
-        self.lines.push(plain(&error.render().to_string()));
-        self.line.splice(place, meant.split(' ').map(str::to_owned));
+        self.say(error);
+        self.line.splice(place, meant);
         true
     }
 
     /// Puts what is typed instead of an argument in its place.
-    fn put(&mut self, at: usize, argument: &str, typed: &Typed) {
-        let own = self.line[at]
-            .strip_prefix(argument)
-            .map(|rest| rest.trim_start_matches('='));
-        let own = own.filter(|own| !own.is_empty()).map(str::to_owned);
+    fn put(&mut self, at: usize, argument: &str, typed: Option<&str>) {
         let is_value = |word: &&String| !word.starts_with('-') || word.parse::<f64>().is_ok();
         let next = self.line.get(at + 1).filter(is_value).cloned();
-        let has_own = own.is_some();
         // A word that is no flag is its own value.
-        let own = own.or_else(|| (!argument.starts_with('-')).then(|| argument.to_owned()));
-        let takes = usize::from(own.is_none() && next.is_some());
-        let value = own.or(next);
-        let words = |template: &str, value: &str| -> Vec<String> {
-            let words = template.split_whitespace();
-            words.map(|word| word.replace("{}", value)).collect()
+        let own = match self.line[at].strip_prefix(argument).unwrap_or_default() {
+            "" if argument.starts_with('-') => None,
+            "" => Some(argument.to_owned()),
+            rest => Some(rest.trim_start_matches('=').to_owned()),
         };
-        let (taken, instead) = match (typed, value) {
-            (Typed::Words(template), value) if !template.contains("{}") => (
-                0,
-                Some(words(template, value.as_deref().unwrap_or_default())),
-            ),
-            (Typed::Words(template), Some(value)) => (takes, Some(words(template, &value))),
-            (Typed::Of(of), Some(value)) => (
-                takes,
-                of(&value).map(|text| text.split(' ').map(str::to_owned).collect()),
-            ),
-            (Typed::Of(of), None) => {
-                let text = of("");
-                (
-                    0,
-                    text.map(|text| text.split(' ').map(str::to_owned).collect()),
-                )
+        let reads = typed.is_some_and(|typed| typed.contains('{'));
+        let taken = usize::from(reads && own.is_none() && next.is_some());
+        let has_own = own.is_some() && argument.starts_with('-');
+        let value = own.or(next).unwrap_or_default();
+        let instead = match typed.map(|typed| (typed, typed.strip_suffix(" *"))) {
+            Some((_, Some(command))) => {
+                command.clone_into(&mut self.line[0]);
+                Some(Vec::new())
             }
-            (Typed::Setting, Some(value)) => {
-                let key = argument.trim_start_matches('-');
-                (
-                    takes,
-                    Some(vec!["--set".to_owned(), format!("{key}={value}")]),
-                )
-            }
-            (Typed::Nothing, _) => (takes, Some(Vec::new())),
-            (Typed::Command(name), _) => {
-                (*name).clone_into(&mut self.line[0]);
-                (0, Some(Vec::new()))
-            }
-            _ => (0, None),
+            Some((typed, None)) => values::typed(typed, argument, &value),
+            None => None,
         };
+        self.known &= instead.is_some();
+        let mut instead = instead.unwrap_or_default();
         // What is there already need not be typed twice.
-        let is_there = |words: &Vec<String>| {
-            !words.is_empty() && self.line.windows(words.len()).any(|there| there == words)
-        };
-        let instead = instead.map(|words| if is_there(&words) { Vec::new() } else { words });
-        let instead = instead.unwrap_or_else(|| {
-            self.known = false;
-            Vec::new()
-        });
+        if !instead.is_empty()
+            && self
+                .line
+                .windows(instead.len())
+                .any(|there| there == instead)
+        {
+            instead.clear();
+        }
         // A flag that took its value leaves none behind.
         let gap = at + instead.len();
         self.gap = (taken == 0 && !has_own).then_some(gap);
@@ -339,17 +280,16 @@ impl Meant {
     }
 
     /// Returns the lines, with the command line that was meant as the last one, if it is known and right.
-    fn told(mut self, all: &clap::Command) -> Vec<String> {
+    fn told(mut self) -> Vec<String> {
         // Every model needs an order.
         if self.line.first().is_some_and(|word| word == "estimate") {
-            self.added.push(["--order", "2"]);
+            self.added.extend(["--order", "2"].map(str::to_owned));
         }
-        Instead::complete(&self.added, &mut self.line);
+        complete(&mut self.line, &self.added);
         // A study's command with a record parses, and fails.
         let fits = commands::answer(&self.line).is_none();
-        if self.known && fits && self.parsed(all).is_ok() {
-            let words = self.line.iter().map(shell_word);
-            let words: Vec<String> = words.collect();
+        if self.known && fits && self.parsed().is_ok() {
+            let words: Vec<String> = self.line.iter().map(shell_word).collect();
             self.lines
                 .push(format!("try: {PROGRAM} {}", words.join(" ")));
         }
@@ -357,15 +297,16 @@ impl Meant {
     }
 }
 
-/// The answer to a list of numbers that stands alone: orders in brackets.
-fn list_of_orders(argument: &str) -> Option<Answer> {
-    let list = argument.strip_prefix('[')?.strip_suffix(']')?;
-    let mut numbers = list.split([' ', ',', ';']).filter(|word| !word.is_empty());
-    numbers.all(|word| word.parse::<usize>().is_ok()).then_some(Answer {
-        of: "--orders",
-        words: "--orders \"[2 2 1]\", in the order of the estimator's letters: na nb nc nd nf nk",
-        typed: &Typed::Words("--orders {}"),
-    })
+fn text(error: &clap::Error, kind: ContextKind) -> Option<String> {
+    match error.get(kind)? {
+        ContextValue::String(text) => Some(text.clone()),
+        _ => None,
+    }
+}
+
+/// Whether clap takes a word for one more of many files, which cannot be one.
+fn is_no_file(of: &str, word: &str) -> bool {
+    of.starts_with("[MORE.csv]") && !word.contains(['.', '/'])
 }
 
 /// The line of an argument that is not called anything here: the commands that have it.
@@ -395,12 +336,16 @@ fn has(command: &clap::Command, what: &str) -> bool {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use super::table::{ANSWERS, Answer};
     use super::*;
 
     /// Every command with every word of the table: an answer names no flag that the command does not have.
     pub(in crate::cli) fn answers_fit(all: &clap::Command) {
         let mut seen = 0;
-        for (name, answer) in arguments::all() {
+        let names =
+            |answer: &'static Answer| answer.names.split(' ').map(move |name| (name, answer));
+        let arguments = ANSWERS.iter().filter(|answer| !answer.of.contains("WORD"));
+        for (name, answer) in arguments.flat_map(names) {
             assert!(
                 all.get_subcommands().any(|of| has(of, answer.of)),
                 "{}",

@@ -1,14 +1,16 @@
 //! A model of a record, or of several of one plant, in one call.
 
 use crate::diagnosis::{Precision, Residuals};
+use crate::estimator::initial_state::InitialState;
 use crate::estimator::{Failure, FailureKind};
 use crate::estimator::{
     Method, MethodOptions, Pass, Problem, Progress, Runs, SetupError, Shape, Window,
 };
 use crate::metric::{Fit, FitModel};
-use crate::model::LinearModel;
-use crate::plant::PoleFinder;
+use crate::model::{LinearModel, Units};
+use crate::plant::{PoleFinder, simulate};
 use faer::c64;
+use std::iter;
 use std::ops::Range;
 
 /// Why there is no model.
@@ -36,8 +38,12 @@ pub enum FitError {
 /// A model that was fitted to a record.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// The last pass of the method, with the initial state, the loss and the condition number.
+    /// A pass of the method, here the last one, with the initial state, the loss and the condition number.
     pub pass: Pass,
+    /// The model of the record, with the whole delay.
+    pub model: LinearModel,
+    /// By how many samples y was advanced for a method without a delay: the pass is of y(k + shift).
+    pub shift: usize,
 }
 
 /// Fits a model of these orders to a record: `A y = B/F u + C/D e` with e white.
@@ -131,25 +137,54 @@ pub fn fit_records(
     let pass = passes.pop().ok_or(SetupError::ZeroOrder)?;
     match pass.failure {
         Some(failure) if pass.progress < Progress::Parameters => Err(FitError::Failed(failure)),
-        _ => Ok(Fitted { pass }),
+        _ => Ok(Fitted::new(pass, 0)),
     }
 }
 
-/// Returns the sum of squared prediction errors, and their number, over the rows that look back only within a record.
-pub fn complete_residuals(model: &LinearModel, runs: &Runs, u: &[f64], y: &[f64]) -> (f64, usize) {
-    let of_run = runs.iter().map(|run| {
-        let (mut e, mut scratch) = (vec![0.0; run.len()], vec![0.0; run.len()]);
-        model.residuals(&u[run.clone()], &y[run.clone()], &mut e, &mut scratch);
-        let e = &e[model.orders().reach().min(run.len())..];
-        (e.iter().map(|e| e * e).sum::<f64>(), e.len())
-    });
-    of_run.fold((0.0, 0), |(sum, rows), (more, of)| (sum + more, rows + of))
-}
-
 impl Fitted {
+    /// The model of a pass over u(k) and y(k + shift).
+    pub fn new(pass: Pass, shift: usize) -> Self {
+        let mut model = pass.model.clone();
+        model.delay += shift;
+        model.b.splice(0..0, iter::repeat_n(0.0, shift));
+        Self { pass, model, shift }
+    }
+
+    /// Takes the loss and the noise variance, where the method has none, of the prediction errors over the rows that
+    /// look back only within a record: their mean square over all samples, and over the degrees of freedom.
+    #[must_use]
+    pub fn with_loss(mut self, runs: &Runs, u: &[f64], y: &[f64]) -> Self {
+        if !self.pass.loss.is_nan() {
+            return self;
+        }
+        let model = &self.model;
+        let of_run = runs.iter().map(|run| {
+            let (mut e, mut scratch) = (vec![0.0; run.len()], vec![0.0; run.len()]);
+            model.residuals(&u[run.clone()], &y[run.clone()], &mut e, &mut scratch);
+            let e = &e[model.orders().reach().min(run.len())..];
+            (e.iter().map(|e| e * e).sum::<f64>(), e.len())
+        });
+        let (sum, rows) = of_run.fold((0.0, 0), |(sum, rows), (more, of)| (sum + more, rows + of));
+        let parameters = model.orders().parameters();
+        self.pass.loss = sum / runs.samples() as f64;
+        if model.noise_variance.is_nan() && rows > parameters {
+            self.model.noise_variance = sum / (rows - parameters) as f64;
+        }
+        self
+    }
+
+    /// Makes the model one of u and y times `unit`, a power of two.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] if a number overflows.
+    pub fn set_unit(&mut self, unit: f64) -> Result<(), FailureKind> {
+        self.model.noise_variance *= unit * unit;
+        self.pass.set_units(Units::shared(unit))
+    }
+
     /// Returns the model.
     pub const fn linear(&self) -> &LinearModel {
-        &self.pass.model
+        &self.model
     }
 
     /// Returns why the search, or the initial state after it, came to no end; `None` if all is well.
@@ -174,22 +209,70 @@ impl Fitted {
         Residuals::new(self.linear(), u, y)
     }
 
-    /// Returns the FIT over a range of samples of a record that begins with the one that was fitted.
+    /// Returns u(k) and y(k + shift) of a record, of which the pass is.
+    pub fn shifted<'a>(&self, u: &'a [f64], y: &'a [f64]) -> [&'a [f64]; 2] {
+        let shift = self.shift.min(y.len());
+        [&u[..u.len() - shift], &y[shift..]]
+    }
+
+    /// Returns the FIT over a range of samples of a record that begins with the one that was fitted; u and y are
+    /// [`Self::shifted`].
     ///
     /// # Panics
     /// If u and y differ in length, or are shorter than the range or than `window`, the samples that were fitted.
     pub fn compare(&self, u: &[f64], y: &[f64], window: usize, range: Range<usize>) -> Fit {
+        self.compare_from(&self.pass.x0, u, y, window, range)
+    }
+
+    /// Returns the FIT on another record from [`Self::start_on`] it; u and y are [`Self::shifted`].
+    ///
+    /// # Panics
+    /// If u and y differ in length.
+    pub fn compare_on(&self, u: &[f64], y: &[f64]) -> Fit {
+        self.compare_from(&self.start_on(u, y), u, y, y.len(), 0..y.len())
+    }
+
+    /// Returns the FIT over a range of samples from an initial state.
+    ///
+    /// # Panics
+    /// If u and y differ in length, or are shorter than the range or than `window`, which determines the start of the
+    /// predictor.
+    pub fn compare_from(
+        &self,
+        x0: &[f64],
+        u: &[f64],
+        y: &[f64],
+        window: usize,
+        range: Range<usize>,
+    ) -> Fit {
         let Pass {
-            a, b, direct, x0, ..
-        } = &self.pass;
-        let model = FitModel {
-            model: self.linear(),
+            model,
             a,
             b,
-            d: *direct,
-            x0,
-        };
-        crate::metric::fit(model, u, y, window, range)
+            direct: d,
+            ..
+        } = &self.pass;
+        let d = *d;
+        crate::metric::fit(FitModel { model, a, b, d, x0 }, u, y, window, range)
+    }
+
+    /// Returns the initial state on another record, by least squares of the simulated output; NaN if it overflows. u
+    /// and y are [`Self::shifted`].
+    pub fn start_on(&self, u: &[f64], y: &[f64]) -> Vec<f64> {
+        let Pass { a, b, direct, .. } = &self.pass;
+        let y: Vec<f64> = y.iter().zip(u).map(|(y, u)| y - direct * u).collect();
+        let mut x0 = vec![0.0; a.len()];
+        let found =
+            InitialState::new(x0.len()).estimate(a, b, Window::new(u, &y, y.len()), &mut x0);
+        found.map_or_else(|_| vec![f64::NAN; a.len()], |()| x0)
+    }
+
+    /// Returns the output under u alone from a state at k = 0, of n numbers.
+    pub fn simulate_from(&self, mut x: Vec<f64>, u: &[f64]) -> Vec<f64> {
+        let Pass { a, b, direct, .. } = &self.pass;
+        let mut y = Vec::with_capacity(u.len());
+        simulate(a, b, &mut x, u, |k, x| y.push(x[0] + direct * u[k]));
+        y
     }
 }
 

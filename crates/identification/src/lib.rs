@@ -67,4 +67,4 @@ pub mod text;
 pub mod theory;
 
 pub use estimator::adaptive;
-pub use fitted::{FitError, Fitted, complete_residuals, fit, fit_in_loop, fit_records};
+pub use fitted::{FitError, Fitted, fit, fit_in_loop, fit_records};

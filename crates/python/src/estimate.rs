@@ -4,12 +4,11 @@ use super::arrays::record;
 use super::model::Native;
 use super::registry::parse;
 use asobench_identification::estimator::{Failure, FailureKind, MethodOptions, Runs, unit_of};
-use asobench_identification::model::{Orders, Units};
-use asobench_identification::{FitError, Fitted, complete_residuals, fit, fit_records};
+use asobench_identification::model::Orders;
+use asobench_identification::{FitError, Fitted, fit, fit_records};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde_json::{Map, Value};
-use std::iter;
 
 /// Estimates a model of a record. `options` is JSON. Without `orders` among them the model has the order and the delay
 /// that are given, and the orders that the estimator makes of these are returned too.
@@ -56,7 +55,7 @@ pub(crate) fn estimate(
         FitError::Failed(failure) => failed(py, estimator, failure),
         other => PyValueError::new_err(format!("{name}: {other}")),
     })?;
-    Ok((found, made))
+    Ok((Native(found), made))
 }
 
 /// Fits a model in the record's own unit, as `asobench estimate` does: 1 but for very large or very small numbers.
@@ -66,7 +65,7 @@ fn in_unit(
     lengths: &[usize],
     u: &[f64],
     y: &[f64],
-) -> Result<Native, FitError> {
+) -> Result<Fitted, FitError> {
     let unit = unit_of(&[u, y]);
     if unit == 1.0 {
         return in_delay(options, orders, lengths, u, y);
@@ -74,8 +73,7 @@ fn in_unit(
     let [u, y] = [u, y].map(|signal| signal.iter().map(|x| x / unit).collect::<Vec<f64>>());
     let mut found = in_delay(options, orders, lengths, &u, &y)?;
     let lost = |kind: FailureKind| FitError::Failed(kind.into());
-    found.pass.set_units(Units::shared(unit)).map_err(lost)?;
-    found.model.noise_variance *= unit * unit;
+    found.set_unit(unit).map_err(lost)?;
     Ok(found)
 }
 
@@ -86,32 +84,21 @@ fn in_delay(
     lengths: &[usize],
     u: &[f64],
     y: &[f64],
-) -> Result<Native, FitError> {
+) -> Result<Fitted, FitError> {
     let shift = match options.model_orders(order) {
         Some(_) => 0,
         None => delay.saturating_sub(1).min(y.len()),
     };
     let (of_u, of_y) = (&u[..u.len() - shift], &y[shift..]);
-    let Fitted { mut pass } = match lengths {
+    let Fitted { pass, .. } = match lengths {
         [] => fit(options, order, of_u, of_y)?,
         _ => fit_records(options, order, lengths, of_u, of_y, of_u)?,
     };
-    let mut model = pass.model.clone();
-    model.delay += shift;
-    model.b.splice(0..0, iter::repeat_n(0.0, shift));
-    if pass.loss.is_nan() {
-        let runs = match lengths {
-            [] => Runs::new(&[y.len()]),
-            _ => Runs::new(lengths),
-        };
-        let (sum, rows) = complete_residuals(&model, &runs, u, y);
-        let parameters = model.orders().parameters();
-        pass.loss = sum / y.len() as f64;
-        if model.noise_variance.is_nan() && rows > parameters {
-            model.noise_variance = sum / (rows - parameters) as f64;
-        }
-    }
-    Ok(Native { model, pass, shift })
+    let runs = match lengths {
+        [] => Runs::new(&[y.len()]),
+        _ => Runs::new(lengths),
+    };
+    Ok(Fitted::new(pass, shift).with_loss(&runs, u, y))
 }
 
 /// Returns the exception of an estimate without a model.

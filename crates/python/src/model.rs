@@ -1,16 +1,16 @@
 //! A model as a class of Python, on which `asobench.Model` stands.
 
 use super::arrays::{Signal, matrix, record, vector};
+use asobench_identification::Fitted;
 use asobench_identification::diagnosis::{
-    Precision, Residuals, Root, feedback_p_value, frequency_response, step_response,
+    Root, feedback_p_value, frequency_response, step_response,
 };
 use asobench_identification::estimator::{Failure, FailureKind, Pass, Progress};
-use asobench_identification::metric::{FitModel, fit, prediction_errors};
+use asobench_identification::metric::prediction_errors;
 use asobench_identification::model::polynomial::{divide, filter};
 use asobench_identification::model::{ContinuousModel, LinearModel};
 use asobench_identification::names::UnknownName;
 use asobench_identification::observer::{Gain, Observer};
-use asobench_identification::plant::PoleFinder;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -22,14 +22,7 @@ type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
 /// A model `A y = B/F u + C/D e`, and the part of it that u drives in state space.
 #[pyclass(frozen, module = "asobench._native")]
-pub(crate) struct Native {
-    /// The model of the record.
-    pub(crate) model: LinearModel,
-    /// The estimate, of the record whose output is `shift` samples earlier.
-    pub(crate) pass: Pass,
-    /// By how many samples.
-    pub(crate) shift: usize,
-}
+pub(crate) struct Native(pub(crate) Fitted);
 
 /// Numerator, denominator, covariance, time between samples, hold and dead time in samples of a model in continuous
 /// time.
@@ -104,7 +97,7 @@ impl Native {
                 )));
             }
         }
-        Ok(Self { model, pass, shift })
+        Ok(Self(Fitted { pass, model, shift }))
     }
 
     /// The model with what an estimate found beside its numbers.
@@ -120,7 +113,7 @@ impl Native {
         start: bool,
         continuous: Option<Continuous>,
     ) -> PyResult<Self> {
-        let mut pass = self.pass.clone();
+        let mut pass = self.0.pass.clone();
         if let Some((numerator, denominator, covariance, step, hold, dead_time)) = continuous {
             pass.continuous = ContinuousModel {
                 numerator,
@@ -139,65 +132,65 @@ impl Native {
         }
         let kind: Option<FailureKind> = status.map(str::parse).transpose().map_err(unknown)?;
         pass.failure = kind.map(Failure::from);
-        let (model, shift) = (self.model.clone(), self.shift);
-        Ok(Self { model, pass, shift })
+        let (model, shift) = (self.0.model.clone(), self.0.shift);
+        Ok(Self(Fitted { pass, model, shift }))
     }
 
     /// A, B, C, D and F, each with all its coefficients.
     fn polynomials<'py>(&self, py: Python<'py>) -> Arrays<'py, 5> {
-        let LinearModel { a, b, c, d, f, .. } = &self.model;
+        let LinearModel { a, b, c, d, f, .. } = &self.0.model;
         [a, b, c, d, f].map(|polynomial| vector(py, polynomial.clone()))
     }
 
     #[getter]
     fn delay(&self) -> usize {
-        self.model.delay
+        self.0.model.delay
     }
 
     #[getter]
     fn orders(&self) -> String {
-        self.model.orders().to_string()
+        self.0.model.orders().to_string()
     }
 
     #[getter]
     fn shift(&self) -> usize {
-        self.shift
+        self.0.shift
     }
 
     #[getter]
     fn noise_variance(&self) -> f64 {
-        self.model.noise_variance
+        self.0.model.noise_variance
     }
 
     #[getter]
     fn loss(&self) -> f64 {
-        self.pass.loss
+        self.0.pass.loss
     }
 
     #[getter]
     fn condition(&self) -> f64 {
-        self.pass.condition
+        self.0.pass.condition
     }
 
     #[getter]
     fn iterations(&self) -> Option<usize> {
-        self.pass.iterations
+        self.0.pass.iterations
     }
 
     #[getter]
     fn minima(&self) -> Option<usize> {
-        self.pass.minima
+        self.0.pass.minima
     }
 
     #[getter]
     fn unstable(&self) -> bool {
-        self.pass.unstable
+        self.0.pass.unstable
     }
 
     /// The kind of failure of a search that left its best model, or of the initial state.
     #[getter]
     fn status(&self) -> Option<&str> {
-        let failure: Option<&Failure> = self.pass.failure.as_ref();
+        let failure: Option<&Failure> = self.0.pass.failure.as_ref();
         failure.map(|failure| failure.kind.name())
     }
 
@@ -211,7 +204,7 @@ impl Native {
             step,
             hold,
             dead_time,
-        } = self.pass.continuous.clone();
+        } = self.0.pass.continuous.clone();
         let parts = (
             numerator,
             denominator,
@@ -225,31 +218,32 @@ impl Native {
 
     #[getter]
     fn singular_values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.pass.singular_values.clone())
+        vector(py, self.0.pass.singular_values.clone())
     }
 
     #[getter]
     fn x0<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        let known = self.pass.progress == Progress::InitialState;
-        known.then(|| vector(py, self.pass.x0.clone()))
+        let known = self.0.pass.progress == Progress::InitialState;
+        known.then(|| vector(py, self.0.pass.x0.clone()))
     }
 
     /// The parameters, in the order A, B, C, D, F.
     fn params<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.model.parameters().collect())
+        vector(py, self.0.model.parameters().collect())
     }
 
     /// Their standard errors.
     fn se<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.model
+        self.0
+            .model
             .standard_errors()
             .map(|errors| vector(py, errors))
     }
 
     /// Their covariance.
     fn cov<'py>(&self, py: Python<'py>) -> PyResult<Option<Matrix<'py>>> {
-        let n = self.model.orders().parameters();
-        let known = (!self.model.covariance.is_empty()).then(|| self.model.covariance.clone());
+        let n = self.0.model.orders().parameters();
+        let known = (!self.0.model.covariance.is_empty()).then(|| self.0.model.covariance.clone());
         known.map(|known| matrix(py, known, n)).transpose()
     }
 
@@ -257,14 +251,14 @@ impl Native {
     fn canonical<'py>(&self, py: Python<'py>) -> (Arrays<'py, 3>, f64) {
         let Pass {
             a, b, h, direct, ..
-        } = &self.pass;
+        } = &self.0.pass;
         ([a, b, h].map(|part| vector(py, part.clone())), *direct)
     }
 
     /// The model as an equation.
     fn equation(&self, digits: usize) -> PyResult<String> {
         fits("digits", digits, MOST_DIGITS)?;
-        Ok(self.model.equation().rounded(digits).to_string())
+        Ok(self.0.model.equation().rounded(digits).to_string())
     }
 
     /// Poles, zeros (real and imaginary part, their standard errors and covariance, that of the modulus), the static
@@ -273,7 +267,7 @@ impl Native {
         &self,
         py: Python<'py>,
     ) -> PyResult<(Matrix<'py>, Matrix<'py>, f64, f64, Vec<String>)> {
-        let precision = Precision::new(&self.model, &self.poles());
+        let precision = self.0.precision();
         let rows = |roots: &[Root]| {
             let row = |root: &Root| {
                 let Root { at, error } = root;
@@ -289,7 +283,7 @@ impl Native {
             matrix(py, roots.iter().flat_map(row).collect(), 6)
         };
         let without = precision.cancellations.iter();
-        let without = without.map(|pair| pair.orders_without(self.model.orders()).to_string());
+        let without = without.map(|pair| pair.orders_without(self.0.model.orders()).to_string());
         Ok((
             rows(&precision.poles)?,
             rows(&precision.zeros)?,
@@ -307,7 +301,7 @@ impl Native {
     ) -> PyResult<Arrays<'py, 4>> {
         let omega = Signal::new("w", omega)?;
         let omega = omega.samples()?;
-        let points = py.detach(|| frequency_response(&self.model, omega));
+        let points = py.detach(|| frequency_response(&self.0.model, omega));
         let column = |of: fn(&asobench_identification::diagnosis::FrequencyPoint) -> f64| {
             vector(py, points.iter().map(of).collect())
         };
@@ -322,7 +316,7 @@ impl Native {
     /// The step response and its standard errors.
     fn step_response<'py>(&self, py: Python<'py>, samples: usize) -> PyResult<Arrays<'py, 2>> {
         fits("samples", samples, MOST_STEPS)?;
-        let points = py.detach(|| step_response(&self.model, samples));
+        let points = py.detach(|| step_response(&self.0.model, samples));
         let value = points.iter().map(|point| point.value).collect();
         Ok([
             vector(py, value),
@@ -339,31 +333,24 @@ impl Native {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let u = Signal::new("u", u)?;
         let u = u.samples()?;
-        let Pass { a, b, direct, .. } = &self.pass;
-        let Some(mut x) = x0 else {
+        let Some(x) = x0 else {
             let mut y = vec![0.0; u.len()];
-            py.detach(|| self.model.simulate(u, &mut y));
+            py.detach(|| self.0.model.simulate(u, &mut y));
             return Ok(vector(py, y));
         };
-        if x.len() != a.len() {
-            let (given, n) = (x.len(), a.len());
+        let (given, n) = (x.len(), self.0.pass.a.len());
+        if given != n {
             return Err(refused(format!(
                 "x0: {given} numbers; expected the order, {n}"
             )));
         }
-        if self.shift > 0 {
-            let nk = self.model.delay;
+        if self.0.shift > 0 {
+            let nk = self.0.model.delay;
             return Err(refused(format!(
                 "x0: of a model whose delay nk = {nk} is not in its state; simulate from rest"
             )));
         }
-        let mut y = Vec::with_capacity(u.len());
-        py.detach(|| {
-            asobench_identification::plant::simulate(a, b, &mut x, u, |k, x| {
-                y.push(x[0] + direct * u[k]);
-            });
-        });
-        Ok(vector(py, y))
+        Ok(vector(py, py.detach(|| self.0.simulate_from(x, u))))
     }
 
     /// The prediction errors and the first that counts; `None` if the predictor has no start.
@@ -375,7 +362,7 @@ impl Native {
     ) -> PyResult<Option<(usize, Bound<'py, PyArray1<f64>>)>> {
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
-        let errors = py.detach(|| prediction_errors(&self.model, u, y, y.len()));
+        let errors = py.detach(|| prediction_errors(&self.0.model, u, y, y.len()));
         Ok(errors.map(|(first, errors)| (first, vector(py, errors))))
     }
 
@@ -388,9 +375,9 @@ impl Native {
         fits("count", count, MOST_SAMPLES)?;
         let (mut impulse, mut h) = (vec![0.0; count], vec![0.0; count]);
         impulse[..1.min(count)].fill(1.0);
-        filter(&self.model.c, &impulse, &mut h);
-        divide(&self.model.d, &mut h);
-        divide(&self.model.a, &mut h);
+        filter(&self.0.model.c, &impulse, &mut h);
+        divide(&self.0.model.d, &mut h);
+        divide(&self.0.model.a, &mut h);
         Ok(vector(py, h))
     }
 
@@ -404,8 +391,10 @@ impl Native {
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
         let (residuals, feedback) = py.detach(|| {
-            let residuals = Residuals::new(&self.model, u, y);
-            (residuals, feedback_p_value(u, y, self.model.delay))
+            (
+                self.0.residuals(u, y),
+                feedback_p_value(u, y, self.0.model.delay),
+            )
         });
         let written = residuals.map(|residuals| serde_json::to_string(&residuals));
         let written = written
@@ -424,28 +413,16 @@ impl Native {
     ) -> PyResult<(f64, f64)> {
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
-        if self.pass.progress < Progress::InitialState || u.len() <= self.shift {
+        if self.0.pass.progress < Progress::InitialState || u.len() <= self.0.shift {
             return Ok((f64::NAN, f64::NAN));
         }
-        let (u, y) = (&u[..u.len() - self.shift], &y[self.shift..]);
-        let Pass {
-            model,
-            a,
-            b,
-            direct,
-            x0,
-            ..
-        } = &self.pass;
+        let [u, y] = self.0.shifted(u, y);
         let found = py.detach(|| {
-            let start = if own { x0.clone() } else { self.start_on(u, y) };
-            let model = FitModel {
-                model,
-                a,
-                b,
-                d: *direct,
-                x0: &start,
-            };
-            fit(model, u, y, y.len(), 0..y.len())
+            if own {
+                self.0.compare(u, y, y.len(), 0..y.len())
+            } else {
+                self.0.compare_on(u, y)
+            }
         });
         Ok((found.simulated, found.one_step))
     }
@@ -459,13 +436,12 @@ impl Native {
         y: &Bound<'py, PyAny>,
     ) -> PyResult<(Matrix<'py>, Bound<'py, PyArray1<f64>>)> {
         let gain: Gain = gain.parse().map_err(|error| refused(format!("{error}")))?;
-        let n = self.pass.a.len();
+        let n = self.0.pass.a.len();
         gain.check(n).map_err(|error| refused(error.to_string()))?;
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
-        let shift = self.shift.min(y.len());
-        let (u, y) = (&u[..u.len() - shift], &y[shift..]);
-        let model = self.pass.observed().ok_or_else(|| {
+        let [u, y] = self.0.shifted(u, y);
+        let model = self.0.pass.observed().ok_or_else(|| {
             refused("the observer needs a delay nk of at least 1 and an initial state; this model has not both")
         })?;
         let mut states = Vec::with_capacity((y.len() + 1) * n);
@@ -474,26 +450,5 @@ impl Native {
         observed.map_err(|kind| refused(format!("the observer's state is {kind}")))?;
         states.extend_from_slice(observer.state());
         Ok((matrix(py, states, n)?, vector(py, observer.g().to_vec())))
-    }
-}
-
-impl Native {
-    /// Returns the poles of B/(A F), without those at 0 that a delay adds.
-    fn poles(&self) -> Vec<faer::c64> {
-        let a = &self.pass.a;
-        let degree = self.model.a.len() + self.model.f.len() - 2;
-        PoleFinder::new(a.len()).poles(&a[a.len() - degree..])
-    }
-
-    /// Returns the initial state on another record, by least squares of the simulated output; NaN if it overflows.
-    fn start_on(&self, u: &[f64], y: &[f64]) -> Vec<f64> {
-        use asobench_identification::estimator::Window;
-        use asobench_identification::estimator::initial_state::InitialState;
-        let Pass { a, b, direct, .. } = &self.pass;
-        let y: Vec<f64> = y.iter().zip(u).map(|(y, u)| y - direct * u).collect();
-        let mut x0 = vec![0.0; a.len()];
-        let found =
-            InitialState::new(x0.len()).estimate(a, b, Window::new(u, &y, y.len()), &mut x0);
-        found.map_or_else(|_| vec![f64::NAN; a.len()], |()| x0)
     }
 }

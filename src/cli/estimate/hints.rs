@@ -63,7 +63,7 @@ fn integrator(estimate: &Estimate) -> Option<String> {
 fn offset(estimate: &Estimate, report: &Report) -> Option<String> {
     let [u, y] = report.subtracted()?.map(Trend::line);
     let simulated = simulated(estimate, report)?;
-    let samples = report.shifted(estimate.shift);
+    let samples = report.shifted(estimate.shift());
     let errors = samples.y[..samples.window].iter().zip(&simulated);
     let errors: Vec<f64> = errors.map(|(y, simulated)| y - simulated).collect();
     let (whole, deviation) = mean_and_deviation(&errors);
@@ -109,7 +109,7 @@ fn coloured(estimate: &Estimate) -> Option<String> {
     // Without a choice they assume it too.
     let chosen = estimate.options.get("covariance").and_then(Value::as_str);
     let is_assumed = estimate.name.takes("covariance") && chosen.unwrap_or("white") == "white";
-    let has_errors = !estimate.last().model.covariance.is_empty();
+    let has_errors = !estimate.last().fitted.model.covariance.is_empty();
     (!white.passed && is_assumed && has_errors).then(|| {
         "the standard errors assume white prediction errors, which these are not: --covariance robust".to_owned()
     })
@@ -129,7 +129,7 @@ fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String> {
     let failed = estimate
         .failure()
         .is_some_and(|of| !of.kind.leaves_a_model());
-    if chooses.contains(&true) || in_loop || estimate.shift > 0 || failed {
+    if chooses.contains(&true) || in_loop || estimate.shift() > 0 || failed {
         return None;
     }
     let mut options = estimate.options.clone();
@@ -166,7 +166,7 @@ fn start(estimate: &Estimate, report: &Report) -> Option<String> {
     let last = estimate.last();
     // In closed loop the fit of the past takes a part of the noise.
     let in_loop = report.feedback.is_some_and(is_feedback);
-    if estimate.options.get("initial")? != "zero" || in_loop || !last.pass.loss.is_finite() {
+    if estimate.options.get("initial")? != "zero" || in_loop || !last.fitted.pass.loss.is_finite() {
         return None;
     }
     let (u, y) = (&report.record.u, &report.record.y);
@@ -174,7 +174,7 @@ fn start(estimate: &Estimate, report: &Report) -> Option<String> {
     let mut options = estimate.options.clone();
     options.insert("initial".to_owned(), json!("estimate"));
     options.retain(|_, value| !value.is_null());
-    let order = last.pass.a.len();
+    let order = last.fitted.pass.a.len();
     let shape = Shape { order, window };
     let problem = Problem {
         covariance: true,
@@ -184,8 +184,8 @@ fn start(estimate: &Estimate, report: &Report) -> Option<String> {
     let mut passes = [Pass::new(order)];
     method.estimate(Window::new(u, y, window), &mut passes);
     let [fitted] = &passes;
-    let likelihood = window as f64 * (last.pass.loss / fitted.loss).ln();
-    let p = chi_square_above(likelihood, initial_numbers(last.model.orders()));
+    let likelihood = window as f64 * (last.fitted.pass.loss / fitted.loss).ln();
+    let p = chi_square_above(likelihood, initial_numbers(last.fitted.model.orders()));
     if fitted.failure.is_some() || !(p < LEVEL) {
         return None;
     }
@@ -193,7 +193,7 @@ fn start(estimate: &Estimate, report: &Report) -> Option<String> {
     Some(format!(
         "the record does not begin at rest: zero signals before it were taken, noise variance {}; with --initial \
          estimate they are fitted, noise variance {}",
-        rounded(last.model.noise_variance * unit, 4),
+        rounded(last.fitted.model.noise_variance * unit, 4),
         rounded(fitted.model.noise_variance * unit, 4)
     ))
 }

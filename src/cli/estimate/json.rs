@@ -5,6 +5,7 @@ use super::report::{Estimate, Observed, Part, PartReport, PassReport, Report};
 use crate::diagnosis::{Cancellation, Precision, Root, Z_95};
 use crate::estimator::Progress;
 use crate::model::{ContinuousModel, LinearModel};
+use asobench_identification::Fitted;
 use serde_json::{Map, Value, json};
 
 pub(super) fn render(report: &Report) -> Value {
@@ -127,8 +128,7 @@ fn cancellation(pair: &Cancellation, model: &LinearModel) -> Value {
 
 fn pass(report: &PassReport) -> Map<String, Value> {
     let PassReport {
-        pass,
-        model,
+        fitted: Fitted { pass, model, .. },
         radius,
         precision,
         residuals,

@@ -7,20 +7,16 @@ use super::report::{
     Clock, Estimate, Fits, Observed, PartReport, PassReport, Report, Samples, Validation,
 };
 use crate::cli::error::Error;
-use crate::data::csv::Record;
 use crate::diagnosis::{Mode, Precision, Residuals};
-use crate::estimator::initial_state::InitialState;
 use crate::estimator::{
     EstimatorName, Failure, FailureKind, Method, Pass, Problem, Progress, Shape, Stage, Window,
 };
-use crate::metric::{FitModel, fit};
-use crate::model::{LinearModel, Orders};
+use crate::model::Orders;
 use crate::observer::{Gain, ObservedModel, Observer};
 use crate::plant::PoleFinder;
 use crate::text::rounded;
-use asobench_identification::complete_residuals;
+use asobench_identification::Fitted;
 use serde_json::{Map, Value, json};
-use std::iter;
 use std::ops::Range;
 
 /// Runs an estimator on the window.
@@ -122,7 +118,6 @@ pub(super) fn estimate(
     let mut estimate = Estimate {
         name,
         options: described,
-        shift,
         passes: passes.collect(),
         observer: None,
         fit: None,
@@ -138,85 +133,63 @@ pub(super) fn estimate(
 }
 
 /// Returns a pass with its delay, loss and poles.
-pub(super) fn pass_report(mut pass: Pass, report: &Report, shift: usize) -> PassReport {
-    let mut model = pass.model.clone();
-    if pass.progress < Progress::Parameters {
-        return PassReport {
-            pass,
-            model,
-            poles: Vec::new(),
-            radius: None,
-            precision: None,
-            modes: None,
-            residuals: None,
-            feedback: None,
-        };
+pub(super) fn pass_report(pass: Pass, report: &Report, shift: usize) -> PassReport {
+    let has_model = pass.progress >= Progress::Parameters;
+    let mut found = PassReport {
+        fitted: Fitted::new(pass, shift),
+        poles: Vec::new(),
+        radius: None,
+        precision: None,
+        modes: None,
+        residuals: None,
+        feedback: None,
+    };
+    if !has_model {
+        return found;
     }
-    model.delay += shift;
-    model.b.splice(0..0, iter::repeat_n(0.0, shift));
-    if pass.loss.is_nan() {
-        let Record { u, y, .. } = &report.record;
-        let (sum, rows) = complete_residuals(&model, &report.runs(), u, y);
-        let parameters = model.orders().parameters();
-        pass.loss = sum / report.window as f64;
-        if model.noise_variance.is_nan() && rows > parameters {
-            model.noise_variance = sum / (rows - parameters) as f64;
-        }
-    }
-    // Without the zero poles that a delay adds.
-    let degree = model.a.len() + model.f.len() - 2;
-    let mut finder = PoleFinder::new(pass.a.len());
-    let radius = finder.spectral_radius(&pass.a, !pass.unstable);
-    let poles = finder.poles(&pass.a[pass.a.len() - degree..]);
-    let (u, y) = (&report.record.u, &report.record.y);
     let window = report.window;
-    let precision = Precision::new(&model, &poles);
-    let modes = report.clock.map(|Clock { step, .. }| {
+    let [u, y] = [&report.record.u, &report.record.y].map(|signal| &signal[..window]);
+    let fitted = found.fitted.with_loss(&report.runs(), u, y);
+    let Pass { a, unstable, .. } = &fitted.pass;
+    found.radius = Some(PoleFinder::new(a.len()).spectral_radius(a, !unstable));
+    found.poles = fitted.poles();
+    let precision = Precision::new(&fitted.model, &found.poles);
+    found.modes = report.clock.map(|Clock { step, .. }| {
         let poles = precision.poles.iter();
         poles.filter_map(|pole| Mode::of(pole, step)).collect()
     });
-    PassReport {
-        precision: Some(precision),
-        modes,
-        residuals: match report.parts.as_slice() {
-            [] => Residuals::new(&model, &u[..window], &y[..window]),
-            _ => None,
-        },
-        feedback: report.feedback,
-        poles,
-        radius: Some(radius),
-        pass,
-        model,
+    found.precision = Some(precision);
+    if report.parts.is_empty() {
+        found.residuals = fitted.residuals(u, y);
     }
+    found.feedback = report.feedback;
+    found.fitted = fitted;
+    found
 }
 
 /// Computes FIT and observer for the last pass.
 fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
-    let samples = report.shifted(estimate.shift);
     let last = estimate.passes.len() - 1;
-    let (number, PassReport { pass, .. }) = &mut estimate.passes[last];
-    if pass.progress < Progress::InitialState {
+    let (number, PassReport { fitted, .. }) = &mut estimate.passes[last];
+    if fitted.pass.progress < Progress::InitialState {
         return;
     }
     if !report.parts.is_empty() {
         let rest = estimate.name.parse(estimate.options.clone());
         let rest = rest.is_ok_and(|options| options.begins_at_rest());
-        let model = &estimate.passes[last].1.model;
-        estimate.parts = parts(&estimate.passes[last].1.pass, model, rest, report);
-        let tests = estimate
-            .parts
-            .iter()
-            .filter_map(|part| part.residuals.as_ref());
-        estimate.white = Residuals::white_together(tests, model.orders());
+        estimate.parts = parts(fitted, rest, report);
+        let parts = estimate.parts.iter();
+        let tests = parts.filter_map(|part| part.residuals.as_ref());
+        estimate.white = Residuals::white_together(tests, fitted.model.orders());
         return;
     }
-    estimate.fit = Some(fits(pass, estimate.shift, report));
-    let observed = match pass.observed() {
-        Some(model) => observe(model, gain, samples),
+    estimate.fit = Some(fits(fitted, report));
+    let observed = match fitted.pass.observed() {
+        Some(model) => observe(model, gain, report.shifted(fitted.shift)),
         None => return,
     };
     match observed {
-        Err(kind) => pass.fail(Failure {
+        Err(kind) => fitted.pass.fail(Failure {
             kind,
             stage: Stage::Observer,
             pass: *number,
@@ -226,72 +199,36 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
 }
 
 /// Returns what a model is on each of several records: from rest, or from the state that is estimated on it.
-fn parts(pass: &Pass, model: &LinearModel, rest: bool, report: &Report) -> Vec<PartReport> {
-    let runs = report.runs();
+fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartReport> {
     let part = |run: &Range<usize>| {
         let (u, y) = (&report.record.u[run.clone()], &report.record.y[run.clone()]);
-        let x0 = if rest {
-            vec![0.0; pass.a.len()]
-        } else {
-            start_on(pass, u, y)
-        };
-        let fitted = FitModel {
-            model: &pass.model,
-            a: &pass.a,
-            b: &pass.b,
-            d: pass.direct,
-            x0: &x0,
-        };
+        let at_rest = vec![0.0; fitted.pass.a.len()];
         PartReport {
-            residuals: Residuals::new(model, u, y),
-            fit: fit(fitted, u, y, y.len(), 0..y.len()),
+            residuals: fitted.residuals(u, y),
+            fit: if rest {
+                fitted.compare_from(&at_rest, u, y, y.len(), 0..y.len())
+            } else {
+                fitted.compare_on(u, y)
+            },
         }
     };
-    runs.iter().map(part).collect()
+    report.runs().iter().map(part).collect()
 }
 
 /// Returns the FIT of a pass on the window, and on the record for validation or the samples after the window.
-pub(super) fn fits(pass: &Pass, shift: usize, report: &Report) -> Fits {
-    let Samples { u, y, window, .. } = report.shifted(shift);
-    let model = FitModel {
-        model: &pass.model,
-        a: &pass.a,
-        b: &pass.b,
-        d: pass.direct,
-        x0: &pass.x0,
-    };
+pub(super) fn fits(fitted: &Fitted, report: &Report) -> Fits {
+    let Samples { u, y, window, .. } = report.shifted(fitted.shift);
     let validation = match &report.validation {
         Some(Validation { record, .. }) => {
-            let (u, y) = (&record.u[..record.u.len() - shift], &record.y[shift..]);
-            let x0 = start_on(pass, u, y);
-            Some(fit(
-                FitModel { x0: &x0, ..model },
-                u,
-                y,
-                y.len(),
-                0..y.len(),
-            ))
+            let [u, y] = fitted.shifted(&record.u, &record.y);
+            Some(fitted.compare_on(u, y))
         }
-        None => (window < y.len()).then(|| fit(model, u, y, window, window..y.len())),
+        None => (window < y.len()).then(|| fitted.compare(u, y, window, window..y.len())),
     };
     Fits {
-        window: fit(model, u, y, window, 0..window),
+        window: fitted.compare(u, y, window, 0..window),
         validation,
     }
-}
-
-/// Returns the initial state of a model on another record, by least squares of its simulated output; NaN if it
-/// overflows.
-fn start_on(pass: &Pass, u: &[f64], y: &[f64]) -> Vec<f64> {
-    let y: Vec<f64> = y.iter().zip(u).map(|(y, u)| y - pass.direct * u).collect();
-    let mut x0 = vec![0.0; pass.a.len()];
-    let found = InitialState::new(x0.len()).estimate(
-        &pass.a,
-        &pass.b,
-        Window::new(u, &y, y.len()),
-        &mut x0,
-    );
-    found.map_or_else(|_| vec![f64::NAN; pass.a.len()], |()| x0)
 }
 
 /// Runs stage 12 on the whole record.

@@ -51,10 +51,10 @@ pub(super) fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
         ));
         return Ok(());
     };
-    let Some(model) = estimate.last().pass.observed() else {
+    let Some(model) = estimate.last().fitted.pass.observed() else {
         return Ok(());
     };
-    let samples = report.shifted(estimate.shift);
+    let samples = report.shifted(estimate.shift());
     write_whole("--states", path, Kind::States, |to| {
         let unit = report
             .unit_in_words()

@@ -112,7 +112,7 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
 /// Writes the section of one estimator.
 fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequency) {
     let last = estimate.last();
-    if let Some(failure) = last.pass.failure {
+    if let Some(failure) = last.fitted.pass.failure {
         if let Some(sentence) = words::unfinished(estimate) {
             section.paragraph(&format!("Status {}: {sentence}.", failure.kind));
         } else {
@@ -130,7 +130,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequenc
     let equation = model.equation().rounded(DIGITS).to_string();
     let lines = equation.lines().map(|line| broken(line, 0, 4));
     section.code(&lines.collect::<Vec<String>>().join("\n"));
-    if last.pass.unstable {
+    if last.fitted.pass.unstable {
         section.paragraph("The model has a pole on or outside of the unit circle: it is unstable.");
     }
     section.table(&parameters(last));
@@ -146,7 +146,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequenc
     };
     section.settings(&[
         ("noise variance", number(model.noise_variance)),
-        ("loss", number(last.pass.loss)),
+        ("loss", number(last.fitted.pass.loss)),
     ]);
     section.heading("Residuals");
     match &last.residuals {
@@ -190,7 +190,7 @@ fn number(value: f64, digits: usize) -> CellText {
 
 /// Returns each parameter with its standard error and its 95 % interval.
 fn parameters(report: &PassReport) -> Table {
-    let model = &report.model;
+    let model = &report.fitted.model;
     let errors = model.standard_errors();
     let mut columns = vec![
         Column::text("parameter"),

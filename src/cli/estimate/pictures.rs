@@ -1,11 +1,10 @@
 //! Pictures of a record and of the models estimated from it.
 
-use super::report::{Estimate, PassReport, Report};
+use super::report::{Estimate, Report};
 use crate::diagnosis::{Precision, Residuals, Root, Z_95, frequency_response, step_response};
 use crate::estimator::Progress;
 use crate::metric::prediction_errors;
 use crate::model::LinearModel;
-use crate::plant::simulate;
 use crate::report::plot::{
     Course, Picture, Plot, PlotAxis, Point, Scale, Series, Sharing, Style, small_multiples,
 };
@@ -63,7 +62,7 @@ pub(super) fn outputs(report: &Report) -> Picture {
     for (i, estimate) in report.estimates.iter().enumerate() {
         let name = estimate.name.name();
         if let Some(y) = simulated(estimate, report) {
-            let points = points(report, estimate.shift, &y);
+            let points = points(report, estimate.shift(), &y);
             let series = Series::new(name, Style::Line, points);
             outputs = outputs.series(series.slot(i + 1));
         }
@@ -93,7 +92,7 @@ fn cut_unstable(plot: &mut Plot, report: &Report) {
         return;
     };
     let estimates = report.estimates.iter();
-    for estimate in estimates.filter(|estimate| estimate.last().pass.unstable) {
+    for estimate in estimates.filter(|estimate| estimate.last().fitted.pass.unstable) {
         let series = plot.series.iter_mut();
         for series in series.filter(|series| series.label == estimate.name.name()) {
             let points = series.points.iter();
@@ -112,16 +111,11 @@ fn points(report: &Report, first: usize, values: &[f64]) -> Vec<Point> {
 
 /// Returns the output simulated from u alone; `None` if there is no x0.
 pub(super) fn simulated(estimate: &Estimate, report: &Report) -> Option<Vec<f64>> {
-    let pass = &estimate.last().pass;
-    if pass.progress < Progress::InitialState {
+    let fitted = &estimate.last().fitted;
+    if fitted.pass.progress < Progress::InitialState {
         return None;
     }
-    let samples = report.shifted(estimate.shift);
-    let (mut y, mut x) = (Vec::new(), pass.x0.clone());
-    simulate(&pass.a, &pass.b, &mut x, samples.u, |k, x| {
-        y.push(x[0] + pass.direct * samples.u[k]);
-    });
-    Some(y)
+    Some(fitted.simulate_from(fitted.pass.x0.clone(), report.shifted(fitted.shift).u))
 }
 
 /// Returns the prediction errors that count, and the index of the first.
@@ -150,7 +144,7 @@ pub(super) fn steps(report: &Report) -> Picture {
     let step = report.clock.map_or(1.0, |clock| clock.step);
     let (mut series, mut stable) = (Vec::new(), Vec::new());
     for (slot, estimate, model) in models(report) {
-        let unstable = estimate.last().pass.unstable;
+        let unstable = estimate.last().fitted.pass.unstable;
         let points = step_response(model, samples).into_iter().enumerate();
         let points = points.map(|(k, point)| {
             let se = if unstable { f64::NAN } else { point.se };
@@ -176,9 +170,9 @@ fn settling(report: &Report) -> usize {
     const FEWEST: f64 = 20.0;
     const MOST: f64 = 1000.0;
     let radii = report.estimates.iter().map(|estimate| {
-        let PassReport { radius, model, .. } = estimate.last();
-        let settled = 0.01_f64.ln() / radius.filter(|radius| *radius < 1.0)?.ln();
-        Some(settled + model.orders().reach() as f64)
+        let last = estimate.last();
+        let settled = 0.01_f64.ln() / last.radius.filter(|radius| *radius < 1.0)?.ln();
+        Some(settled + last.fitted.model.orders().reach() as f64)
     });
     radii.flatten().fold(FEWEST, f64::max).min(MOST).ceil() as usize
 }

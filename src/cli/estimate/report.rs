@@ -3,10 +3,11 @@
 use crate::data::csv::Record;
 use crate::data::{Detrend, Trend};
 use crate::diagnosis::{Mode, Precision, Residuals, Whiteness};
-use crate::estimator::{EstimatorName, Failure, Pass, Progress, Runs};
+use crate::estimator::{EstimatorName, Failure, Progress, Runs};
 use crate::metric::Fit;
 use crate::model::{LinearModel, Orders};
 use crate::observer::Gain;
+use asobench_identification::Fitted;
 use faer::c64;
 use serde_json::{Map, Value};
 use std::f64::consts::TAU;
@@ -92,7 +93,7 @@ impl Report {
 
     /// Returns the largest shift of an estimate.
     pub(super) fn shift(&self) -> usize {
-        let shifts = self.estimates.iter().map(|estimate| estimate.shift);
+        let shifts = self.estimates.iter().map(Estimate::shift);
         shifts.max().unwrap_or(0)
     }
 }
@@ -165,8 +166,6 @@ pub(super) struct Estimate {
     pub(super) name: EstimatorName,
     /// Every option with its value.
     pub(super) options: Map<String, Value>,
-    /// For estimators without a delay: by how many samples y was advanced to remove the delay.
-    pub(super) shift: usize,
     /// Passes with their numbers; the number is 0 for an estimator without iterations.
     pub(super) passes: Vec<(usize, PassReport)>,
     pub(super) observer: Option<Observed>,
@@ -186,15 +185,18 @@ impl Estimate {
     }
 
     pub(super) fn failure(&self) -> Option<Failure> {
-        self.last().pass.failure
+        self.last().fitted.pass.failure
+    }
+
+    /// Returns by how many samples y was advanced for an estimator without a delay.
+    pub(super) fn shift(&self) -> usize {
+        self.last().fitted.shift
     }
 }
 
 /// A pass with its poles, largest modulus first, and its spectral radius if it has parameters.
 pub(super) struct PassReport {
-    pub(super) pass: Pass,
-    /// The model of the original record, including its delay.
-    pub(super) model: LinearModel,
+    pub(super) fitted: Fitted,
     pub(super) poles: Vec<c64>,
     pub(super) radius: Option<f64>,
     /// Standard errors of the poles and of the static gain.
@@ -210,7 +212,7 @@ pub(super) struct PassReport {
 impl PassReport {
     /// Returns the model if it has parameters.
     pub(super) fn known_model(&self) -> Option<&LinearModel> {
-        (self.pass.progress >= Progress::Parameters).then_some(&self.model)
+        (self.fitted.pass.progress >= Progress::Parameters).then_some(&self.fitted.model)
     }
 }
 

@@ -4,7 +4,7 @@ mod picture;
 
 use super::hints;
 use super::one_estimator::{fits, pass_report};
-use super::report::{Estimate, PassReport, Report};
+use super::report::{Estimate, Report};
 use super::span::Span;
 use super::words;
 use crate::cli::error::Error;
@@ -208,12 +208,12 @@ impl Row {
         if pass.progress < Progress::InitialState {
             return Ok(());
         }
-        let PassReport { pass, model, .. } = pass_report(pass, report, 0);
-        self.theta = model.parameters().collect();
+        let fitted = pass_report(pass, report, 0).fitted;
+        self.theta = fitted.model.parameters().collect();
         let finite = |fit: Fit| Some(fit.simulated).filter(|fit| fit.is_finite());
-        let fits = fits(&pass, 0, report);
-        self.start_numbers = pass.start_numbers;
-        self.own_loss = Some(pass.loss * report.told_unit().powi(2));
+        let fits = fits(&fitted, report);
+        self.start_numbers = fitted.pass.start_numbers;
+        self.own_loss = Some(fitted.pass.loss * report.told_unit().powi(2));
         self.window_fit = finite(fits.window);
         self.validation_fit = fits.validation.and_then(finite);
         Ok(())
@@ -265,7 +265,6 @@ impl Scan {
         let estimate = Estimate {
             name: self.estimator,
             options: described,
-            shift: 0,
             passes: vec![(0, pass_report(pass, report, 0))],
             observer: None,
             fit: None,

@@ -8,6 +8,7 @@ use crate::estimator::Progress;
 use crate::metric::Fit;
 use crate::model::{ContinuousModel, Orders};
 use crate::text::{rounded, visible, wrap};
+use asobench_identification::Fitted;
 use std::fmt::{self, Write};
 
 /// Significant digits.
@@ -76,7 +77,7 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
 fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fmt::Result {
     let report = estimate.last();
     writeln!(text, "\n{}", words::heading(estimate))?;
-    if let Some(failure) = report.pass.failure {
+    if let Some(failure) = report.fitted.pass.failure {
         if let Some(sentence) = words::unfinished(estimate) {
             let line = format!("  {:<18} {}: {sentence}", "status", failure.kind);
             text.push_str(&wrap(&line, 80, &" ".repeat(21)));
@@ -93,7 +94,7 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
     }
     write_pass(text, report, unit, estimate.parts.is_empty())?;
     if let Some(fit) = &estimate.fit {
-        let has_noise_model = words::has_noise_model(&report.model);
+        let has_noise_model = words::has_noise_model(&report.fitted.model);
         write_fit(text, "window", fit.window, has_noise_model)?;
         match fit.validation {
             Some(fit) => write_fit(text, "validation", fit, has_noise_model)?,
@@ -107,7 +108,7 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
         write_vector(text, "observer g", &observer.g)?;
         write_vector(text, "xhat(N)", &observer.at_window)?;
         write_vector(text, "xhat(K-1)", &observer.last)?;
-    } else if report.pass.direct != 0.0 {
+    } else if report.fitted.pass.direct != 0.0 {
         writeln!(
             text,
             "  {:<18} none: u acts on y at once (nk = 0)",
@@ -129,7 +130,7 @@ fn write_parts(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::
             visible(part.file.display()),
             part.samples
         )?;
-        let has_noise_model = words::has_noise_model(&estimate.last().model);
+        let has_noise_model = words::has_noise_model(&estimate.last().fitted.model);
         write_fit(text, "this record", of.fit, has_noise_model)?;
         match &of.residuals {
             Some(residuals) => write_residuals(text, residuals, part.feedback)?,
@@ -150,7 +151,7 @@ fn write_pass(
     unit: Frequency,
     of_one: bool,
 ) -> fmt::Result {
-    let PassReport { pass, model, .. } = report;
+    let Fitted { pass, model, .. } = &report.fitted;
     if pass.progress >= Progress::Parameters {
         let equation = model.equation().rounded(DIGITS).to_string();
         for line in equation.lines() {

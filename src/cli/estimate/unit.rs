@@ -3,7 +3,6 @@
 use super::report::{Report, Validation};
 use crate::data::csv::Record;
 use crate::estimator::unit_of;
-use crate::model::Units;
 use crate::text::rounded;
 
 /// The least and the most that the largest sample of a column may be.
@@ -80,8 +79,7 @@ impl Report {
         for estimate in &mut self.estimates {
             for (_, report) in &mut estimate.passes {
                 // Nothing is lost: told_unit saw to it.
-                let _ = report.pass.set_units(Units::shared(unit));
-                report.model.noise_variance *= unit * unit;
+                let _ = report.fitted.set_unit(unit);
                 if let Some(residuals) = &mut report.residuals {
                     residuals.set_unit(unit);
                 }

@@ -82,9 +82,9 @@ const ON_THE_CIRCLE: f64 = 0.999;
 /// Returns what is known of a model that a search left without coming to a minimum, with advice; `None` for others.
 pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
     let report = estimate.last();
-    match report.pass.failure?.kind {
-        FailureKind::Boundary if largest_zero(&report.model.c) > ON_THE_CIRCLE => {
-            Some(if report.model.a.len() > 1 {
+    match report.fitted.pass.failure?.kind {
+        FailureKind::Boundary if largest_zero(&report.fitted.model.c) > ON_THE_CIRCLE => {
+            Some(if report.fitted.model.a.len() > 1 {
                 "a zero of C lies on the unit circle: lower nc, or use oe; there are no standard errors"
             } else {
                 "a zero of C lies on the unit circle: lower nc; there are no standard errors"

@@ -1,39 +1,78 @@
 //! What follows from the value of a flag.
 
+use crate::estimator::EstimatorName;
 use crate::names::here;
 use crate::text::rounded;
 
-/// What is meant by a flag with a value that it does not take.
-pub(super) fn meant(flag: &str, value: &str) -> Option<String> {
-    match flag {
-        "--missing" => here(value, &["longest-run"]).map(|run| format!("--missing {run}")),
-        "--delay" | "--order" if ["auto", "best", "estimate"].contains(&value) => {
-            Some(format!("{flag} 1:8"))
-        }
-        "--plot" if value.contains(',') => {
-            let kinds: Vec<String> = value
-                .split(',')
-                .map(|kind| format!("--plot {kind}"))
-                .collect();
-            Some(kinds.join(" "))
-        }
-        "--plot" | "--out" => {
-            let (stem, _) = value.rsplit_once('.')?;
-            Some(format!("{flag} {stem}.svg"))
-        }
-        "--validate" | "--validation" => window(value),
-        _ => None,
-    }
+/// Returns what is typed by a template of the table for an argument with a value, which may be empty; `None` where the
+/// value does not determine it.
+pub(super) fn typed(template: &str, argument: &str, value: &str) -> Option<Vec<String>> {
+    let filled = |word: &str| {
+        let Some((before, rest)) = word.split_once('{') else {
+            return Some(word.to_owned());
+        };
+        let (reading, after) = rest.split_once('}')?;
+        Some(format!(
+            "{before}{}{after}",
+            read(reading, argument, value)?
+        ))
+    };
+    template.split(" / ").find_map(|words| {
+        let words = words.split_whitespace().map(filled);
+        let words = words.filter(|word| word.as_deref() != Some(""));
+        words.collect()
+    })
 }
 
-/// `--window` of the share of the samples that is for validation: 0.3 or 30%.
-pub(super) fn window(validated: &str) -> Option<String> {
-    per_cent(validated).map(|share| format!("--window {}%", rounded(100.0 - share, 6)))
-}
-
-/// `--window` of the share that is estimated from.
-pub(super) fn training(share: &str) -> Option<String> {
-    per_cent(share).map(|share| format!("--window {}%", rounded(share, 6)))
+/// Returns what a reading of the table makes of a value.
+fn read(reading: &str, argument: &str, value: &str) -> Option<String> {
+    let number = || value.parse::<f64>().ok();
+    let file = value.rsplit_once('.');
+    let is = |kinds: &[&str]| file.is_some_and(|(_, kind)| kinds.contains(&kind));
+    let text = match reading {
+        "" => Some(value).filter(|value| !value.is_empty())?.to_owned(),
+        "none" => String::new(),
+        "setting" => format!("{}={value}", argument.trim_start_matches('-')),
+        "estimator" => {
+            let names: Vec<&str> = EstimatorName::ALL.iter().map(|name| name.name()).collect();
+            let known = names.iter().copied().find(|name| *name == value);
+            known.or_else(|| here(value, &names))?.to_owned()
+        }
+        // The share of the samples for validation, and the one that is estimated from.
+        "rest" => rounded(100.0 - per_cent(value)?, 6),
+        "share" => rounded(per_cent(value)?, 6),
+        // B has a coefficient more than zeros.
+        "coefficients" => {
+            (value.parse::<usize>().ok().filter(|zeros| *zeros < 100)? + 1).to_string()
+        }
+        "range" => range(value)?,
+        // A sampling rate in Hz.
+        "period" => rounded(1.0 / number().filter(|rate| *rate > 0.0)?, 9),
+        // An SNR in dB.
+        "eta" => {
+            let ratio = value.trim_end_matches("dB").trim_end_matches("db");
+            let ratio: f64 = ratio
+                .parse()
+                .ok()
+                .filter(|ratio: &f64| ratio.abs() < 200.0)?;
+            rounded(100.0 / 10_f64.powf(ratio / 20.0), 3)
+        }
+        // Of a number it is not known what it is relative to.
+        "colour" if !value.is_empty() && number().is_none() => value.to_owned(),
+        "paper" => {
+            let mut papers = ["nikolov", "bobtsov"].into_iter();
+            papers.find(|name| value.starts_with(name))?.to_owned()
+        }
+        "trial" => value.parse::<u64>().ok()?.to_string(),
+        "html" if is(&["html"]) => value.to_owned(),
+        "json" if is(&["json"]) => "json".to_owned(),
+        "picture" if is(&["svg", "pdf"]) => value.to_owned(),
+        "stem" if is(&["png", "eps", "jpg"]) => file?.0.to_owned(),
+        // Residuals are not written as numbers.
+        "drawn" if !is(&["csv", "txt", "json"]) => String::new(),
+        _ => return None,
+    };
+    Some(text)
 }
 
 /// A share between 0 and 1, or in per cent. A number of 1 or more may be one of samples.
@@ -45,77 +84,26 @@ fn per_cent(given: &str) -> Option<f64> {
     (share > 0.0 && share < 100.0).then_some(share)
 }
 
-/// A picture, unless numbers are asked for.
-pub(super) fn residuals(file: &str) -> Option<String> {
-    let form = file.rsplit_once('.').map_or("", |(_, form)| form);
-    match form {
-        "csv" | "txt" | "json" => None,
-        "svg" | "pdf" => Some(format!("--plot residuals={file}")),
-        _ => Some("--plot residuals".to_owned()),
-    }
-}
-
-/// The number of coefficients of B from that of its zeros.
-pub(super) fn coefficients(zeros: &str) -> Option<String> {
-    let zeros: usize = zeros.parse().ok().filter(|zeros| *zeros < 100)?;
-    Some(format!("--nb {}", zeros + 1))
-}
-
-/// `--order 1:8` of `8`, `1:8` or `1..8`.
-pub(super) fn range(given: &str) -> Option<String> {
-    let (first, last) = given
-        .split_once(':')
-        .or_else(|| given.split_once(".."))
-        .unwrap_or(("1", given));
+/// `1:8` of `8`, `1:8` or `1..8`.
+fn range(given: &str) -> Option<String> {
+    let parts = given.split_once(':').or_else(|| given.split_once(".."));
+    let (first, last) = parts.unwrap_or(("1", given));
     let number = |text: &str| text.trim().parse::<usize>().ok();
-    Some(format!("--order {}:{}", number(first)?, number(last)?))
+    Some(format!("{}:{}", number(first)?, number(last)?))
 }
 
-/// `--ts` of a sampling rate in Hz.
-pub(super) fn period(rate: &str) -> Option<String> {
-    let rate: f64 = rate.parse().ok().filter(|rate: &f64| *rate > 0.0)?;
-    Some(format!("--ts {}", rounded(1.0 / rate, 9)))
-}
-
-/// The noise level of an SNR in dB.
-pub(super) fn noise_of_snr(given: &str) -> Option<String> {
-    let given = given.trim_end_matches("dB").trim_end_matches("db");
-    let decibels: f64 = given.parse().ok().filter(|of: &f64| of.abs() < 200.0)?;
-    Some(format!(
-        "--set eta={}",
-        rounded(100.0 / 10_f64.powf(decibels / 20.0), 3)
-    ))
-}
-
-/// A colour of noise; of a number it is not known what it is relative to.
-pub(super) fn noise(given: &str) -> Option<String> {
-    let is_name = !given.is_empty() && given.parse::<f64>().is_err();
-    is_name.then(|| format!("--set noise={given}"))
-}
-
-/// `--paper` of a word with the name of a paper.
-pub(super) fn paper(given: &str) -> Option<String> {
-    let papers = ["nikolov", "bobtsov"];
-    papers
-        .iter()
-        .find(|name| given.starts_with(**name))
-        .map(|name| format!("--paper {name}"))
-}
-
-/// What writes a file of such a name: a page, a picture, or the states.
-pub(super) fn written(file: &str) -> Option<String> {
-    let (stem, kind) = file.rsplit_once('.')?;
-    match kind {
-        "html" => Some(format!("--report {file}")),
-        "json" => Some("--format json".to_owned()),
-        "svg" | "pdf" => Some(format!("--plot {file}")),
-        "png" | "eps" | "jpg" => Some(format!("--plot {stem}.svg")),
-        _ => None,
-    }
-}
-
-/// The trial of the first cell, if it is a number.
-pub(super) fn of_first_cell(trial: &str) -> Option<String> {
-    let trial: u64 = trial.parse().ok()?;
-    Some(format!("0:{trial}"))
+/// What is meant by a flag with a value that it does not take.
+pub(super) fn meant(flag: &str, value: &str) -> Option<Vec<String>> {
+    let values = match flag {
+        "--missing" => vec![here(value, &["longest-run"])?.to_owned()],
+        "--delay" | "--order" if ["auto", "best", "estimate"].contains(&value) => {
+            vec!["1:8".to_owned()]
+        }
+        "--plot" if value.contains(',') => value.split(',').map(str::to_owned).collect(),
+        "--plot" | "--out" => vec![format!("{}.svg", value.rsplit_once('.')?.0)],
+        "--validate" | "--validation" => return typed("--window {rest}%", flag, value),
+        _ => return None,
+    };
+    let flagged = values.into_iter().map(|value| [flag.to_owned(), value]);
+    Some(flagged.flatten().collect())
 }

@@ -19,6 +19,7 @@ use crate::plant::stability::StepDown;
 use crate::signal::NoiseFilter;
 use crate::signal::arithmetic::{mean, variance};
 use crate::text::rounded;
+use asobench_identification::Fitted;
 
 /// The largest chance that a record in open loop is taken for one in closed loop.
 const LOOP_LEVEL: f64 = 0.05;
@@ -61,7 +62,7 @@ impl Case {
         if let Some(failure) = estimate.failure() {
             return Err(refused(&format!("no model to make a study of: {failure}")));
         }
-        if estimate.shift > 0 {
+        if estimate.shift() > 0 {
             return Err(refused(
                 "takes the delay out of the record, and x(0) with it; expected --estimator arx or another one with \
                  orders",
@@ -70,7 +71,7 @@ impl Case {
         let Some((_, last)) = estimate.passes.pop() else {
             return Err(refused("no model"));
         };
-        let model = last.model;
+        let Fitted { pass, model, .. } = last.fitted;
         let plant = model.plant().ok_or_else(|| {
             refused(
                 "u acts on y at once (nk = 0); a study's plant has a delay of at least one sample",
@@ -97,7 +98,7 @@ impl Case {
                 "the information matrix is singular; expected smaller orders",
             ));
         }
-        let x0 = last.pass.x0;
+        let x0 = pass.x0;
         let residuals = last.residuals;
         check_loop(arguments, residuals.as_ref()).map_err(|message| refused(&message))?;
         let u = report.record.u[..report.window].to_vec();
