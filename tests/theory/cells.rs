@@ -1,8 +1,8 @@
 //! The processes of the shipped files' cells, and what theory says of them.
 
+use super::limit::least_squares_limit;
 use super::population::{Made, Population, relative_covariance, trace};
 use super::study::{Check, Theory};
-use asobench::estimator::least_squares_limit;
 use asobench::plant::{Numerator, StateSpace, nikolov2023};
 use asobench::signal::NoiseFilter;
 use faer::Mat;
@@ -49,7 +49,7 @@ pub fn open(colour: &str, eta: f64) -> Population {
     population(colour, eta, 0.0, OPEN)
 }
 
-/// The crate's limit, which this file's own theory has to confirm.
+/// The limit of least squares, which two ways have to confirm.
 pub fn limit(colour: &str, eta: f64, input_noise: f64) -> Vec<f64> {
     let (c, d) = filter(colour);
     let noise = NoiseFilter::new(&c, &d).unwrap();

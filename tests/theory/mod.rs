@@ -8,6 +8,7 @@
 mod asymptotic;
 mod cells;
 mod consistent;
+mod limit;
 mod population;
 mod printed;
 mod settings;

@@ -1,6 +1,5 @@
-//! Limits and asymptotic covariances from impulse responses: second-order theory written independently of the crate's
-//! own `least_squares_limit`, for open and closed loops. Soderstrom and Stoica, System Identification, chapters 7, 8,
-//! 10.
+//! Limits and asymptotic covariances from impulse responses: second-order theory written independently of that of
+//! the crate, for open and closed loops. Soderstrom and Stoica, System Identification, chapters 7, 8, 10.
 
 use asobench::observer::Gain;
 use asobench::plant::{StateSpace, TransferFunction};

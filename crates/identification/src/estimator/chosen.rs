@@ -4,7 +4,7 @@
 
 use super::method_kind::Problem;
 use super::order_choice::Criterion;
-use super::{Estimator, FailureKind, Pass, Progress, SetupError, Shape, Window};
+use super::{Estimator, FailureKind, Pass, Progress, SetupError, Shape, SinglePass, Window};
 use crate::estimator::prediction_errors;
 use crate::names::named_enum;
 
@@ -150,24 +150,17 @@ impl Chosen {
     }
 }
 
-impl Estimator for Chosen {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
+impl SinglePass for Chosen {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let values: Vec<f64> = (0..self.candidates.len())
             .map(|i| self.value(i, window))
             .collect();
         let best = (0..values.len()).filter(|i| values[*i] < f64::INFINITY);
         let Some(best) = best.min_by(|a, b| values[*a].total_cmp(&values[*b])) else {
-            let failure = self
-                .candidates
-                .first()
-                .and_then(|candidate| candidate.pass.failure);
-            return match failure {
-                Some(failure) => pass.fail(failure),
-                None => pass.fail_for(FailureKind::NonFinite),
-            };
+            let first = self.candidates.first();
+            pass.failure = first.and_then(|candidate| candidate.pass.failure);
+            let failed = pass.failure.is_some();
+            return failed.then_some(()).ok_or(FailureKind::NonFinite);
         };
         let chosen = &mut self.candidates[best];
         if chosen.first.is_some() {
@@ -177,6 +170,7 @@ impl Estimator for Chosen {
                 .estimate(window, std::slice::from_mut(&mut chosen.pass));
         }
         pass.clone_from(&chosen.pass);
+        Ok(())
     }
 }
 

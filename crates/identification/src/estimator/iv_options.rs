@@ -3,6 +3,7 @@
 use super::covariance::Covariance;
 use super::fixed_model::FixedModel;
 use super::initial_state_choice::StartState;
+use super::method_kind::options;
 use super::other_tools::Reading;
 use super::reflection::Stabilise;
 use super::regression::Rows;
@@ -47,63 +48,38 @@ named_enum! {
 /// The largest number of IV passes.
 pub const MOST_ITERATIONS: usize = 1000;
 
-/// The readings of the IV passes.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct IvOptions {
-    /// Solver for the parameters: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
-    pub solver: Solver,
-    /// Number of IV passes (reading E11: 4 or 5).
-    pub iterations: usize,
-    /// Formula of stage 10, reading E2: corrected, as-printed, as-printed-2024.
-    pub stage10: Stage10,
-    /// What each IV pass renews, reading E4: refresh, frozen, literal.
-    pub auxiliary: Auxiliary,
-    /// The auxiliary model, reading E12: model (simulation of the estimate), observer.
-    pub drive: Drive,
-    /// The observer's gain, if the observer is the auxiliary model.
-    pub gain: Gain,
-    /// The signal from which the instruments are formed: u or r.
-    pub instruments: InstrumentSource,
-    /// What is done about unstable poles of the auxiliary model: none, reflect (into the unit circle).
-    pub stabilise: Stabilise,
-    /// Initial state, in every pass: estimate (stage 6), or zero.
-    pub initial_state: StartState,
-    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The equations that are used: complete (the default), prewindow (zeros before the record), padded (zeros before
-    /// and after).
-    pub rows: Option<Rows>,
-    /// The conventions of another tool: r-sysid.
-    pub reading: Option<Reading>,
-    /// A fixed model x = B/F u for the instruments, such as B=0,1;F=1,-0.5: one pass.
-    pub fixed_model: Option<FixedModel>,
-    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
-    /// instruments), robust.
-    pub covariance: Option<Covariance>,
-}
-
-impl Default for IvOptions {
-    fn default() -> Self {
-        Self {
-            iterations: 4,
-            solver: Solver::default(),
-            stage10: Stage10::default(),
-            auxiliary: Auxiliary::default(),
-            drive: Drive::default(),
-            gain: Gain::default(),
-            instruments: InstrumentSource::default(),
-            stabilise: Stabilise::default(),
-            initial_state: StartState::default(),
-            orders: None,
-            rows: None,
-            reading: None,
-            fixed_model: None,
-            covariance: None,
-        }
+options! {
+    /// The readings of the IV passes.
+    pub struct IvOptions {
+        /// Solver for the parameters: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
+        pub solver: Solver,
+        /// Number of IV passes (reading E11: 4 or 5).
+        pub iterations: usize = 4,
+        /// Formula of stage 10, reading E2: corrected, as-printed, as-printed-2024.
+        pub stage10: Stage10,
+        /// What each IV pass renews, reading E4: refresh, frozen, literal.
+        pub auxiliary: Auxiliary,
+        /// The auxiliary model, reading E12: model (simulation of the estimate), observer.
+        pub drive: Drive,
+        /// The observer's gain, if the observer is the auxiliary model.
+        pub gain: Gain,
+        /// The signal from which the instruments are formed: u or r.
+        pub instruments: InstrumentSource,
+        /// What is done about unstable poles of the auxiliary model: none, reflect (into the unit circle).
+        pub stabilise: Stabilise,
+        /// Initial state, in every pass: estimate (stage 6), or zero.
+        pub initial_state: StartState,
+        /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// The equations that are used: complete (the default), prewindow (zeros before the record), padded (zeros
+        /// before and after).
+        pub rows: Option<Rows>,
+        /// The conventions of another tool: r-sysid.
+        pub reading: Option<Reading>,
+        /// A fixed model x = B/F u for the instruments, such as B=0,1;F=1,-0.5: one pass.
+        pub fixed_model: Option<FixedModel>,
+        /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+        /// instruments), robust.
+        pub covariance: Option<Covariance>,
     }
 }

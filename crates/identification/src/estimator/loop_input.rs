@@ -4,7 +4,7 @@
 use super::null_space::HighOrder;
 use super::reflection::{reflect_zeros, stable};
 use super::regression::{Regression, Rows};
-use super::{FailureKind, SetupError, Window};
+use super::{FailureKind, SetupError, Window, enough_equations};
 use crate::data::OutputFeedback;
 use crate::model::polynomial::{divide, filter, multiply_into};
 use crate::model::{LinearModel, Orders};
@@ -40,14 +40,7 @@ impl LoopInput {
         window: usize,
     ) -> Result<Self, SetupError> {
         let orders = orders(order.unwrap_or(1));
-        if window <= orders.parameters() {
-            return Err(SetupError::ShortRecord {
-                orders,
-                window,
-                rows: window,
-                needed: orders.parameters() + 1,
-            });
-        }
+        enough_equations(orders, window, window, orders.parameters() + 1)?;
         Ok(Self {
             order,
             model: LinearModel::zero(orders),

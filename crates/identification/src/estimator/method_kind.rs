@@ -98,6 +98,38 @@ impl OptionUnits {
     }
 }
 
+/// Defines the options of an estimator. A field that states no default has that of its type.
+macro_rules! options {
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident {
+            $($(#[$field_about:meta])* pub $field:ident: $type:ty $(= $default:expr)?,)*
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq)]
+        #[cfg_attr(
+            feature = "json",
+            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
+            serde(deny_unknown_fields, default)
+        )]
+        pub struct $name {
+            $($(#[$field_about])* pub $field: $type,)*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self {
+                    $($field: $crate::estimator::method_kind::options!(@default $($default)?),)*
+                }
+            }
+        }
+    };
+    (@default) => { Default::default() };
+    (@default $default:expr) => { $default };
+}
+pub(super) use options;
+
 /// The interface of an estimator's options to the registry. One struct with serde and docs yields the keys of
 /// experiment files, their schema, the flags of `asobench estimate` and docs/methods.md.
 pub trait MethodKind {

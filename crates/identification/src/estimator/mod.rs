@@ -20,7 +20,6 @@ mod kinship;
 mod known_model;
 mod lag_sums;
 mod last_samples;
-mod limit;
 mod loop_input;
 mod method;
 mod method_kind;
@@ -45,6 +44,7 @@ mod runs;
 mod scale;
 #[cfg(feature = "json")]
 mod schema;
+mod single_pass;
 pub mod solver;
 mod sorted_qr;
 #[cfg(test)]
@@ -61,7 +61,6 @@ pub use initial_state_choice::{StartState, StateEstimate};
 pub use iv_options::{Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS};
 pub use kinship::Kinship;
 pub use known_model::KnownModel;
-pub use limit::{LimitError, least_squares_limit};
 pub use method::Method;
 pub use method_kind::{MethodKind, Needs, OptionUnits, Output, Problem};
 pub use methods::*;
@@ -80,6 +79,7 @@ pub use runs::Runs;
 pub use scale::unit_of;
 #[cfg(feature = "json")]
 pub use schema::inline_schema;
+pub use single_pass::{Iteration, SinglePass};
 pub use solver::{Instruments, Solver, Stage10};
 
 use crate::model::Orders;
@@ -286,6 +286,24 @@ pub enum SetupError {
         /// The solver.
         solver: Solver,
     },
+}
+
+/// Checks that a window yields as many equations as are needed.
+fn enough_equations(
+    orders: Orders,
+    window: usize,
+    rows: usize,
+    needed: usize,
+) -> Result<(), SetupError> {
+    if rows < needed {
+        return Err(SetupError::ShortRecord {
+            orders,
+            window,
+            rows,
+            needed,
+        });
+    }
+    Ok(())
 }
 
 /// The records of other trials of the same cell, for a method that works on many at a time.

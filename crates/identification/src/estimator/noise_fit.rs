@@ -59,11 +59,11 @@ impl NoiseFit {
             Some(kind) if !kind.leaves_a_model() => return Err(kind),
             failure => *unfinished = failure,
         }
-        let change = replace(&mut self.theta, search.theta(), 1.0);
+        let [way, size] = replace(&mut self.theta, search.theta(), 1.0, |_| 1.0);
         let (d, c) = self.theta.split_at(self.nd);
         model.d[1..].copy_from_slice(d);
         model.c[1..].copy_from_slice(c);
-        Ok([change, found.sum])
+        Ok([way / size.max(f64::MIN_POSITIVE), found.sum])
     }
 
     /// Puts the covariance of C and D of the last fit, to w, in that of a model.
@@ -93,19 +93,25 @@ impl NoiseFit {
     }
 }
 
-/// Changes values by a share of the way to new ones; returns the longest way relative to the largest new value.
-pub(super) fn replace(old: &mut [f64], new: &[f64], share: f64) -> f64 {
-    let (mut difference, mut size) = (0.0_f64, f64::MIN_POSITIVE);
-    for (old, new) in old.iter_mut().zip(new) {
-        difference = difference.max((*old - new).abs());
-        size = size.max(new.abs());
+/// Changes values by a share of the way to new ones. Returns the longest way and the largest new value, each times the
+/// length of its column.
+pub(super) fn replace(
+    old: &mut [f64],
+    new: &[f64],
+    share: f64,
+    length: impl Fn(usize) -> f64,
+) -> [f64; 2] {
+    let (mut way, mut size) = (0.0_f64, 0.0_f64);
+    for (j, (old, new)) in old.iter_mut().zip(new).enumerate() {
+        way = way.max((*old - new).abs() * length(j));
+        size = size.max(new.abs() * length(j));
         *old = if share < 1.0 {
             share.mul_add(new - *old, *old)
         } else {
             *new
         };
     }
-    difference / size
+    [way, size]
 }
 
 /// Copies a square block of n rows to the positions that `place` returns, in a matrix of `total` rows.

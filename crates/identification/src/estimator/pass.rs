@@ -363,15 +363,4 @@ impl Pass {
             pass: 0,
         });
     }
-
-    /// Ends an iteration: `found` says whether it came to rest or left its best model, `set` whether the model was
-    /// taken.
-    pub(super) fn end(&mut self, found: Result<(), FailureKind>, set: Result<(), FailureKind>) {
-        if set.is_ok() {
-            self.start_at_zero();
-        }
-        if let Err(kind) = set.and(found) {
-            self.fail_for(kind);
-        }
-    }
 }

@@ -7,7 +7,7 @@ use super::solver::Reduction;
 use super::solver::rank::{
     Equilibration, check_rank_of_columns, columns_of_inverse, triangular_condition,
 };
-use super::{FailureKind, Runs, SetupError};
+use super::{FailureKind, Runs, SetupError, enough_equations};
 use crate::model::Orders;
 use crate::names::named_enum;
 use faer::Par;
@@ -100,14 +100,7 @@ impl Lagged {
         });
         self.broken = later.collect();
         self.count -= self.broken.iter().map(Range::len).sum::<usize>();
-        if self.count < needed {
-            return Err(SetupError::ShortRecord {
-                orders: self.orders,
-                window: self.record().len(),
-                rows: self.count,
-                needed,
-            });
-        }
+        enough_equations(self.orders, self.record().len(), self.count, needed)?;
         Ok(self)
     }
 

@@ -2,38 +2,34 @@
 
 use crate::estimator::covariance::Covariance;
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
-use crate::estimator::method_kind::{MethodKind, OptionUnits, Problem};
+use crate::estimator::method_kind::{MethodKind, OptionUnits, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::order_choice::{Criterion, OrderComparison};
 use crate::estimator::other_tools::{R_SYSID_RIDGE, Reading};
 use crate::estimator::regression::{Regression, Rows};
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 use std::ops::Range;
 
-/// The options of `arx`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct ArxOptions {
-    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The equations that are used: complete, prewindow (zeros before the record), padded (zeros before and after).
-    pub rows: Rows,
-    /// The initial state: estimate (stage 6 for the model found), or zero.
-    pub initial_state: StartState,
-    /// Ridge: weight of the squared parameters in the criterion; 0: none.
-    pub ridge: Option<f64>,
-    /// The conventions of another tool: r-sysid.
-    pub reading: Option<Reading>,
-    /// Chooses n = na = nb, from 1 to the na = nb of `orders`, by a criterion: aic, aicc, bic, fpe.
-    pub choose: Option<Criterion>,
-    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
-    /// instruments), robust.
-    pub covariance: Option<Covariance>,
+options! {
+    /// The options of `arx`.
+    pub struct ArxOptions {
+        /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// The equations that are used: complete, prewindow (zeros before the record), padded (zeros before and after).
+        pub rows: Rows,
+        /// The initial state: estimate (stage 6 for the model found), or zero.
+        pub initial_state: StartState,
+        /// Ridge: weight of the squared parameters in the criterion; 0: none.
+        pub ridge: Option<f64>,
+        /// The conventions of another tool: r-sysid.
+        pub reading: Option<Reading>,
+        /// Chooses n = na = nb, from 1 to the na = nb of `orders`, by a criterion: aic, aicc, bic, fpe.
+        pub choose: Option<Criterion>,
+        /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+        /// instruments), robust.
+        pub covariance: Option<Covariance>,
+    }
 }
 
 impl ArxOptions {
@@ -164,25 +160,19 @@ impl Fit {
     }
 }
 
-impl Estimator for Arx {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
+impl SinglePass for Arx {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let chosen = match &mut self.choice {
-            None => Ok(0),
+            None => 0,
             Some((criterion, comparison)) => {
                 comparison.run(window.u, window.y);
-                comparison.best(*criterion)
+                comparison.best(*criterion)?
             }
         };
-        let found = chosen.and_then(|chosen| self.fits[chosen].find(window.u, window.y, pass));
-        match found {
-            Ok(()) => self
-                .state
-                .estimate(window.part(self.first.clone()), 0, pass),
-            Err(kind) => pass.fail_for(kind),
-        }
+        self.fits[chosen].find(window.u, window.y, pass)?;
+        self.state
+            .estimate(window.part(self.first.clone()), 0, pass);
+        Ok(())
     }
 }
 

@@ -9,37 +9,33 @@ use super::closed_loop_iv::check_long;
 use super::continuous_iv::ContinuousIv;
 use crate::data::OutputFeedback;
 use crate::estimator::loop_input::LoopInput;
-use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::{Estimator, RivcOptions, SetupError};
 use crate::model::{ContinuousModel, Hold, Orders};
 
-/// The options of `clrivc`: [`ContinuousIv`] whose instruments have the input v of the loop without noise instead of u,
-/// as those of [`crate::estimator::ClrivOptions`]. v is seen at the samples, so the loop is closed around the sampled
-/// model.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct ClrivcOptions {
-    /// Numbers of coefficients nb of B(s), nf of A(s), nc of C(q), nd of D(q), and nk, 1 more than the dead time in
-    /// samples, such as nb=1,nc=1,nd=2,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The input between samples: zero-order (constant, the default), first-order (straight lines).
-    pub hold: Hold,
-    /// The time between samples, seconds; in studies by default 1, so that rates are per sample.
-    pub ts: Option<f64>,
-    /// The controller K of the loop u = r - K(q) y at the samples, if it is known: a gain, or c_0,c_1,.../1,d_1,...
-    pub controller: Option<OutputFeedback>,
-    /// The order of the long model from the reference; by default that by AIC, at most 50 and a
-    /// sixth of the samples.
-    pub long: Option<usize>,
-    /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none (the method
-    /// fails).
-    pub stabilise: Option<Stabilise>,
+options! {
+    /// The options of `clrivc`: [`ContinuousIv`] whose instruments have the input v of the loop without noise instead
+    /// of u, as those of [`crate::estimator::ClrivOptions`]. v is seen at the samples, so the loop is closed around the
+    /// sampled model.
+    pub struct ClrivcOptions {
+        /// Numbers of coefficients nb of B(s), nf of A(s), nc of C(q), nd of D(q), and nk, 1 more than the dead time in
+        /// samples, such as nb=1,nc=1,nd=2,nf=2,nk=1; by default nb = nc = nd = nf = the setting `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// The input between samples: zero-order (constant, the default), first-order (straight lines).
+        pub hold: Hold,
+        /// The time between samples, seconds; in studies by default 1, so that rates are per sample.
+        pub ts: Option<f64>,
+        /// The controller K of the loop u = r - K(q) y at the samples, if it is known: a gain, or c_0,c_1,.../1,d_1,...
+        pub controller: Option<OutputFeedback>,
+        /// The order of the long model from the reference; by default that by AIC, at most 50 and a
+        /// sixth of the samples.
+        pub long: Option<usize>,
+        /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none (the
+        /// method fails).
+        pub stabilise: Option<Stabilise>,
+    }
 }
 
 impl ClrivcOptions {

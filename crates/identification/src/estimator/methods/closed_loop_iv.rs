@@ -7,34 +7,31 @@
 use super::riv::{RefinedIv, RivOptions};
 use crate::data::OutputFeedback;
 use crate::estimator::loop_input::LoopInput;
-use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::{Estimator, SetupError};
 use crate::model::Orders;
 
-/// The options of `clriv`: [`RefinedIv`] whose instruments have the input of the loop without noise instead of u.
-///
-/// With a known controller that input is `F M/(F M + B N) r` of each pass's model; without, what of u follows from r in
-/// a long model `A u = B r + e`. Both are consistent whatever the noise; where C/D holds its colour and the controller
-/// is known, the covariance `s^2 (Z'Z)^-1` is that of optimal instruments.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct ClrivOptions {
-    /// Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the
-    /// setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The controller K of the loop u = r - K(q) y, if it is known: a gain, or c_0,c_1,.../1,d_1,...
-    pub controller: Option<OutputFeedback>,
-    /// The order of the long model from the reference; by default that by AIC, at most 50 and a
-    /// sixth of the samples.
-    pub long: Option<usize>,
-    /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method fails).
-    pub stabilise: Option<Stabilise>,
+options! {
+    /// The options of `clriv`: [`RefinedIv`] whose instruments have the input of the loop without noise instead of u.
+    ///
+    /// With a known controller that input is `F M/(F M + B N) r` of each pass's model; without, what of u follows from r in
+    /// a long model `A u = B r + e`. Both are consistent whatever the noise; where C/D holds its colour and the controller
+    /// is known, the covariance `s^2 (Z'Z)^-1` is that of optimal instruments.
+    pub struct ClrivOptions {
+        /// Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the
+        /// setting `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// The controller K of the loop u = r - K(q) y, if it is known: a gain, or c_0,c_1,.../1,d_1,...
+        pub controller: Option<OutputFeedback>,
+        /// The order of the long model from the reference; by default that by AIC, at most 50 and a
+        /// sixth of the samples.
+        pub long: Option<usize>,
+        /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method
+        /// fails).
+        pub stabilise: Option<Stabilise>,
+    }
 }
 
 /// Checks the order of a long model.

@@ -10,10 +10,10 @@ mod options;
 use super::output_error_iteration::{MOST_PASSES, PROGRESS, ROUND, move_first_to_last};
 use crate::estimator::instruments::TwoStages;
 use crate::estimator::loop_input::LoopInput;
-use crate::estimator::noise_fit::{NoiseFit, put_block};
+use crate::estimator::noise_fit::{NoiseFit, put_block, replace};
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::solver::rank::inverse_power_of_two;
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{FailureKind, Iteration, SetupError, Window, enough_equations};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{
     ContinuousModel, Hold, LinearModel, Orders, Sampled, controller_form, output_of,
@@ -91,14 +91,7 @@ impl ContinuousIv {
         window: usize,
     ) -> Result<Self, SetupError> {
         let Orders { nb, nf, nk, .. } = orders;
-        if window <= orders.parameters() {
-            return Err(SetupError::ShortRecord {
-                orders,
-                window,
-                rows: window,
-                needed: orders.parameters() + 1,
-            });
-        }
+        enough_equations(orders, window, window, orders.parameters() + 1)?;
         continuous.dead_time = nk - 1;
         let signal = || vec![0.0; window];
         Ok(Self {
@@ -238,18 +231,9 @@ impl ContinuousIv {
     /// Changes theta by a share of the way to the solution; returns the longest way relative to the largest term of the
     /// equation, each parameter times the length of its column.
     fn take(&mut self, share: f64) -> f64 {
-        let (mut difference, mut size) = (0.0_f64, f64::MIN_POSITIVE);
-        for (j, new) in self.stages.theta.iter().enumerate() {
-            let (length, old) = (self.stages.length(j), &mut self.theta[j]);
-            difference = difference.max((*old - new).abs() * length);
-            size = size.max(new.abs() * length);
-            *old = if share < 1.0 {
-                share.mul_add(new - *old, *old)
-            } else {
-                *new
-            };
-        }
-        difference / size
+        let (theta, stages) = (&mut self.theta, &self.stages);
+        let [way, size] = replace(theta, &stages.theta, share, |j| stages.length(j));
+        way / size.max(f64::MIN_POSITIVE)
     }
 
     /// Reflects zeros of A(s) with `Re s >= 0`, if that is wanted.
@@ -376,68 +360,6 @@ impl ContinuousIv {
         Err(unfinished.unwrap_or(FailureKind::IterationLimit))
     }
 
-    /// Iterates until convergence and counts the passes. If it does not converge, theta is the best of all passes.
-    fn find(
-        &mut self,
-        window: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
-        self.least = f64::INFINITY;
-        let dead = self.continuous.dead_time;
-        delay(window.u, dead, &mut self.u);
-        if let Some(source) = &mut self.source {
-            source.follow(window.u, window.r)?;
-            delay(&source.hat, dead, &mut self.v);
-        }
-        self.start(window, condition)?;
-        self.theta.copy_from_slice(&self.best);
-        self.noise.reset();
-        self.iterate(window, passes, condition).map_err(|kind| {
-            let ends = [
-                FailureKind::UnstablePredictor,
-                FailureKind::UnstableInstruments,
-            ];
-            if ends.contains(&kind) {
-                return kind;
-            }
-            self.theta.copy_from_slice(&self.best);
-            if kind.leaves_a_model() {
-                kind
-            } else {
-                FailureKind::IterationLimit
-            }
-        })
-    }
-
-    /// Makes the models, with their covariances at a solution; returns the sum of squared prediction errors.
-    fn conclude(&mut self, y: &[f64], converged: bool) -> Result<f64, FailureKind> {
-        let Orders { nf: n, .. } = self.orders;
-        if !converged {
-            self.stay_stable()?;
-            self.filter_all(y);
-            self.noise.fit(&self.w, &mut self.model, &mut None)?;
-        }
-        filter(&self.model.d, &self.w, &mut self.x);
-        divide(&self.model.c, &mut self.x);
-        let sum: f64 = self.x.iter().map(|e| e * e).sum();
-        let variance = sum / (y.len() - self.orders.parameters()) as f64;
-        let mut block = Vec::new();
-        if converged {
-            self.stages.covariance_of_instruments(variance, &mut block);
-            move_first_to_last(&mut block, self.theta.len(), n);
-        }
-        let (a, b) = self.theta.split_at(n);
-        self.continuous.set_per_sample(b, a, &block);
-        let jacobian = self.continuous.sample(&mut self.model);
-        self.model.noise_variance = variance;
-        self.model.covariance.clear();
-        if converged {
-            self.put_covariance(&jacobian, variance)?;
-        }
-        Ok(sum)
-    }
-
     /// Computes the covariance of the sampled model: `J P J'` for B and F, that of the ARMA model for C and D.
     fn put_covariance(&mut self, jacobian: &[f64], variance: f64) -> Result<(), FailureKind> {
         let p = &self.continuous.covariance;
@@ -485,27 +407,74 @@ fn run(system: &Sampled, v: &[f64], scratch: &mut [f64], mut tell: impl FnMut(us
     }
 }
 
-impl Estimator for ContinuousIv {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        let (mut condition, mut taken) = (f64::NAN, 0);
-        let found = self.find(window, &mut taken, &mut condition);
-        pass.iterations = Some(taken);
-        let set = match found {
-            Err(kind) if !kind.leaves_a_model() => Err(kind),
-            _ => self.conclude(window.y, found.is_ok()).and_then(|sum| {
-                pass.loss = sum / window.y.len() as f64;
-                if found.is_err() {
-                    condition = f64::NAN;
-                }
-                pass.set_model(&self.model, condition)?;
-                pass.continuous.clone_from(&self.continuous);
-                Ok(())
-            }),
-        };
-        pass.end(found, set);
+impl Iteration for ContinuousIv {
+    fn find(
+        &mut self,
+        window: Window<'_>,
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        self.least = f64::INFINITY;
+        let dead = self.continuous.dead_time;
+        delay(window.u, dead, &mut self.u);
+        if let Some(source) = &mut self.source {
+            source.follow(window.u, window.r)?;
+            delay(&source.hat, dead, &mut self.v);
+        }
+        self.start(window, condition)?;
+        self.theta.copy_from_slice(&self.best);
+        self.noise.reset();
+        self.iterate(window, passes, condition).map_err(|kind| {
+            let ends = [
+                FailureKind::UnstablePredictor,
+                FailureKind::UnstableInstruments,
+            ];
+            if ends.contains(&kind) {
+                return kind;
+            }
+            self.theta.copy_from_slice(&self.best);
+            if kind.leaves_a_model() {
+                kind
+            } else {
+                FailureKind::IterationLimit
+            }
+        })
+    }
+
+    fn conclude(&mut self, window: Window<'_>, at_rest: bool) -> Result<f64, FailureKind> {
+        let y = window.y;
+        let Orders { nf: n, .. } = self.orders;
+        if !at_rest {
+            self.stay_stable()?;
+            self.filter_all(y);
+            self.noise.fit(&self.w, &mut self.model, &mut None)?;
+        }
+        filter(&self.model.d, &self.w, &mut self.x);
+        divide(&self.model.c, &mut self.x);
+        let sum: f64 = self.x.iter().map(|e| e * e).sum();
+        let variance = sum / (y.len() - self.orders.parameters()) as f64;
+        let mut block = Vec::new();
+        if at_rest {
+            self.stages.covariance_of_instruments(variance, &mut block);
+            move_first_to_last(&mut block, self.theta.len(), n);
+        }
+        let (a, b) = self.theta.split_at(n);
+        self.continuous.set_per_sample(b, a, &block);
+        let jacobian = self.continuous.sample(&mut self.model);
+        self.model.noise_variance = variance;
+        self.model.covariance.clear();
+        if at_rest {
+            self.put_covariance(&jacobian, variance)?;
+        }
+        Ok(sum)
+    }
+
+    fn model(&self) -> &LinearModel {
+        &self.model
+    }
+
+    fn continuous(&self) -> Option<&ContinuousModel> {
+        Some(&self.continuous)
     }
 }
 

@@ -3,32 +3,29 @@
 //! Source: T. Soderstrom, P. Stoica and B. Friedlander, *An indirect prediction error method for system
 //! identification*, Automatica 27 (1991).
 
+use super::output_error_iteration::output_errors;
 use super::riv::{RefinedIv, RivOptions};
 use crate::data::OutputFeedback;
 use crate::estimator::instruments::TwoStages;
-use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Iteration, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 use faer::MatMut;
 
-/// The options of `indirect`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct IndirectOptions {
-    /// Orders nb, nf and the delay nk of the plant, nc and nd of the noise in the loop, such as nb=2,nf=2,nk=1; by
-    /// default nb = nf = the setting `order`, nk = 1, nc = nd = 0.
-    pub orders: Option<Orders>,
-    /// The controller K of the loop u = r - K(q) y: a gain, or c_0,c_1,.../1,d_1,...; by default 0, open loop.
-    pub controller: Option<OutputFeedback>,
-    /// What is done if the model of the loop is unstable: reflect (its poles into the unit circle, the default), none
-    /// (the method fails).
-    pub stabilise: Option<Stabilise>,
+options! {
+    /// The options of `indirect`.
+    pub struct IndirectOptions {
+        /// Orders nb, nf and the delay nk of the plant, nc and nd of the noise in the loop, such as nb=2,nf=2,nk=1; by
+        /// default nb = nf = the setting `order`, nk = 1, nc = nd = 0.
+        pub orders: Option<Orders>,
+        /// The controller K of the loop u = r - K(q) y: a gain, or c_0,c_1,.../1,d_1,...; by default 0, open loop.
+        pub controller: Option<OutputFeedback>,
+        /// What is done if the model of the loop is unstable: reflect (its poles into the unit circle, the default),
+        /// none (the method fails).
+        pub stabilise: Option<Stabilise>,
+    }
 }
 
 impl IndirectOptions {
@@ -199,22 +196,23 @@ impl Indirect {
         }
         Ok(())
     }
+}
 
+impl Iteration for Indirect {
     fn find(
         &mut self,
         Window { y, r, .. }: Window<'_>,
         passes: &mut usize,
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
-        let found = self
-            .whole
-            .find(Window::new(r, y, y.len()), passes, condition);
+        let looped = Window::new(r, y, y.len());
+        let found = self.whole.find(looped, passes, condition);
         found.map_err(|kind| match kind {
             // Its best model has no covariance to weigh with.
             kind if kind.leaves_a_model() => FailureKind::NoConvergence,
             kind => kind,
         })?;
-        self.whole.errors(r, y, true)?;
+        self.whole.conclude(looped, true)?;
         self.factorise()?;
         let (whole, width) = (self.whole.model(), self.stages.theta.len());
         let (orders, m) = (whole.orders(), &self.denominator);
@@ -252,35 +250,21 @@ impl Indirect {
         self.stages.solve(n, fill, condition)
     }
 
-    /// Makes the model; returns the sum of its squared output errors.
-    fn conclude(&mut self, u: &[f64], y: &[f64]) -> f64 {
+    fn conclude(&mut self, Window { u, y, .. }: Window<'_>, _: bool) -> Result<f64, FailureKind> {
         self.model.set_parameters(&self.stages.theta);
-        self.model.residuals(u, y, &mut self.e, &mut self.scratch);
-        let sum: f64 = self.e.iter().map(|e| e * e).sum();
-        self.model.noise_variance = sum / (y.len() - self.stages.theta.len()) as f64;
+        let scratch = [&mut self.e[..], &mut self.scratch];
+        let sum = output_errors(&mut self.model, u, y, scratch);
         self.stages
             .covariance_of_instruments(1.0, &mut self.model.covariance);
-        sum
+        // The estimate is of r and y; u enters here alone.
+        if sum.is_finite() {
+            Ok(sum)
+        } else {
+            Err(FailureKind::NonFinite)
+        }
     }
-}
 
-impl Estimator for Indirect {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        let (mut condition, mut taken) = (f64::NAN, 0);
-        let found = self.find(window, &mut taken, &mut condition);
-        pass.iterations = Some(taken);
-        let set = found.and_then(|()| {
-            let loss = self.conclude(window.u, window.y) / window.len() as f64;
-            // The estimate is of r and y; u enters here alone.
-            if !loss.is_finite() {
-                return Err(FailureKind::NonFinite);
-            }
-            pass.loss = loss;
-            pass.set_model(&self.model, condition)
-        });
-        pass.end(found, set);
+    fn model(&self) -> &LinearModel {
+        &self.model
     }
 }

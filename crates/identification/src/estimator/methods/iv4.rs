@@ -6,39 +6,37 @@ use crate::estimator::autoregression::durbin_step;
 use crate::estimator::covariance::Covariance;
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
-use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::other_tools::{R_SYSID_RIDGE, Reading};
 use crate::estimator::reflection::stable;
 use crate::estimator::reflection::{Stabilise, reflect_zeros};
 use crate::estimator::regression::{Regression, Rows};
-use crate::estimator::{Estimator, FailureKind, InstrumentSource, Pass, SetupError, Window};
+use crate::estimator::{
+    Estimator, FailureKind, InstrumentSource, Pass, SetupError, SinglePass, Window,
+};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders};
 use crate::signal::arithmetic::mean;
 use std::ops::Range;
 
-/// The options of `iv4`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct Iv4Options {
-    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The equations that are used: complete, prewindow (zeros before the record), padded (zeros before and after).
-    pub rows: Rows,
-    /// The initial state: estimate (stage 6 for the model found), or zero.
-    pub initial_state: StartState,
-    /// The conventions of another tool: r-sysid.
-    pub reading: Option<Reading>,
-    /// The signal from which the instruments are formed: u (the default) or r, the reference of a closed loop.
-    pub instruments: Option<InstrumentSource>,
-    /// What is done if the model whose output makes the instruments is unstable: reflect (its poles into the unit
-    /// circle, the default), none (also with a reading).
-    pub stabilise: Option<Stabilise>,
+options! {
+    /// The options of `iv4`.
+    pub struct Iv4Options {
+        /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// The equations that are used: complete, prewindow (zeros before the record), padded (zeros before and after).
+        pub rows: Rows,
+        /// The initial state: estimate (stage 6 for the model found), or zero.
+        pub initial_state: StartState,
+        /// The conventions of another tool: r-sysid.
+        pub reading: Option<Reading>,
+        /// The signal from which the instruments are formed: u (the default) or r, the reference of a closed loop.
+        pub instruments: Option<InstrumentSource>,
+        /// What is done if the model whose output makes the instruments is unstable: reflect (its poles into the unit
+        /// circle, the default), none (also with a reading).
+        pub stabilise: Option<Stabilise>,
+    }
 }
 
 impl Iv4Options {
@@ -237,22 +235,21 @@ impl Iv4 {
             }
         })
     }
+}
 
-    /// Computes the model.
-    fn find(
-        &mut self,
-        Window { u, y, r }: Window<'_>,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+impl SinglePass for Iv4 {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
+        let Window { u, y, r } = window;
+        let mut condition = f64::NAN;
         let record = y.len();
         self.u[..record].copy_from_slice(u);
         self.y[..record].copy_from_slice(y);
         self.v[..record].copy_from_slice(if self.from_reference { r } else { u });
         let (u, y) = (&self.u, &self.y);
-        self.regression.solve(u, y, condition)?;
+        self.regression.solve(u, y, &mut condition)?;
         self.model.set_parameters(self.regression.theta());
         self.make_instruments(record)?;
-        self.solve(false, condition)?;
+        self.solve(false, &mut condition)?;
         let (u, y, w, x) = (&self.u, &self.y, &mut self.w, &mut self.x);
         self.model.set_parameters(self.instruments.theta());
         self.model.residuals(u, y, w, x);
@@ -265,7 +262,7 @@ impl Iv4 {
         for (to, from) in self.filtered.iter_mut().zip([u, y, x, v]) {
             filter(&self.prefilter, from, to);
         }
-        self.solve(true, condition)?;
+        self.solve(true, &mut condition)?;
         let theta = self.instruments.theta();
         self.model.set_parameters(theta);
         let freedom = self.instruments.rows() - theta.len();
@@ -273,20 +270,8 @@ impl Iv4 {
         self.model.noise_variance = variance;
         self.instruments
             .covariance(Covariance::White, variance, &mut self.model.covariance);
+        pass.set_model(&self.model, condition)?;
+        self.state.estimate(window, 0, pass);
         Ok(())
-    }
-}
-
-impl Estimator for Iv4 {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        let mut condition = f64::NAN;
-        let found = self.find(window, &mut condition);
-        match found.and_then(|()| pass.set_model(&self.model, condition)) {
-            Ok(()) => self.state.estimate(window, 0, pass),
-            Err(kind) => pass.fail_for(kind),
-        }
     }
 }

@@ -4,42 +4,26 @@ use super::arx::ArxOptions;
 use crate::estimator::covariance::Covariance;
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::regression::Rows;
-use crate::estimator::{Estimator, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 
-/// The options of `iv-delayed`.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct IvDelayedOptions {
-    /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// How many more instruments than parameters.
-    pub extra: usize,
-    /// The equations that are used: complete, prewindow (zeros before the record), padded (zeros before and after).
-    pub rows: Rows,
-    /// The initial state: estimate (stage 6 for the model found), or zero.
-    pub initial_state: StartState,
-    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
-    /// instruments), robust.
-    pub covariance: Option<Covariance>,
-}
-
-impl Default for IvDelayedOptions {
-    fn default() -> Self {
-        Self {
-            orders: None,
-            extra: 5,
-            rows: Rows::default(),
-            initial_state: StartState::default(),
-            covariance: None,
-        }
+options! {
+    /// The options of `iv-delayed`.
+    pub struct IvDelayedOptions {
+        /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// How many more instruments than parameters.
+        pub extra: usize = 5,
+        /// The equations that are used: complete, prewindow (zeros before the record), padded (zeros before and after).
+        pub rows: Rows,
+        /// The initial state: estimate (stage 6 for the model found), or zero.
+        pub initial_state: StartState,
+        /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+        /// instruments), robust.
+        pub covariance: Option<Covariance>,
     }
 }
 
@@ -91,29 +75,16 @@ pub struct IvDelayed {
     state: StateEstimate,
 }
 
-impl Estimator for IvDelayed {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
+impl SinglePass for IvDelayed {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
+        let (regression, model) = (&mut self.regression, &mut self.model);
         let mut condition = f64::NAN;
-        let signals = Signals::new(window.u, window.y, &[]);
-        let solved = self.regression.solve(signals, &mut condition);
-        let solved = solved.and_then(|()| {
-            let Self {
-                regression,
-                model,
-                covariance,
-                ..
-            } = self;
-            model.set_parameters(regression.theta());
-            model.noise_variance = regression.residual_sum() / regression.rows() as f64;
-            regression.covariance(*covariance, model.noise_variance, &mut model.covariance);
-            pass.set_model(model, condition)
-        });
-        match solved {
-            Ok(()) => self.state.estimate(window, 0, pass),
-            Err(kind) => pass.fail_for(kind),
-        }
+        regression.solve(Signals::new(window.u, window.y, &[]), &mut condition)?;
+        model.set_parameters(regression.theta());
+        model.noise_variance = regression.residual_sum() / regression.rows() as f64;
+        regression.covariance(self.covariance, model.noise_variance, &mut model.covariance);
+        pass.set_model(model, condition)?;
+        self.state.estimate(window, 0, pass);
+        Ok(())
     }
 }

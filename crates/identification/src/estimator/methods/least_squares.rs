@@ -3,7 +3,7 @@
 use crate::estimator::covariance::Covariance;
 use crate::estimator::covariance::freedom;
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::regression::{Regression, Rows};
 use crate::estimator::solver::{Solution, SolveLeastSquares};
 use crate::estimator::{
@@ -11,21 +11,18 @@ use crate::estimator::{
 };
 use crate::model::Orders;
 
-/// The choices of least squares.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct LsOptions {
-    /// Solver for the parameters: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
-    pub solver: Solver,
-    /// Stage 6: estimate, or zero.
-    pub initial_state: StartState,
-    /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
-    /// regressors), robust.
-    pub covariance: Option<Covariance>,
+options! {
+    /// The choices of least squares.
+    #[derive(Copy)]
+    pub struct LsOptions {
+        /// Solver for the parameters: partitioned, lu, cholesky (ls only), qr, svd, dual, augmented.
+        pub solver: Solver,
+        /// Stage 6: estimate, or zero.
+        pub initial_state: StartState,
+        /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+        /// regressors), robust.
+        pub covariance: Option<Covariance>,
+    }
 }
 
 impl MethodKind for LsOptions {

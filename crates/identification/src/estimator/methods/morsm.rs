@@ -5,15 +5,17 @@
 //! N. Everitt, M. Galrinho, H. Hjalmarsson, "Open-loop asymptotically efficient model reduction with the
 //! Steiglitz-McBride method", Automatica 89 (2018), 221-234.
 
-use super::output_error_iteration::{OutputErrorIteration, check_output_error, output_error};
+use super::output_error_iteration::{
+    OutputErrorIteration, check_output_error, output_error, output_errors,
+};
 use crate::estimator::lag_sums::check_squares;
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::output_gradient::OutputGradient;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::regression::covariance_of_triangle;
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Iteration, SetupError, Window, enough_equations};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders};
 
@@ -29,22 +31,18 @@ enum Output {
 /// Defines the options of a method; both have the same.
 macro_rules! filtered_iteration {
     ($options:ident, $doc:literal, $output:expr) => {
-        #[doc = $doc]
-        #[derive(Clone, Debug, Default, PartialEq)]
-        #[cfg_attr(
-            feature = "json",
-            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-            serde(deny_unknown_fields, default)
-        )]
-        pub struct $options {
-            /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk =
-            /// 1.
-            pub orders: Option<Orders>,
-            /// Order of the high-order model; by default that by AIC, at most 50 and a sixth of the samples.
-            pub high_order: Option<usize>,
-            /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method
-            /// fails).
-            pub stabilise: Option<Stabilise>,
+        options! {
+            #[doc = $doc]
+            pub struct $options {
+                /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk
+                /// = 1.
+                pub orders: Option<Orders>,
+                /// Order of the high-order model; by default that by AIC, at most 50 and a sixth of the samples.
+                pub high_order: Option<usize>,
+                /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the
+                /// method fails).
+                pub stabilise: Option<Stabilise>,
+            }
         }
 
         impl MethodKind for $options {
@@ -107,14 +105,7 @@ impl Morsm {
     ) -> Result<Self, SetupError> {
         let high = HighOrder::new(true, orders.nk, high_order, window);
         let needed = 2 * high_order.unwrap_or(1) + 1;
-        if window < needed {
-            return Err(SetupError::ShortRecord {
-                orders,
-                window,
-                rows: window,
-                needed,
-            });
-        }
+        enough_equations(orders, window, window, needed)?;
         let signal = || vec![0.0; window];
         Ok(Self {
             output,
@@ -129,9 +120,15 @@ impl Morsm {
             scratch: vec![0.0; orders.parameters()],
         })
     }
+}
 
-    /// Iterates on the filtered signals. An iteration that does not rest leaves its best model.
-    fn find(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
+impl Iteration for Morsm {
+    fn find(
+        &mut self,
+        Window { u, y, .. }: Window<'_>,
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
         check_squares([u, y])?;
         self.high.fit(u, y);
         let order = self.high.order();
@@ -144,46 +141,28 @@ impl Morsm {
             Output::Measured => filter(&high.a, y, &mut self.y),
             Output::Simulated => filter(&high.b, u, &mut self.y),
         }
-        let found = self.iteration.find(&self.u, &self.y, condition);
-        if found.is_err_and(|kind| !kind.leaves_a_model()) {
-            return found;
-        }
-        let model = &mut self.model;
-        model.assign(self.iteration.model());
-        model.residuals(u, y, &mut self.e, &mut self.x);
-        let (n, d) = (y.len(), self.scratch.len());
-        model.noise_variance = self.e.iter().map(|e| e * e).sum::<f64>() / (n - d) as f64;
-        model.covariance.clear();
-        found?;
-        filter(&high.a, &self.e, &mut self.x);
-        let variance = self.x.iter().map(|x| x * x).sum::<f64>() / (n - d) as f64;
-        self.gradient.run(model, &self.u)?;
-        let r = self.gradient.psi.r();
-        covariance_of_triangle(r, variance, &mut self.scratch, &mut model.covariance);
-        Ok(())
+        let window = Window::new(&self.u, &self.y, y.len());
+        self.iteration.find(window, passes, condition)
     }
-}
 
-impl Estimator for Morsm {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        let Window { u, y, .. } = window;
-        let mut condition = f64::NAN;
-        let found = self.find(u, y, &mut condition);
-        pass.iterations = Some(self.iteration.passes);
-        if found.is_err() {
-            condition = f64::NAN;
+    fn conclude(&mut self, window: Window<'_>, at_rest: bool) -> Result<f64, FailureKind> {
+        let (Window { u, y, .. }, model) = (window, &mut self.model);
+        model.assign(self.iteration.model());
+        let sum = output_errors(model, u, y, [&mut self.e, &mut self.x]);
+        if at_rest {
+            let high = self.high.model(self.high.order());
+            filter(&high.a, &self.e, &mut self.x);
+            let freedom = (y.len() - self.scratch.len()) as f64;
+            let variance = self.x.iter().map(|x| x * x).sum::<f64>() / freedom;
+            self.gradient.run(model, &self.u)?;
+            let r = self.gradient.psi.r();
+            covariance_of_triangle(r, variance, &mut self.scratch, &mut model.covariance);
         }
-        let set = match found {
-            Err(kind) if !kind.leaves_a_model() => Err(kind),
-            _ => {
-                pass.loss = self.e.iter().map(|e| e * e).sum::<f64>() / y.len() as f64;
-                pass.set_model(&self.model, condition)
-            }
-        };
-        pass.end(found, set);
+        Ok(sum)
+    }
+
+    fn model(&self) -> &LinearModel {
+        &self.model
     }
 }
 

@@ -2,12 +2,12 @@
 //! refined instrumental variables.
 
 use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
-use crate::estimator::method_kind::{MethodKind, Problem};
-use crate::estimator::noise_fit::REST;
+use crate::estimator::method_kind::{MethodKind, Problem, options};
+use crate::estimator::noise_fit::{REST, replace};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::{Stabilise, stay_stable};
 use crate::estimator::regression::{Regression, Rows};
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Iteration, SetupError, Window};
 use crate::model::polynomial::{divide, divide_each, filter};
 use crate::model::{LinearModel, Orders};
 
@@ -22,20 +22,16 @@ pub(super) const PROGRESS: f64 = 0.3;
 /// Defines the options of an iteration; both iterations have the same.
 macro_rules! iteration {
     ($options:ident, $doc:literal, refined: $refined:literal) => {
-        #[doc = $doc]
-        #[derive(Clone, Debug, Default, PartialEq)]
-        #[cfg_attr(
-            feature = "json",
-            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-            serde(deny_unknown_fields, default)
-        )]
-        pub struct $options {
-            /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk =
-            /// 1.
-            pub orders: Option<Orders>,
-            /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method
-            /// fails).
-            pub stabilise: Option<Stabilise>,
+        options! {
+            #[doc = $doc]
+            pub struct $options {
+                /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk
+                /// = 1.
+                pub orders: Option<Orders>,
+                /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the
+                /// method fails).
+                pub stabilise: Option<Stabilise>,
+            }
         }
 
         impl MethodKind for $options {
@@ -107,8 +103,6 @@ pub struct OutputErrorIteration {
     /// The stable model with the lowest sum of squared output errors, and that sum.
     best: LinearModel,
     least: f64,
-    /// The number of passes taken.
-    pub(super) passes: usize,
 }
 
 impl OutputErrorIteration {
@@ -140,33 +134,7 @@ impl OutputErrorIteration {
             stabilise,
             best: LinearModel::zero(orders),
             least: f64::INFINITY,
-            passes: 0,
         })
-    }
-
-    /// Returns the model of the last [`Self::find`], unless it failed without one.
-    pub(super) fn model(&self) -> &LinearModel {
-        &self.model
-    }
-
-    /// Changes (f, b) by a share of the way to the solved linear problem's; returns the way's relative length.
-    fn take(&mut self, share: f64) -> f64 {
-        let theta = match (&self.refined, self.passes) {
-            (Some(refined), 1..) => refined.theta(),
-            _ => self.first.theta(),
-        };
-        let (mut difference, mut size) = (0.0_f64, 0.0_f64);
-        for (old, new) in self.theta.iter_mut().zip(theta) {
-            difference = difference.max((*old - new).abs());
-            size = size.max(new.abs());
-            *old = if share < 1.0 {
-                share.mul_add(new - *old, *old)
-            } else {
-                *new
-            };
-        }
-        self.set_model();
-        difference / size
     }
 
     fn set_model(&mut self) {
@@ -179,30 +147,20 @@ impl OutputErrorIteration {
     ///
     /// # Errors
     /// As for [`Regression::solve`]; [`FailureKind::UnstablePredictor`] if nothing is reflected;
-    /// [`FailureKind::IterationLimit`] with the best model of all passes.
-    pub(super) fn find(
+    /// [`FailureKind::IterationLimit`] after the last pass.
+    fn iterate(
         &mut self,
         u: &[f64],
         y: &[f64],
+        passes: &mut usize,
         condition: &mut f64,
     ) -> Result<(), FailureKind> {
-        self.passes = 0;
-        self.least = f64::INFINITY;
-        self.iterate(u, y, condition).map_err(|kind| {
-            if kind == FailureKind::UnstablePredictor || self.least.is_infinite() {
-                return kind;
-            }
-            self.model.assign(&self.best);
-            FailureKind::IterationLimit
-        })
-    }
-
-    fn iterate(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
         self.first.solve(u, y, condition)?;
-        self.take(1.0);
+        replace(&mut self.theta, self.first.theta(), 1.0, |_| 1.0);
+        self.set_model();
         let (mut share, mut asked) = (1.0, f64::INFINITY);
-        while self.passes < MOST_PASSES {
-            self.passes += 1;
+        while *passes < MOST_PASSES {
+            *passes += 1;
             stay_stable(&mut self.model.f, self.stabilise, &mut self.scratch)?;
             self.theta[..self.orders.nf].copy_from_slice(&self.model.f[1..]);
             self.u.copy_from_slice(u);
@@ -211,19 +169,25 @@ impl OutputErrorIteration {
             // `self.u` is u/F, so x is B/F u here, and below it is divided by F.
             filter(&self.model.b, &self.u, &mut self.x);
             self.keep_best(y);
-            match &mut self.refined {
-                None => self.first.solve(&self.u, &self.y, condition)?,
+            let new = match &mut self.refined {
+                None => {
+                    self.first.solve(&self.u, &self.y, condition)?;
+                    self.first.theta()
+                }
                 Some(refined) => {
                     divide(&self.model.f, &mut self.x);
                     let signals = Signals::new(&self.u, &self.y, &self.x);
                     refined.solve(signals, condition)?;
+                    refined.theta()
                 }
-            }
-            let change = self.take(share);
+            };
+            let [way, size] = replace(&mut self.theta, new, share, |_| 1.0);
+            self.set_model();
+            let change = way / size;
             if change <= REST {
                 return Ok(());
             }
-            if self.passes.is_multiple_of(ROUND) {
+            if passes.is_multiple_of(ROUND) {
                 if change > PROGRESS * asked {
                     share /= 2.0;
                     let (f, b) = self.theta.split_at_mut(self.orders.nf);
@@ -247,39 +211,53 @@ impl OutputErrorIteration {
     }
 }
 
-impl Estimator for OutputErrorIteration {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        let Window { u, y, .. } = window;
-        let mut condition = f64::NAN;
-        let found = self.find(u, y, &mut condition);
-        pass.iterations = Some(self.passes);
-        let set = match found {
-            Err(kind) if !kind.leaves_a_model() => Err(kind),
-            _ => {
-                let (n, d) = (y.len() as f64, self.theta.len() as f64);
-                self.model.residuals(u, y, &mut self.e, &mut self.x);
-                let sum: f64 = self.e.iter().map(|e| e * e).sum();
-                self.model.noise_variance = sum / (n - d);
-                self.model.covariance.clear();
-                if let (Some(refined), Ok(())) = (&mut self.refined, found) {
-                    let variance = self.model.noise_variance;
-                    let mut covariance = std::mem::take(&mut self.model.covariance);
-                    refined.covariance_of_instruments(variance, &mut covariance);
-                    move_first_to_last(&mut covariance, self.theta.len(), self.orders.nf);
-                    self.model.covariance = covariance;
-                }
-                pass.loss = sum / n;
-                if found.is_err() {
-                    condition = f64::NAN;
-                }
-                pass.set_model(&self.model, condition)
+impl Iteration for OutputErrorIteration {
+    fn find(
+        &mut self,
+        Window { u, y, .. }: Window<'_>,
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        *passes = 0;
+        self.least = f64::INFINITY;
+        self.iterate(u, y, passes, condition).map_err(|kind| {
+            if kind == FailureKind::UnstablePredictor || self.least.is_infinite() {
+                return kind;
             }
-        };
-        pass.end(found, set);
+            self.model.assign(&self.best);
+            FailureKind::IterationLimit
+        })
     }
+
+    fn conclude(&mut self, window: Window<'_>, at_rest: bool) -> Result<f64, FailureKind> {
+        let (Window { u, y, .. }, d) = (window, self.theta.len());
+        let sum = output_errors(&mut self.model, u, y, [&mut self.e, &mut self.x]);
+        if let (Some(refined), true) = (&mut self.refined, at_rest) {
+            let model = &mut self.model;
+            refined.covariance_of_instruments(model.noise_variance, &mut model.covariance);
+            move_first_to_last(&mut model.covariance, d, self.orders.nf);
+        }
+        Ok(sum)
+    }
+
+    fn model(&self) -> &LinearModel {
+        &self.model
+    }
+}
+
+/// Computes the errors `e = y - B/F u` of a model and their variance, and clears its covariance. Returns their sum of
+/// squares.
+pub(super) fn output_errors(
+    model: &mut LinearModel,
+    u: &[f64],
+    y: &[f64],
+    [e, scratch]: [&mut [f64]; 2],
+) -> f64 {
+    model.residuals(u, y, e, scratch);
+    let sum: f64 = e.iter().map(|e| e * e).sum();
+    model.noise_variance = sum / (y.len() - model.orders().parameters()) as f64;
+    model.covariance.clear();
+    sum
 }
 
 /// Reorders a covariance of (f, b), with nf numbers in f, to one of (b, f).

@@ -4,7 +4,7 @@
 //! J. Process Control 20 (2010), 517-524.
 
 use super::state_sequence::{Innovations, innovations_options, model_orders};
-use super::subspace::{columns, longest_rows};
+use super::subspace::{block_rows, columns, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::HighOrder;
@@ -13,7 +13,7 @@ use crate::estimator::prediction_error::kernels::Triangle;
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
 use crate::estimator::solver::Reduction;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
 use crate::plant::polynomial_from_poles;
@@ -27,14 +27,7 @@ innovations_options!(
     check: |_| Ok(()),
     prepare: |of, orders, window| {
         let (n, rows) = (orders.na, of.block_rows);
-        let least = rows.unwrap_or(n + 1);
-        if columns(least, window) < 4 * least || n >= least {
-            return Err(SetupError::ShortHankel {
-                rows: least,
-                window,
-                order: n,
-            });
-        }
+        block_rows(rows, n, window)?;
         Ok(Box::new(ParsimK {
             orders,
             rows,
@@ -92,8 +85,6 @@ impl ParsimK {
             && (stable(&model.c, &mut self.scratch) || reflect_zeros(&mut model.c));
         finite.then_some(()).ok_or(FailureKind::NonFinite)?;
         let condition = fit_given_c(&mut model, u, y)?;
-        self.innovations
-            .stabilise(u, y, self.stabilise, &mut model)?;
         Ok((model, condition))
     }
 }
@@ -255,25 +246,10 @@ fn fit_given_c(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Result<f64, Fai
     Ok(condition)
 }
 
-impl Estimator for ParsimK {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        let Window { u, y, .. } = window;
-        let mut values = std::mem::take(&mut pass.singular_values);
-        let found = self.find(u, y, &mut values);
-        pass.singular_values = values;
-        let found = found.and_then(|(mut model, condition)| {
-            let sum = self.innovations.sum(u, y, &model);
-            let parameters = model.orders().parameters();
-            model.noise_variance = sum / y.len().saturating_sub(parameters) as f64;
-            pass.loss = sum / y.len() as f64;
-            pass.set_model(&model, condition)
-        });
-        match found {
-            Ok(()) => pass.start_at_zero(),
-            Err(kind) => pass.fail_for(kind),
-        }
+impl SinglePass for ParsimK {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
+        let found = self.find(window.u, window.y, &mut pass.singular_values)?;
+        self.innovations
+            .conclude(window, self.stabilise, found, pass)
     }
 }

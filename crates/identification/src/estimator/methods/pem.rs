@@ -12,11 +12,12 @@
 use super::state_sequence::model_orders;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::covariance::Covariance;
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::{InitialCondition, PredictionError};
 use crate::estimator::{
-    CvaOptions, Estimator, ParsimKOptions, Pass, SetupError, SsarxOptions, Window,
+    CvaOptions, Estimator, FailureKind, ParsimKOptions, Pass, SetupError, SinglePass, SsarxOptions,
+    Window,
 };
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -33,28 +34,25 @@ named_enum! {
     }
 }
 
-/// The options of `pem`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct PemOptions {
-    /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting `order`,
-    /// nk = 1.
-    pub orders: Option<Orders>,
-    /// The subspace method whose model is a start of searches, beside that of ssarx and the linear starts of armax: cva (the default), ssarx, parsim-k.
-    pub initial_model: SubspaceStart,
-    /// Block rows of the subspace method, more than n; by default its own.
-    pub block_rows: Option<usize>,
-    /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
-    pub initial: InitialCondition,
-    /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
-    pub covariance: Option<Covariance>,
-    /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the last third
-    /// of a model of the first two).
-    pub choose: Option<OrderRule>,
+options! {
+    /// The options of `pem`.
+    pub struct PemOptions {
+        /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
+        /// `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// The subspace method whose model is a start of searches, beside that of ssarx and the linear starts of armax:
+        /// cva (the default), ssarx, parsim-k.
+        pub initial_model: SubspaceStart,
+        /// Block rows of the subspace method, more than n; by default its own.
+        pub block_rows: Option<usize>,
+        /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
+        pub initial: InitialCondition,
+        /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
+        pub covariance: Option<Covariance>,
+        /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the last
+        /// third of a model of the first two).
+        pub choose: Option<OrderRule>,
+    }
 }
 
 impl PemOptions {
@@ -164,22 +162,16 @@ struct Pem {
     search: PredictionError,
 }
 
-impl Estimator for Pem {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
+impl SinglePass for Pem {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let found = &mut self.found;
         found.clear();
         self.start.estimate(window, std::slice::from_mut(found));
         pass.singular_values.clone_from(&found.singular_values);
         pass.correlations.clone_from(&found.correlations);
-        match found.failure {
-            Some(failure) => pass.fail_for(failure.kind),
-            None => self
-                .search
-                .estimate_with(Some(&self.found.model), window, pass),
-        }
+        found.failure.map_or(Ok(()), |failure| Err(failure.kind))?;
+        self.search.estimate_with(Some(&found.model), window, pass);
+        Ok(())
     }
 }
 

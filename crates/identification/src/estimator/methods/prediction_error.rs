@@ -3,7 +3,7 @@
 use super::pem::with_ssarx;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::covariance::Covariance;
-use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::{InitialCondition, PredictionError, SearchStarts};
 use crate::estimator::{Estimator, SetupError};
@@ -12,37 +12,21 @@ use crate::model::Orders;
 /// Defines the options of a structure; all structures have the same.
 macro_rules! structure {
     ($options:ident, $doc:literal, $orders_doc:literal, $check:expr, $default:expr) => {
-        #[doc = $doc]
-        #[derive(Clone, Debug, PartialEq)]
-        #[cfg_attr(
-            feature = "json",
-            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-            serde(deny_unknown_fields, default)
-        )]
-        pub struct $options {
-            #[doc = $orders_doc]
-            pub orders: Option<Orders>,
-            /// The largest number of random starts, besides those from linear methods; rule: by N, 8 to 128; truth: the
-            /// true plant alone, which shows whether errors come from missed minima or from the method.
-            pub starts: SearchStarts,
-            /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
-            pub initial: InitialCondition,
-            /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
-            pub covariance: Option<Covariance>,
-            /// Chooses n, the order of each polynomial, from 1 to that of `orders`: bic, aicc, aic, fpe,
-            /// cross-validation (errors over the last third of a model of the first two).
-            pub choose: Option<OrderRule>,
-        }
-
-        impl Default for $options {
-            fn default() -> Self {
-                Self {
-                    orders: None,
-                    starts: SearchStarts::default(),
-                    initial: InitialCondition::default(),
-                    covariance: None,
-                    choose: None,
-                }
+        options! {
+            #[doc = $doc]
+            pub struct $options {
+                #[doc = $orders_doc]
+                pub orders: Option<Orders>,
+                /// The largest number of random starts, besides those from linear methods; rule: by N, 8 to 128; truth:
+                /// the true plant alone, which shows whether errors come from missed minima or from the method.
+                pub starts: SearchStarts,
+                /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
+                pub initial: InitialCondition,
+                /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
+                pub covariance: Option<Covariance>,
+                /// Chooses n, the order of each polynomial, from 1 to that of `orders`: bic, aicc, aic, fpe,
+                /// cross-validation (errors over the last third of a model of the first two).
+                pub choose: Option<OrderRule>,
             }
         }
 

@@ -6,28 +6,25 @@ use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, PROGRESS,
 use super::prediction_error::BjOptions;
 use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
 use crate::estimator::loop_input::LoopInput;
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::noise_fit::{NoiseFit, REST, put_block, replace};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::{Stabilise, stay_stable};
 use crate::estimator::regression::Rows;
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Iteration, SetupError, Window, enough_equations};
 use crate::model::polynomial::{divide, divide_each, filter};
 use crate::model::{LinearModel, Orders};
 
-/// The options of `riv`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct RivOptions {
-    /// Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the
-    /// setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method fails).
-    pub stabilise: Option<Stabilise>,
+options! {
+    /// The options of `riv`.
+    pub struct RivOptions {
+        /// Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the
+        /// setting `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method
+        /// fails).
+        pub stabilise: Option<Stabilise>,
+    }
 }
 
 impl RivOptions {
@@ -102,14 +99,7 @@ impl RefinedIv {
     /// [`SetupError::ShortRecord`].
     pub fn new(orders: Orders, window: usize, stabilise: Stabilise) -> Result<Self, SetupError> {
         let Orders { nb, nf, nk, .. } = orders;
-        if window <= orders.parameters() {
-            return Err(SetupError::ShortRecord {
-                orders,
-                window,
-                rows: window,
-                needed: orders.parameters() + 1,
-            });
-        }
+        enough_equations(orders, window, window, orders.parameters() + 1)?;
         let linear = Orders::arx(nf, nb, nk);
         let output_error = Orders {
             nb,
@@ -151,11 +141,6 @@ impl RefinedIv {
         self
     }
 
-    /// Returns the model of the last record.
-    pub(super) fn model(&self) -> &LinearModel {
-        &self.model
-    }
-
     /// Computes `w = y - B/F u`.
     fn noise_of(&mut self, u: &[f64], y: &[f64]) {
         self.model.simulate(u, &mut self.x);
@@ -193,55 +178,10 @@ impl RefinedIv {
         self.model.simulate(v.unwrap_or(&self.u), &mut self.x);
         let (u, y, x) = (&self.u, &self.y, &self.x);
         self.instruments.solve(Signals { u, y, x, v }, condition)?;
-        let change = replace(&mut self.theta, self.instruments.theta(), share);
+        let new = self.instruments.theta();
+        let [way, size] = replace(&mut self.theta, new, share, |_| 1.0);
         self.set_plant();
-        Ok(change)
-    }
-
-    /// Iterates until convergence and counts the passes. If it does not converge, the model is the best of all passes.
-    pub(super) fn find(
-        &mut self,
-        window: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
-        *passes = 0;
-        self.least = f64::INFINITY;
-        let Window { u, y, r } = window;
-        let found = match &mut self.source {
-            Some(source) => {
-                source.follow(u, r)?;
-                self.start.find(&source.hat, y, condition)
-            }
-            None => self.start.find(u, y, condition),
-        };
-        if let Err(kind) = found
-            && !kind.leaves_a_model()
-        {
-            return Err(kind);
-        }
-        let start = self.start.model();
-        self.model.f.copy_from_slice(&start.f);
-        self.model.b.copy_from_slice(&start.b);
-        let (f, b) = self.theta.split_at_mut(self.orders.nf);
-        f.copy_from_slice(&start.f[1..]);
-        b.copy_from_slice(&start.b[self.orders.nk..]);
-        self.noise.reset();
-        self.iterate(window, passes, condition).map_err(|kind| {
-            let ends = [
-                FailureKind::UnstablePredictor,
-                FailureKind::UnstableInstruments,
-            ];
-            if ends.contains(&kind) || self.least.is_infinite() {
-                return kind;
-            }
-            self.model.assign(&self.best);
-            if kind.leaves_a_model() {
-                kind
-            } else {
-                FailureKind::IterationLimit
-            }
-        })
+        Ok(way / size.max(f64::MIN_POSITIVE))
     }
 
     fn iterate(
@@ -290,14 +230,57 @@ impl RefinedIv {
         }
         Err(unfinished.unwrap_or(FailureKind::IterationLimit))
     }
+}
 
-    /// Computes the noise variance, and the covariance of a solution; returns the sum of squared prediction errors.
-    pub(super) fn errors(
+impl Iteration for RefinedIv {
+    fn find(
         &mut self,
-        u: &[f64],
-        y: &[f64],
-        converged: bool,
-    ) -> Result<f64, FailureKind> {
+        window: Window<'_>,
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        *passes = 0;
+        self.least = f64::INFINITY;
+        let Window { u, y, r } = window;
+        let found = match &mut self.source {
+            Some(source) => {
+                source.follow(u, r)?;
+                let input = Window::new(&source.hat, y, y.len());
+                self.start.find(input, &mut 0, condition)
+            }
+            None => self.start.find(window, &mut 0, condition),
+        };
+        if let Err(kind) = found
+            && !kind.leaves_a_model()
+        {
+            return Err(kind);
+        }
+        let start = self.start.model();
+        self.model.f.copy_from_slice(&start.f);
+        self.model.b.copy_from_slice(&start.b);
+        let (f, b) = self.theta.split_at_mut(self.orders.nf);
+        f.copy_from_slice(&start.f[1..]);
+        b.copy_from_slice(&start.b[self.orders.nk..]);
+        self.noise.reset();
+        self.iterate(window, passes, condition).map_err(|kind| {
+            let ends = [
+                FailureKind::UnstablePredictor,
+                FailureKind::UnstableInstruments,
+            ];
+            if ends.contains(&kind) || self.least.is_infinite() {
+                return kind;
+            }
+            self.model.assign(&self.best);
+            if kind.leaves_a_model() {
+                kind
+            } else {
+                FailureKind::IterationLimit
+            }
+        })
+    }
+
+    fn conclude(&mut self, window: Window<'_>, at_rest: bool) -> Result<f64, FailureKind> {
+        let Window { u, y, .. } = window;
         self.noise_of(u, y);
         let Orders { nb, nc, nd, nf, .. } = self.orders;
         let total = self.orders.parameters();
@@ -307,7 +290,7 @@ impl RefinedIv {
         let variance = sum / (y.len() - total) as f64;
         self.model.noise_variance = variance;
         self.model.covariance.clear();
-        if !converged {
+        if !at_rest {
             return Ok(sum);
         }
         let mut covariance = std::mem::take(&mut self.model.covariance);
@@ -324,34 +307,16 @@ impl RefinedIv {
         self.model.covariance = covariance;
         Ok(sum)
     }
-}
 
-impl Estimator for RefinedIv {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        let Window { u, y, .. } = window;
-        let (mut condition, mut taken) = (f64::NAN, 0);
-        let found = self.find(window, &mut taken, &mut condition);
-        pass.iterations = Some(taken);
-        let set = match found {
-            Err(kind) if !kind.leaves_a_model() => Err(kind),
-            _ => self.errors(u, y, found.is_ok()).and_then(|sum| {
-                pass.loss = sum / y.len() as f64;
-                if found.is_err() {
-                    condition = f64::NAN;
-                }
-                pass.set_model(&self.model, condition)
-            }),
-        };
-        pass.end(found, set);
+    fn model(&self) -> &LinearModel {
+        &self.model
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimator::Pass;
     use crate::estimator::prediction_error::{InitialCondition, PredictionError};
     use crate::model::polynomial::{divide, filter};
     use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};

@@ -5,7 +5,7 @@
 //! extended observability matrix. C is the first row of that matrix, and A follows from its shift.
 
 use crate::estimator::chosen::{Chosen, OrderRule};
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::stable;
@@ -13,7 +13,7 @@ use crate::estimator::reflection::{Stabilise, reflect_zeros};
 use crate::estimator::solver::Reduction;
 use crate::estimator::solver::rank::check_rank_of_columns;
 use crate::estimator::solver::rank::{Equilibration, triangular_condition};
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
@@ -53,46 +53,29 @@ const MOST_ROWS: usize = 200;
 /// Defines the options of a method; both methods have almost the same.
 macro_rules! subspace {
     ($options:ident, $doc:literal, [$($weights:ident)?], $weighting:expr) => {
-        #[doc = $doc]
-        #[derive(Clone, Debug, PartialEq)]
-        #[cfg_attr(
-            feature = "json",
-            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-            serde(deny_unknown_fields, default)
-        )]
-        pub struct $options {
-            /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
-            /// `order`, nk = 1.
-            pub orders: Option<Orders>,
-            /// Block rows s of the future and of the past, more than n; by default chosen for each record: k, 3/2 k or
-            /// 2 k, k being the order of `A y = B u + e` by AIC, whichever output is closest to y.
-            pub block_rows: Option<usize>,
-            /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
-            pub stabilise: Stabilise,
-            /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides them
-            /// by their standard deviations.
-            pub reading: Option<SubspaceReading>,
-            /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the
-            /// last third of a model of the first two).
-            pub choose: Option<OrderRule>,
-            $(
-                /// The weighting whose left singular vectors are taken: auto (that of the others whose output is
-                /// closest to y, of the stable models if there is one), n4sid (the oblique projection itself), moesp
-                /// (future inputs projected out, as SLICOT's N4SID), cva (canonical variates).
-                pub $weights: Weights,
-            )?
-        }
-
-        impl Default for $options {
-            fn default() -> Self {
-                Self {
-                    orders: None,
-                    block_rows: None,
-                    stabilise: Stabilise::None,
-                    reading: None,
-                    choose: None,
-                    $($weights: Weights::default(),)?
-                }
+        options! {
+            #[doc = $doc]
+            pub struct $options {
+                /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
+                /// `order`, nk = 1.
+                pub orders: Option<Orders>,
+                /// Block rows s of the future and of the past, more than n; by default chosen for each record: k, 3/2 k
+                /// or 2 k, k being the order of `A y = B u + e` by AIC, whichever output is closest to y.
+                pub block_rows: Option<usize>,
+                /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
+                pub stabilise: Stabilise,
+                /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides
+                /// them by their standard deviations.
+                pub reading: Option<SubspaceReading>,
+                /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over
+                /// the last third of a model of the first two).
+                pub choose: Option<OrderRule>,
+                $(
+                    /// The weighting whose left singular vectors are taken: auto (that of the others whose output is
+                    /// closest to y, of the stable models if there is one), n4sid (the oblique projection itself),
+                    /// moesp (future inputs projected out, as SLICOT's N4SID), cva (canonical variates).
+                    pub $weights: Weights,
+                )?
             }
         }
 
@@ -220,14 +203,7 @@ impl Subspace {
         let high = rows
             .is_none()
             .then(|| HighOrder::new(true, 1, None, window));
-        let rows = rows.unwrap_or(orders.nf + 1);
-        if columns(rows, window) < 4 * rows || orders.nf >= rows {
-            return Err(SetupError::ShortHankel {
-                rows,
-                window,
-                order: orders.nf,
-            });
-        }
+        let rows = block_rows(rows, orders.nf, window)?;
         let parameters = orders.nb + orders.nf;
         let signal = || vec![0.0; window];
         Ok(Self {
@@ -466,6 +442,26 @@ pub(super) fn columns(rows: usize, window: usize) -> usize {
     (window + 1).saturating_sub(2 * rows)
 }
 
+/// Returns the number of block rows, if it is not given the least.
+///
+/// # Errors
+/// [`SetupError::ShortHankel`] if the Hankel matrices have fewer columns than rows.
+pub(super) fn block_rows(
+    given: Option<usize>,
+    order: usize,
+    window: usize,
+) -> Result<usize, SetupError> {
+    let rows = given.unwrap_or(order + 1);
+    if columns(rows, window) < 4 * rows || order >= rows {
+        return Err(SetupError::ShortHankel {
+            rows,
+            window,
+            order,
+        });
+    }
+    Ok(rows)
+}
+
 /// Returns the largest number of block rows that a record allows, whose Hankel matrices have four columns for each.
 pub(super) fn longest_rows(window: usize) -> usize {
     ((window + 1) / 6).min(MOST_ROWS)
@@ -526,11 +522,8 @@ fn pseudo_inverse_times(l: &Mat<f64>, m: &Mat<f64>) -> Result<Mat<f64>, FailureK
     Ok(svd.V() * product)
 }
 
-impl Estimator for Subspace {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
+impl SinglePass for Subspace {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let mut scaled = self.scaled.take();
         let mut scales = [1.0, 1.0];
         if let Some([u, y]) = &mut scaled {
@@ -540,22 +533,17 @@ impl Estimator for Subspace {
             Some([u, y]) => (u.as_slice(), y.as_slice()),
             None => (window.u, window.y),
         };
-        let mut values = std::mem::take(&mut pass.singular_values);
-        let found = self.find(u, y, &mut values);
-        pass.singular_values = values;
-        let set = found.and_then(|condition| {
-            self.scale_back(scales);
-            let (n, parameters) = (y.len(), 2 * self.theta.len() - self.orders.nb);
-            self.model.noise_variance = self.sum / n.saturating_sub(parameters) as f64;
-            pass.loss = self.sum / n as f64;
-            pass.start_numbers = self.theta.len() - self.orders.nb;
-            pass.set_model(&self.model, condition)
-        });
+        let found = self.find(u, y, &mut pass.singular_values);
         self.scaled = scaled;
-        match set {
-            Ok(()) => pass.set_initial_state(&self.x0),
-            Err(kind) => pass.fail_for(kind),
-        }
+        let condition = found?;
+        self.scale_back(scales);
+        let (n, parameters) = (window.len(), 2 * self.theta.len() - self.orders.nb);
+        self.model.noise_variance = self.sum / n.saturating_sub(parameters) as f64;
+        pass.loss = self.sum / n as f64;
+        pass.start_numbers = self.theta.len() - self.orders.nb;
+        pass.set_model(&self.model, condition)?;
+        pass.set_initial_state(&self.x0);
+        Ok(())
     }
 }
 

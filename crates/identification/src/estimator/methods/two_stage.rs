@@ -4,35 +4,31 @@
 //! Automatica 29 (1993); T. Soderstrom and P. Stoica, *System Identification*, 1989, section 10.5.
 
 use super::closed_loop_iv::check_long;
-use super::output_error_iteration::{check_output_error, output_error};
+use super::output_error_iteration::{check_output_error, output_error, output_errors};
 use super::riv::RefinedIv;
 use crate::estimator::loop_input::LoopInput;
-use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Iteration, SetupError, Window};
 use crate::model::{LinearModel, Orders};
 
 /// Defines the options of a method; both have the same.
 macro_rules! staged {
     ($options:ident, $doc:literal, $name:literal, joint: $joint:literal) => {
-        #[doc = $doc]
-        #[derive(Clone, Debug, Default, PartialEq)]
-        #[cfg_attr(
-            feature = "json",
-            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-            serde(deny_unknown_fields, default)
-        )]
-        pub struct $options {
-            /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk =
-            /// 1.
-            pub orders: Option<Orders>,
-            /// The order of the long model from the reference; by default that by AIC, at most 50
-            /// and a sixth of the samples.
-            pub long: Option<usize>,
-            /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method
-            /// fails).
-            pub stabilise: Option<Stabilise>,
+        options! {
+            #[doc = $doc]
+            pub struct $options {
+                /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk
+                /// = 1.
+                pub orders: Option<Orders>,
+                /// The order of the long model from the reference; by default that by AIC, at most 50
+                /// and a sixth of the samples.
+                pub long: Option<usize>,
+                /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the
+                /// method fails).
+                pub stabilise: Option<Stabilise>,
+            }
         }
 
         impl MethodKind for $options {
@@ -93,7 +89,7 @@ pub struct TwoStage {
     scratch: Vec<f64>,
 }
 
-impl TwoStage {
+impl Iteration for TwoStage {
     fn find(
         &mut self,
         Window { u, y, r }: Window<'_>,
@@ -108,37 +104,17 @@ impl TwoStage {
             }
             None => y,
         };
-        let u = &self.input.hat;
-        self.plant
-            .find(Window::new(u, y, y.len()), passes, condition)
+        let window = Window::new(&self.input.hat, y, y.len());
+        self.plant.find(window, passes, condition)
     }
-}
 
-impl Estimator for TwoStage {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        let (mut condition, mut taken) = (f64::NAN, 0);
-        let found = self.find(window, &mut taken, &mut condition);
-        pass.iterations = Some(taken);
-        let set = match found {
-            Err(kind) if !kind.leaves_a_model() => Err(kind),
-            _ => {
-                let Window { u, y, .. } = window;
-                self.model.assign(self.plant.model());
-                self.model.covariance.clear();
-                self.model.residuals(u, y, &mut self.e, &mut self.scratch);
-                let sum: f64 = self.e.iter().map(|e| e * e).sum();
-                let freedom = y.len() - self.model.orders().parameters();
-                self.model.noise_variance = sum / freedom as f64;
-                pass.loss = sum / y.len() as f64;
-                if found.is_err() {
-                    condition = f64::NAN;
-                }
-                pass.set_model(&self.model, condition)
-            }
-        };
-        pass.end(found, set);
+    fn conclude(&mut self, Window { u, y, .. }: Window<'_>, _: bool) -> Result<f64, FailureKind> {
+        self.model.assign(self.plant.model());
+        let scratch = [&mut self.e[..], &mut self.scratch];
+        Ok(output_errors(&mut self.model, u, y, scratch))
+    }
+
+    fn model(&self) -> &LinearModel {
+        &self.model
     }
 }

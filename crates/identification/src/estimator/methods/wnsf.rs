@@ -4,13 +4,15 @@
 //! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
 
 use crate::estimator::lag_sums::check_squares;
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::{NullSpaceFit, reflect};
 use crate::estimator::numerator::fit_numerator;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::regression::covariance_of_triangle;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{
+    Estimator, FailureKind, Pass, SetupError, SinglePass, Window, enough_equations,
+};
 use crate::model::{LinearModel, Orders};
 
 /// The relative change of the sum of squares at which the iteration has converged.
@@ -19,31 +21,17 @@ const REST: f64 = 1e-12;
 /// The largest number of weighted solutions.
 const MOST_ITERATIONS: usize = 1000;
 
-/// The options of `wnsf`, `A y = B u + C e` or `y = B/F u + C/D e`.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct WnsfOptions {
-    /// Orders of `oe` (nb, nf), `armax` (na, nb, nc) or `bj` (nb, nc, nd, nf) and the delay nk; by default nb = nf =
-    /// the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// Order of the high-order model; without it, three are tried: that by AIC, twice it, and the largest: 50 or N/6;
-    /// of an output-error model 150, doubled up to N/4 until it holds the response.
-    pub high_order: Option<usize>,
-    /// The largest number of weighted solutions for each of them.
-    pub iterations: usize,
-}
-
-impl Default for WnsfOptions {
-    fn default() -> Self {
-        Self {
-            orders: None,
-            high_order: None,
-            iterations: 20,
-        }
+options! {
+    /// The options of `wnsf`, `A y = B u + C e` or `y = B/F u + C/D e`.
+    pub struct WnsfOptions {
+        /// Orders of `oe` (nb, nf), `armax` (na, nb, nc) or `bj` (nb, nc, nd, nf) and the delay nk; by default nb = nf
+        /// = the setting `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// Order of the high-order model; without it, three are tried: that by AIC, twice it, and the largest: 50 or
+        /// N/6; of an output-error model 150, doubled up to N/4 until it holds the response.
+        pub high_order: Option<usize>,
+        /// The largest number of weighted solutions for each of them.
+        pub iterations: usize = 20,
     }
 }
 
@@ -125,14 +113,7 @@ impl NullSpace {
         let n = orders.parameters();
         let fit = NullSpaceFit::new(orders, options.high_order, window).follow_the_record();
         let needed = fit.samples_needed();
-        if window < needed {
-            return Err(SetupError::ShortRecord {
-                orders,
-                window,
-                rows: window,
-                needed,
-            });
-        }
+        enough_equations(orders, window, window, needed)?;
         Ok(Self {
             options,
             fit,
@@ -232,34 +213,27 @@ impl NullSpace {
     }
 }
 
-impl Estimator for NullSpace {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
+impl SinglePass for NullSpace {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let Window { u, y, .. } = window;
-        let mut found = self.find(u, y);
+        let found = self.find(u, y);
         pass.iterations = Some(self.taken);
-        let set = match found {
-            Err(kind) if !kind.leaves_a_model() => Err(kind),
-            _ => {
-                let found = found.is_ok();
-                let sum = if found {
-                    self.least
-                } else {
-                    self.least_reflected
-                };
-                pass.loss = sum / y.len() as f64;
-                if found && self.fit.is_cut() {
-                    self.best.covariance.clear();
-                }
-                pass.set_model(&self.best, if found { self.condition } else { f64::NAN })
-            }
+        let (sum, condition) = match found {
+            Ok(()) => (self.least, self.condition),
+            Err(kind) if kind.leaves_a_model() => (self.least_reflected, f64::NAN),
+            Err(kind) => return Err(kind),
         };
-        if found.is_ok() && self.fit.is_cut() {
-            found = Err(FailureKind::Implausible);
+        pass.loss = sum / y.len() as f64;
+        let is_cut = found.is_ok() && self.fit.is_cut();
+        if is_cut {
+            self.best.covariance.clear();
         }
-        pass.end(found, set);
+        pass.set_model(&self.best, condition)?;
+        pass.start_at_zero();
+        if is_cut {
+            return Err(FailureKind::Implausible);
+        }
+        found
     }
 }
 

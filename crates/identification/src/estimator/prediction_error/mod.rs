@@ -17,7 +17,7 @@ mod units;
 use super::covariance::Covariance;
 use super::initial_state_choice::{StartState, StateEstimate};
 use super::known_model::KnownModel;
-use super::{Estimator, FailureKind, Pass, Runs, SetupError, Window};
+use super::{Estimator, FailureKind, Pass, Runs, SetupError, Window, enough_equations};
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 pub(in crate::estimator) use descent::Descent;
@@ -158,14 +158,7 @@ impl PredictionError {
             }
         };
         let fitted = orders.parameters() + initial * runs.count();
-        if window <= fitted {
-            return Err(SetupError::ShortRecord {
-                orders,
-                window,
-                rows: window,
-                needed: fitted + 1,
-            });
-        }
+        enough_equations(orders, window, window, fitted + 1)?;
         Ok(Self {
             first: runs.first(orders.order()),
             search: Search::new(starts, Descent::new(orders, initial, runs), window),

@@ -5,6 +5,7 @@ use super::{
     ZhangSettings,
 };
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
+use crate::estimator::method_kind::options;
 use crate::estimator::recursive::Diverged;
 use crate::estimator::recursive::batch::along;
 use crate::estimator::{
@@ -21,25 +22,12 @@ macro_rules! adaptive_options {
         $(#[$about:meta])* $name:ident = $observer:expr;
         $($(#[$option_about:meta])* $option:ident = $default:literal, $low:literal to $high:literal,)*
     ) => {
-        $(#[$about])*
-        #[derive(Clone, Debug, PartialEq)]
-        #[cfg_attr(
-            feature = "json",
-            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-            serde(deny_unknown_fields, default)
-        )]
-        pub struct $name {
-            $($(#[$option_about])* pub $option: f64,)*
-            /// The initial state of the model that is left at the end: estimate (stage 6), or zero.
-            pub initial_state: StartState,
-        }
-
-        impl Default for $name {
-            fn default() -> Self {
-                Self {
-                    $($option: $default,)*
-                    initial_state: StartState::default(),
-                }
+        options! {
+            $(#[$about])*
+            pub struct $name {
+                $($(#[$option_about])* pub $option: f64 = $default,)*
+                /// The initial state of the model that is left at the end: estimate (stage 6), or zero.
+                pub initial_state: StartState,
             }
         }
 

@@ -1,7 +1,7 @@
 //! The options of `srivc` and `rivc`.
 
 use super::{ContinuousIv, sampled};
-use crate::estimator::method_kind::{MethodKind, Needs, Problem};
+use crate::estimator::method_kind::{MethodKind, Needs, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::{Estimator, SetupError};
@@ -10,23 +10,19 @@ use crate::model::{ContinuousModel, Hold, Orders};
 /// Defines the options of a method; both have the same but for the orders.
 macro_rules! continuous {
     ($options:ident, $doc:literal, $orders:literal, noise: $noise:literal) => {
-        #[doc = $doc]
-        #[derive(Clone, Debug, Default, PartialEq)]
-        #[cfg_attr(
-            feature = "json",
-            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-            serde(deny_unknown_fields, default)
-        )]
-        pub struct $options {
-            #[doc = $orders]
-            pub orders: Option<Orders>,
-            /// The input between samples: zero-order (constant, the default), first-order (straight lines).
-            pub hold: Hold,
-            /// The time between samples, seconds; in studies by default 1, so that rates are per sample.
-            pub ts: Option<f64>,
-            /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none (the
-            /// method fails).
-            pub stabilise: Option<Stabilise>,
+        options! {
+            #[doc = $doc]
+            pub struct $options {
+                #[doc = $orders]
+                pub orders: Option<Orders>,
+                /// The input between samples: zero-order (constant, the default), first-order (straight lines).
+                pub hold: Hold,
+                /// The time between samples, seconds; in studies by default 1, so that rates are per sample.
+                pub ts: Option<f64>,
+                /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none
+                /// (the method fails).
+                pub stabilise: Option<Stabilise>,
+            }
         }
 
         impl $options {

@@ -1,6 +1,6 @@
 use super::*;
 use crate::estimator::method_kind::MethodKind;
-use crate::estimator::{ArxOptions, MethodOptions, Progress, Shape, StmcbOptions};
+use crate::estimator::{ArxOptions, MethodOptions, Pass, Progress, Shape, StmcbOptions};
 use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 
 fn draw(law: InputLaw, trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {

@@ -1,6 +1,6 @@
 use super::*;
 use crate::estimator::test_setup;
-use crate::estimator::{MethodOptions, Shape};
+use crate::estimator::{MethodKind, MethodOptions, Shape};
 use crate::model::polynomial::{divide, filter};
 use crate::signal::Purpose;
 

@@ -14,7 +14,7 @@ mod kernel;
 mod reduced;
 
 use super::output_error_iteration::{check_output_error, output_error};
-use crate::estimator::method_kind::{MethodKind, Problem};
+use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::is_cut;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::kernels::Triangle;
@@ -22,7 +22,7 @@ use crate::estimator::regression::{Lagged, Rows};
 use crate::estimator::solver::Reduction;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
 use crate::estimator::triangular::solve_transposed;
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LARGEST, LinearModel, Orders};
 use crate::names::named_enum;
 use evidence::{Bidiagonal, Evidence, Variance, least};
@@ -44,27 +44,25 @@ named_enum! {
 const TAPS: usize = 100;
 const MOST_TAPS: usize = 1000;
 
-/// The options of `kernel-fir`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "json",
-    derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-    serde(deny_unknown_fields, default)
-)]
-pub struct KernelFirOptions {
-    /// Orders nb, nf and the delay nk of the model to which the response is reduced, such as nb=2,nf=2,nk=1; nf=0: the
-    /// response itself, nb taps; by default nb = nf = the setting `order`, nk = 1.
-    pub orders: Option<Orders>,
-    /// The prior of the impulse response: tc (tuned and correlated), dc (diagonal and correlated), ss (stable spline).
-    pub kernel: Kernel,
-    /// Taps of the response that is reduced; by default 100, doubled until they hold the response, but at most 1000 and
-    /// half of the samples.
-    pub taps: Option<usize>,
-    /// The variance of the noise: least-squares (of the response without a prior), likelihood (as the hyperparameters).
-    pub noise_variance: NoiseVariance,
-    /// The equations that are used: prewindow (zeros before the record, the default), complete, padded (zeros before
-    /// and after).
-    pub rows: Option<Rows>,
+options! {
+    /// The options of `kernel-fir`.
+    pub struct KernelFirOptions {
+        /// Orders nb, nf and the delay nk of the model to which the response is reduced, such as nb=2,nf=2,nk=1; nf=0:
+        /// the response itself, nb taps; by default nb = nf = the setting `order`, nk = 1.
+        pub orders: Option<Orders>,
+        /// The prior of the impulse response: tc (tuned and correlated), dc (diagonal and correlated), ss (stable
+        /// spline).
+        pub kernel: Kernel,
+        /// Taps of the response that is reduced; by default 100, doubled until they hold the response, but at most 1000
+        /// and half of the samples.
+        pub taps: Option<usize>,
+        /// The variance of the noise: least-squares (of the response without a prior), likelihood (as the
+        /// hyperparameters).
+        pub noise_variance: NoiseVariance,
+        /// The equations that are used: prewindow (zeros before the record, the default), complete, padded (zeros
+        /// before and after).
+        pub rows: Option<Rows>,
+    }
 }
 
 impl KernelFirOptions {
@@ -343,40 +341,32 @@ impl KernelFir {
     }
 }
 
-impl Estimator for KernelFir {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
+impl SinglePass for KernelFir {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let Window { u, y, .. } = window;
-        let (variance, is_cut) = match self.load(u, y) {
-            Ok(loaded) => loaded,
-            Err(kind) => return pass.fail_for(kind),
-        };
+        let (variance, is_cut) = self.load(u, y)?;
         let longer = (2 * self.z.len()).min(MOST_TAPS).min(y.len() / 2);
         let is_given = self.reduced.is_none() || self.options.taps.is_some();
         if is_cut && !is_given && longer > self.z.len() {
             let longer = Self::of_taps(longer, self.orders, &self.options, y.len());
             if let Ok(mut longer) = longer {
-                return longer.estimate(window, passes);
+                return longer.fit(window, pass);
             }
         }
-        let condition = match self.respond(variance) {
-            Ok(condition) => condition,
-            Err(kind) => return pass.fail_for(kind),
-        };
+        let condition = self.respond(variance)?;
         if let Some(reduced) = &mut self.reduced {
             reduced.run(&self.response, window, pass);
             if is_cut && pass.failure.is_none() {
                 pass.model.covariance.clear();
-                pass.fail_for(FailureKind::Implausible);
+                return Err(FailureKind::Implausible);
             }
-            return;
+            return Ok(());
         }
         self.response.residuals(u, y, &mut self.e, &mut self.x);
         pass.loss = self.e.iter().map(|e| e * e).sum::<f64>() / y.len() as f64;
-        let set = pass.set_model(&self.response, condition);
-        pass.end(Ok(()), set);
+        pass.set_model(&self.response, condition)?;
+        pass.start_at_zero();
+        Ok(())
     }
 }
 

@@ -2,9 +2,8 @@
 
 use super::lags::push;
 use super::options::{RecursiveOptions, recursive_options};
-use super::settings::Forgetting;
-use super::start::Start;
-use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
+use super::recursion::{Recursion, RecursiveMethod, Shared};
+use super::{RecursiveSettings, SquareRoot, dot};
 use crate::estimator::OptionError;
 use crate::model::Orders;
 
@@ -14,7 +13,7 @@ recursive_options! {
         /// Orders na, nb, nc and the delay nk, such as na=2,nb=2,nc=1,nk=1; by default na = nb = nc = the setting
         /// `order`, nk = 1.
         orders,
-        start
+        with start
     }
 }
 
@@ -52,19 +51,16 @@ impl RecursiveOptions for RelsOptions {
 /// A sample takes about 4 d^2 multiplications and additions, d = na + nb + nc.
 ///
 /// Source: L. Ljung and T. Soderstrom, *Theory and Practice of Recursive Identification*, 1983, sections 2.3 and 4.4.
+pub type ExtendedLeastSquares = Recursion<Extended>;
+
+/// The equations of [`ExtendedLeastSquares`].
 #[derive(Clone, Debug)]
-pub struct ExtendedLeastSquares {
-    settings: RecursiveSettings,
-    forgetting: Forgetting,
-    start: Start,
-    started: bool,
+pub struct Extended {
     root: SquareRoot,
     outputs: Vec<f64>,
     inputs: Vec<f64>,
     residuals: Vec<f64>,
     phi: Vec<f64>,
-    theta: Vec<f64>,
-    clock: Clock,
 }
 
 impl ExtendedLeastSquares {
@@ -75,96 +71,60 @@ impl ExtendedLeastSquares {
     pub fn new(settings: RecursiveSettings) -> Self {
         let Orders { na, nb, nc, nk, .. } = settings.orders;
         let d = na + nb + nc;
-        assert_eq!(settings.theta0.len(), d);
-        let mut made = Self {
-            forgetting: Forgetting::new(&settings),
-            start: Start::new((0..na + nb).collect()),
-            started: false,
+        let method = Extended {
             root: SquareRoot::new(d),
             outputs: vec![0.0; na],
             inputs: vec![0.0; nb + nk],
             residuals: vec![0.0; nc],
             phi: vec![0.0; d],
-            theta: vec![0.0; d],
-            clock: Clock::default(),
-            settings,
         };
-        made.restart();
-        made
+        Self::begin(settings, (0..na + nb).collect(), method)
     }
+}
 
-    fn step(&mut self, y: f64) {
-        let Orders { na, nb, nk, .. } = self.settings.orders;
+impl Extended {
+    fn step(&mut self, shared: &mut Shared, y: f64) {
+        let Orders { na, nb, nk, .. } = shared.settings.orders;
         let phi = &mut self.phi;
         phi[..na].copy_from_slice(&self.outputs);
         phi[na..na + nb].copy_from_slice(&self.inputs[nk..]);
         phi[na + nb..].copy_from_slice(&self.residuals);
-        if !self.started && self.start.is_over(&self.settings) {
-            self.started = true;
-            self.start
-                .hand_over(&self.settings, &self.theta, &mut self.root);
+        if shared.begins() {
+            shared.hand_over(&mut self.root);
         }
-        let residual = if self.started {
-            self.root.update(phi, y, self.forgetting.next());
-            self.root.solve(&mut self.theta);
-            y - dot(phi, &self.theta)
+        let residual = if shared.started {
+            self.root.update(phi, y, shared.forgetting.next());
+            self.root.solve(&mut shared.theta);
+            y - dot(phi, &shared.theta)
         } else {
-            let lambda = self.settings.forgetting;
-            self.start.update(phi, y, lambda, &mut self.theta)
+            shared.take(phi, y)
         };
         push(&mut self.residuals, residual);
     }
 }
 
-impl RecursiveEstimator for ExtendedLeastSquares {
-    fn orders(&self) -> Orders {
-        self.settings.orders
-    }
-
-    fn advance(&mut self, u: f64, y: f64, _: bool) -> Result<(), Diverged> {
-        self.clock.begin(u, y)?;
+impl RecursiveMethod for Extended {
+    fn take(&mut self, shared: &mut Shared, u: f64, y: f64, _: bool) {
         push(&mut self.inputs, u);
-        if self.clock.samples >= self.settings.first() {
-            self.step(y);
+        if shared.has_equation() {
+            self.step(shared, y);
         }
         push(&mut self.outputs, -y);
-        self.clock.end(&self.theta, self.start.size())
     }
 
-    fn theta(&self) -> &[f64] {
-        &self.theta
+    fn variance(&self, theta: &[f64]) -> f64 {
+        let root = &self.root;
+        root.weights().variance(root.residual_sum(), theta.len())
     }
 
-    fn is_determined(&self) -> bool {
-        self.start.is_determined()
-    }
-
-    fn noise_variance(&self) -> f64 {
-        if self.started && self.settings.remembers() {
-            let (root, d) = (&self.root, self.theta.len());
-            root.weights().variance(root.residual_sum(), d)
-        } else {
-            f64::NAN
-        }
-    }
-
-    fn covariance(&mut self, to: &mut [f64]) {
-        let variance = self.noise_variance() * self.root.weights().ratio();
+    fn covariance(&mut self, variance: f64, to: &mut [f64]) {
+        let variance = variance * self.root.weights().ratio();
         self.root.covariance(variance, to);
     }
 
-    fn samples(&self) -> usize {
-        self.clock.samples
-    }
-
-    fn restart(&mut self) {
-        self.start.restart(&self.settings);
-        self.started = false;
-        self.forgetting = Forgetting::new(&self.settings);
+    fn restart(&mut self, _: &mut Shared) {
         for signal in [&mut self.outputs, &mut self.inputs, &mut self.residuals] {
             signal.fill(0.0);
         }
-        self.theta.copy_from_slice(&self.settings.theta0);
-        self.clock = Clock::default();
     }
 }

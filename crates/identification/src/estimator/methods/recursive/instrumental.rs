@@ -4,10 +4,9 @@ use super::elimination::Elimination;
 use super::first_equations::FirstEquations;
 use super::lags::{StabilityTest, push};
 use super::options::{RecursiveOptions, recursive_options};
-use super::settings::Forgetting;
-use super::start::Start;
+use super::recursion::{Recursion, RecursiveMethod, Shared};
 use super::weights::Weights;
-use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
+use super::{RecursiveSettings, SquareRoot, dot};
 use crate::estimator::{ArxOptions, OptionError};
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -30,9 +29,9 @@ recursive_options! {
         orders,
         first {
             /// What replaces the outputs: delayed (inputs, the default), auxiliary (the output of the present model).
-            instruments: RecursiveInstruments,
+            pub instruments: RecursiveInstruments,
         }
-        start
+        with start
     }
 }
 
@@ -78,13 +77,12 @@ impl RecursiveOptions for RecursiveIvOptions {
 /// takes about `d^3/3 + 4 d^2` multiplications and additions, d = na + nb, and na^2 for stability.
 ///
 /// Source: L. Ljung and T. Soderstrom, *Theory and Practice of Recursive Identification*, 1983, section 2.2.2.
+pub type RecursiveIv = Recursion<Instrumental>;
+
+/// The equations of [`RecursiveIv`] and their instruments.
 #[derive(Clone, Debug)]
-pub struct RecursiveIv {
-    settings: RecursiveSettings,
-    forgetting: Forgetting,
+pub struct Instrumental {
     instruments: RecursiveInstruments,
-    start: Start,
-    started: bool,
     update: InstrumentalUpdate,
     outputs: Vec<f64>,
     inputs: Vec<f64>,
@@ -97,8 +95,6 @@ pub struct RecursiveIv {
     test: StabilityTest,
     phi: Vec<f64>,
     z: Vec<f64>,
-    theta: Vec<f64>,
-    clock: Clock,
 }
 
 /// The equations of recursive instrumental variables, and what the covariance and the variance of the residuals are
@@ -162,10 +158,10 @@ impl InstrumentalUpdate {
         if ratio.is_normal() { ratio } else { 1.0 }
     }
 
-    /// Before the first equation theta is this and P is p0 times the identity. Without p0 the start has d equations at
-    /// least.
-    pub(super) fn restart(&mut self, theta: &[f64], p0: Option<f64>) {
-        self.first.restart(theta, p0);
+    /// Before the first equation theta is theta0 and P is p0 times the identity. Without p0 the start has d equations
+    /// at least.
+    pub(super) fn restart(&mut self, settings: &RecursiveSettings) {
+        self.first.restart(&settings.theta0, settings.p0);
     }
 
     /// Keeps an equation of the start.
@@ -247,12 +243,8 @@ impl RecursiveIv {
     pub fn new(settings: RecursiveSettings, instruments: RecursiveInstruments) -> Self {
         let Orders { na, nb, nk, .. } = settings.orders;
         let d = na + nb;
-        assert_eq!(settings.theta0.len(), d);
-        let mut made = Self {
-            forgetting: Forgetting::new(&settings),
+        let method = Instrumental {
             instruments,
-            start: Start::new((0..d).collect()),
-            started: false,
             update: InstrumentalUpdate::new(d),
             outputs: vec![0.0; na],
             inputs: vec![0.0; nk + nb + na],
@@ -262,16 +254,14 @@ impl RecursiveIv {
             test: StabilityTest::new(na),
             phi: vec![0.0; d],
             z: vec![0.0; d],
-            theta: vec![0.0; d],
-            clock: Clock::default(),
-            settings,
         };
-        made.restart();
-        made
+        Self::begin(settings, (0..d).collect(), method)
     }
+}
 
-    fn step(&mut self, y: f64, wanted: bool) {
-        let Orders { na, nb, nk, .. } = self.settings.orders;
+impl Instrumental {
+    fn step(&mut self, shared: &mut Shared, y: f64, wanted: bool) {
+        let Orders { na, nb, nk, .. } = shared.settings.orders;
         let own_output = self.instruments == RecursiveInstruments::Auxiliary;
         let (phi, z) = (&mut self.phi, &mut self.z);
         phi[..na].copy_from_slice(&self.outputs);
@@ -281,29 +271,27 @@ impl RecursiveIv {
             RecursiveInstruments::Delayed => &self.inputs[nk + nb..],
             RecursiveInstruments::Auxiliary => &self.auxiliary,
         });
-        if !self.started && self.start.is_over(&self.settings) {
-            self.started = true;
-            self.update.begin(self.start.root());
-            if self.settings.p0.is_none() && !own_output {
+        if shared.begins() {
+            self.update.begin(shared.start.root());
+            if shared.settings.p0.is_none() && !own_output {
                 self.unit = self.update.ratio(na);
             }
         }
-        if self.started {
+        if shared.started {
             z[..na].iter_mut().for_each(|z| *z *= self.unit);
-            let lambda = self.forgetting.next();
+            let lambda = shared.forgetting.next();
             if wanted || own_output {
-                self.update.take(z, phi, y, lambda, &mut self.theta);
+                self.update.take(z, phi, y, lambda, &mut shared.theta);
             } else {
                 self.update.add(z, phi, y, lambda);
             }
         } else {
-            let lambda = self.settings.forgetting;
-            self.start.update(phi, y, lambda, &mut self.theta);
-            self.update.keep(phi, y, lambda);
+            shared.take(phi, y);
+            self.update.keep(phi, y, shared.settings.forgetting);
         }
         if own_output {
-            if self.test.passes(&self.theta[..na]) {
-                self.stable.copy_from_slice(&self.theta);
+            if self.test.passes(&shared.theta[..na]) {
+                self.stable.copy_from_slice(&shared.theta);
             }
             let x = dot(z, &self.stable);
             push(&mut self.auxiliary, -x);
@@ -311,55 +299,33 @@ impl RecursiveIv {
     }
 }
 
-impl RecursiveEstimator for RecursiveIv {
-    fn orders(&self) -> Orders {
-        self.settings.orders
-    }
-
-    fn advance(&mut self, u: f64, y: f64, wanted: bool) -> Result<(), Diverged> {
-        self.clock.begin(u, y)?;
+impl RecursiveMethod for Instrumental {
+    fn take(&mut self, shared: &mut Shared, u: f64, y: f64, wanted: bool) {
         push(&mut self.inputs, u);
-        if self.clock.samples >= self.settings.first() {
-            self.step(y, wanted);
+        if shared.has_equation() {
+            self.step(shared, y, wanted);
         }
         push(&mut self.outputs, -y);
-        self.clock.end(&self.theta, self.start.size())
     }
 
-    fn theta(&self) -> &[f64] {
-        &self.theta
+    fn variance(&self, theta: &[f64]) -> f64 {
+        self.update.variance(theta)
     }
 
-    fn is_determined(&self) -> bool {
-        self.start.is_determined()
+    fn covariance(&mut self, variance: f64, to: &mut [f64]) {
+        self.update.covariance(variance, to);
     }
 
-    fn noise_variance(&self) -> f64 {
-        if self.started && self.settings.remembers() {
-            self.update.variance(&self.theta)
-        } else {
-            f64::NAN
-        }
-    }
-
-    fn covariance(&mut self, to: &mut [f64]) {
-        self.update.covariance(self.noise_variance(), to);
-    }
-
-    fn samples(&self) -> usize {
-        self.clock.samples
-    }
-
-    fn restart(&mut self) {
-        self.start.restart(&self.settings);
-        self.update.restart(&self.settings.theta0, self.settings.p0);
-        (self.started, self.unit) = (false, 1.0);
-        self.forgetting = Forgetting::new(&self.settings);
-        for signal in [&mut self.outputs, &mut self.inputs, &mut self.auxiliary] {
+    fn restart(&mut self, shared: &mut Shared) {
+        self.update.restart(&shared.settings);
+        self.unit = 1.0;
+        for signal in [
+            &mut self.outputs,
+            &mut self.inputs,
+            &mut self.auxiliary,
+            &mut self.stable,
+        ] {
             signal.fill(0.0);
         }
-        self.stable.fill(0.0);
-        self.theta.copy_from_slice(&self.settings.theta0);
-        self.clock = Clock::default();
     }
 }

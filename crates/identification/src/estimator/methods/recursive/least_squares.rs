@@ -2,8 +2,9 @@
 
 use super::lags::push;
 use super::options::{RecursiveOptions, recursive_options};
+use super::recursion::{Recursion, RecursiveMethod, Shared};
 use super::weights::Weights;
-use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
+use super::{RecursiveSettings, SquareRoot, dot};
 use crate::estimator::{ArxOptions, OptionError};
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -26,7 +27,7 @@ recursive_options! {
         then {
             /// What is carried from sample to sample: square-root (of the information, the default), covariance (P
             /// itself).
-            form: Option<RecursiveForm>,
+            pub form: Option<RecursiveForm>,
         }
     }
 }
@@ -66,17 +67,17 @@ impl RecursiveOptions for RlsOptions {
 /// other, d = na + nb.
 ///
 /// Source: L. Ljung, *System Identification*, 2nd ed., 1999, section 11.2.
+pub type RecursiveLeastSquares = Recursion<LeastSquares>;
+
+/// The equations of [`RecursiveLeastSquares`].
 #[derive(Clone, Debug)]
-pub struct RecursiveLeastSquares {
-    settings: RecursiveSettings,
+pub struct LeastSquares {
     memory: Memory,
     /// -y(k-1), -y(k-2), ...
     outputs: Vec<f64>,
     /// u(k), u(k-1), ...
     inputs: Vec<f64>,
     phi: Vec<f64>,
-    theta: Vec<f64>,
-    clock: Clock,
 }
 
 /// What is carried from sample to sample.
@@ -99,7 +100,6 @@ impl RecursiveLeastSquares {
     pub fn new(settings: RecursiveSettings, form: RecursiveForm) -> Self {
         let Orders { na, nb, nk, .. } = settings.orders;
         let d = na + nb;
-        assert_eq!(settings.theta0.len(), d);
         assert!(form == RecursiveForm::SquareRoot || settings.p0.is_some());
         let memory = match form {
             RecursiveForm::SquareRoot => Memory::Root(SquareRoot::new(d)),
@@ -110,29 +110,28 @@ impl RecursiveLeastSquares {
                 weights: Weights::default(),
             },
         };
-        let mut made = Self {
+        let method = LeastSquares {
             memory,
             outputs: vec![0.0; na],
             inputs: vec![0.0; nb + nk],
             phi: vec![0.0; d],
-            theta: vec![0.0; d],
-            clock: Clock::default(),
-            settings,
         };
-        made.restart();
-        made
+        // It needs no start.
+        Self::begin(settings, Vec::new(), method)
     }
+}
 
-    fn step(&mut self, y: f64, wanted: bool) {
-        let (na, nk) = (self.settings.orders.na, self.settings.orders.nk);
-        let (lambda, phi) = (self.settings.forgetting, &mut self.phi);
+impl LeastSquares {
+    fn step(&mut self, shared: &mut Shared, y: f64, wanted: bool) {
+        let (na, nk) = (shared.settings.orders.na, shared.settings.orders.nk);
+        let (lambda, phi) = (shared.settings.forgetting, &mut self.phi);
         phi[..na].copy_from_slice(&self.outputs);
         phi[na..].copy_from_slice(&self.inputs[nk..]);
         match &mut self.memory {
             Memory::Root(root) => {
                 root.update(phi, y, lambda);
                 if wanted && root.is_determined() {
-                    root.solve(&mut self.theta);
+                    root.solve(&mut shared.theta);
                 }
             }
             Memory::Covariance {
@@ -146,9 +145,9 @@ impl RecursiveLeastSquares {
                     *gain = dot(row, phi);
                 }
                 let scale = lambda + dot(phi, gain);
-                let error = y - dot(phi, &self.theta);
+                let error = y - dot(phi, &shared.theta);
                 for i in 0..d {
-                    self.theta[i] += gain[i] / scale * error;
+                    shared.theta[i] += gain[i] / scale * error;
                     // Both halves get the same bits: forgetting would blow up any difference by 1/lambda a sample.
                     for j in 0..=i {
                         p[i * d + j] = (p[i * d + j] - gain[i] / scale * gain[j]) / lambda;
@@ -162,37 +161,31 @@ impl RecursiveLeastSquares {
     }
 }
 
-impl RecursiveEstimator for RecursiveLeastSquares {
-    fn orders(&self) -> Orders {
-        self.settings.orders
-    }
-
-    fn advance(&mut self, u: f64, y: f64, wanted: bool) -> Result<(), Diverged> {
-        self.clock.begin(u, y)?;
+impl RecursiveMethod for LeastSquares {
+    fn take(&mut self, shared: &mut Shared, u: f64, y: f64, wanted: bool) {
         push(&mut self.inputs, u);
-        if self.clock.samples >= self.settings.first() {
-            self.step(y, wanted);
+        if shared.has_equation() {
+            self.step(shared, y, wanted);
         }
         push(&mut self.outputs, -y);
+    }
+
+    fn numbers<'a>(&'a self, shared: &'a Shared) -> (&'a [f64], f64) {
         let size = match &self.memory {
             Memory::Root(root) => root.size(),
             Memory::Covariance { residual_sum, .. } => *residual_sum,
         };
-        self.clock.end(&self.theta, size)
+        (&shared.theta, size)
     }
 
-    fn theta(&self) -> &[f64] {
-        &self.theta
-    }
-
-    fn is_determined(&self) -> bool {
+    fn is_determined(&self, _: &Shared) -> bool {
         match &self.memory {
             Memory::Root(root) => root.is_determined(),
             Memory::Covariance { .. } => true,
         }
     }
 
-    fn noise_variance(&self) -> f64 {
+    fn variance(&self, theta: &[f64]) -> f64 {
         let (sum, weights) = match &self.memory {
             Memory::Root(root) => (root.residual_sum(), root.weights()),
             Memory::Covariance {
@@ -201,15 +194,10 @@ impl RecursiveEstimator for RecursiveLeastSquares {
                 ..
             } => (*residual_sum, *weights),
         };
-        if self.settings.remembers() {
-            weights.variance(sum, self.theta.len())
-        } else {
-            f64::NAN
-        }
+        weights.variance(sum, theta.len())
     }
 
-    fn covariance(&mut self, to: &mut [f64]) {
-        let variance = self.noise_variance();
+    fn covariance(&mut self, variance: f64, to: &mut [f64]) {
         match &self.memory {
             Memory::Root(root) => root.covariance(variance, to),
             Memory::Covariance { p, .. } => {
@@ -218,14 +206,10 @@ impl RecursiveEstimator for RecursiveLeastSquares {
         }
     }
 
-    fn samples(&self) -> usize {
-        self.clock.samples
-    }
-
-    fn restart(&mut self) {
-        let d = self.theta.len();
+    fn restart(&mut self, shared: &mut Shared) {
+        let RecursiveSettings { p0, theta0, .. } = &shared.settings;
         match &mut self.memory {
-            Memory::Root(root) => root.restart(self.settings.p0, &self.settings.theta0),
+            Memory::Root(root) => root.restart(*p0, theta0),
             Memory::Covariance {
                 p,
                 residual_sum,
@@ -233,14 +217,13 @@ impl RecursiveEstimator for RecursiveLeastSquares {
                 ..
             } => {
                 p.fill(0.0);
-                let p0 = self.settings.p0.unwrap_or(f64::NAN);
+                let (d, p0) = (theta0.len(), p0.unwrap_or(f64::NAN));
                 (0..d).for_each(|i| p[i * d + i] = p0);
                 (*residual_sum, *weights) = (0.0, Weights::default());
             }
         }
+        shared.started = true;
         self.outputs.fill(0.0);
         self.inputs.fill(0.0);
-        self.theta.copy_from_slice(&self.settings.theta0);
-        self.clock = Clock::default();
     }
 }

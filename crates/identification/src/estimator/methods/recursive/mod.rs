@@ -1,8 +1,8 @@
 //! Recursive estimators: theta(k) from theta(k-1) and one more sample, with memory that does not grow.
 //!
 //! There is one file per method: [`RecursiveLeastSquares`], [`ExtendedLeastSquares`], [`RecursiveIv`],
-//! [`RecursiveSriv`], [`RecursivePrediction`]; [`Rerun`] is their rival, a whole estimate made anew. What they share is
-//! the square root of the information ([`SquareRoot`]) and the start.
+//! [`RecursiveSriv`], [`RecursivePrediction`], each a [`Recursion`]; [`Rerun`] is their rival, a whole estimate made
+//! anew. What they share is the square root of the information ([`SquareRoot`]) and the start.
 //!
 //! Conventions. The first equation is that of `k0 = max(na + nf, nb + nk - 1)`: signals before the record are not used.
 //! theta is in the order A, B, C, D, F. Before the first equation theta is theta0, and P is `p0 I`. Without p0 the
@@ -20,6 +20,7 @@ mod least_squares;
 mod options;
 mod prediction;
 mod predictor;
+mod recursion;
 mod refined;
 mod rerun;
 mod settings;
@@ -33,6 +34,7 @@ pub use extended::{ExtendedLeastSquares, RelsOptions};
 pub use instrumental::{RecursiveInstruments, RecursiveIv, RecursiveIvOptions};
 pub use least_squares::{RecursiveForm, RecursiveLeastSquares, RlsOptions};
 pub use prediction::{RecursivePrediction, RpemOptions};
+pub use recursion::Recursion;
 pub use refined::{RecursiveSriv, RecursiveSrivOptions};
 pub use rerun::{Rerun, RerunWindow};
 pub use settings::RecursiveSettings;

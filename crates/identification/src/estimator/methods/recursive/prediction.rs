@@ -3,9 +3,8 @@
 use super::lags::StabilityTest;
 use super::options::{RecursiveOptions, recursive_options};
 use super::predictor::{Predictor, polynomials};
-use super::settings::Forgetting;
-use super::start::Start;
-use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot, dot};
+use super::recursion::{Recursion, RecursiveMethod, Shared};
+use super::{RecursiveSettings, SquareRoot, dot};
 use crate::estimator::OptionError;
 use crate::estimator::methods::output_error_iteration::output_error;
 use crate::model::Orders;
@@ -16,7 +15,7 @@ recursive_options! {
         /// Orders of any of na, nb, nc, nd, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the
         /// setting `order`, nk = 1.
         orders,
-        start
+        with start
     }
 }
 
@@ -64,22 +63,19 @@ impl RecursiveOptions for RpemOptions {
 ///
 /// Source: L. Ljung, *System Identification*, 2nd ed., 1999, sections 10.3 (psi) and 11.4; L. Ljung and T. Soderstrom,
 /// *Theory and Practice of Recursive Identification*, 1983, sections 3.7 to 3.8.
+pub type RecursivePrediction = Recursion<Prediction>;
+
+/// The steps of [`RecursivePrediction`].
 #[derive(Clone, Debug)]
-pub struct RecursivePrediction {
-    settings: RecursiveSettings,
-    forgetting: Forgetting,
-    start: Start,
-    started: bool,
+pub struct Prediction {
     root: SquareRoot,
     predictor: Predictor,
     test: StabilityTest,
     phi: Vec<f64>,
     psi: Vec<f64>,
-    theta: Vec<f64>,
     /// The step's end, which may lie outside the region; during the start, the solution of least squares.
     next: Vec<f64>,
     residual_sum: f64,
-    clock: Clock,
 }
 
 /// How often a step is halved.
@@ -93,60 +89,54 @@ impl RecursivePrediction {
     pub fn new(settings: RecursiveSettings) -> Self {
         let orders @ Orders { na, nb, nc, nf, .. } = settings.orders;
         let d = orders.parameters();
-        assert_eq!(settings.theta0.len(), d);
         let common = if na > 0 { 0..na } else { d - nf..d };
         let mut places: Vec<usize> = common.chain(na..na + nb).collect();
         places.sort_unstable();
-        let mut made = Self {
-            forgetting: Forgetting::new(&settings),
-            start: Start::new(places),
-            started: false,
+        let method = Prediction {
             root: SquareRoot::new(d),
             predictor: Predictor::new(orders),
             test: StabilityTest::new(nc.max(nf)),
             phi: vec![0.0; d],
             psi: vec![0.0; d],
-            theta: vec![0.0; d],
             next: vec![0.0; d],
             residual_sum: 0.0,
-            clock: Clock::default(),
-            settings,
         };
-        made.restart();
-        made
+        Self::begin(settings, places, method)
     }
+}
 
+impl Prediction {
     /// Whether the predictor of `next` is stable.
-    fn is_inside(&mut self) -> bool {
-        let [_, _, c, _, f] = polynomials(self.settings.orders, &self.next);
+    fn is_inside(&mut self, orders: Orders) -> bool {
+        let [_, _, c, _, f] = polynomials(orders, &self.next);
         self.test.passes(c) && self.test.passes(f)
     }
 
     /// One equation of least squares.
-    fn begin(&mut self, y: f64) {
+    fn begin(&mut self, shared: &mut Shared, y: f64) {
         self.predictor.linear_regressors(&mut self.phi);
-        let lambda = self.settings.forgetting;
-        self.start.update(&self.phi, y, lambda, &mut self.next);
-        if self.is_inside() {
-            self.theta.copy_from_slice(&self.next);
+        let lambda = shared.settings.forgetting;
+        shared.start.update(&self.phi, y, lambda, &mut self.next);
+        if self.is_inside(shared.settings.orders) {
+            shared.theta.copy_from_slice(&self.next);
         }
     }
 
     /// One step of the method. Returns the prediction error.
-    fn step(&mut self, y: f64) -> f64 {
+    fn step(&mut self, shared: &mut Shared, y: f64) -> f64 {
         self.predictor.regressors(&mut self.phi, &mut self.psi);
-        let error = y - dot(&self.phi, &self.theta);
-        let lambda = self.forgetting.next();
+        let error = y - dot(&self.phi, &shared.theta);
+        let lambda = shared.forgetting.next();
         self.root.update(&self.psi, 0.0, lambda);
         self.residual_sum *= lambda;
         self.root.gain(&mut self.psi);
         let mut share = error;
         for _ in 0..=HALVINGS {
-            for ((next, theta), gain) in self.next.iter_mut().zip(&self.theta).zip(&self.psi) {
+            for ((next, theta), gain) in self.next.iter_mut().zip(&shared.theta).zip(&self.psi) {
                 *next = theta + share * gain;
             }
-            if self.is_inside() {
-                self.theta.copy_from_slice(&self.next);
+            if self.is_inside(shared.settings.orders) {
+                shared.theta.copy_from_slice(&self.next);
                 break;
             }
             share /= 2.0;
@@ -155,75 +145,50 @@ impl RecursivePrediction {
     }
 }
 
-impl RecursiveEstimator for RecursivePrediction {
-    fn orders(&self) -> Orders {
-        self.settings.orders
-    }
-
-    fn advance(&mut self, u: f64, y: f64, _: bool) -> Result<(), Diverged> {
-        self.clock.begin(u, y)?;
-        self.predictor.input(u, &self.theta);
-        let (mut error, has_equation) = (0.0, self.clock.samples >= self.settings.first());
-        if has_equation {
-            if !self.started && self.start.is_over(&self.settings) {
-                self.started = true;
-                self.start
-                    .hand_over(&self.settings, &self.theta, &mut self.root);
+impl RecursiveMethod for Prediction {
+    fn take(&mut self, shared: &mut Shared, u: f64, y: f64, _: bool) {
+        self.predictor.input(u, &shared.theta);
+        let mut error = 0.0;
+        if shared.has_equation() {
+            if shared.begins() {
+                shared.hand_over(&mut self.root);
                 self.residual_sum = self.root.residual_sum();
             }
-            if self.started {
-                error = self.step(y);
+            if shared.started {
+                error = self.step(shared, y);
             } else {
-                self.begin(y);
+                self.begin(shared, y);
             }
         }
-        let residual = if self.started || self.settings.orders.na > 0 {
-            self.predictor.output(y, &self.theta)
+        let residual = if shared.started || shared.settings.orders.na > 0 {
+            self.predictor.output(y, &shared.theta)
         } else {
-            self.predictor.output_without_noise(y, &self.theta)
+            self.predictor.output_without_noise(y, &shared.theta)
         };
-        if self.started {
+        if shared.started {
             self.residual_sum += error * residual;
         }
-        // theta never becomes infinite: it would be outside the region. The gain may.
-        self.clock.end(&self.psi, self.start.size())
     }
 
-    fn theta(&self) -> &[f64] {
-        &self.theta
+    /// theta never becomes infinite: it would be outside the region. The gain may.
+    fn numbers<'a>(&'a self, shared: &'a Shared) -> (&'a [f64], f64) {
+        (&self.psi, shared.start.size())
     }
 
-    fn is_determined(&self) -> bool {
-        self.start.is_determined()
+    fn variance(&self, theta: &[f64]) -> f64 {
+        let weights = self.root.weights();
+        weights.variance(self.residual_sum, theta.len())
     }
 
-    fn noise_variance(&self) -> f64 {
-        if self.started && self.settings.remembers() {
-            let weights = self.root.weights();
-            weights.variance(self.residual_sum, self.theta.len())
-        } else {
-            f64::NAN
-        }
-    }
-
-    fn covariance(&mut self, to: &mut [f64]) {
-        let variance = self.noise_variance() * self.root.weights().ratio();
+    fn covariance(&mut self, variance: f64, to: &mut [f64]) {
+        let variance = variance * self.root.weights().ratio();
         self.root.covariance(variance, to);
     }
 
-    fn samples(&self) -> usize {
-        self.clock.samples
-    }
-
-    fn restart(&mut self) {
-        self.start.restart(&self.settings);
-        self.started = false;
-        self.forgetting = Forgetting::new(&self.settings);
+    fn restart(&mut self, shared: &mut Shared) {
         self.predictor.restart();
         self.psi.fill(0.0);
-        self.theta.copy_from_slice(&self.settings.theta0);
-        self.next.copy_from_slice(&self.settings.theta0);
+        self.next.copy_from_slice(&shared.settings.theta0);
         self.residual_sum = 0.0;
-        self.clock = Clock::default();
     }
 }

@@ -3,9 +3,8 @@
 use super::instrumental::InstrumentalUpdate;
 use super::lags::{StabilityTest, push};
 use super::options::{RecursiveOptions, recursive_options};
-use super::settings::Forgetting;
-use super::start::Start;
-use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, dot};
+use super::recursion::{Recursion, RecursiveMethod, Shared};
+use super::{RecursiveSettings, dot};
 use crate::estimator::OptionError;
 use crate::estimator::methods::output_error_iteration::{check_output_error, output_error};
 use crate::model::Orders;
@@ -15,7 +14,7 @@ recursive_options! {
     RecursiveSrivOptions {
         /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.
         orders,
-        start
+        with start
     }
 }
 
@@ -56,12 +55,11 @@ impl RecursiveOptions for RecursiveSrivOptions {
 /// Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7; P. C. Young and A.
 /// J. Jakeman, Refined instrumental variable methods of recursive time-series analysis, part I, Int. J. Control 29,
 /// 1979.
+pub type RecursiveSriv = Recursion<Refined>;
+
+/// The equations of [`RecursiveSriv`].
 #[derive(Clone, Debug)]
-pub struct RecursiveSriv {
-    settings: RecursiveSettings,
-    forgetting: Forgetting,
-    start: Start,
-    started: bool,
+pub struct Refined {
     update: InstrumentalUpdate,
     inputs: Vec<f64>,
     outputs: Vec<f64>,
@@ -77,8 +75,6 @@ pub struct RecursiveSriv {
     test: StabilityTest,
     phi: Vec<f64>,
     z: Vec<f64>,
-    theta: Vec<f64>,
-    clock: Clock,
 }
 
 impl RecursiveSriv {
@@ -89,12 +85,8 @@ impl RecursiveSriv {
     pub fn new(settings: RecursiveSettings) -> Self {
         let Orders { nb, nf, nk, .. } = settings.orders;
         let d = nb + nf;
-        assert_eq!(settings.theta0.len(), d);
         let (of_outputs, of_parameters) = (|| vec![0.0; nf], || vec![0.0; d]);
-        let mut made = Self {
-            forgetting: Forgetting::new(&settings),
-            start: Start::new((0..d).collect()),
-            started: false,
+        let method = Refined {
             update: InstrumentalUpdate::new(d),
             inputs: vec![0.0; nk + nb],
             outputs: of_outputs(),
@@ -106,57 +98,49 @@ impl RecursiveSriv {
             test: StabilityTest::new(nf),
             phi: of_parameters(),
             z: of_parameters(),
-            theta: of_parameters(),
-            clock: Clock::default(),
-            settings,
         };
-        made.restart();
-        made
+        Self::begin(settings, (0..d).collect(), method)
     }
+}
 
+impl Refined {
     /// The equation of y(k), with the filtered signals of this sample.
-    fn step(&mut self, y: f64, filtered: f64) {
-        let Orders { nb, nk, .. } = self.settings.orders;
-        let (phi, theta) = (&mut self.phi, &mut self.theta);
-        if !self.started && self.start.is_over(&self.settings) {
-            self.started = true;
-            self.update.begin(self.start.root());
+    fn step(&mut self, shared: &mut Shared, y: f64, filtered: f64) {
+        let Orders { nb, nk, .. } = shared.settings.orders;
+        let phi = &mut self.phi;
+        if shared.begins() {
+            self.update.begin(shared.start.root());
         }
-        if self.started {
+        if shared.started {
             phi[..nb].copy_from_slice(&self.filtered_inputs[nk..nk + nb]);
             self.z.copy_from_slice(phi);
             phi[nb..].copy_from_slice(&self.filtered_outputs);
             self.z[nb..].copy_from_slice(&self.filtered_auxiliary);
-            let lambda = self.forgetting.next();
-            self.update.take(&self.z, phi, filtered, lambda, theta);
+            let lambda = shared.forgetting.next();
+            self.update
+                .take(&self.z, phi, filtered, lambda, &mut shared.theta);
         } else {
             phi[..nb].copy_from_slice(&self.inputs[nk..]);
             phi[nb..].copy_from_slice(&self.outputs);
-            let lambda = self.settings.forgetting;
-            self.start.update(phi, y, lambda, theta);
-            self.update.keep(phi, y, lambda);
+            shared.take(phi, y);
+            self.update.keep(phi, y, shared.settings.forgetting);
         }
     }
 }
 
-impl RecursiveEstimator for RecursiveSriv {
-    fn orders(&self) -> Orders {
-        self.settings.orders
-    }
-
-    fn advance(&mut self, u: f64, y: f64, _: bool) -> Result<(), Diverged> {
-        self.clock.begin(u, y)?;
-        let Orders { nb, nf, nk, .. } = self.settings.orders;
+impl RecursiveMethod for Refined {
+    fn take(&mut self, shared: &mut Shared, u: f64, y: f64, _: bool) {
+        let Orders { nb, nf, nk, .. } = shared.settings.orders;
         // The outputs' lags have a minus, so a filter 1/F adds f_i times a lag.
         let f = &self.stable[nb..];
         let uf = u - dot(f, &self.filtered_inputs[..nf]);
         let yf = y + dot(f, &self.filtered_outputs);
         push(&mut self.inputs, u);
         push(&mut self.filtered_inputs, uf);
-        if self.clock.samples >= self.settings.first() {
-            self.step(y, yf);
-            if self.test.passes(&self.theta[nb..]) {
-                self.stable.copy_from_slice(&self.theta);
+        if shared.has_equation() {
+            self.step(shared, y, yf);
+            if self.test.passes(&shared.theta[nb..]) {
+                self.stable.copy_from_slice(&shared.theta);
             }
         }
         let (b, f) = self.stable.split_at(nb);
@@ -166,38 +150,18 @@ impl RecursiveEstimator for RecursiveSriv {
         push(&mut self.filtered_outputs, -yf);
         push(&mut self.auxiliary, -x);
         push(&mut self.filtered_auxiliary, -xf);
-        self.clock.end(&self.theta, self.start.size())
     }
 
-    fn theta(&self) -> &[f64] {
-        &self.theta
+    fn variance(&self, theta: &[f64]) -> f64 {
+        self.update.variance(theta)
     }
 
-    fn is_determined(&self) -> bool {
-        self.start.is_determined()
+    fn covariance(&mut self, variance: f64, to: &mut [f64]) {
+        self.update.covariance(variance, to);
     }
 
-    fn noise_variance(&self) -> f64 {
-        if self.started && self.settings.remembers() {
-            self.update.variance(&self.theta)
-        } else {
-            f64::NAN
-        }
-    }
-
-    fn covariance(&mut self, to: &mut [f64]) {
-        self.update.covariance(self.noise_variance(), to);
-    }
-
-    fn samples(&self) -> usize {
-        self.clock.samples
-    }
-
-    fn restart(&mut self) {
-        self.start.restart(&self.settings);
-        self.update.restart(&self.settings.theta0, self.settings.p0);
-        self.started = false;
-        self.forgetting = Forgetting::new(&self.settings);
+    fn restart(&mut self, shared: &mut Shared) {
+        self.update.restart(&shared.settings);
         for signal in [
             &mut self.inputs,
             &mut self.outputs,
@@ -209,7 +173,5 @@ impl RecursiveEstimator for RecursiveSriv {
         ] {
             signal.fill(0.0);
         }
-        self.theta.copy_from_slice(&self.settings.theta0);
-        self.clock = Clock::default();
     }
 }

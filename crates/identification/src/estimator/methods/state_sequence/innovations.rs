@@ -1,10 +1,10 @@
 //! The innovations form of a sequence of states, as polynomials.
 
-use crate::estimator::FailureKind;
 use crate::estimator::numerator::fit_numerator;
 use crate::estimator::prediction_error::kernels::Triangle;
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::{FailureKind, Pass, Window};
 use crate::model::LinearModel;
 use crate::plant::polynomial_from_poles;
 use faer::{Mat, MatRef};
@@ -102,8 +102,30 @@ impl Innovations {
         Ok(condition)
     }
 
+    /// Takes a model for the pass, with its loss.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`]; as for [`fit_numerator`].
+    pub(in crate::estimator) fn conclude(
+        &mut self,
+        Window { u, y, .. }: Window<'_>,
+        stabilise: Stabilise,
+        (mut model, condition): (LinearModel, f64),
+        pass: &mut Pass,
+    ) -> Result<(), FailureKind> {
+        self.stabilise(u, y, stabilise, &mut model)?;
+        model.residuals(u, y, &mut self.e, &mut self.x);
+        let sum: f64 = self.e.iter().map(|e| e * e).sum();
+        let freedom = y.len().saturating_sub(model.orders().parameters());
+        model.noise_variance = sum / freedom as f64;
+        pass.loss = sum / y.len() as f64;
+        pass.set_model(&model, condition)?;
+        pass.start_at_zero();
+        Ok(())
+    }
+
     /// Reflects zeros of C, and those of A if that is wanted; then B is fitted again, by the prediction errors.
-    pub(in crate::estimator) fn stabilise(
+    fn stabilise(
         &mut self,
         u: &[f64],
         y: &[f64],
@@ -119,12 +141,6 @@ impl Innovations {
         }
         reflected(reflect_zeros(&mut model.a))?;
         fit_numerator(model, u, y)
-    }
-
-    /// Returns the sum of squared prediction errors.
-    pub(in crate::estimator) fn sum(&mut self, u: &[f64], y: &[f64], model: &LinearModel) -> f64 {
-        model.residuals(u, y, &mut self.e, &mut self.x);
-        self.e.iter().map(|e| e * e).sum()
     }
 }
 

@@ -12,14 +12,14 @@
 mod canonical;
 mod innovations;
 
-use super::subspace::{columns, longest_rows};
+use super::subspace::{block_rows, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::long_autoregression;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::order_choice::Criterion;
 use crate::estimator::reflection::Stabilise;
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, Window};
+use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 use canonical::Canonical;
 pub(super) use innovations::Innovations;
@@ -37,26 +37,22 @@ enum Future {
 /// estimator is prepared for orders and a window.
 macro_rules! innovations_options {
     ($options:ident, $doc:literal, {$($own:tt)*}, check: $check:expr, prepare: $prepare:expr) => {
-        #[doc = $doc]
-        #[derive(Clone, Debug, Default, PartialEq)]
-        #[cfg_attr(
-            feature = "json",
-            derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema),
-            serde(deny_unknown_fields, default)
-        )]
-        pub struct $options {
-            /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
-            /// `order`, nk = 1.
-            pub orders: Option<Orders>,
-            /// Block rows s of the future and of the past, more than n; by default twice the order of `A y = B u + e`
-            /// by AIC, as far as the record allows.
-            pub block_rows: Option<usize>,
-            /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the
-            /// last third of a model of the first two).
-            pub choose: Option<OrderRule>,
-            $($own)*
-            /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
-            pub stabilise: Stabilise,
+        $crate::estimator::method_kind::options! {
+            #[doc = $doc]
+            pub struct $options {
+                /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
+                /// `order`, nk = 1.
+                pub orders: Option<Orders>,
+                /// Block rows s of the future and of the past, more than n; by default twice the order of `A y = B u + e`
+                /// by AIC, as far as the record allows.
+                pub block_rows: Option<usize>,
+                /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the
+                /// last third of a model of the first two).
+                pub choose: Option<OrderRule>,
+                $($own)*
+                /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
+                pub stabilise: Stabilise,
+            }
         }
 
         impl MethodKind for $options {
@@ -173,14 +169,7 @@ impl StateSequence {
         future: Future,
         window: usize,
     ) -> Result<Self, SetupError> {
-        let least = rows.unwrap_or(orders.na + 1);
-        if columns(least, window) < 4 * least || orders.na >= least {
-            return Err(SetupError::ShortHankel {
-                rows: least,
-                window,
-                order: orders.na,
-            });
-        }
+        block_rows(rows, orders.na, window)?;
         Ok(Self {
             orders,
             future,
@@ -218,8 +207,6 @@ impl StateSequence {
         let states = canonical.states(n)?;
         let mut model = LinearModel::zero(model_orders(n, nk));
         let condition = self.innovations.fit(u, y, &states, rows, &mut model)?;
-        self.innovations
-            .stabilise(u, y, self.stabilise, &mut model)?;
         Ok((model, condition))
     }
 }
@@ -234,23 +221,11 @@ fn no_solution(u: &[f64], y: &[f64]) -> FailureKind {
     }
 }
 
-impl Estimator for StateSequence {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        let Window { u, y, .. } = window;
-        let found = self.find(u, y, pass).and_then(|(mut model, condition)| {
-            let sum = self.innovations.sum(u, y, &model);
-            let parameters = model.orders().parameters();
-            model.noise_variance = sum / y.len().saturating_sub(parameters) as f64;
-            pass.loss = sum / y.len() as f64;
-            pass.set_model(&model, condition)
-        });
-        match found {
-            Ok(()) => pass.start_at_zero(),
-            Err(kind) => pass.fail_for(kind),
-        }
+impl SinglePass for StateSequence {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
+        let found = self.find(window.u, window.y, pass)?;
+        self.innovations
+            .conclude(window, self.stabilise, found, pass)
     }
 }
 

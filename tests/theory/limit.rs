@@ -1,8 +1,9 @@
-//! The limit of least squares as the window grows.
+//! The limit of least squares as the window grows, by step-down recursions: another way than that of the crate and of
+//! `population.rs`.
 
-use crate::plant::StateSpace;
-use crate::signal::NoiseFilter;
-use crate::step_down::StepDown;
+use asobench::plant::StateSpace;
+use asobench::plant::stability::StepDown;
+use asobench::signal::NoiseFilter;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
@@ -142,7 +143,7 @@ fn autocovariances(numerator: &[f64], denominator: &[f64], lags: usize) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::{Numerator, TransferFunction, nikolov2023};
+    use asobench::plant::{Numerator, TransferFunction, nikolov2023};
 
     /// An AR(1) process: `r(t) = a^t / (1 - a^2)`; a moving average `1 + c q^-1`: 1 + c^2, c, 0.
     #[test]

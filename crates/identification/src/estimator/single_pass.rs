@@ -1,0 +1,72 @@
+//! Estimators with one pass: what they all do at its begin and at its end.
+
+use super::{Estimator, FailureKind, Pass, Window};
+use crate::model::{ContinuousModel, LinearModel};
+
+/// An estimator with one pass.
+pub trait SinglePass: Send {
+    /// Fills a cleared pass.
+    ///
+    /// # Errors
+    /// The failure of the pass; what was set before stays valid.
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind>;
+}
+
+impl<T: SinglePass> Estimator for T {
+    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
+        if let Some(pass) = passes.first_mut()
+            && let Err(kind) = self.fit(window, pass)
+        {
+            pass.fail_for(kind);
+        }
+    }
+}
+
+/// An iteration to a model, with all signals zero before the record. One that does not come to rest may leave its best
+/// model ([`FailureKind::leaves_a_model`]), without covariance and condition.
+pub trait Iteration: Send {
+    /// Iterates; counts the steps, and tells the condition of the last.
+    ///
+    /// # Errors
+    /// Why it did not come to rest.
+    fn find(
+        &mut self,
+        window: Window<'_>,
+        steps: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind>;
+
+    /// Computes the model's noise variance, and its covariance if the iteration came to rest. Returns the sum of squared
+    /// prediction errors.
+    ///
+    /// # Errors
+    /// Why there is no model or no covariance.
+    fn conclude(&mut self, window: Window<'_>, at_rest: bool) -> Result<f64, FailureKind>;
+
+    /// Returns the model that was found.
+    fn model(&self) -> &LinearModel;
+
+    /// Returns the model in continuous time, if the method has one.
+    fn continuous(&self) -> Option<&ContinuousModel> {
+        None
+    }
+}
+
+impl<T: Iteration> SinglePass for T {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
+        let (mut condition, mut steps) = (f64::NAN, 0);
+        let found = self.find(window, &mut steps, &mut condition);
+        pass.iterations = Some(steps);
+        if found.is_err_and(|kind| !kind.leaves_a_model()) {
+            return found;
+        }
+        pass.loss = self.conclude(window, found.is_ok())? / window.len() as f64;
+        let condition = found.map_or(f64::NAN, |()| condition);
+        pass.set_model(self.model(), condition)?;
+        if let Some(continuous) = self.continuous() {
+            pass.continuous.clone_from(continuous);
+        }
+        pass.start_at_zero();
+        found
+    }
+}
