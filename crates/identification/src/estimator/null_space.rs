@@ -262,9 +262,9 @@ impl NullSpaceFit {
         self
     }
 
-    /// Whether the high-order model of an output-error structure cuts the response, although it follows the record.
+    /// Whether the high-order model of an output-error structure cuts the response.
     pub(super) fn is_cut(&self) -> bool {
-        self.high.grows && self.high.is_cut
+        !self.high.with_outputs && self.high.is_cut
     }
 
     /// Returns R of the last least-squares problem, whose columns are the parameters.

@@ -132,7 +132,7 @@ impl Form {
         };
         let nanoseconds = if self.period.is_some() {
             let hour = of.hour().map(|_| of.to_time()).transpose().ok()?;
-            let hour = hour.map_or(0, |time| time.hour());
+            let hour = hour.map_or(0, jiff::civil::Time::hour);
             let fields = [Some(hour), of.minute(), of.second()];
             let fields = fields.map(|field| i128::from(field.unwrap_or(0)));
             let seconds = (fields[0] * 60 + fields[1]) * 60 + fields[2];

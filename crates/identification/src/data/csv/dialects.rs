@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 /// How a table is written.
+#[allow(clippy::struct_excessive_bools)]
 #[derive(Clone, Debug)]
 struct Dialect {
     separator: &'static str,

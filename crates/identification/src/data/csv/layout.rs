@@ -31,7 +31,7 @@ pub(super) struct Layout {
 /// A row of the head.
 struct Line {
     /// Its number, and that of the last line.
-    line: u64,
+    number: u64,
     last: u64,
     /// Where the next one begins.
     next: u64,
@@ -101,7 +101,7 @@ impl Layout {
             if !Columns::by_number(options)
                 && let Some(found) = named(&head, options)
             {
-                return found.layout(head, separator, skipped, options);
+                return found.layout(&head, separator, skipped, options);
             }
             heads.push((separator, head));
         }
@@ -123,7 +123,7 @@ impl Layout {
             }
         }
         let (separator, head) = heads.swap_remove(best);
-        unnamed(&head, options)?.layout(head, separator, skipped, options)
+        unnamed(&head, options)?.layout(&head, separator, skipped, options)
     }
 }
 
@@ -141,10 +141,14 @@ impl Layout {
         ];
         let marks = marks
             .into_iter()
-            .filter_map(|(is, what)| is.then(|| what.to_owned()));
-        let left_out = self.left_out.map(|[first, last]| match first == last {
-            true => format!("line {first} above the table left out"),
-            false => format!("lines {first} to {last} above the table left out"),
+            .filter(|(is, _)| *is)
+            .map(|(_, words)| words.to_owned());
+        let left_out = self.left_out.map(|[first, last]| {
+            if first == last {
+                format!("line {first} above the table left out")
+            } else {
+                format!("lines {first} to {last} above the table left out")
+            }
         });
         marks.chain(left_out).collect()
     }
@@ -168,7 +172,7 @@ fn head(text: &str, separator: Separator, before: u64) -> Result<Vec<Line>, Reco
             .collect();
         let (line, runs_on) = (row.line, row.runs_on);
         head.push(Line {
-            line,
+            number: line,
             last: rows.lines(),
             next: rows.at(),
             cells,
@@ -200,7 +204,7 @@ struct Start {
 fn named(head: &[Line], options: &ReadOptions) -> Option<Start> {
     let place = head.iter().position(|line| {
         !line.is_data()
-            && Columns::find(Some(&names(line)), line.cells.len(), line.line, options).is_ok()
+            && Columns::find(Some(&names(line)), line.cells.len(), line.number, options).is_ok()
     })?;
     Some(Start {
         place,
@@ -252,7 +256,7 @@ fn unnamed(head: &[Line], options: &ReadOptions) -> Result<Start, RecordError> {
         && values(line) > 0
     {
         return Err(RecordError::Cell {
-            line: line.line,
+            line: line.number,
             column: number.to_string(),
             text: at(line, *number),
         });
@@ -282,7 +286,7 @@ fn names(line: &Line) -> Vec<&str> {
 impl Start {
     fn layout(
         self,
-        head: Vec<Line>,
+        head: &[Line],
         separator: Separator,
         skipped: u64,
         options: &ReadOptions,
@@ -296,12 +300,12 @@ impl Start {
             .find(|line| line.is_data() && line.cells.len() >= cells.len())
         {
             return Err(RecordError::DataAbove {
-                line: line.line,
-                header: start.line,
+                line: line.number,
+                header: start.number,
             });
         }
         if let Some(line) = above.iter().find(|line| line.runs_on) {
-            return Err(RecordError::OpenQuote(line.line));
+            return Err(RecordError::OpenQuote(line.number));
         }
         let units = head.get(place + 1).filter(|line| {
             is_header && line.cells.len() >= cells.len() && is_units(&line.cells()[..cells.len()])
@@ -325,7 +329,7 @@ impl Start {
         let columns = Columns::find(
             is_header.then_some(&names),
             cells.len(),
-            start.line,
+            start.number,
             options,
         )?;
         Ok(Layout {
@@ -338,8 +342,8 @@ impl Start {
             left_out: above
                 .first()
                 .zip(above.last())
-                .map(|(first, last)| [first.line, last.last]),
-            line: start.line,
+                .map(|(first, last)| [first.number, last.last]),
+            line: start.number,
             cells,
         })
     }

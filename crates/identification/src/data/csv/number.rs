@@ -213,9 +213,10 @@ pub(super) fn settled(
     let both = |columns: &[Column]| MARKS.map(|decimal| first(columns, decimal));
     match both(used) {
         [Some(point), Some(comma)] => {
-            let (later, others) = match point.line > comma.line {
-                true => (point, Decimal::Comma),
-                false => (comma, Decimal::Point),
+            let (later, others) = if point.line > comma.line {
+                (point, Decimal::Comma)
+            } else {
+                (comma, Decimal::Point)
             };
             let Place { line, column, text } = later;
             return Err(RecordError::MixedDecimals {

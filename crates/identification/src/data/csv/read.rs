@@ -213,20 +213,27 @@ impl Seen {
         };
         own.comments = each_row(text, layout, |row, line| {
             for (place, cell) in row.iter().enumerate() {
-                let name = || match layout.is_header {
-                    true => layout.cells[place].clone(),
-                    false => (place + 1).to_string(),
+                let name = || {
+                    if layout.is_header {
+                        layout.cells[place].clone()
+                    } else {
+                        (place + 1).to_string()
+                    }
                 };
-                match columns.has(place) {
-                    true => own.used[place].see(cell, line, name),
-                    false => own.others[place].see(cell, line, name),
+                if columns.has(place) {
+                    own.used[place].see(cell, line, name)
+                } else {
+                    own.others[place].see(cell, line, name)
                 }
             }
             let like = columns.like_times.map(|place| row[place]);
             let time = columns.cell(row, Role::T);
-            time.into_iter().for_each(|cell| own.times.see(cell, line));
-            like.into_iter()
-                .for_each(|cell| own.like_times.see(cell, line));
+            if let Some(cell) = time {
+                own.times.see(cell, line);
+            }
+            if let Some(cell) = like {
+                own.like_times.see(cell, line);
+            }
             let cells = [time, like, columns.cell(row, Role::K)];
             for (first, cell) in own.first.iter_mut().zip(cells) {
                 if first.len() < 2 {
@@ -512,9 +519,12 @@ impl<'a> Rows<'a> {
         }
         let like_times = self.like_times.and_then(|of| of.finish(layout)).map_or(
             Ok(None),
-            |(like, falls)| match falls {
-                true => Err(RecordError::Falling(like.column)),
-                false => Ok(Some(like)),
+            |(like, falls)| {
+                if falls {
+                    Err(RecordError::Falling(like.column))
+                } else {
+                    Ok(Some(like))
+                }
             },
         )?;
         let (unit, words) = self
@@ -561,15 +571,17 @@ impl<'a> Rows<'a> {
         };
         if falls {
             let Record { u, y, r } = &mut record;
-            [u, y, r].into_iter().for_each(|column| column.reverse());
+            for column in [u, y, r] {
+                column.reverse();
+            }
         }
         Ok(Table {
-            like_times,
-            segments,
+            record,
             times,
             form,
-            record,
             kept,
+            segments,
+            like_times,
         })
     }
 }

@@ -262,7 +262,10 @@ fn layouts() {
     let error = read_table(unused.as_bytes(), &chosen)
         .unwrap_err()
         .to_string();
-    assert!(error.contains("'Zeit [s]' falls at equal steps"), "{error}");
+    assert!(
+        error.contains("'Zeit [s]' falls: the newest sample"),
+        "{error}"
+    );
     for (header, end) in [
         ("u,y\n", ",,"),
         ("u,y,,\n", ",,"),

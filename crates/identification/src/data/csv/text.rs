@@ -112,7 +112,7 @@ fn guess(bytes: &[u8]) -> &'static Encoding {
 }
 
 fn not_text(before: &[u8]) -> RecordError {
-    let line = before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1;
+    let line = before.split(|byte| *byte == b'\n').count() as u64;
     let error = io::Error::new(io::ErrorKind::InvalidData, "expected text in UTF-8");
     RecordError::Read(line, error)
 }

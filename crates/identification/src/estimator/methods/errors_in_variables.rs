@@ -29,6 +29,9 @@ pub use options::{BelsOptions, IvCompensatedOptions, TlsOptions};
 const MOST_STEPS: usize = 200;
 const REST: f64 = 1e-10;
 
+/// The relative rise of the sum that is rounding.
+const ROUNDING: f64 = 1e-12;
+
 /// How often the lines are weighted anew.
 const WEIGHTINGS: usize = 2;
 
@@ -330,7 +333,7 @@ impl ErrorsInVariables {
                 self.set_variances();
                 let new = self.sum_of_squares();
                 // In the end rounding hides whether the sum falls.
-                if new <= sum || halving == HALVINGS {
+                if new <= sum * (1.0 + ROUNDING) || halving == HALVINGS {
                     sum = new;
                     break;
                 }

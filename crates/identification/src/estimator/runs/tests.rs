@@ -168,7 +168,9 @@ fn standard_errors_are_right() {
                     |purpose| test_setup::normal(7, (3 * set + record) as u64, purpose, length);
                 let own = draw(crate::signal::Purpose::Input);
                 let mut e = draw(crate::signal::Purpose::NoiseDrive);
-                e.iter_mut().for_each(|e| *e *= 0.5);
+                for e in &mut e {
+                    *e *= 0.5;
+                }
                 let mut output = vec![0.0; length];
                 Realisation::new(&model).simulate(&own, &e, &mut output);
                 u.extend(own);

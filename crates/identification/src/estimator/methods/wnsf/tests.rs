@@ -62,14 +62,20 @@ fn weighted_solutions_of_another_program() {
             iterations: number("iterations"),
         };
         let pass = estimate(&options, 2, &u[..n], &y[..n]);
-        assert_eq!(pass.failure, None, "{file}");
+        // The response of this one is not over at the last tap: a status, and no standard errors.
+        let is_cut = file == "epfl_laserbeam.csv";
+        let status = is_cut.then_some(FailureKind::Implausible);
+        assert_eq!(pass.failure.map(|of| of.kind), status, "{file}");
         let expected = case["theta"].as_array().unwrap();
-        let errors = pass.model.standard_errors().unwrap();
+        let errors = pass.model.standard_errors();
+        assert_eq!(errors.is_none(), is_cut, "{file}");
         for (i, (found, expected)) in pass.model.parameters().zip(expected).enumerate() {
             let off = (found - expected.as_f64().unwrap()).abs();
             assert!(off < 1e-10, "{file} {i}: {off}");
-            let ratio = errors[i] / case["se"][i].as_f64().unwrap();
-            assert!((ratio - 1.0).abs() < 1e-8, "{file} {i}: {ratio}");
+            if let Some(errors) = &errors {
+                let ratio = errors[i] / case["se"][i].as_f64().unwrap();
+                assert!((ratio - 1.0).abs() < 1e-8, "{file} {i}: {ratio}");
+            }
         }
         let loss = pass.loss / case["loss"].as_f64().unwrap();
         assert!((loss - 1.0).abs() < 1e-10, "{file}: {loss}");
