@@ -248,10 +248,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 }
             }
             let rest = (sum / f64::from((all - off).max(1))).sqrt();
-            line += &format!(
-                " {:.1} % | {rest:.2} |",
-                100.0 * f64::from(off) / f64::from(all)
-            );
+            let share = 100.0 * f64::from(off) / f64::from(all);
+            line.extend([format!(" {share:.1} % | {rest:.2} |")]);
         }
         println!("{line}");
     }

@@ -191,7 +191,13 @@ impl Name {
 
 /// Names; those of more than `most` characters are replaced by the letters A, B, ..., Z, A2, ...
 fn short(names: Vec<String>, most: usize) -> Vec<Name> {
-    let turns = (1..).map(|turn: usize| (turn > 1).then(|| turn.to_string()).unwrap_or_default());
+    let turns = (1..).map(|turn: usize| {
+        if turn > 1 {
+            turn.to_string()
+        } else {
+            String::new()
+        }
+    });
     let letters = turns.flat_map(|turn| ('A'..='Z').map(move |letter| format!("{letter}{turn}")));
     let taken = names.clone();
     let mut free = letters.filter(|letter| !taken.contains(letter));

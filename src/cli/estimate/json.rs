@@ -126,6 +126,11 @@ fn cancellation(pair: &Cancellation, model: &LinearModel) -> Value {
     })
 }
 
+fn cancellations(precision: Option<&Precision>, model: &LinearModel) -> Option<Vec<Value>> {
+    let pairs = precision?.cancellations.iter();
+    Some(pairs.map(|pair| cancellation(pair, model)).collect())
+}
+
 fn pass(report: &PassReport) -> Map<String, Value> {
     let PassReport {
         fitted: Fitted { pass, model, .. },
@@ -150,11 +155,7 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         json!(roots.map(|roots| roots.iter().map(root).collect::<Vec<_>>()))
     };
     let gain = |of: fn(&Precision) -> f64| json!(precision.as_ref().map(of));
-    let cancellations = precision.as_ref().map(|precision| {
-        let pairs = precision.cancellations.iter();
-        let pairs = pairs.map(|pair| cancellation(pair, model));
-        pairs.collect::<Vec<_>>()
-    });
+    let cancellations = cancellations(precision.as_ref(), model);
     let errors = model.standard_errors().filter(|_| parameters);
     let intervals: Option<Vec<[f64; 2]>> = errors.as_ref().map(|errors| {
         let pairs = model.parameters().zip(errors);

@@ -9,7 +9,8 @@ use super::report::{
 use crate::cli::error::Error;
 use crate::diagnosis::{Mode, Precision, Residuals};
 use crate::estimator::{
-    EstimatorName, Failure, FailureKind, Method, Pass, Problem, Progress, Shape, Stage, Window,
+    EstimatorName, Failure, FailureKind, Method, MethodOptions, Pass, Problem, Progress, Shape,
+    Stage, Window,
 };
 use crate::model::Orders;
 use crate::observer::{Gain, ObservedModel, Observer};
@@ -74,21 +75,7 @@ pub(super) fn estimate(
         parsed = parse(&options)?;
     }
     let options = parsed;
-    for (key, signal) in [
-        ("input_noise", &report.record.u),
-        ("output_noise", &report.record.y),
-    ] {
-        let given = options.describe().get(key).and_then(Value::as_f64);
-        let unit = report.unit * report.unit;
-        let square = signal.iter().map(|x| x * x).sum::<f64>() / signal.len() as f64 * unit;
-        if let Some(given) = given.filter(|given| *given >= square) {
-            let flag = flag_of(key);
-            return Err(Error::Input(format!(
-                "{flag}: {given}; the signal itself has a mean square of {}, noise and all",
-                rounded(square, 6)
-            )));
-        }
-    }
+    check_variances(&options, report)?;
     // A model without a delay of its own sees the record without the delay.
     let shift = options.model_orders(order).map_or(nk - 1, |_| 0);
     let gain = arguments.gain.check(options.order(order));
@@ -165,6 +152,26 @@ pub(super) fn pass_report(pass: Pass, report: &Report, shift: usize) -> PassRepo
     found.feedback = report.feedback;
     found.fitted = fitted;
     found
+}
+
+/// Refuses a variance of noise that is not below the mean square of its signal.
+fn check_variances(options: &MethodOptions, report: &Report) -> Result<(), Error> {
+    for (key, signal) in [
+        ("input_noise", &report.record.u),
+        ("output_noise", &report.record.y),
+    ] {
+        let given = options.describe().get(key).and_then(Value::as_f64);
+        let unit = report.unit * report.unit;
+        let square = signal.iter().map(|x| x * x).sum::<f64>() / signal.len() as f64 * unit;
+        if let Some(given) = given.filter(|given| *given >= square) {
+            let flag = flag_of(key);
+            return Err(Error::Input(format!(
+                "{flag}: {given}; the signal itself has a mean square of {}, noise and all",
+                rounded(square, 6)
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Computes FIT and observer for the last pass.

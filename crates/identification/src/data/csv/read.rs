@@ -221,9 +221,9 @@ impl Seen {
                     }
                 };
                 if columns.has(place) {
-                    own.used[place].see(cell, line, name)
+                    own.used[place].see(cell, line, name);
                 } else {
-                    own.others[place].see(cell, line, name)
+                    own.others[place].see(cell, line, name);
                 }
             }
             let like = columns.like_times.map(|place| row[place]);

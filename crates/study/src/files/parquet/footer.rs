@@ -186,9 +186,10 @@ fn columns(schema: &[Element]) -> Found<(Vec<Column>, usize)> {
         let is_group = element.children > 0;
         if depth == 1 {
             let plain = !is_group && element.repetition < 2;
-            let kind = match plain {
-                true => Kind::of(element.of, &element.annotation),
-                false => Kind::Other("nested columns"),
+            let kind = if plain {
+                Kind::of(element.of, &element.annotation)
+            } else {
+                Kind::Other("nested columns")
             };
             columns.push(Column {
                 name: element.name.clone(),

@@ -129,15 +129,13 @@ impl Kind {
         use PhysicalType as P;
         Some(match self {
             Self::Number(Number::Boolean) => (P::Boolean, A::Boolean),
-            Self::Number(Number::I32) => (P::Int32, A::Int32),
+            Self::Number(Number::I32 | Number::Decimal32(_)) => (P::Int32, A::Int32),
             Self::Number(Number::U32) => (P::Int32, A::UInt32),
-            Self::Number(Number::I64) => (P::Int64, A::Int64),
+            Self::Number(Number::I64 | Number::Decimal64(_)) => (P::Int64, A::Int64),
             Self::Number(Number::U64) => (P::Int64, A::UInt64),
             Self::Number(Number::F32) => (P::Float, A::Float32),
             Self::Number(Number::F64) => (P::Double, A::Float64),
             Self::Number(Number::F16) => (P::FixedLenByteArray(2), A::FixedSizeBinary(2)),
-            Self::Number(Number::Decimal32(_)) => (P::Int32, A::Int32),
-            Self::Number(Number::Decimal64(_)) => (P::Int64, A::Int64),
             Self::Number(Number::Bytes(None, _)) => (P::ByteArray, A::BinaryView),
             Self::Number(Number::Bytes(Some(length), _)) => {
                 let length = usize::from(length);

@@ -83,9 +83,7 @@ impl ParquetText {
         };
         self.columns.clear();
         for place in 0..self.used.len() {
-            self.columns.push(if !self.used[place] {
-                Cells::Unused
-            } else {
+            self.columns.push(if self.used[place] {
                 let kind = self.table.columns()[place].kind;
                 match (self.table.read(self.group, place)?, kind) {
                     (Values::Times(times), Kind::Time(clock)) => Cells::Times(times, clock),
@@ -94,6 +92,8 @@ impl ParquetText {
                         Cells::Texts(texts.texts().map(|text| text.map(quoted)).collect())
                     }
                 }
+            } else {
+                Cells::Unused
             });
         }
         self.rows = 0..rows as usize;

@@ -288,7 +288,7 @@ fn gathered(arrays: &[Box<dyn Array>], kind: Kind) -> Option<Values> {
                     .flatten()
                     .map(|value| value.copied().map(i64::from)),
             );
-            all.extend(whole.into_iter().flatten().map(|value| value.copied()));
+            all.extend(whole.into_iter().flatten().map(Option::<&_>::copied));
         }
         return Some(Values::Times(all));
     }
