@@ -105,7 +105,7 @@ fn observes(name: EstimatorName) -> bool {
     ["kreisselmeier", "zhang", "joint-ekf"].contains(&name.name())
 }
 
-/// What says that a matrix has no full rank: a column of zeros is `singular` where columns are scaled; a pivot of sums
+/// Signs that a matrix has no full rank: a column of zeros is `singular` where columns are scaled; a pivot of sums
 /// or of a recursion is zero, `rank-deficient`; a search finds that nothing depends on a parameter, `not-identifiable`.
 /// Subspace methods project first, so that rounding decides between the first two.
 fn of_no_rank(name: EstimatorName) -> &'static [FailureKind] {

@@ -78,7 +78,7 @@ fn run(command: &str, text: &[u8], flags: &[&str]) -> Output {
     program.args(flags).output().expect("the program")
 }
 
-/// What is printed of a record: errors and warnings, the head, the equation, and the lines on its time.
+/// The output on a record: errors and warnings, the head, the equation, and the lines on its time.
 fn printed(text: &[u8], flags: &[&str]) -> String {
     let mut all = vec!["--order", "2"];
     all.extend(flags);
@@ -649,7 +649,7 @@ fn a_record_about_an_operating_point() {
     }
 }
 
-/// What MATLAB's `writetable`, `writematrix` and `save -ascii`, and Octave's `save -text`, write of one record.
+/// One record as MATLAB's `writetable`, `writematrix` and `save -ascii`, and Octave's `save -text`, write it.
 #[test]
 fn exports_of_matlab() {
     let double = |text: &str| text.parse::<f64>().expect("a number");

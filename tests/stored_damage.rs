@@ -149,7 +149,7 @@ fn files(folder: &Path, place: &str) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// What a command says and leaves: the results alone where it computes or times.
+/// The words and the files of a command: the results alone where it computes or times.
 fn outcome(folder: &Path, asked: &Asked, output: &Output) -> (Vec<u8>, BTreeMap<PathBuf, Vec<u8>>) {
     let (_, written, timed) = asked;
     let mut left = match *written {
@@ -252,7 +252,7 @@ fn a_damaged_file_is_named_or_changes_nothing() {
         if code == Some(0) {
             let (words, mut left) = outcome(folder.path(), asked, &output);
             let (before, mut files) = expected[asked.0].clone();
-            // What the command has not read stays as it is.
+            // Files that the command has not read stay as they are.
             if left.get(path) == Some(&bytes) {
                 left.remove(path);
                 files.remove(path);

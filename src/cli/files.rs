@@ -44,7 +44,7 @@ pub(super) fn write_whole(
 /// The path of a picture.
 ///
 /// # Errors
-/// What its name must end in; of an SVG, one command makes a PNG.
+/// The ends that its name may have; of an SVG, one command makes a PNG.
 #[expect(clippy::needless_pass_by_value, reason = "clap passes it")]
 pub(super) fn picture_path(path: PathBuf) -> Result<PathBuf, String> {
     let error = match path_in(path.clone(), &["svg", "pdf"]) {
@@ -67,7 +67,7 @@ pub(super) fn picture_path(path: PathBuf) -> Result<PathBuf, String> {
 /// The path of a page.
 ///
 /// # Errors
-/// What its name must end in.
+/// The ends that its name may have.
 pub(super) fn page_path(path: PathBuf) -> Result<PathBuf, String> {
     path_in(path, &["html"])
 }

@@ -97,7 +97,7 @@ impl Meant<'_> {
         }
     }
 
-    /// Answers an error of the line, and puts what was meant in the place of the wrong word. Returns whether there may
+    /// Answers an error of the line, and replaces the wrong word by the right one. Returns whether there may
     /// be more.
     fn answered(&mut self, error: &clap::Error) -> bool {
         let value = text(error, ContextKind::InvalidValue);
@@ -259,7 +259,7 @@ impl Meant<'_> {
         };
         self.known &= instead.is_some();
         let mut instead = instead.unwrap_or_default();
-        // What is there already need not be typed twice.
+        // A word that is there already need not be typed twice.
         if !instead.is_empty()
             && self
                 .line

@@ -150,7 +150,7 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
     } = prepared;
     arguments.overwrite.check(&path)?;
     let (file, introduced) = programs::introduced(file, &study.file, &arguments.consent)?;
-    // What programs say of themselves is part of the study.
+    // The words of programs on themselves are a part of the study.
     let made = made.filter(|_| introduced.is_none());
     let (mut experiment, rule) = made.map_or_else(|| study.of_file(file, &path), Ok)?;
     programs::take_over(&experiment, introduced.as_ref());

@@ -81,7 +81,7 @@ fn no_command_starts_a_program_by_itself() {
             || manifest.contains("\"worker\": \"least squares in Python 1.0\"")
     );
 
-    // What is there is read, and a replay asks.
+    // Results that are there are read, and a replay asks.
     let report = asobench(folder, &["report", "results/study"]);
     assert_eq!(report.status.code(), Some(0), "{}", text(&report.stderr));
     let replay = asobench(folder, &["replay", "results/study", "0:3"]);
@@ -247,7 +247,7 @@ fn results_that_are_there_are_not_computed_again() {
     run(&manifest);
     let content = |out: &str| std::fs::read(folder.join(out).join("summary.json")).unwrap();
     assert!(content("results/study") == content("again"));
-    // Another version neither goes on with results nor computes a shard of a plan of the first one.
+    // Another version neither resumes results nor computes a shard of a plan of the first one.
     run(&["plan", "study.toml", "--shards", "1", "--allow-commands"]);
     let source = std::fs::read_to_string(folder.join("mine.py")).unwrap();
     std::fs::write(folder.join("mine.py"), source.replace("1.0", "2.0")).unwrap();

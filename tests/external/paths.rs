@@ -92,7 +92,7 @@ fn a_path_need_not_be_utf8() {
         assert_eq!(done.status.code(), Some(0), "{arguments}: {said}");
         assert!(folder.join(bad(made)).exists(), "{arguments}: no {made}");
     }
-    // What needs a word, or a text, says so in a line.
+    // A place that needs a word, or a text, says so in a line.
     for (arguments, part) in [
         ("run s?.toml", "add --allow-commands"),
         ("plan s?.toml", "add --allow-commands"),

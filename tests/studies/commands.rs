@@ -292,10 +292,10 @@ fn a_replayed_record_can_be_estimated() {
     }
 }
 
-/// What `--set` says is as if the file said it.
+/// A value of `--set` is as if it stood in the file.
 #[test]
 fn keys_are_set_as_in_the_file() {
-    /// What is set, and what is replaced in the file.
+    /// The setting, and the text that it replaces in the file.
     type Case<'a> = (&'a [&'a str], &'a [(&'a str, &'a str)]);
     let place = Place::new();
     let cases: [Case<'_>; 8] = [

@@ -1,4 +1,4 @@
-//! What a reader needs to check the results: bias and coverage from the trials, failed trials by number, one unit.
+//! Checks of the results by a reader: bias and coverage from the trials, failed trials by number, one unit.
 
 use super::{Place, contents, stdout, succeeds};
 use polars::prelude::{Column, DataFrame, ParquetReader, ParquetWriter, SerReader};

@@ -68,7 +68,7 @@ impl Signal {
     }
 }
 
-/// What is measured, or stands in its place: the outputs and inputs of which regressors and instruments are made.
+/// Measured signals, or their substitutes: the outputs and inputs of which regressors and instruments are made.
 type Pair<'a> = (&'a Signal, &'a Signal);
 
 /// `E[z phi']`, z and phi of n lags of two pairs, outputs negative.
@@ -98,7 +98,7 @@ pub struct Population {
     pub noise: Vec<f64>,
 }
 
-/// What a process is made of; feedback `u = -K(q) y + r`, K = (numerator, denominator).
+/// The parts of a process; feedback `u = -K(q) y + r`, K = (numerator, denominator).
 pub struct Made<'a> {
     pub plant: &'a StateSpace,
     pub amplitude: f64,

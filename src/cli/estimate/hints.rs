@@ -1,4 +1,4 @@
-//! What a user may do about a record: an integrator, a start that is not at rest, a step.
+//! Hints on a record: an integrator, a start that is not at rest, a step.
 
 use super::pictures::simulated;
 use super::report::{Estimate, Report};
@@ -115,7 +115,7 @@ fn coloured(estimate: &Estimate) -> Option<String> {
     })
 }
 
-/// What may be done about signals before the record that are not zero.
+/// The hint on signals before the record that are not zero.
 pub(super) fn of_start(estimate: &Estimate, report: &Report) -> Option<String> {
     start(estimate, report).or_else(|| fixed_start(estimate, report))
 }
@@ -214,7 +214,7 @@ fn step(estimate: &Estimate, report: &Report) -> Option<String> {
     Some(format!("u is a step; {FROM_REST}"))
 }
 
-/// What a step from rest needs.
+/// The hint on a step from rest.
 pub(super) const FROM_REST: &str = "a step from rest is identified with zeros before the record alone: --estimator \
                                     oe, or arx with --rows prewindow";
 

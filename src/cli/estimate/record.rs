@@ -93,18 +93,17 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     })
 }
 
-/// Leaves out the first samples.
+/// Leaves out the first samples; the lines stay those of the whole part.
 fn skip_segments(segments: &mut Vec<Segment>, mut skip: usize) {
     for segment in segments.iter_mut() {
         let left_out = skip.min(segment.samples);
         segment.samples -= left_out;
-        segment.lines[0] += left_out as u64;
         skip -= left_out;
     }
     segments.retain(|segment| segment.samples > 0);
 }
 
-/// What a column that is not used may tell.
+/// Tells of a column that is not used, but holds times.
 fn of_times(LikeTimes { column, gaps }: LikeTimes) -> String {
     let column = shell_word(column);
     let Some((count, line)) = gaps else {

@@ -19,7 +19,7 @@ pub(super) struct Report {
     pub(super) file: PathBuf,
     /// The records that follow each other, if there are several.
     pub(super) parts: Vec<Part>,
-    /// What was recognised in the file, where it has not the plain form.
+    /// The form of the file where it is not the plain one.
     pub(super) form: Vec<String>,
     /// The record, in a unit that [`unit_of`] chooses.
     pub(super) record: Record,
@@ -174,7 +174,7 @@ pub(super) struct Estimate {
     pub(super) parts: Vec<PartReport>,
     /// Whether the residuals of all of them are white.
     pub(super) white: Option<Whiteness>,
-    /// What the user may do about the record or the method.
+    /// Hints on the record or the method.
     pub(super) hints: Vec<String>,
 }
 

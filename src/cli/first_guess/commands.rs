@@ -6,7 +6,7 @@ use super::values;
 /// Words that may stand before a command: `show bode`, and before a picture `plot bode`.
 const BEFORE: [&str; 4] = ["plot", "show", "draw", "view"];
 
-/// What says the orders makes `--order` superfluous.
+/// Flags that say the orders make `--order` superfluous.
 const ORDERS: [&str; 8] = [
     "--orders", "-n", "--na", "--nb", "--nc", "--nd", "--nf", "--nk",
 ];

@@ -2,11 +2,11 @@
 
 use std::sync::LazyLock;
 
-/// What a word is called here.
+/// The name of a word here.
 pub(super) struct Answer {
     /// The words, with blanks between them.
     pub(super) names: &'static str,
-    /// What the command has instead, a flag or its own name; or the place of the word.
+    /// The flag that the command has instead, or its own name; or the place of the word.
     pub(super) of: &'static str,
     pub(super) words: &'static str,
     /// The template of what is typed instead, if the words determine it.

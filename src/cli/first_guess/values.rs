@@ -1,4 +1,4 @@
-//! What follows from the value of a flag.
+//! Consequences of the value of a flag.
 
 use crate::estimator::EstimatorName;
 use crate::names::here;
@@ -92,7 +92,7 @@ fn range(given: &str) -> Option<String> {
     Some(format!("{}:{}", number(first)?, number(last)?))
 }
 
-/// What is meant by a flag with a value that it does not take.
+/// The meaning of a flag with a value that it does not take.
 pub(super) fn meant(flag: &str, value: &str) -> Option<Vec<String>> {
     let values = match flag {
         "--missing" => vec![here(value, &["longest-run"])?.to_owned()],

@@ -20,7 +20,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// What to do with a replay.
+/// The uses of a replay.
 pub(in crate::cli) struct Options<'a> {
     /// The flag that names the trial, for messages; empty if it is an argument.
     pub(in crate::cli) flag: &'static str,

@@ -2,6 +2,7 @@
 //! beginning with `#`. All tables of the program are written by the one line writer here.
 
 mod clock;
+mod collect;
 mod columns;
 #[cfg(test)]
 mod dialects;
@@ -14,12 +15,16 @@ mod read;
 mod reported;
 mod rows;
 mod runs;
+mod seen;
+mod table;
 mod text;
 mod times;
+mod unused_times;
 mod write;
 
 pub use error::RecordError;
 pub use options::{Decimal, Missing, ReadOptions};
-pub use read::{LikeTimes, Record, Table, read, read_column, read_table, uses};
+pub use read::{read, read_column, read_table, uses};
 pub use runs::{Kept, Segment};
+pub use table::{LikeTimes, Record, Table};
 pub use write::{Cell, comment, line, write, write_columns};

@@ -271,7 +271,7 @@ mod tests {
         }
     }
 
-    /// What is kept is the estimator's own model of that order.
+    /// The model that is kept is the estimator's own of that order.
     #[test]
     fn the_model_is_the_estimators() {
         let [u, y] = record(0.5, 3, 300);

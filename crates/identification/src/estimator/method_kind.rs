@@ -1,4 +1,4 @@
-//! What a method of this crate tells the registry: its outputs, what it needs, and how it is prepared.
+//! A method of this crate as the registry sees it: its outputs, its needs, and how it is prepared.
 
 use super::iv_options::IvOptions;
 use super::known_model::KnownModel;
@@ -66,7 +66,7 @@ impl From<Shape> for Problem<'_> {
     }
 }
 
-/// What a method needs of a cell besides a record.
+/// The needs of a method besides a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
     /// The true plant.
@@ -84,9 +84,9 @@ pub struct Needs {
 pub enum OptionUnits {
     /// No number has one, so u and y may each be seen in a unit of its own.
     None,
-    /// That of y over that of u, as a controller has: u and y may be seen in a unit that they share.
+    /// The unit of y over the unit of u, as a controller has: u and y may be seen in a unit that they share.
     Gain,
-    /// That of u or y, as a variance of noise has.
+    /// The unit of u or y, as a variance of noise has.
     Signals,
 }
 

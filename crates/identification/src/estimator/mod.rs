@@ -326,7 +326,7 @@ pub enum ProgramError {
     Failed {
         /// The method.
         name: String,
-        /// What happened.
+        /// The failure.
         reason: String,
     },
     /// The flag that stops the run was raised.
@@ -334,7 +334,7 @@ pub enum ProgramError {
     Stopped,
 }
 
-/// What [`Estimator::run_along`] calls.
+/// The function that [`Estimator::run_along`] calls.
 pub type Visit<'a> = dyn FnMut(usize, &Pass, Option<&[f64]>) + 'a;
 
 /// Estimates (a, b, h, x0) from a window. It owns its buffers; each worker has its own estimator.

@@ -66,7 +66,7 @@ fn failure(kind: &str) -> String {
 pub(super) fn overview(study: &Study) -> LongTable {
     let keys = study.varying();
     let labels = lead_outputs(study);
-    // Those of the figures, and those of the table that a run ends with.
+    // The columns of the figures, and of the table that a run ends with.
     let mut measures = lead_figures(study);
     for measure in shown_at_the_end(study) {
         if !measures.contains(&measure) {

@@ -72,7 +72,7 @@ fn own_files(new: &Path) -> Result<Vec<(PathBuf, String, Kind)>, PathError> {
 /// Makes whole results those of a folder, in one step. Nothing has changed if it fails before.
 ///
 /// # Errors
-/// If something foreign is in the place of a file, or one cannot be moved.
+/// If a foreign file or folder has the name of one, or one cannot be moved.
 pub(crate) fn publish(folder: &Path, new: &Path) -> Result<(), PathError> {
     for (_, name, kind) in own_files(new)? {
         files::replaceable(&folder.join(name), kind)?;

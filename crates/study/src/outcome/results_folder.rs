@@ -203,7 +203,7 @@ fn without_results(folder: &Path) -> Result<FolderError, FolderError> {
 /// Parses the text of a manifest.
 ///
 /// # Errors
-/// What is wrong with the content.
+/// The fault of the content.
 pub fn parse_manifest(path: &Path, text: &[u8]) -> Result<Value, FolderError> {
     let wrong = |reason: String| FolderError::Manifest {
         path: path.to_owned(),
@@ -621,7 +621,7 @@ impl Drop for ResultsFolder {
 
 /// How the names of the program's temporary files and folders begin.
 const OWN_PREFIX: &str = ".asobench-";
-/// What is said of a result that a manifest does not list, or that was changed since.
+/// The refusal of a result that a manifest does not list, or that was changed since.
 const UNLISTED: &str = "not as manifest.json lists it; move it away or choose another folder";
 
 /// Whether a manifest lists a result. Those of version 0.2.0 list none.

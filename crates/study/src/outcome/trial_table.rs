@@ -522,7 +522,7 @@ pub enum StoreError {
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
     /// A table cannot be encoded.

@@ -27,7 +27,7 @@ const LOOP_LEVEL: f64 = 0.05;
 /// The source of the trials.
 pub(super) struct Case {
     pub(super) report: Report,
-    /// What `estimate` says may be done about the record.
+    /// Hints of `estimate` on the record.
     pub(super) hints: Vec<String>,
     pub(super) model: LinearModel,
     pub(super) plant: StateSpace,

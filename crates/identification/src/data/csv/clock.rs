@@ -107,7 +107,7 @@ impl Form {
         }
     }
 
-    /// What stands where, such as day.month.year hour:minute.
+    /// Names the parts in their order, such as day.month.year hour:minute.
     pub(super) fn in_words(&self) -> String {
         let plain = self.format.replace("T%", " %").replace("%.f", "");
         let words = WORDS.split(' ').filter_map(|pair| pair.split_once('='));
@@ -154,7 +154,7 @@ pub(super) struct Clock {
     pub(super) form: Option<Form>,
     /// -1 if the newest sample is the first.
     pub(super) sign: f64,
-    /// What was first and last, in nanoseconds, and the periods between.
+    /// The first and the last time, in nanoseconds, and the periods between.
     first: Option<i128>,
     last: Option<i128>,
     periods: i128,

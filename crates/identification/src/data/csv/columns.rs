@@ -35,7 +35,7 @@ impl Role {
 /// The places of the columns in a row.
 pub(super) struct Columns {
     places: [Option<usize>; 5],
-    /// What the file calls them: k, u, y, t and r where it has no header.
+    /// Their names in the file: k, u, y, t and r where it has no header.
     names: [String; 5],
     /// The columns of the header that have no role.
     unused: Vec<String>,

@@ -10,7 +10,7 @@ use proptest::sample::select;
 struct Dialect {
     separator: &'static str,
     decimal: char,
-    /// What divides thousands.
+    /// The mark that divides thousands.
     thousands: &'static str,
     quotes: bool,
     end: &'static str,
@@ -23,7 +23,7 @@ struct Dialect {
     scale: f64,
     newest_first: bool,
     trailing: &'static str,
-    /// What stands for a missing sample, in which column, and in which row.
+    /// The text that stands for a missing sample, in which column, and in which row.
     gap: Option<(&'static str, usize, usize)>,
     /// Whether the numbers have an exponent of Fortran.
     fortran: bool,
@@ -278,7 +278,7 @@ impl Dialect {
                 .map(|k| sample(column, k, self.scale, self.digits))
                 .collect()
         };
-        // What nothing in the table tells.
+        // Nothing in the table tells these.
         let is_backwards = self.newest_first && self.times == "k" && self.header == "none";
         match read {
             Ok(table) => {

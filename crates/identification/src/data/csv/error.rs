@@ -190,7 +190,7 @@ pub enum RecordError {
     DataAbove {
         /// The line.
         line: u64,
-        /// That of the header.
+        /// The line of the header.
         header: u64,
     },
     /// A sample is missing.

@@ -14,7 +14,7 @@ pub(super) enum Number {
     Missing,
 }
 
-/// What programs write for a missing number.
+/// Words of programs for a missing number.
 const MISSING: [&str; 6] = ["", "na", "n/a", "null", "none", "<na>"];
 
 /// Whether a cell says that a sample is missing: in words, or by an error value of a spreadsheet in any language, such
@@ -49,7 +49,7 @@ pub(super) fn is_error_value(cell: &str) -> bool {
         || !word.is_empty() && word.chars().all(|c| c == '#'))
 }
 
-/// What a number's marks say.
+/// The meaning of a number's marks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Marks {
     /// There are none.
@@ -153,7 +153,7 @@ struct Place {
     text: String,
 }
 
-/// What the marks of a column say.
+/// The meanings of the marks of a column.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Column {
     /// The first numbers whose decimals certainly have a point, or a comma.

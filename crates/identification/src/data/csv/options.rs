@@ -16,7 +16,7 @@ named_enum! {
 }
 
 named_enum! {
-    /// What stands before the decimals of a number.
+    /// The mark before the decimals of a number.
     Decimal, "decimal mark" {
         /// 2,719.5 is two thousand.
         Point = "point",

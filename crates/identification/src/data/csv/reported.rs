@@ -215,7 +215,7 @@ fn dates_and_times() {
     refuses(&lost, "line 10, column t: a step of 120");
 }
 
-/// What stands around the rows, and how their lines end.
+/// Lines around the rows, and ends of lines.
 #[test]
 fn layouts() {
     let rows = |header: &str| table(header, |k| format!("{},{}", u(k), y(k)));

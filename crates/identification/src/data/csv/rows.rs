@@ -3,7 +3,7 @@
 use super::error::RecordError;
 use std::io;
 
-/// What separates the cells of a line.
+/// The separators of cells in a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Separator {
     Semicolon,

@@ -7,7 +7,7 @@ use std::io::{self, Read};
 /// A text whose lines end in `\n`, the last one too.
 pub(super) struct Text {
     pub(super) text: String,
-    /// What is not plain, in words.
+    /// The encoding and marks that are not plain, in words.
     pub(super) marks: Vec<&'static str>,
 }
 

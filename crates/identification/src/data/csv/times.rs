@@ -170,7 +170,7 @@ mod tests {
         format!("t,u,y\n{}", rows.collect::<String>())
     }
 
-    /// What a program prints of equal steps is equal, whatever it rounds or leaves out.
+    /// Equal steps as programs print them are equal, whatever it rounds or leaves out.
     #[test]
     fn equal_steps_as_programs_print_them() {
         for step in [0.1, 1.0 / 30.0, 0.25, 1e-3, 3600.0, 1.0 / 3.0] {

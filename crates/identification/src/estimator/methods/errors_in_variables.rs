@@ -41,7 +41,7 @@ const NEGATIVE: f64 = 1e-9;
 /// How often a step that raises the sum of squares is halved.
 const HALVINGS: usize = 20;
 
-/// What is known of the two variances.
+/// Knowledge of the two variances.
 #[derive(Clone, Copy, Debug)]
 enum Noise {
     /// v_y / v_u.

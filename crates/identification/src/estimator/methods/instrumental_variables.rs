@@ -444,7 +444,7 @@ impl Estimator for InstrumentalVariables {
         let (first, others) = passes[..count].split_at_mut(1);
         for pass in others {
             if pass.progress >= Progress::Parameters && self.auxiliary != Auxiliary::Refresh {
-                // What `refresh` could not do with x0 does not matter here.
+                // A failure of `refresh` with x0 does not matter here.
                 pass.failure = None;
                 keep_first(self.auxiliary, &first[0], pass);
             }

@@ -169,7 +169,7 @@ pub struct Subspace {
     orders: Orders,
     weights: Weights,
     stabilise: Stabilise,
-    /// What the number of block rows follows from; `None` if it is given.
+    /// The source of the number of block rows; `None` if it is given.
     high: Option<HighOrder>,
     window: usize,
     rows: usize,

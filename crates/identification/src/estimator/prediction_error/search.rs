@@ -33,7 +33,7 @@ struct Point {
     found: Found,
 }
 
-/// What ended a search before its end.
+/// The reason to end a search early.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Stopped {
     /// It came to a known minimum.

@@ -41,7 +41,7 @@ pub enum Limit {
     Within(f64),
 }
 
-/// What a test looks at.
+/// The quantity that a test looks at.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TestKind {
     /// The share of trials with this outcome.
@@ -118,7 +118,7 @@ impl TestKind {
     }
 }
 
-/// What a test of a moment assumes of the law.
+/// The assumption of a test of a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Assumption {
     /// None: larger numbers, and lost trials, count as this number.
@@ -127,16 +127,16 @@ pub enum Assumption {
     Kurtosis(f64),
 }
 
-/// What one test of a claim says.
+/// One test of a claim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClaimTest {
     /// The output; the method in [`TestKind::Time`].
     pub output: String,
-    /// What the test looks at.
+    /// The quantity that the test looks at.
     pub kind: TestKind,
     /// The limit that this must meet.
     pub limit: Limit,
-    /// What is assumed of a moment, if anything.
+    /// The assumption on a moment, if there is one.
     pub assumption: Option<Assumption>,
 }
 
@@ -153,7 +153,7 @@ pub enum TestUnit {
 
 const KINDS: [&str; 6] = ["share", "value", "ratio", "cells", "slope", "time"];
 const LIMITS: [&str; 4] = ["below", "above", "between", "within"];
-/// What a share of the trials with a measure is of.
+/// The whole of which a share of trials is taken.
 const SHARES: [&str; 3] = ["bound", "rounding", "to"];
 /// The keys that not all kinds of test have, with those that do.
 const OPTIONS: [(&str, &[&str]); 11] = [
@@ -407,7 +407,7 @@ impl ClaimTest {
     /// Converts a table to a test.
     ///
     /// # Errors
-    /// What is wrong with the table, with the key in it.
+    /// The fault of the table, with the key in it.
     pub fn from_table(table: &TestTable) -> Result<Self, FileError> {
         let written = table.written();
         let name = only_of(&written, &KINDS)?;

@@ -1,4 +1,4 @@
-//! What the claims of a file need of a run.
+//! The needs of a file's claims of a run.
 
 use crate::design::file::bounds::BoundTable;
 use crate::design::file::claim::ClaimTable;

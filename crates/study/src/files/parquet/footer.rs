@@ -1,4 +1,4 @@
-//! What the footer of a Parquet file says: columns, groups of rows, and where their bytes are. It is read by our own
+//! The footer of a Parquet file: columns, groups of rows, and where their bytes are. It is read by our own
 //! hand, so that nothing in it is believed before it is held against the length of the file.
 
 use super::kind::{Annotation, Kind, Number, no_numbers};

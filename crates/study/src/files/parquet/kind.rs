@@ -26,7 +26,7 @@ pub(crate) enum Number {
     Bytes(Option<u8>, u8),
 }
 
-/// What a time counts, since 1970 or since midnight.
+/// The unit and origin of times, since 1970 or since midnight.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(crate) struct Clock {
     pub(super) nanoseconds: i64,
@@ -34,7 +34,7 @@ pub(crate) struct Clock {
     physical: i64,
 }
 
-/// What the values of a column are.
+/// The kind of the values of a column.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub(crate) enum Kind {
     Number(Number),
@@ -44,7 +44,7 @@ pub(crate) enum Kind {
     Other(&'static str),
 }
 
-/// What a schema says of a column beside its physical type.
+/// The type of a column in the schema beside its physical type.
 #[derive(Default)]
 pub(super) struct Annotation {
     /// By the older rule.
@@ -181,7 +181,7 @@ fn name(field: &FieldRef<'_>) -> Option<String> {
     field.name().ok().flatten().map(str::to_owned)
 }
 
-/// What a column is that is no number.
+/// Names of columns that are no numbers.
 fn no_number(field: &FieldRef<'_>) -> Result<Option<&'static str>, Error> {
     /// Largest number of words about a column.
     const WORDS: usize = 1000;

@@ -143,7 +143,7 @@ fn times_and_texts() {
         error.contains("line 2, column u: 'a, b' is not a finite number"),
         "{error}"
     );
-    // What is not used is not decoded.
+    // Columns that are not used are not decoded.
     let bytes =
         FixedSizeBinaryArray::new(ArrowDataType::FixedSizeBinary(3), vec![0; 9].into(), None);
     let all = [

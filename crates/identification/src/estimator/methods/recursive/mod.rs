@@ -49,7 +49,7 @@ use crate::model::Orders;
 pub struct Diverged {
     /// The sample, counted from 0.
     pub k: usize,
-    /// What happened.
+    /// The failure.
     pub kind: FailureKind,
 }
 

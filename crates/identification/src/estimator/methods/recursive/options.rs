@@ -91,7 +91,7 @@ pub(super) trait SharedOptions {
     fn given(&self) -> Given<'_>;
 }
 
-/// What a recursive estimator adds to the options that all share.
+/// Options of one recursive estimator beside those of all.
 pub(super) trait RecursiveOptions: SharedOptions {
     /// The estimator.
     type Recursion: RecursiveEstimator + 'static;

@@ -1,4 +1,4 @@
-//! What the recursive methods share: settings, the start, theta, and when a recursion ends.
+//! The common parts of recursive methods: settings, the start, theta, and when a recursion ends.
 
 use super::settings::Forgetting;
 use super::start::Start;

@@ -24,7 +24,7 @@ use crate::model::{LinearModel, Orders};
 use canonical::Canonical;
 pub(super) use innovations::Innovations;
 
-/// What the future is, of which the past tells the state.
+/// The future signals, of which the past tells the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Future {
     /// The outputs, with the future inputs projected out of them and of the past.
