@@ -16,21 +16,23 @@ pub use crate::design::theory::FoundTheory;
 pub use crate::outcome::course_summary::{CourseQuantiles, CourseSummary};
 pub use crate::outcome::curves::{CURVE_BIN_ERROR, CurveQuantiles, Curves};
 pub use crate::outcome::design_difference::same_trials;
+pub use crate::outcome::folder_error::FolderError;
 pub use crate::outcome::layout::{Done, MANIFEST, TIMES, TIMING};
 pub use crate::outcome::looks::{Look, Looks};
 pub use crate::outcome::method_times::MethodTime;
 pub use crate::outcome::outcomes::Outcomes;
 pub use crate::outcome::place;
 pub use crate::outcome::publication::{current, read_current};
-#[doc(hidden)]
-pub use crate::outcome::results_folder::parse_manifest;
-pub use crate::outcome::results_folder::{
-    FolderError, ResultsFolder, check_result, check_results, read_announced, read_manifest,
-    read_results, stored_design, stored_designs,
-};
+pub use crate::outcome::results_folder::ResultsFolder;
 pub use crate::outcome::row::Row;
 pub use crate::outcome::rows::{OutputRows, Rows};
 pub use crate::outcome::spent::Spent;
+#[doc(hidden)]
+pub use crate::outcome::stored_results::parse_manifest;
+pub use crate::outcome::stored_results::{
+    check_result, check_results, read_announced, read_manifest, read_results, stored_design,
+    stored_designs,
+};
 pub use crate::outcome::stored_trials::{CellRows, StoredTrials};
 pub use crate::outcome::summary::{
     BoundSummary, CellSummary, ComparisonSummary, Joint, OutputShare, OutputSummary,

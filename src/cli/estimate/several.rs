@@ -31,7 +31,7 @@ fn check(arguments: &Arguments) -> Result<(), Error> {
             "--order: a range compares models of one record; expected one order for several records".to_owned(),
         )),
         Some((flag, _)) => Err(Error::Input(format!(
-            "{flag}: is for one record; expected it without further records"
+            "{flag}: is for one record; expected it without further records and without gaps"
         ))),
     }
 }

@@ -46,7 +46,7 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
         let (count, orders) = (report.parts.len(), asked(report.orders));
         let detrend = report.detrend;
         let line = format!(
-            "{count} records, {} samples: {orders}, each from a start of its own; detrend {detrend}, each by itself",
+            "{count} records, {} samples: {orders}, each from a start of its own; detrend {detrend} of each file",
             report.window
         );
         text.push_str(&wrap(&line, 80, ""));

@@ -6,7 +6,7 @@ use crate::design::file::key::Key;
 use crate::design::measure::Measure;
 use crate::files::PathError;
 use crate::outcome::coefficients::Kept;
-use crate::outcome::results_folder::FolderError;
+use crate::outcome::folder_error::FolderError;
 use crate::outcome::rows::{OutputRows, Rows};
 use asobench_identification::estimator::{FailureKind, Output};
 use polars::prelude::{PlSmallStr, PolarsError, PolarsResult};

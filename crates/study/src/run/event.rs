@@ -2,7 +2,7 @@
 
 use crate::design::file::error::FileError;
 use crate::files::PathError;
-use crate::outcome::results_folder::FolderError;
+use crate::outcome::folder_error::FolderError;
 use crate::outcome::spent::Spent;
 use crate::outcome::trial_table::StoreError;
 use crate::run::blocks::BlockError;

@@ -2,7 +2,7 @@
 
 use crate::design::experiment::Experiment;
 use crate::design::file::experiment_file::ExperimentFile;
-use crate::outcome::results_folder::read_announced;
+use crate::outcome::stored_results::read_announced;
 use crate::outcome::summary::Summary;
 use crate::run::campaign::{Campaign, RunOptions};
 use crate::run::event::CampaignError;

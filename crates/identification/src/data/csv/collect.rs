@@ -197,16 +197,17 @@ impl<'a> Rows<'a> {
         if falls {
             segments.reverse();
         }
-        let like_times = self.like_times.take().and_then(|of| of.finish(layout)).map_or(
-            Ok(None),
-            |(like, falls)| {
+        let like_times = self
+            .like_times
+            .take()
+            .and_then(|of| of.finish(layout))
+            .map_or(Ok(None), |(like, falls)| {
                 if falls {
                     Err(RecordError::Falling(like.column))
                 } else {
                     Ok(Some(like))
                 }
-            },
-        )?;
+            })?;
         let (unit, words) = self
             .clock
             .unit(&layout.columns, run.times.ends()[0], layout.line)?;

@@ -1,6 +1,7 @@
 use super::*;
 use crate::outcome::layout::span_of;
 use crate::outcome::publication::WHOLE;
+use crate::outcome::stored_results::read_results;
 use std::fs;
 
 /// Checks a design and makes the folder one of it, as a run does.

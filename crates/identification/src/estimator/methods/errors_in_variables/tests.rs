@@ -292,7 +292,7 @@ fn failures_are_typed() {
     assert!(y.len() == 200);
 }
 
-/// Weighted, the sum has few minima far from the truth: at N = 1000 three of 60 records still are there (without weights 17 of 300), a
+/// Weighted and with twelve earlier inputs the sum keeps few minima far from the truth: three of 60 records of N = 1000 end there. A
 /// variance below 0 is a status, and the variances are near the true ones.
 #[test]
 fn second_minima_are_rare() {
