@@ -14,8 +14,8 @@ import pyarrow.parquet
 TYPES = {
     "string_view": "VARCHAR",
     "double": "DOUBLE",
-    "uint32": "UINTEGER",
-    "uint64": "UBIGINT",
+    "int32": "INTEGER",
+    "int64": "BIGINT",
     "bool": "BOOLEAN",
 }
 ESTIMATES = ["mean", "sd", "mse", "rmse", "trimmed", "q05", "q25", "q50", "q75", "q95"]
