@@ -26,6 +26,7 @@ mod one_estimator;
 mod orders;
 mod outputs;
 mod page;
+mod panel;
 mod pictures;
 mod record;
 mod report;
@@ -40,6 +41,9 @@ mod words;
 pub(super) use arguments::{Arguments, estimator};
 
 pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
+    if panel::is_asked(&arguments) {
+        return panel::run(arguments);
+    }
     let is_chosen = !arguments.estimator.is_empty();
     orders::understand(&mut arguments)?;
     let arguments = &arguments;

@@ -77,10 +77,13 @@ impl Arguments {
 /// A record, and the orders of its models.
 #[derive(Clone, clap::Args)]
 pub(super) struct RecordArguments {
-    /// CSV file or .parquet, or - for standard input: columns u, y and perhaps k or t (time), or those that --input and
+    /// CSV file, .parquet or .xlsx, or - for standard input: columns u, y and perhaps k or t (time), or those that --input and
     /// --output choose; lines beginning with # are comments
     #[arg(value_name = "FILE.csv")]
     pub(super) file: PathBuf,
+    /// Worksheet of a workbook [default: the first one that holds anything]
+    #[arg(long, value_name = "NAME")]
+    pub(super) sheet: Option<String>,
     /// Column of u, by its name or its number from 1 [default: u, input or in]
     #[arg(long, value_name = "COLUMN")]
     pub(super) input: Option<String>,

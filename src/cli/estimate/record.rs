@@ -47,7 +47,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         decimal: arguments.decimal,
         alone: false,
     };
-    let table = files::read_record(path, &options);
+    let table = files::read_record(path, arguments.sheet.as_deref(), &options);
     let table = table.map_err(|error| bad(format!("{error}{}", ways_on(&error))))?;
     let Table {
         mut record,

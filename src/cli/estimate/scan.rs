@@ -229,6 +229,12 @@ impl Row {
 }
 
 impl Scan {
+    /// Returns the order and the delay that a criterion chooses.
+    pub(super) fn chosen(&self, criterion: Criterion) -> Option<(usize, usize)> {
+        let row = &self.rows[self.best[place_of(criterion)]?];
+        Some((row.n, row.orders.nk))
+    }
+
     /// Returns the table as text, with what may be done about the record.
     pub(super) fn text(&self, report: &Report, hint: Option<&str>) -> String {
         let mut text = String::new();

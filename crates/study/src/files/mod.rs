@@ -19,6 +19,7 @@ mod pipes;
 mod record;
 mod seal;
 mod staged;
+mod workbook;
 
 pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
 use parquet::ParquetText;
@@ -32,6 +33,7 @@ pub(crate) use staged::{probe, remove_temporary};
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Write};
+use std::panic;
 use std::path::{Path, PathBuf};
 
 /// An error of a file or a folder.
@@ -78,6 +80,16 @@ pub(crate) const NOT_OWN: &str = "not written by asobench; move it away or choos
 pub fn remove_left_pipes() {
     #[cfg(target_os = "linux")]
     Pipes::remove_left();
+}
+
+/// Calls a library that decodes a file; a panic of it is an error of the file, and says nothing else. The hook is that of
+/// the process: nothing else runs while a table is read.
+fn quietly<T>(work: impl FnOnce() -> Result<T, String>, panicked: &str) -> Result<T, String> {
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let done = panic::catch_unwind(panic::AssertUnwindSafe(work));
+    panic::set_hook(hook);
+    done.unwrap_or_else(|_| Err(panicked.to_owned()))
 }
 
 /// Describes a folder entry that is not a regular file; `None` for a regular file.

@@ -56,7 +56,7 @@ impl ExperimentFile {
             let path = folder.join(path);
             let wrong =
                 |message: String| FileError::key(&key, format!("{}: {message}", path.display()));
-            let read = files::read_record(&path, &ReadOptions::column(column));
+            let read = files::read_record(&path, None, &ReadOptions::column(column));
             let samples = read.map_err(|error| wrong(error.to_string()))?.record.y;
             if samples.len() > LONGEST {
                 return Err(wrong(format!(

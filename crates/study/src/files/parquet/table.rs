@@ -4,6 +4,7 @@
 use super::footer::{Chunk, Column, Footer};
 use super::kind::{Kind, Number};
 use super::page;
+use crate::files::quietly;
 use crate::text::visible;
 use polars_arrow::array::{
     Array, BinaryViewArray, BooleanArray, FixedSizeBinaryArray, PrimitiveArray, Utf8ViewArray,
@@ -18,7 +19,6 @@ use polars_parquet::parquet::schema::types::PrimitiveType;
 use polars_parquet::read::{BasicDecompressor, PageReader, column_iter_to_arrays};
 use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::ops::Range;
-use std::panic;
 
 /// Largest footer in bytes.
 const FOOTER: u64 = 16 << 20;
@@ -120,7 +120,10 @@ impl<R: Read + Seek> Table<R> {
         self.fits(rows, if is_wide { 2 } else { 1 })?;
         let pages = bytes(&mut self.from, chunk.bytes.clone())?;
         let room = self.room;
-        let read = quietly(|| decoded(pages, &chunk, &column, rows, room));
+        let read = quietly(
+            || decoded(pages, &chunk, &column, rows, room),
+            &damaged("a page cannot be decoded"),
+        );
         read.map_err(|reason| format!("{reason} (column {})", visible(&column.name)))
     }
 
@@ -181,16 +184,6 @@ fn bytes(from: &mut (impl Read + Seek), place: Range<u64>) -> Result<Vec<u8>, St
     } else {
         Err(damaged("it ends too early"))
     }
-}
-
-/// Calls a function of the library, whose panics are errors and say nothing. The hook is that of the process: nothing
-/// else runs while a table is read.
-fn quietly<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
-    let hook = panic::take_hook();
-    panic::set_hook(Box::new(|_| {}));
-    let done = panic::catch_unwind(panic::AssertUnwindSafe(work));
-    panic::set_hook(hook);
-    done.unwrap_or_else(|_| Err(damaged("a page cannot be decoded")))
 }
 
 /// Decodes the pages of a chunk.

@@ -1,0 +1,200 @@
+//! A worksheet of an Excel workbook (.xlsx), as the text that its program would save as CSV.
+
+use asobench_identification::text::visible;
+use calamine::{CellErrorType, DataRef, ExcelDateTime, Reader as _, SheetType, SheetVisible, Xlsx};
+use jiff::SignedDuration;
+use jiff::civil::{Date, date};
+use std::fmt::Write as _;
+use std::io::{self, Cursor, Read};
+use zip::ZipArchive;
+
+/// The bytes that may come out of one byte of the file, and those that any file may hold: worksheets of numbers are packed
+/// ten to twenty times.
+const UNPACKED: u64 = 100;
+const LEAST: u64 = 1 << 24;
+/// A serial number of days resolves some 0.3 microseconds; steps of 10 microseconds hide this.
+const TICKS: f64 = 86400.0 * 1e5;
+
+/// A worksheet as CSV: a line for each row up to the last one with a cell, so that its number is the row's. Numbers have all
+/// their digits and an exponent, so that a point is that of decimals; errors stand as the program shows them, dates and
+/// times in ISO 8601, durations in seconds.
+#[derive(Debug)]
+pub(super) struct Worksheet {
+    pub(super) text: String,
+    /// Which one was read of several, in words.
+    pub(super) which: Option<String>,
+}
+
+impl Worksheet {
+    /// Reads the worksheet of this name, or the first visible one that holds anything.
+    ///
+    /// # Errors
+    /// In words: if it is no workbook, there is no such worksheet, or more comes out of the file than its length can hold.
+    pub(super) fn read(mut from: impl Read, name: Option<&str>) -> Result<Self, String> {
+        let mut bytes = Vec::new();
+        let read = from.read_to_end(&mut bytes);
+        read.map_err(|error| error.to_string())?;
+        let room = (UNPACKED * bytes.len() as u64).max(LEAST);
+        unpacks_to(&bytes, room)?;
+        super::quietly(|| Self::of(bytes, room, name), "a damaged workbook")
+    }
+
+    fn of(bytes: Vec<u8>, room: u64, name: Option<&str>) -> Result<Self, String> {
+        let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(in_words)?;
+        let sheets = book.sheets_metadata();
+        let is_table = |sheet: &&calamine::Sheet| sheet.typ == SheetType::WorkSheet;
+        let is_shown = |sheet: &&calamine::Sheet| sheet.visible == SheetVisible::Visible;
+        let names = |sheets: Vec<&calamine::Sheet>| -> Vec<String> {
+            sheets.iter().map(|sheet| sheet.name.clone()).collect()
+        };
+        let all = names(sheets.iter().filter(is_table).collect());
+        let shown = names(sheets.iter().filter(is_table).filter(is_shown).collect());
+        if let Some(name) = name {
+            if !all.iter().any(|own| own == name) {
+                let found: Vec<_> = all
+                    .iter()
+                    .map(|own| format!("'{}'", visible(own)))
+                    .collect();
+                return Err(format!(
+                    "no worksheet '{}'; expected {}",
+                    visible(name),
+                    found.join(", ")
+                ));
+            }
+            let text = text_of(&mut book, name, room)?;
+            return Ok(Self { text, which: None });
+        }
+        for own in &shown {
+            let text = text_of(&mut book, own, room)?;
+            if !text.is_empty() {
+                let which = (shown.len() > 1).then(|| {
+                    let (own, count) = (visible(own), shown.len());
+                    format!("worksheet '{own}' of {count} (--sheet chooses)")
+                });
+                return Ok(Self { text, which });
+            }
+        }
+        Err("no worksheet with a cell".to_owned())
+    }
+}
+
+/// Refuses a file out of which more comes than this.
+fn unpacks_to(bytes: &[u8], room: u64) -> Result<(), String> {
+    // A workbook with a password is of an older form.
+    if bytes.starts_with(&[0xd0, 0xcf, 0x11, 0xe0]) {
+        return Err("a workbook with a password, or of Excel 97 to 2003; expected one without, saved as .xlsx".to_owned());
+    }
+    let no_book = |error: &dyn std::fmt::Display| format!("no workbook: {error}");
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| no_book(&error))?;
+    let mut left = room;
+    for place in 0..archive.len() {
+        let part = archive.by_index(place).map_err(|error| no_book(&error))?;
+        let read = io::copy(&mut part.take(left + 1), &mut io::sink());
+        let read = read.map_err(|error| no_book(&error))?;
+        left = left.checked_sub(read).ok_or_else(|| too_long(room))?;
+    }
+    Ok(())
+}
+
+fn too_long(room: u64) -> String {
+    format!(
+        "too much for so short a file; expected at most {} MiB unpacked",
+        room >> 20
+    )
+}
+
+/// An error of the library, by its first line.
+fn in_words(error: impl std::fmt::Display) -> String {
+    let text = error.to_string();
+    format!(
+        "no workbook: {}",
+        visible(text.lines().next().unwrap_or_default())
+    )
+}
+
+/// Writes a worksheet as text; empty if it has no cell.
+fn text_of(book: &mut Xlsx<Cursor<Vec<u8>>>, name: &str, room: u64) -> Result<String, String> {
+    let epoch = if book.has_1904_epoch() {
+        date(1904, 1, 1)
+    } else {
+        // Excel counts a 29th of February 1900.
+        date(1899, 12, 30)
+    };
+    let mut cells = book.worksheet_cells_reader(name).map_err(in_words)?;
+    // Each row's text, its cells, and how many there are.
+    let mut rows: Vec<(String, usize)> = Vec::new();
+    let (mut width, mut written) = (0, 0);
+    while let Some(cell) = cells.next_cell().map_err(in_words)? {
+        if *cell.get_value() == DataRef::Empty {
+            continue;
+        }
+        let (row, column) = cell.get_position();
+        let (row, column) = (row as usize, column as usize);
+        let is_next = row + 1 > rows.len() || row + 1 == rows.len() && column >= rows[row].1;
+        if !is_next {
+            return Err(format!("row {}: cells are not in order", row + 1));
+        }
+        rows.resize_with(row + 1, Default::default);
+        let (text, count) = &mut rows[row];
+        let before = text.len();
+        for _ in (*count).max(1)..=column {
+            text.push(',');
+        }
+        write_cell(text, cell.get_value(), epoch);
+        *count = column + 1;
+        width = width.max(*count);
+        written += (text.len() - before) as u64;
+        // Each row is filled up to the longest one.
+        if written + (width * rows.len()) as u64 > room {
+            return Err(too_long(room));
+        }
+    }
+    let mut all = String::with_capacity(written as usize + width * rows.len());
+    let above = rows.iter().take_while(|row| row.1 == 0).count();
+    for (place, (text, count)) in rows.into_iter().enumerate() {
+        all += &text;
+        // As in a CSV file, a row without a cell has separators only; above the table it is left out.
+        if place >= above {
+            all.extend(std::iter::repeat_n(',', width - count.max(1)));
+        }
+        all.push('\n');
+    }
+    Ok(all)
+}
+
+fn write_cell(text: &mut String, value: &DataRef, epoch: Date) {
+    // Writing to a string cannot fail.
+    let _ = match value {
+        DataRef::Empty => Ok(()),
+        DataRef::Int(number) => write!(text, "{number}"),
+        DataRef::Float(number) => write!(text, "{number:e}"),
+        DataRef::Bool(truth) => write!(text, "{truth}"),
+        DataRef::Error(CellErrorType::GettingData) => write!(text, "#N/A"),
+        DataRef::Error(error) => write!(text, "{error}"),
+        DataRef::DateTime(time) => write!(text, "{}", shown(*time, epoch)),
+        DataRef::DateTimeIso(own) | DataRef::DurationIso(own) | DataRef::String(own) => {
+            write!(text, "\"{}\"", own.replace('"', "\"\""))
+        }
+        DataRef::SharedString(own) => write!(text, "\"{}\"", own.replace('"', "\"\"")),
+    };
+}
+
+/// Days since the epoch as ISO 8601 has them; of less than a day the time alone; a duration in seconds; what is beyond all
+/// days as its number.
+fn shown(time: ExcelDateTime, epoch: Date) -> String {
+    let days = time.as_f64();
+    let ticks = (days * TICKS).round();
+    if time.is_duration() {
+        return format!("{:e}", ticks / 1e5);
+    }
+    let since = (ticks as i64).saturating_mul(10);
+    let at = SignedDuration::from_micros(since);
+    match epoch.at(0, 0, 0, 0).checked_add(at) {
+        Ok(at) if days < 1.0 => at.strftime("%H:%M:%S%.f").to_string(),
+        Ok(at) => at.to_string(),
+        Err(_) => format!("{days:e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,370 @@
+//! `asobench estimate record.csv` without an order: several methods at orders that the record chooses, in one table.
+
+use super::arguments::{Arguments, Part};
+use super::load::load;
+use super::one_estimator::estimate;
+use super::record;
+use super::report::{Estimate, Report};
+use super::scan::scan;
+use super::span::{Given, Span};
+use super::{orders, words};
+use crate::cli::error::Error;
+use crate::cli::output::{Format, print, print_json};
+use crate::estimator::{Criterion, EstimatorName};
+use crate::model::Orders;
+use crate::text::{shell_word, visible, wrap};
+use serde_json::{Value, json};
+use std::fmt::{self, Write};
+use std::process::ExitCode;
+
+/// The methods: an equation error, an output error, two models of the noise, and a subspace method with both weightings.
+const METHODS: [EstimatorName; 6] = {
+    use EstimatorName::{Armax, Arx, Bj, Moesp, N4sid, Oe};
+    [Arx, Oe, Armax, Bj, N4sid, Moesp]
+};
+
+/// Largest order and largest delay that are tried, and the samples for each of them.
+const ORDER: usize = 6;
+const DELAY: usize = 20;
+const SAMPLES: usize = 20;
+/// The share of the record on which models are fitted, per cent; on the rest they are validated.
+const WINDOW: f64 = 70.0;
+
+/// A method, with the model of the order that BIC chooses.
+struct Row {
+    method: EstimatorName,
+    n: usize,
+    nk: usize,
+    bic: Option<f64>,
+    estimate: Estimate,
+    /// The command that prints all of this model.
+    command: String,
+}
+
+/// Whether methods and orders are the program's to choose.
+pub(super) fn is_asked(arguments: &Arguments) -> bool {
+    let options = &arguments.options;
+    arguments.record.order.is_none()
+        && !options.has(super::flags::ORDERS)
+        && options.letters.is_empty()
+}
+
+/// Fits all methods, and prints the table.
+pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
+    let drawn = [
+        ("--plot", !arguments.plot.is_empty()),
+        ("--report", arguments.report.is_some()),
+        ("--states", arguments.states.is_some()),
+        ("MORE.csv", !arguments.more.is_empty()),
+    ];
+    if let Some((flag, _)) = drawn.iter().find(|(_, given)| *given) {
+        return Err(Error::Input(format!(
+            "{flag}: needs a single model; expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it"
+        )));
+    }
+    let chosen = match arguments.estimator.as_slice() {
+        [] => METHODS.to_vec(),
+        names => orders::of_tables(names)?,
+    };
+    if let Some(message) = arguments.options.useless(&chosen) {
+        return Err(Error::Input(message));
+    }
+    let recognised = record::read(&arguments.record.file, &arguments.record)?;
+    let recognised = recognised.whole(&arguments.record.file, "a comparison of methods")?;
+    let is_default = arguments.record.window.is_none() && arguments.validate.is_none();
+    if is_default {
+        arguments.record.window = Some(Part::Percent(WINDOW));
+    }
+    let rows = recognised.record.y.len();
+    let window = arguments.record.window.map_or(rows, |part| part.of(rows));
+    let largest = (window / SAMPLES).max(1);
+    let order = Span {
+        first: 1,
+        last: largest.min(ORDER),
+    };
+    let delay = arguments.record.delay.unwrap_or(Span {
+        first: 1,
+        last: largest.min(DELAY),
+    });
+    let orders = Orders::arx(order.last, order.last, delay.last);
+    let mut report = load(&arguments, orders, recognised)?;
+    let of_arx = scan(
+        &report,
+        (EstimatorName::Arx, Default::default()),
+        order,
+        delay,
+    )?;
+    let nk = of_arx
+        .chosen(Criterion::Bic)
+        .map_or(delay.first, |(_, nk)| nk);
+    let mut rows = Vec::new();
+    for &method in &chosen {
+        rows.extend(row(
+            &mut arguments,
+            &mut report,
+            method,
+            (order, nk),
+            is_default,
+        )?);
+    }
+    let fit = |row: &Row| {
+        let fits = row.estimate.fit.as_ref();
+        let fit = fits.map(|fits| fits.validation.unwrap_or(fits.window).simulated);
+        fit.filter(|fit| fit.is_finite())
+            .unwrap_or(f64::NEG_INFINITY)
+    };
+    rows.sort_by(|a, b| fit(b).total_cmp(&fit(a)));
+    let panel = Panel {
+        report: &report,
+        rows,
+        order,
+        delay,
+        nk,
+    };
+    match arguments.format {
+        Format::Text => print(&panel.text())?,
+        Format::Json => print_json(&panel.json())?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Fits a method at the order that BIC chooses; `None` if no order gives a model.
+fn row(
+    arguments: &mut Arguments,
+    report: &mut Report,
+    method: EstimatorName,
+    (order, nk): (Span, usize),
+    is_default: bool,
+) -> Result<Option<Row>, Error> {
+    // Subspace methods have no delay of more than a sample: further states hold it.
+    let one = Span {
+        first: nk,
+        last: nk,
+    };
+    let (order, delay) = match method {
+        EstimatorName::N4sid | EstimatorName::Moesp if nk > 1 => (
+            Span {
+                last: order.last + nk - 1,
+                ..order
+            },
+            Span { first: 1, last: 1 },
+        ),
+        _ => (order, one),
+    };
+    let options = arguments.options.taken_by(method);
+    let of_orders = scan(report, (method, options), order, delay)?;
+    let Some((n, nk)) = of_orders.chosen(Criterion::Bic) else {
+        return Ok(None);
+    };
+    let one = |number| Span {
+        first: number,
+        last: number,
+    };
+    arguments.record.order = Some(Given::Span(one(n)));
+    arguments.record.delay = Some(one(nk));
+    report.orders = Orders::arx(n, n, nk);
+    let estimate = estimate(arguments, method, report)?;
+    let fitted = &estimate.last().fitted;
+    let parameters = fitted.model.orders().parameters() + fitted.pass.start_numbers;
+    let loss = fitted.pass.loss * report.told_unit().powi(2);
+    let bic = Criterion::Bic.value(loss, report.window, parameters);
+    let mut command = command();
+    if is_default {
+        command += &format!(" --window {WINDOW}%");
+    }
+    command += &format!(" --estimator {method} --order {n}");
+    if nk > 1 {
+        command += &format!(" --delay {nk}");
+    }
+    let bic = Some(bic).filter(|bic| bic.is_finite());
+    Ok(Some(Row {
+        method,
+        n,
+        nk,
+        bic,
+        estimate,
+        command,
+    }))
+}
+
+/// The command that was given, without its choice of methods and delays.
+fn command() -> String {
+    let mut words = std::env::args().skip(1);
+    let mut command = "asobench".to_owned();
+    while let Some(word) = words.next() {
+        let (flag, value) = word
+            .split_once('=')
+            .map_or((word.as_str(), None), |(flag, value)| (flag, Some(value)));
+        let is_chosen = [
+            "--estimator",
+            "--estimators",
+            "--method",
+            "--methods",
+            "--delay",
+            "--format",
+        ];
+        if is_chosen.contains(&flag) {
+            if value.is_none() {
+                words.next();
+            }
+        } else {
+            command += &format!(" {}", shell_word(word));
+        }
+    }
+    command
+}
+
+/// The table, best model first.
+struct Panel<'a> {
+    report: &'a Report,
+    rows: Vec<Row>,
+    order: Span,
+    /// The delays that were tried, and the one that was chosen.
+    delay: Span,
+    nk: usize,
+}
+
+impl Panel<'_> {
+    fn text(&self) -> String {
+        let mut text = String::new();
+        self.write(&mut text)
+            .expect("writing to a string does not fail");
+        text
+    }
+
+    fn write(&self, text: &mut String) -> fmt::Result {
+        let Self {
+            report,
+            order,
+            delay,
+            nk,
+            ..
+        } = self;
+        let delay = if delay.is_range() {
+            format!("delay {nk}: of {delay} by BIC of arx")
+        } else {
+            format!("delay {nk}")
+        };
+        let about = format!(
+            "{}: {} methods, each at the order of {order} that its BIC chooses, {delay}; window {} of {} samples, detrend {}",
+            visible(report.file.display()),
+            self.rows.len(),
+            report.window,
+            report.record.y.len(),
+            report.detrend
+        );
+        text.push_str(&wrap(&about, 80, ""));
+        text.push_str(&words::record(report));
+        writeln!(
+            text,
+            "\nmethod  n nk  FIT %   valid.   1 step         BIC  residuals  status"
+        )?;
+        for row in &self.rows {
+            let Row {
+                method,
+                n,
+                nk,
+                estimate,
+                bic,
+                ..
+            } = row;
+            write!(text, "{:<6} {n:>2} {nk:>2}", method.name())?;
+            let fits = estimate.fit.as_ref();
+            let validation = fits.and_then(|fits| fits.validation);
+            for fit in [
+                fits.map(|fits| fits.window.simulated),
+                validation.map(|fit| fit.simulated),
+                validation.map(|fit| fit.one_step),
+            ] {
+                let fit = fit.filter(|fit| fit.is_finite());
+                let told = fit.map_or("-".to_owned(), |fit| match fit.abs() < 1e4 {
+                    true => format!("{fit:.2}"),
+                    false => format!("{fit:.0e}"),
+                });
+                write!(text, " {told:>8}")?;
+            }
+            let bic = bic.map_or("-".to_owned(), |bic| format!("{bic:.1}"));
+            let white =
+                self.white(row).map_or(
+                    "not tested",
+                    |white| if white { "white" } else { "NOT white" },
+                );
+            writeln!(text, " {bic:>11}  {white:<10} {}", status(estimate))?;
+        }
+        let of = if report.validation.is_some() {
+            "the record for validation"
+        } else {
+            "samples after the window"
+        };
+        let legend = format!(
+            "Best first by FIT of the simulated output on {of} (valid.), then one step ahead there; FIT: on the window."
+        );
+        writeln!(text)?;
+        text.push_str(&wrap(&legend, 80, ""));
+        let Some(best) = self.rows.first() else {
+            return Ok(());
+        };
+        for hint in &best.estimate.hints {
+            text.push_str(&wrap(&format!("hint on {}: {hint}", best.method), 80, "  "));
+        }
+        if best.n == order.last && order.is_range() {
+            writeln!(
+                text,
+                "n = {} is the largest that was tried: --order 1:{} compares more",
+                best.n,
+                2 * best.n
+            )?;
+        }
+        writeln!(text, "All of the first model:\n  {}", best.command)
+    }
+
+    fn white(&self, row: &Row) -> Option<bool> {
+        row.estimate
+            .last()
+            .residuals
+            .as_ref()
+            .map(|residuals| residuals.white.passed)
+    }
+
+    fn json(&self) -> Value {
+        let row = |row: &Row| {
+            let fits = row.estimate.fit.as_ref();
+            json!({
+                "estimator": row.method,
+                "n": row.n,
+                "nk": row.nk,
+                "orders": row.estimate.last().fitted.model.orders().to_string(),
+                "fit_percent": { "window": fits.map(|fits| fits.window), "validation": fits.map(|fits| fits.validation) },
+                "bic": row.bic,
+                "white": self.white(row),
+                "status": status(&row.estimate),
+                "hints": row.estimate.hints,
+                "command": row.command,
+            })
+        };
+        let Self {
+            report,
+            order,
+            delay,
+            nk,
+            ..
+        } = self;
+        json!({
+            "file": report.file.display().to_string(),
+            "samples": report.record.y.len(),
+            "window": report.window,
+            "validation": report.validation.as_ref().map(|validation| validation.file.display().to_string()),
+            "detrend": report.detrend,
+            "orders_tried": [order.first, order.last],
+            "delays_tried": [delay.first, delay.last],
+            "nk": nk,
+            "panel": self.rows.iter().map(row).collect::<Vec<_>>(),
+        })
+    }
+}
+
+fn status(estimate: &Estimate) -> String {
+    estimate
+        .failure()
+        .map_or("ok".to_owned(), |failure| failure.kind.to_string())
+}
