@@ -313,9 +313,9 @@ fn orders_and_estimators_that_do_not_fit_are_refused() {
     let path = files.write("good.csv", &record());
     for (flags, parts) in [
         (
-            "",
+            "--states states.csv",
             [
-                "expected --order n, or --orders",
+                "--states: needs a single model; expected --order n, or --orders",
                 "where the estimators take it",
             ],
         ),

@@ -24,6 +24,7 @@ mod large_samples;
 mod meant_commands;
 mod meant_values;
 mod observers;
+mod panel;
 mod paper;
 mod pictures;
 mod promises;

@@ -834,8 +834,8 @@ fn one_door() {
 fn other_forms_name_the_way() {
     for (flags, part) in [
         (
-            &["my.xlsx", "--order", "2"][..],
-            "my.xlsx: a spreadsheet; expected CSV or Parquet",
+            &["my.xls", "--order", "2"][..],
+            "my.xls: a spreadsheet; expected it saved as .xlsx or as CSV",
         ),
         (&["my.mat", "--order", "2"], "save -ascii"),
         (

@@ -406,10 +406,10 @@ class Model:
 
         The first `max(na, nb + nk - 1)` of a model without C, D, F are NaN, since they look back beyond the record.
         """
-        return self._errors(*self._of_record(u, y))
+        return self._errors(*self._of_record(u, y), 1)
 
-    def _errors(self, u: ArrayLike, y: ArrayLike) -> Vector:
-        found = self._native.errors(u, y)
+    def _errors(self, u: ArrayLike, y: ArrayLike, steps: int) -> Vector:
+        found = self._native.errors(u, y, steps)
         if found is None:
             raise ValueError("no start of the predictor: it is unstable, or the record is shorter than its memory")
         first, errors = found
@@ -425,10 +425,7 @@ class Model:
         -------
         ndarray, (K,)
         """
-        steps = whole("k", k, 1)
-        errors = self._errors(u, y)
-        noise = np.convolve(errors, self._native.noise_response(min(steps, len(errors))))
-        return signal("y", y) - noise[: len(errors)]
+        return signal("y", y) - self._errors(u, y, whole("k", k, 1))
 
     def frequency_response(self, w: ArrayLike | None = None) -> FrequencyResponse:
         """The frequency response with 95 % bands, by the derivatives of ln |G| and of the phase.
@@ -469,7 +466,13 @@ class Model:
 
     def fit(self, u: ArrayLike | None = None, y: ArrayLike | None = None) -> Fit:
         """FIT on a record, from its best initial state; on the record of the estimate from the estimated one."""
-        return Fit(*self._native.fit(*self._of_record(u, y), u is None and y is None))
+        simulated, one_step, _ = self._native.fit(*self._of_record(u, y), u is None and y is None, 1)
+        return Fit(simulated, one_step)
+
+    def fit_ahead(self, k: int, u: ArrayLike | None = None, y: ArrayLike | None = None) -> float:
+        """FIT of the output predicted k steps ahead, as `predict` does, on the records of `fit`."""
+        steps = whole("k", k, 1)
+        return self._native.fit(*self._of_record(u, y), u is None and y is None, steps)[2]
 
     def residual_tests(self, u: ArrayLike | None = None, y: ArrayLike | None = None) -> ResidualTests | None:
         """Tests of the residuals of a record, or of the one that was estimated from; None where there are too few."""

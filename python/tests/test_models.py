@@ -152,6 +152,10 @@ class Models(unittest.TestCase):
                     y.append(1.2 * y[k - 1] - 0.5 * y[k - 2] + self.u[k - 1] + 0.3 * self.u[k - 2])
                 self.assertAlmostEqual(predicted[t], y[t], places=11)
             self.assertTrue(np.isnan(predicted[: 1 + steps]).all())
+            later = slice(1 + steps, None)
+            errors = self.y[later] - predicted[later]
+            expected = 100 * (1 - np.linalg.norm(errors) / np.linalg.norm(self.y[later] - self.y.mean()))
+            self.assertAlmostEqual(model.fit_ahead(steps, self.u, self.y), expected, places=9)
         noise = ab.Model(B=[1.0, 0.3], F=[1, -1.2, 0.5], nk=1)
         np.testing.assert_allclose(noise.predict(self.u, self.y, 9), noise.predict(self.u, self.y, 1), rtol=1e-9)
 

@@ -220,19 +220,26 @@ impl Fitted {
     ///
     /// # Panics
     /// If u and y differ in length, or are shorter than the range or than `window`, the samples that were fitted.
-    pub fn compare(&self, u: &[f64], y: &[f64], window: usize, range: Range<usize>) -> Fit {
-        self.compare_from(&self.pass.x0, u, y, window, range)
+    pub fn compare(
+        &self,
+        u: &[f64],
+        y: &[f64],
+        window: usize,
+        range: Range<usize>,
+        horizon: usize,
+    ) -> Fit {
+        self.compare_from(&self.pass.x0, u, y, window, range, horizon)
     }
 
     /// Returns the FIT on another record from [`Self::start_on`] it; u and y are [`Self::shifted`].
     ///
     /// # Panics
     /// If u and y differ in length.
-    pub fn compare_on(&self, u: &[f64], y: &[f64]) -> Fit {
-        self.compare_from(&self.start_on(u, y), u, y, y.len(), 0..y.len())
+    pub fn compare_on(&self, u: &[f64], y: &[f64], horizon: usize) -> Fit {
+        self.compare_from(&self.start_on(u, y), u, y, y.len(), 0..y.len(), horizon)
     }
 
-    /// Returns the FIT over a range of samples from an initial state.
+    /// Returns the FIT over a range of samples from an initial state, predicted one step and `horizon` steps ahead too.
     ///
     /// # Panics
     /// If u and y differ in length, or are shorter than the range or than `window`, which determines the start of the
@@ -244,6 +251,7 @@ impl Fitted {
         y: &[f64],
         window: usize,
         range: Range<usize>,
+        horizon: usize,
     ) -> Fit {
         let Pass {
             model,
@@ -253,7 +261,15 @@ impl Fitted {
             ..
         } = &self.pass;
         let d = *d;
-        crate::metric::fit(FitModel { model, a, b, d, x0 }, u, y, window, range)
+        let model = FitModel {
+            model,
+            a,
+            b,
+            d,
+            x0,
+            horizon,
+        };
+        crate::metric::fit(model, u, y, window, range)
     }
 
     /// Returns the initial state on another record, by least squares of the simulated output; NaN if it overflows. u

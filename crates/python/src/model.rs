@@ -6,8 +6,7 @@ use asobench_identification::diagnosis::{
     Root, feedback_p_value, frequency_response, step_response,
 };
 use asobench_identification::estimator::{Failure, FailureKind, Pass, Progress};
-use asobench_identification::metric::prediction_errors;
-use asobench_identification::model::polynomial::{divide, filter};
+use asobench_identification::metric::errors_ahead;
 use asobench_identification::model::{ContinuousModel, LinearModel};
 use asobench_identification::names::UnknownName;
 use asobench_identification::observer::{Gain, Observer};
@@ -353,32 +352,18 @@ impl Native {
         Ok(vector(py, py.detach(|| self.0.simulate_from(x, u))))
     }
 
-    /// The prediction errors and the first that counts; `None` if the predictor has no start.
+    /// The errors of predictions some steps ahead and the first that counts; `None` if the predictor has no start.
     fn errors<'py>(
         &self,
         py: Python<'py>,
         u: &Bound<'py, PyAny>,
         y: &Bound<'py, PyAny>,
+        horizon: usize,
     ) -> PyResult<Option<(usize, Bound<'py, PyArray1<f64>>)>> {
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
-        let errors = py.detach(|| prediction_errors(&self.0.model, u, y, y.len()));
+        let errors = py.detach(|| errors_ahead(&self.0.model, u, y, y.len(), horizon));
         Ok(errors.map(|(first, errors)| (first, vector(py, errors))))
-    }
-
-    /// The first `count` samples of the impulse response of C/(A D).
-    fn noise_response<'py>(
-        &self,
-        py: Python<'py>,
-        count: usize,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        fits("count", count, MOST_SAMPLES)?;
-        let (mut impulse, mut h) = (vec![0.0; count], vec![0.0; count]);
-        impulse[..1.min(count)].fill(1.0);
-        filter(&self.0.model.c, &impulse, &mut h);
-        divide(&self.0.model.d, &mut h);
-        divide(&self.0.model.a, &mut h);
-        Ok(vector(py, h))
     }
 
     /// The residuals with their tests as JSON, and the p-value of feedback in the record; `None` where not tested.
@@ -403,28 +388,31 @@ impl Native {
         Ok((written, feedback))
     }
 
-    /// FIT of the simulated and of the predicted output in per cent. `own`: on the record of the estimate, from its x0.
+    /// FIT of the simulated and of the predicted output in per cent, one step and `horizon` steps ahead. `own`: on the
+    /// record of the estimate, from its x0.
     fn fit(
         &self,
         py: Python<'_>,
         u: &Bound<'_, PyAny>,
         y: &Bound<'_, PyAny>,
         own: bool,
-    ) -> PyResult<(f64, f64)> {
+        horizon: usize,
+    ) -> PyResult<(f64, f64, f64)> {
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
         if self.0.pass.progress < Progress::InitialState || u.len() <= self.0.shift {
-            return Ok((f64::NAN, f64::NAN));
+            return Ok((f64::NAN, f64::NAN, f64::NAN));
         }
         let [u, y] = self.0.shifted(u, y);
         let found = py.detach(|| {
             if own {
-                self.0.compare(u, y, y.len(), 0..y.len())
+                self.0.compare(u, y, y.len(), 0..y.len(), horizon)
             } else {
-                self.0.compare_on(u, y)
+                self.0.compare_on(u, y, horizon)
             }
         });
-        Ok((found.simulated, found.one_step))
+        let ahead = found.ahead.map_or(found.one_step, |ahead| ahead.fit);
+        Ok((found.simulated, found.one_step, ahead))
     }
 
     /// The states of the observer, k = 0 ... K, and its gain.

@@ -57,6 +57,17 @@ pub(in crate::cli) struct Arguments {
     /// Frequencies in Hz instead of rad/s, where the time between samples is known
     #[arg(long)]
     pub(super) hz: bool,
+    /// Print the FIT of predictions K steps ahead too, which know u up to their sample and y up to K samples before
+    #[arg(
+        long,
+        alias = "prediction-horizon",
+        value_name = "K",
+        default_value_t = 1,
+        hide_default_value = true,
+        allow_negative_numbers = true,
+        value_parser = whole
+    )]
+    pub(super) horizon: usize,
     /// Form of the output: text or json
     #[arg(long, value_name = "FORMAT", default_value_t)]
     pub(super) format: Format,

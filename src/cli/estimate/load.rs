@@ -93,6 +93,7 @@ pub(super) fn load(
         skipped: arguments.record.skip,
         clock,
         hertz: arguments.hz,
+        horizon: arguments.horizon,
         validation,
         unit,
         window,

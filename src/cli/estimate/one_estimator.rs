@@ -207,15 +207,16 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
 
 /// Returns what a model is on each of several records: from rest, or from the state that is estimated on it.
 fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartReport> {
+    let horizon = report.horizon;
     let part = |run: &Range<usize>| {
         let (u, y) = (&report.record.u[run.clone()], &report.record.y[run.clone()]);
         let at_rest = vec![0.0; fitted.pass.a.len()];
         PartReport {
             residuals: fitted.residuals(u, y),
             fit: if rest {
-                fitted.compare_from(&at_rest, u, y, y.len(), 0..y.len())
+                fitted.compare_from(&at_rest, u, y, y.len(), 0..y.len(), horizon)
             } else {
-                fitted.compare_on(u, y)
+                fitted.compare_on(u, y, horizon)
             },
         }
     };
@@ -225,15 +226,16 @@ fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartReport> {
 /// Returns the FIT of a pass on the window, and on the record for validation or the samples after the window.
 pub(super) fn fits(fitted: &Fitted, report: &Report) -> Fits {
     let Samples { u, y, window, .. } = report.shifted(fitted.shift);
+    let horizon = report.horizon;
     let validation = match &report.validation {
         Some(Validation { record, .. }) => {
             let [u, y] = fitted.shifted(&record.u, &record.y);
-            Some(fitted.compare_on(u, y))
+            Some(fitted.compare_on(u, y, horizon))
         }
-        None => (window < y.len()).then(|| fitted.compare(u, y, window, window..y.len())),
+        None => (window < y.len()).then(|| fitted.compare(u, y, window, window..y.len(), horizon)),
     };
     Fits {
-        window: fitted.compare(u, y, window, 0..window),
+        window: fitted.compare(u, y, window, 0..window, horizon),
         validation,
     }
 }

@@ -4,6 +4,7 @@ use super::report::{Estimate, Fits, Frequency, PassReport, Report, Validation};
 use super::{pictures, words};
 use crate::cli::equation::broken;
 use crate::diagnosis::{Mode, Precision, Root, Z_95};
+use crate::metric::Fit;
 use crate::report::html::{CellText, Column, Page, Section, Table};
 use crate::text::{rounded, visible};
 
@@ -289,6 +290,13 @@ fn fits(report: &Report) -> Table {
         columns.push(Column::number("validation, simulated", "%"));
         columns.push(Column::number("validation, one step", "%"));
     }
+    let steps = report.horizon;
+    if steps > 1 {
+        columns.push(Column::number(format!("window, {steps} steps"), "%"));
+        if validated {
+            columns.push(Column::number(format!("validation, {steps} steps"), "%"));
+        }
+    }
     let mut table = Table::new("FIT: 100 is a perfect model, 0 the mean of y", columns);
     for estimate in &report.estimates {
         let fit = |value: Option<f64>| number(value.unwrap_or(f64::NAN), 4);
@@ -304,6 +312,11 @@ fn fits(report: &Report) -> Table {
         if validated {
             row.push(fit(validation.map(|fit| fit.simulated)));
             row.push(fit(validation.map(|fit| fit.one_step)));
+        }
+        if steps > 1 {
+            let ahead = |fit: Option<Fit>| Some(fit?.ahead?.fit);
+            row.push(fit(ahead(window)));
+            row.extend(validated.then(|| fit(ahead(validation))));
         }
         table.row(row);
     }

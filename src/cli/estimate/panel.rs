@@ -10,17 +10,19 @@ use super::span::{Given, Span};
 use super::{orders, words};
 use crate::cli::error::Error;
 use crate::cli::output::{Format, print, print_json};
-use crate::estimator::{Criterion, EstimatorName};
+use crate::data::csv::Record;
+use crate::estimator::{Criterion, EstimatorName, OrderComparison};
 use crate::model::Orders;
 use crate::text::{shell_word, visible, wrap};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use std::process::ExitCode;
 
-/// The methods: an equation error, an output error, two models of the noise, and a subspace method with both weightings.
-const METHODS: [EstimatorName; 6] = {
-    use EstimatorName::{Armax, Arx, Bj, Moesp, N4sid, Oe};
-    [Arx, Oe, Armax, Bj, N4sid, Moesp]
+/// The methods: an equation error, an output error, two models of the noise, and a subspace method, whose weighting is the
+/// one that the record favours.
+const METHODS: [EstimatorName; 5] = {
+    use EstimatorName::{Armax, Arx, Bj, N4sid, Oe};
+    [Arx, Oe, Armax, Bj, N4sid]
 };
 
 /// Largest order and largest delay that are tried, and the samples for each of them.
@@ -88,15 +90,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     });
     let orders = Orders::arx(order.last, order.last, delay.last);
     let mut report = load(&arguments, orders, recognised)?;
-    let of_arx = scan(
-        &report,
-        (EstimatorName::Arx, Default::default()),
-        order,
-        delay,
-    )?;
-    let nk = of_arx
-        .chosen(Criterion::Bic)
-        .map_or(delay.first, |(_, nk)| nk);
+    let nk = delay_of(&report, delay);
     let mut rows = Vec::new();
     for &method in &chosen {
         rows.extend(row(
@@ -114,6 +108,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
             .unwrap_or(f64::NEG_INFINITY)
     };
     rows.sort_by(|a, b| fit(b).total_cmp(&fit(a)));
+    super::warn_of_offset(&report);
     let panel = Panel {
         report: &report,
         rows,
@@ -126,6 +121,27 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         Format::Json => print_json(&panel.json())?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the delay that BIC chooses among ARX models that all look back equally far, so that a larger delay leaves out
+/// leading coefficients of B and nothing else: A of high order has taken up the noise.
+fn delay_of(report: &Report, delay: Span) -> usize {
+    let reach = delay.last + ORDER;
+    let orders = (delay.first..=delay.last).map(|nk| Orders::arx(reach, reach + 1 - nk, nk));
+    let orders: Vec<Orders> = orders.collect();
+    let Ok(mut comparison) = OrderComparison::new(&orders, report.window) else {
+        return delay.first;
+    };
+    let Record { u, y, .. } = &report.record;
+    comparison.run(&u[..report.window], &y[..report.window]);
+    let equations = comparison.equations();
+    let of = comparison.candidates().iter().filter_map(|candidate| {
+        let (loss, orders) = (candidate.loss.ok()?, candidate.orders);
+        let bic = Criterion::Bic.value(loss, equations, orders.parameters());
+        bic.is_finite().then_some((bic, orders.nk))
+    });
+    let best = of.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map_or(delay.first, |(_, nk)| nk)
 }
 
 /// Fits a method at the order that BIC chooses; `None` if no order gives a model.
@@ -142,7 +158,7 @@ fn row(
         last: nk,
     };
     let (order, delay) = match method {
-        EstimatorName::N4sid | EstimatorName::Moesp if nk > 1 => (
+        _ if nk > 1 && is_subspace(method) => (
             Span {
                 last: order.last + nk - 1,
                 ..order
@@ -185,6 +201,12 @@ fn row(
         estimate,
         command,
     }))
+}
+
+/// Whether a method has no delay of more than one sample.
+fn is_subspace(method: EstimatorName) -> bool {
+    let orders = |text: &str| method.parse(Map::from_iter([("orders".to_owned(), json!(text))]));
+    orders("n=1,nk=2").is_err() && orders("n=1,nk=1").is_ok()
 }
 
 /// The command that was given, without its choice of methods and delays.
@@ -241,7 +263,7 @@ impl Panel<'_> {
             ..
         } = self;
         let delay = if delay.is_range() {
-            format!("delay {nk}: of {delay} by BIC of arx")
+            format!("delay {nk} of {delay} by BIC of long ARX models")
         } else {
             format!("delay {nk}")
         };

@@ -33,6 +33,8 @@ pub(super) struct Report {
     pub(super) clock: Option<Clock>,
     /// Whether frequencies are printed in Hz. They are in rad/sample where the time between samples is unknown.
     pub(super) hertz: bool,
+    /// Steps of the predictions ahead.
+    pub(super) horizon: usize,
     /// The record for validation, if it is another one.
     pub(super) validation: Option<Validation>,
     /// The orders as given; with `--order` and `--delay`, those of the ARX form.

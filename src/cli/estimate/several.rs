@@ -78,6 +78,7 @@ pub(super) fn load(
         skipped: arguments.record.skip,
         clock,
         hertz: arguments.hz,
+        horizon: arguments.horizon,
         validation: None,
         unit,
         window,

@@ -30,6 +30,7 @@ pub(in crate::cli) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         validate: None,
         ts: None,
         hz: false,
+        horizon: 1,
         format: Format::Text,
         options: arguments.options.clone(),
     };

@@ -367,10 +367,12 @@ fn write_fit(text: &mut String, on: &str, fit: Fit, has_noise_model: bool) -> fm
         " (equal: no noise model)"
     };
     let note = if simulated == one_step { note } else { "" };
-    writeln!(
-        text,
-        "  {name:<18} {simulated} simulated, {one_step} one-step{note}"
-    )
+    let ahead = fit.ahead.map_or_else(String::new, |ahead| {
+        format!(", {} {} steps ahead", percent(ahead.fit), ahead.steps)
+    });
+    let line = format!("  {name:<18} {simulated} simulated, {one_step} one-step{note}{ahead}");
+    text.push_str(&wrap(&line, 80, &" ".repeat(21)));
+    Ok(())
 }
 
 /// Writes a vector, four numbers per line.

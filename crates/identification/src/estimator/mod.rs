@@ -71,7 +71,7 @@ pub use options::{OptionEntry, option_keys};
 pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use other_tools::Reading;
 pub use pass::{Failure, Pass, Progress, Stage};
-pub use prediction::prediction_errors;
+pub use prediction::{errors_ahead, prediction_errors};
 pub use prediction_error::{InitialCondition, PredictionError, SearchStarts, initial_numbers};
 pub use reflection::{PoleReflection, Stabilise};
 pub use regression::{Regression, Rows};

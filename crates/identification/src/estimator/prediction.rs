@@ -3,7 +3,7 @@
 use crate::estimator::Window;
 use crate::estimator::initial_state::InitialState;
 use crate::model::LinearModel;
-use crate::model::polynomial::multiply;
+use crate::model::polynomial::{divide, multiply};
 use crate::plant::canonical::reverse_negated;
 
 /// Returns the errors of a model's one-step predictions over a record, and the first sample that counts. `None` if no
@@ -43,6 +43,40 @@ pub fn prediction_errors(
     Some((0, e))
 }
 
+/// Returns [`prediction_errors`] of predictions `horizon` steps ahead, which know u up to k and y up to k - horizon, and
+/// the first sample that counts.
+///
+/// With `C/(A D) = sum g_i q^-i` they are `sum_(i < horizon) g_i e(k - i)`. Where the predictor has a start, the first
+/// samples are predicted from it, over fewer steps.
+///
+/// # Panics
+/// As [`prediction_errors`].
+pub fn errors_ahead(
+    model: &LinearModel,
+    u: &[f64],
+    y: &[f64],
+    window: usize,
+    horizon: usize,
+) -> Option<(usize, Vec<f64>)> {
+    let (first, mut errors) = prediction_errors(model, u, y, window)?;
+    let e = errors.split_off(first);
+    let mut g = vec![0.0; horizon.min(e.len())];
+    let count = g.len().min(model.c.len());
+    g[..count].copy_from_slice(&model.c[..count]);
+    divide(&model.a, &mut g);
+    divide(&model.d, &mut g);
+    errors.extend((0..e.len()).map(|k| {
+        let past = g.iter().take(k + 1).enumerate();
+        past.map(|(i, g)| g * e[k - i]).sum::<f64>()
+    }));
+    let later = if first > 0 {
+        horizon.saturating_sub(1)
+    } else {
+        0
+    };
+    Some(((first + later).min(errors.len()), errors))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,6 +114,46 @@ mod tests {
             assert_eq!((first, found.len()), (0, 100));
             for (found, e) in found.iter().zip(&e[start..]) {
                 assert!((found - e).abs() < 1e-9, "{orders}: {found} instead of {e}");
+            }
+        }
+    }
+
+    /// A prediction h steps ahead is the output of the model whose innovations end h samples before.
+    #[test]
+    fn predictions_ahead_forget_the_last_innovations() {
+        for orders in ["na=2,nb=2", "na=1,nb=2,nc=2", "nb=2,nc=1,nd=2,nf=1,nk=2"] {
+            let mut model = LinearModel::zero(orders.parse().unwrap());
+            let n = model.orders().parameters();
+            let theta = [0.5, -0.3, 0.2, -0.4, 0.25, 0.1, 0.3];
+            model.set_parameters(&theta[..n]);
+            let u: Vec<f64> = (0..60).map(|k| f64::from((k * 7) % 5) - 2.0).collect();
+            let y: Vec<f64> = (0..60).map(|k| f64::from((k * k * 7) % 11)).collect();
+            let (first, e) = prediction_errors(&model, &u, &y, 60).unwrap();
+            let noise = |e: &[f64]| {
+                let mut v = vec![0.0; e.len()];
+                crate::model::polynomial::filter(&model.c, e, &mut v);
+                divide(&model.d, &mut v);
+                divide(&model.a, &mut v);
+                v
+            };
+            let e = &e[first..];
+            let full = noise(e);
+            for horizon in [1, 2, 5, 80] {
+                let (counts, found) = errors_ahead(&model, &u, &y, 60, horizon).unwrap();
+                assert_eq!(
+                    counts,
+                    if first > 0 {
+                        (first + horizon - 1).min(60)
+                    } else {
+                        0
+                    }
+                );
+                for k in 0..e.len() {
+                    let mut known = e.to_vec();
+                    known[(k + 1).saturating_sub(horizon)..].fill(0.0);
+                    let (found, expected) = (found[first + k], full[k] - noise(&known)[k]);
+                    assert!((found - expected).abs() < 1e-12, "{orders}, {horizon}, {k}");
+                }
             }
         }
     }

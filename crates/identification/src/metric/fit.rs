@@ -1,6 +1,6 @@
 //! FIT: how much of a record's output a model explains.
 
-use super::prediction_errors;
+use super::errors_ahead;
 use crate::model::LinearModel;
 use crate::plant::simulate;
 use std::ops::Range;
@@ -13,6 +13,18 @@ pub struct Fit {
     /// FIT with yhat predicted one step ahead, using y up to k - 1, from the start of [`prediction_errors`]; NaN if
     /// there is no start.
     pub one_step: f64,
+    /// FIT with yhat predicted [`FitModel::horizon`] steps ahead, using y up to k - horizon; `None` for one step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ahead: Option<Ahead>,
+}
+
+/// FIT of predictions some steps ahead.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Ahead {
+    /// The steps, at least 2.
+    pub steps: usize,
+    /// FIT.
+    pub fit: f64,
 }
 
 /// A model in the form that [`fit`] needs.
@@ -28,6 +40,8 @@ pub struct FitModel<'a> {
     pub d: f64,
     /// Initial state at k = 0.
     pub x0: &'a [f64],
+    /// Steps of the predictions ahead.
+    pub horizon: usize,
 }
 
 /// Computes the FIT of a model on the samples k in `range` of a record that begins at k = 0. The first `window` samples
@@ -37,17 +51,22 @@ pub struct FitModel<'a> {
 /// If u and y differ in length, or the window or the range reaches beyond them.
 pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], window: usize, range: Range<usize>) -> Fit {
     assert!(u.len() == y.len() && range.end <= y.len());
-    let FitModel { model, a, b, d, x0 } = model;
-    let errors = prediction_errors(model, u, y, window);
+    let FitModel {
+        model,
+        a,
+        b,
+        d,
+        x0,
+        horizon,
+    } = model;
     let mean = range.clone().map(|k| y[k]).sum::<f64>() / range.len() as f64;
     let mut simulated = 0.0;
     let mut x = x0.to_vec();
-    let (u, y) = (&u[..range.end], &y[..range.end]);
     simulate(
         a,
         b,
         &mut x,
-        u,
+        &u[..range.end],
         #[inline(always)]
         |k, x| {
             if k >= range.start {
@@ -68,14 +87,21 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], window: usize, range: Rang
             f64::NAN
         }
     };
-    let one_step = errors.map(|(first, e)| {
+    let predicted = |horizon: usize| {
+        let Some((first, e)) = errors_ahead(model, u, y, window, horizon) else {
+            return f64::NAN;
+        };
         let first = first.clamp(range.start, range.end);
         let squares = e[first..range.end].iter().map(|e| e * e);
         percent(squares.sum(), spread(first))
-    });
+    };
     Fit {
         simulated: percent(simulated, spread(range.start)),
-        one_step: one_step.unwrap_or(f64::NAN),
+        one_step: predicted(1),
+        ahead: (horizon > 1).then(|| Ahead {
+            steps: horizon,
+            fit: predicted(horizon),
+        }),
     }
 }
 
@@ -96,11 +122,13 @@ mod tests {
             b: &b,
             d: 0.0,
             x0: &[3.0],
+            horizon: 2,
         };
         let perfect = fit(model, &u, &y, 50, 10..50);
         assert!(
             (perfect.simulated - 100.0).abs() < 1e-10 && (perfect.one_step - 100.0).abs() < 1e-10
         );
+        assert!((perfect.ahead.unwrap().fit - 100.0).abs() < 1e-10);
         let mean = y[10..].iter().sum::<f64>() / 40.0;
         let linear = LinearModel::from_canonical(&[1.0], &[0.0], 1);
         let constant = FitModel {
@@ -109,6 +137,7 @@ mod tests {
             b: &[0.0],
             d: 0.0,
             x0: &[mean],
+            horizon: 1,
         };
         assert!(fit(constant, &u, &y, 50, 10..50).simulated.abs() < 1e-10);
         assert!(fit(model, &u, &[1.0; 50], 50, 0..50).simulated.is_nan());

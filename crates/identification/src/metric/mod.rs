@@ -37,12 +37,12 @@ mod statistic_names;
 mod statistics;
 pub mod tails;
 
-pub use crate::estimator::prediction_errors;
+pub use crate::estimator::{errors_ahead, prediction_errors};
 pub use coverage::Coverage;
 pub use error::{StateError, relative_error, relative_error_as_printed};
 pub use estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, Z};
 pub use exact_sum::ExactSum;
-pub use fit::{Fit, FitModel, fit};
+pub use fit::{Ahead, Fit, FitModel, fit};
 pub use moments::Sample;
 pub use paired::{Paired, PairedStatistics};
 pub use quantile::{Quantile, Worse, correlation_of_medians, quantile};

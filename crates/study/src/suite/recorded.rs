@@ -104,7 +104,7 @@ impl RecordFits {
 fn validated(estimator: EstimatorName, record: &Record, first: usize) -> Option<[f64; 2]> {
     let Record { u, y, .. } = record;
     let model = fit(options(estimator, first)?, 1, &u[..first], &y[..first]).ok()?;
-    let found = model.compare(u, y, first, first..y.len());
+    let found = model.compare(u, y, first, first..y.len(), 1);
     let both = [found.simulated, found.one_step];
     both[0]
         .is_finite()

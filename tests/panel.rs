@@ -1,0 +1,171 @@
+//! `asobench estimate record.csv` without an order: a table of methods whose commands lead to the same models.
+
+use crate::common::{asobench_in, stderr, stdout};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::Path;
+use tempfile::TempDir;
+
+const SAMPLES: usize = 1000;
+/// The part of the variance of y that is noise.
+const NOISE: f64 = 0.04;
+
+/// A uniform number in [-1, 1).
+fn next(seed: &mut u64) -> f64 {
+    *seed = seed
+        .wrapping_mul(6364136223846793005)
+        .wrapping_add(1442695040888963407);
+    (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+/// `y = (q^-3 + 0.5 q^-4)/(1 - 1.5 q^-1 + 0.7 q^-2) u + v` with v of a first-order spectrum.
+fn record() -> String {
+    let (mut seed, mut x, mut v) = (1, [0.0; 2], 0.0);
+    let mut u = [0.0; 4];
+    let mut rows = Vec::new();
+    for _ in 0..SAMPLES {
+        let now = next(&mut seed).signum();
+        let free = 1.5 * x[0] - 0.7 * x[1] + u[2] + 0.5 * u[3];
+        x = [free, x[0]];
+        v = 0.8 * v + 0.6 * next(&mut seed) * 3.0_f64.sqrt();
+        rows.push((now, free, v));
+        u = [now, u[0], u[1], u[2]];
+    }
+    let power = rows.iter().map(|row| row.1 * row.1).sum::<f64>() / SAMPLES as f64;
+    let scale = (NOISE / (1.0 - NOISE) * power).sqrt();
+    rows.iter().fold("u,y\n".to_owned(), |mut text, (u, x, v)| {
+        let _ = writeln!(text, "{u},{:.9}", x + scale * v);
+        text
+    })
+}
+
+/// A folder with the record.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("record.csv"), record()).unwrap();
+    folder
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let output = asobench_in(folder, &[arguments, &["--format", "json"]].concat());
+    let read = serde_json::from_slice(&output.stdout);
+    read.unwrap_or_else(|error| panic!("{error}: {}", stderr(&output)))
+}
+
+#[test]
+fn the_best_comes_first_and_its_command_gives_the_same_model() {
+    let folder = folder();
+    let folder = folder.path();
+    let found = json(folder, &["estimate", "record.csv"]);
+    assert_eq!((&found["nk"], &found["window"]), (&3.into(), &700.into()));
+    let rows = found["panel"].as_array().unwrap();
+    let mut names: Vec<&str> = rows
+        .iter()
+        .map(|row| row["estimator"].as_str().unwrap())
+        .collect();
+    let fits: Vec<f64> = rows
+        .iter()
+        .map(|row| {
+            row["fit_percent"]["validation"]["simulated"]
+                .as_f64()
+                .unwrap()
+        })
+        .collect();
+    assert!(fits.is_sorted_by(|a, b| a >= b), "{fits:?}");
+    // FIT of the true plant is 100 (1 - sqrt(NOISE)); of a fitted one a little less.
+    let of_truth = 100.0 * (1.0 - NOISE.sqrt());
+    assert!((fits[0] - of_truth).abs() < 2.0, "{fits:?}");
+    for row in rows {
+        let command = row["command"].as_str().unwrap();
+        let words: Vec<&str> = command.split_whitespace().skip(1).collect();
+        assert!(command.contains("--window 70%"), "{command}");
+        let again = json(folder, &words);
+        let of = &again["estimates"][0];
+        assert_eq!(of["fit_percent"], row["fit_percent"], "{command}");
+        assert_eq!(of["estimator"], row["estimator"]);
+    }
+    names.sort_unstable();
+    assert_eq!(names, ["armax", "arx", "bj", "n4sid", "oe"]);
+    // Methods, a delay and a window that were given are taken.
+    let words = [
+        "estimate",
+        "record.csv",
+        "--estimator=oe,bj",
+        "--delay",
+        "2",
+        "--window",
+        "500",
+    ];
+    let some = json(folder, &words);
+    let rows = some["panel"].as_array().unwrap();
+    assert_eq!(
+        (rows.len(), &rows[0]["nk"], &some["window"]),
+        (2, &2.into(), &500.into())
+    );
+    let command = rows[0]["command"].as_str().unwrap();
+    let (method, n) = (rows[0]["estimator"].as_str().unwrap(), &rows[0]["n"]);
+    let expected = format!(
+        "asobench estimate record.csv --window 500 --estimator {method} --order {n} --delay 2"
+    );
+    assert_eq!(command, expected);
+}
+
+#[test]
+fn the_table_fits_a_screen_and_pictures_need_one_model() {
+    let folder = folder();
+    let text = stdout(&asobench_in(folder.path(), &["estimate", "record.csv"]));
+    let wide = |line: &&str| line.len() > 80 && !line.contains("asobench estimate");
+    assert_eq!(text.lines().find(wide), None);
+    assert!(text.contains("of 1:20 by BIC of long ARX models"), "{text}");
+    for (flag, value) in [
+        ("--plot", "output"),
+        ("--report", "page.html"),
+        ("--states", "x.csv"),
+    ] {
+        let output = asobench_in(folder.path(), &["estimate", "record.csv", flag, value]);
+        let said = stderr(&output);
+        assert!(
+            said.contains(&format!("{flag}: needs a single model; expected --order n")),
+            "{said}"
+        );
+        assert_eq!(output.status.code(), Some(2));
+    }
+}
+
+/// Of a model without noise model predictions at every horizon are the simulation; of others they lie between one step and
+/// the simulation.
+#[test]
+fn predictions_further_ahead() {
+    let folder = folder();
+    let of = |method: &str, horizon: &str| {
+        let flags = [
+            "--order",
+            "2",
+            "--delay",
+            "3",
+            "--window",
+            "70%",
+            "--estimator",
+            method,
+        ];
+        let words = [
+            &["estimate", "record.csv", "--horizon", horizon],
+            &flags[..],
+        ]
+        .concat();
+        let found = json(folder.path(), &words);
+        found["estimates"][0]["fit_percent"]["validation"].clone()
+    };
+    let oe = of("oe", "5");
+    assert_eq!(oe["ahead"]["steps"], 5);
+    let [ahead, one] = [&oe["ahead"]["fit"], &oe["one_step"]].map(|fit| fit.as_f64().unwrap());
+    assert!((ahead - one).abs() < 1e-9, "{oe}");
+    assert_eq!(of("bj", "1").get("ahead"), None);
+    let bj = ["2", "4", "400"].map(|horizon| of("bj", horizon)["ahead"]["fit"].as_f64().unwrap());
+    let [one, free] = ["one_step", "simulated"].map(|key| of("bj", "1")[key].as_f64().unwrap());
+    assert!(
+        one > bj[0] && bj[0] > bj[1] && bj[1] > bj[2],
+        "{one} {bj:?}"
+    );
+    assert!((bj[2] - free).abs() < 0.2, "{bj:?} {free}");
+}
