@@ -176,7 +176,10 @@ fn bad_settings_are_refused_by_flag() {
         arguments.extend(flags);
         refused(&arguments, parts);
     };
-    refuse(&[], &["--order"]);
+    refuse(
+        &["--plot", "output"],
+        &["--plot: needs a single model", "--order"],
+    );
     refuse(&["--order", "0"], &["--order", "at least 1"]);
     refuse(&["--order", "two"], &["--order", "two"]);
     refuse(&["--order", "14"], &["40 samples are too few for order 14"]);

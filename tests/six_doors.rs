@@ -174,7 +174,7 @@ fn record(path: &Path) -> Result<(), String> {
             missing,
             ..ReadOptions::default()
         };
-        in_words(read_record(path, &options))
+        in_words(read_record(path, None, &options))
     };
     let part = read(Missing::LongestRun).err().unwrap_or_default();
     assert!(!part.contains('\n'), "{part}");

@@ -4,7 +4,7 @@ use super::error::Error;
 use super::estimate::estimator;
 use super::output::print;
 use crate::estimator::{EstimatorName, OptionEntry};
-use serde_json::Value;
+use serde_json::{Map, Value};
 use std::process::ExitCode;
 
 /// Columns of an option's name and default, and columns in a line.
@@ -37,7 +37,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// Describes an estimator and its options.
 pub(super) fn described(estimator: EstimatorName) -> String {
-    let mut text = filled(&format!("{estimator}: "), estimator.about(), 2);
+    let default = estimator.parse(Map::new());
+    let records = match default.is_ok_and(|options| options.takes_runs()) {
+        true => " Fits several records of a plant too, and the parts of one between gaps.",
+        false => "",
+    };
+    let about = format!("{}{records}", estimator.about());
+    let mut text = filled(&format!("{estimator}: "), &about, 2);
     for option in estimator.options() {
         let OptionEntry {
             key,

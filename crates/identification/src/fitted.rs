@@ -366,7 +366,7 @@ mod tests {
         ] {
             assert!((model.pass.a[1] - 1.2).abs() < 1e-10 && (model.pass.a[0] + 0.5).abs() < 1e-10);
             assert_eq!(model.poles().len(), 2);
-            assert!(model.compare(&u, &y, 60, 0..60).simulated > 99.9999);
+            assert!(model.compare(&u, &y, 60, 0..60, 1).simulated > 99.9999);
         }
     }
 }

@@ -92,7 +92,7 @@ pub(super) struct RecordArguments {
     /// --output choose; lines beginning with # are comments
     #[arg(value_name = "FILE.csv")]
     pub(super) file: PathBuf,
-    /// Worksheet of a workbook [default: the first one that holds anything]
+    /// Worksheet of a workbook [default: the first one that has the columns]
     #[arg(long, value_name = "NAME")]
     pub(super) sheet: Option<String>,
     /// Column of u, by its name or its number from 1 [default: u, input or in]

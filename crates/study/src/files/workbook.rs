@@ -1,4 +1,4 @@
-//! A worksheet of an Excel workbook (.xlsx), as the text that its program would save as CSV.
+//! The worksheets of an Excel workbook (.xlsx), as the text that its program would save as CSV.
 
 use asobench_identification::text::visible;
 use calamine::{CellErrorType, DataRef, ExcelDateTime, Reader as _, SheetType, SheetVisible, Xlsx};
@@ -14,67 +14,66 @@ const UNPACKED: u64 = 100;
 const LEAST: u64 = 1 << 24;
 /// A serial number of days resolves some 0.3 microseconds; steps of 10 microseconds hide this.
 const TICKS: f64 = 86400.0 * 1e5;
+const DAMAGED: &str = "a damaged workbook";
 
-/// A worksheet as CSV: a line for each row up to the last one with a cell, so that its number is the row's. Numbers have all
-/// their digits and an exponent, so that a point is that of decimals; errors stand as the program shows them, dates and
-/// times in ISO 8601, durations in seconds.
-#[derive(Debug)]
-pub(super) struct Worksheet {
-    pub(super) text: String,
-    /// Which one was read of several, in words.
-    pub(super) which: Option<String>,
+/// An Excel workbook, whose worksheets are read as CSV: a line for each row up to the last one with a cell, so that its
+/// number is the row's. Numbers have all their digits and an exponent, so that a point is that of decimals; errors stand as
+/// the program shows them, dates and times in ISO 8601, durations in seconds.
+pub(super) struct Workbook {
+    book: Xlsx<Cursor<Vec<u8>>>,
+    /// The bytes that may come out of the file.
+    room: u64,
 }
 
-impl Worksheet {
-    /// Reads the worksheet of this name, or the first visible one that holds anything.
+impl Workbook {
+    /// Opens a workbook.
     ///
     /// # Errors
-    /// In words: if it is no workbook, there is no such worksheet, or more comes out of the file than its length can hold.
-    pub(super) fn read(mut from: impl Read, name: Option<&str>) -> Result<Self, String> {
+    /// In words: if it is no workbook, or more comes out of the file than its length can hold.
+    pub(super) fn open(mut from: impl Read) -> Result<Self, String> {
         let mut bytes = Vec::new();
         let read = from.read_to_end(&mut bytes);
         read.map_err(|error| error.to_string())?;
         let room = (UNPACKED * bytes.len() as u64).max(LEAST);
         unpacks_to(&bytes, room)?;
-        super::quietly(|| Self::of(bytes, room, name), "a damaged workbook")
+        let open = || Xlsx::new(Cursor::new(bytes)).map_err(in_words);
+        let book = super::quietly(open, DAMAGED)?;
+        Ok(Self { book, room })
     }
 
-    fn of(bytes: Vec<u8>, room: u64, name: Option<&str>) -> Result<Self, String> {
-        let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(in_words)?;
-        let sheets = book.sheets_metadata();
-        let is_table = |sheet: &&calamine::Sheet| sheet.typ == SheetType::WorkSheet;
-        let is_shown = |sheet: &&calamine::Sheet| sheet.visible == SheetVisible::Visible;
-        let names = |sheets: Vec<&calamine::Sheet>| -> Vec<String> {
-            sheets.iter().map(|sheet| sheet.name.clone()).collect()
+    /// Returns the names of the worksheets that may be meant: those that are visible, or the one of this name.
+    ///
+    /// # Errors
+    /// In words: if there is no such worksheet.
+    pub(super) fn worksheets(&self, name: Option<&str>) -> Result<Vec<String>, String> {
+        let sheets = self.book.sheets_metadata().iter();
+        let sheets = sheets.filter(|sheet| sheet.typ == SheetType::WorkSheet);
+        let is_meant = |sheet: &&calamine::Sheet| {
+            name.map_or(sheet.visible == SheetVisible::Visible, |name| {
+                sheet.name == name
+            })
         };
-        let all = names(sheets.iter().filter(is_table).collect());
-        let shown = names(sheets.iter().filter(is_table).filter(is_shown).collect());
-        if let Some(name) = name {
-            if !all.iter().any(|own| own == name) {
-                let found: Vec<_> = all
-                    .iter()
-                    .map(|own| format!("'{}'", visible(own)))
+        let meant = sheets.clone().filter(is_meant);
+        let meant: Vec<String> = meant.map(|sheet| sheet.name.clone()).collect();
+        match name {
+            Some(name) if meant.is_empty() => {
+                let found: Vec<String> = sheets
+                    .map(|sheet| format!("'{}'", visible(&sheet.name)))
                     .collect();
-                return Err(format!(
-                    "no worksheet '{}'; expected {}",
-                    visible(name),
-                    found.join(", ")
-                ));
+                let (name, found) = (visible(name), found.join(", "));
+                Err(format!("no worksheet '{name}'; expected {found}"))
             }
-            let text = text_of(&mut book, name, room)?;
-            return Ok(Self { text, which: None });
+            _ => Ok(meant),
         }
-        for own in &shown {
-            let text = text_of(&mut book, own, room)?;
-            if !text.is_empty() {
-                let which = (shown.len() > 1).then(|| {
-                    let (own, count) = (visible(own), shown.len());
-                    format!("worksheet '{own}' of {count} (--sheet chooses)")
-                });
-                return Ok(Self { text, which });
-            }
-        }
-        Err("no worksheet with a cell".to_owned())
+    }
+
+    /// Returns a worksheet as text; empty if it has no cell.
+    ///
+    /// # Errors
+    /// In words: if it is damaged, or longer than the file's length can hold.
+    pub(super) fn text(&mut self, name: &str) -> Result<String, String> {
+        let Self { book, room } = self;
+        super::quietly(|| text_of(book, name, *room), DAMAGED)
     }
 }
 

@@ -281,6 +281,11 @@ impl MethodOptions {
         self.kind().begins_at_rest()
     }
 
+    /// Whether one model can be fitted to several records ([`Problem::runs`]).
+    pub fn takes_runs(&self) -> bool {
+        self.kind().takes_runs()
+    }
+
     /// Whether an estimate may take memory for its record besides the buffers that were prepared.
     pub fn takes_memory(&self) -> bool {
         self.kind().takes_memory()

@@ -107,7 +107,9 @@ fn rows(all: &[&[&str]]) -> String {
 }
 
 fn text(bytes: &[u8]) -> Result<String, String> {
-    Worksheet::read(bytes, None).map(|sheet| sheet.text)
+    let mut book = Workbook::open(bytes)?;
+    let names = book.worksheets(None)?;
+    book.text(names.first().ok_or("no worksheet")?)
 }
 
 fn record(bytes: &[u8]) -> Result<Table, String> {
@@ -170,42 +172,57 @@ fn dates_times_and_durations_are_those_of_excel() {
 }
 
 #[test]
-fn the_first_worksheet_that_holds_anything_or_the_one_that_is_named() {
+fn the_first_worksheet_that_has_the_columns_or_the_one_that_is_named() {
+    let about = rows(&[&["s:operator", "s:NN"]]);
     let [one, two] = [["1", "2"], ["3", "4"]].map(|values| rows(&[&["s:u", "s:y"], &values]));
-    let bytes = book(&[("Empty", ""), ("One", &one), ("Two", &two)], false, "");
-    let sheet = Worksheet::read(&bytes[..], None).unwrap();
-    assert_eq!(
-        sheet.which.as_deref(),
-        Some("worksheet 'One' of 3 (--sheet chooses)")
-    );
-    assert!(sheet.text.contains("1e0,2e0"));
-    let sheet = Worksheet::read(&bytes[..], Some("Two")).unwrap();
-    assert!(sheet.text.contains("3e0,4e0") && sheet.which.is_none());
-    let error = Worksheet::read(&bytes[..], Some("three")).unwrap_err();
+    let gap = rows(&[&["s:u", "s:y"], &["1", "2"], &["e:#N/A", "2"], &["1", "2"]]);
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str, bytes: &[u8], sheet: Option<&str>| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let table = read_record(&path, sheet, &ReadOptions::default());
+        table.map_err(|error| error.to_string())
+    };
+    let sheets = [
+        ("Empty", ""),
+        ("About", &about),
+        ("One", &one),
+        ("Two", &two),
+    ];
+    let bytes = book(&sheets, false, "");
+    let table = read("rig.xlsx", &bytes, None).unwrap();
+    assert_eq!((table.record.u, table.record.y), (vec![1.0], vec![2.0]));
+    assert_eq!(table.form, ["worksheet 'One' of 4 (--sheet chooses)"]);
+    let table = read("rig.XLSX", &bytes, Some("Two")).unwrap();
+    assert_eq!((table.record.u, table.form.len()), (vec![3.0], 0));
+    let error = read("rig.xlsx", &bytes, Some("two")).unwrap_err();
     assert_eq!(
         error,
-        "no worksheet 'three'; expected 'Empty', 'One', 'Two'"
+        "no worksheet 'two'; expected 'Empty', 'About', 'One', 'Two'"
+    );
+    // A worksheet with the columns is not passed over for its samples.
+    let error = read(
+        "rig.xlsx",
+        &book(&[("Gap", &gap), ("One", &one)], false, ""),
+        None,
+    );
+    assert!(
+        error
+            .unwrap_err()
+            .contains("line 3, column u: a sample is missing")
     );
     let hidden = book(&[("One", &one), ("Two", &two)], true, "");
-    assert!(
-        Worksheet::read(&hidden[..], None)
-            .unwrap()
-            .text
-            .contains("3e0,4e0")
-    );
+    assert_eq!(read("rig.xlsx", &hidden, None).unwrap().record.u, [3.0]);
     assert_eq!(
-        text(&book(&[("Empty", "")], false, "")).unwrap_err(),
-        "no worksheet with a cell"
+        read("rig.xlsx", &hidden, Some("One")).unwrap().record.u,
+        [1.0]
     );
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("rig.xlsx");
-    std::fs::write(&path, &bytes).unwrap();
-    let table = read_record(&path, Some("Two"), &ReadOptions::default()).unwrap();
-    assert_eq!((table.record.u, table.record.y), (vec![3.0], vec![4.0]));
-    let path = folder.path().join("rig.csv");
-    std::fs::write(&path, "u,y\n1,2\n").unwrap();
-    let error = read_record(&path, Some("Two"), &ReadOptions::default()).unwrap_err();
-    assert!(error.to_string().contains("--sheet is for .xlsx"));
+    let error = read("rig.xlsx", &book(&sheets[..2], false, ""), None).unwrap_err();
+    assert!(error.contains("operator"), "{error}");
+    let error = read("rig.xlsx", &book(&sheets[..1], false, ""), None).unwrap_err();
+    assert_eq!(error, "no worksheet with a cell");
+    let error = read("rig.csv", b"u,y\n1,2\n", Some("Two")).unwrap_err();
+    assert_eq!(error, "--sheet is for .xlsx");
 }
 
 #[test]
