@@ -34,7 +34,7 @@ impl UnknownName {
 /// A list of so many names is read whole.
 const FEW: usize = 12;
 
-/// What people who come from elsewhere call a thing, in lower case but for single letters, and its name here.
+/// The name of a thing elsewhere, in lower case but for single letters, and its name here.
 const ELSEWHERE: &[(&str, &str)] = &[
     ("N", "window"),
     ("n", "order"),
@@ -100,7 +100,7 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("skip", "longest-run"),
 ];
 
-/// What the name here means, where the one from elsewhere means something that is not equal to it.
+/// The meaning of the name here, where the one from elsewhere means something that is not equal to it.
 const NOT_EQUAL: &[(&str, &str)] = &[
     (
         "snr",
@@ -125,7 +125,7 @@ pub fn here<'a>(given: &str, valid: &[&'a str]) -> Option<&'a str> {
     elsewhere.find_map(|(_, here)| valid.iter().copied().find(|name| name == here))
 }
 
-/// What is to be written instead: the name here of a thing from elsewhere, or the valid names after the nearest one, if
+/// The names to write instead: the name here of a thing from elsewhere, or the valid names after the nearest one, if
 /// one is near.
 fn way_on(given: &str, valid: &[String]) -> String {
     // The time grows with the square of the length, and no longer text is a name.

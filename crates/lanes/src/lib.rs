@@ -188,7 +188,7 @@ impl Isa {
 
 /// A computation on packs of any width.
 pub trait Call {
-    /// What it returns.
+    /// The result.
     type Output;
 
     /// Runs it with packs `R` and matrices of capacity `N`.

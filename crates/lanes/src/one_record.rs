@@ -67,7 +67,7 @@ impl<R: Real, const N: usize> Estimator for Single<R, N> {
                 let h: [f64; N] = lane(&from.h, 0);
                 let alpha = a[..n].iter().rev().map(|a| -a);
                 let p: Vec<f64> = alpha.chain(h[..n].iter().copied()).collect();
-                // What a lane calls finite is finite here too.
+                // Numbers that a lane calls finite are finite here too.
                 let _ = to.set_parameters(&p, from.condition.lane(0));
                 // In the reading `literal`, b does not follow from p.
                 let b: [f64; N] = lane(&from.b, 0);

@@ -301,7 +301,7 @@ mod tests {
     use asobench_identification::signal::{LevelOf, LevelOver, LevelReading, stream};
     use std::array::from_fn;
 
-    /// What a lane drew: u, y of the window, f, and the scale followed by the state after the window.
+    /// The numbers that a lane drew: u, y of the window, f, and the scale followed by the state after the window.
     type Drawn = [Vec<f64>; 4];
 
     struct Draw<'a> {

@@ -39,7 +39,7 @@ impl<R: Real> Errors<R> {
     }
 }
 
-/// What to compute besides the relative errors.
+/// The errors to compute besides the relative ones.
 #[derive(Clone, Copy)]
 pub struct Wanted {
     /// The errors of the state by the formula as printed.
@@ -157,7 +157,7 @@ impl<R: Real, const N: usize> PackedObserver<R, N> {
     }
 }
 
-/// What an observer gathers. During a chunk these are separate variables, so that they stay in registers.
+/// The errors gathered for an observer. During a chunk these are separate variables, so that they stay in registers.
 struct Gathering<R> {
     relative: Gathered<R>,
     as_printed: Gathered<R>,

@@ -13,7 +13,7 @@ pub fn example_table(summary: &Summary, scored_from: f64) -> String {
     };
     let n = traces.theta.len();
     let states: Vec<Measure> = Measure::STATES.into_iter().take(n).collect();
-    // What stands above the columns, theirs, and the true theta.
+    // The line above the columns, the columns, and the true theta.
     let mut above = vec![String::new()];
     let mut columns = vec![Column::text("observer").width(12)];
     let mut truth = vec!["true".to_owned()];

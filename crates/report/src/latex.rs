@@ -7,7 +7,7 @@ use asobench_study::text;
 /// A text of more characters wraps, in a column of its own width.
 const LONG: usize = 30;
 
-/// What the columns that wrap share of a line.
+/// The part of a line that the columns that wrap share.
 const PROSE: f64 = 0.45;
 
 /// A table of more columns is set smaller and closer.
@@ -85,7 +85,7 @@ const SYMBOLS: [(char, &str); 67] = [
     ('\u{3a9}', "$\\Omega$"),
 ];
 
-/// Escapes a text, on one line. What is invisible is written out, as on the page. Letters of other scripts stay:
+/// Escapes a text, on one line. Invisible characters are written out, as on the page. Letters of other scripts stay:
 /// pdfLaTeX knows those of Latin alphabets, XeLaTeX and LuaLaTeX those of their fonts.
 fn escaped(text: &str) -> String {
     let line = text.lines().collect::<Vec<_>>().join(" ");

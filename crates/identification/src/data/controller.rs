@@ -3,7 +3,7 @@
 use super::{DrawFailure, Truth};
 use std::sync::Arc;
 
-/// What a controller knows when it must return u(k): samples from the trial's first one on, including the open-loop
+/// The samples that a controller knows when it must return u(k), from the trial's first one on, including the open-loop
 /// part.
 #[derive(Clone, Copy, Debug)]
 pub struct History<'a> {

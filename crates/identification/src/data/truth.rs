@@ -1,4 +1,4 @@
-//! What a record was made of.
+//! The system that made a record.
 
 use crate::names::named_enum;
 use crate::plant::StateSpace;

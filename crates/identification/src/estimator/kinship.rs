@@ -1,11 +1,11 @@
-//! What a method can take over from another that has estimated the same window: methods of a study often differ in
-//! a last step alone. Nothing is computed in another way, so no bit depends on it.
+//! The results that a method can take over from another on the same window: methods of a study often differ in a
+//! last step alone. Nothing is computed in another way, so no bit depends on it.
 
 use super::iv_options::{Auxiliary, IvOptions};
 use super::methods::MethodOptions;
 use super::{Covariance, Pass, Solver};
 
-/// What a method has in common with an earlier one on the same window.
+/// The results that a method has in common with an earlier one on the same window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kinship {
     /// All: they have the same options.
@@ -39,8 +39,8 @@ impl Kinship {
         }
     }
 
-    /// What methods of these options have in common, if it saves work. `errors`: whether standard errors are wanted
-    /// from methods that can do without them.
+    /// The results that methods of these options share, if that saves work. `errors`: whether standard errors are
+    /// wanted from methods that can do without them.
     pub(super) fn between(
         earlier: &MethodOptions,
         later: &MethodOptions,

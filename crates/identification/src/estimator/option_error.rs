@@ -6,7 +6,7 @@
 pub struct OptionError {
     /// The option's key; `None` if the message names it.
     pub key: Option<String>,
-    /// What is wrong and what was expected.
+    /// The mistake and what was expected.
     pub message: String,
 }
 

@@ -1,4 +1,4 @@
-//! What is known of estimators' options: keys, descriptions, defaults, schemas.
+//! The properties of estimators' options: keys, descriptions, defaults, schemas.
 
 use super::EstimatorName;
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! What tests of estimators begin with: an estimate of a whole record, a plant by its orders, random numbers.
+//! The setup of estimators' tests: an estimate of a whole record, a plant by its orders, random numbers.
 
 use super::{MethodKind, Pass, Shape, Window};
 use crate::model::LinearModel;

@@ -168,7 +168,7 @@ impl ExactSum {
     /// This is the error-free vector transformation of Rump, Ogita and Oishi (2008), "Accurate floating-point summation
     /// part I", section 3. If all `|x| < 2^m` and `sigma = 2^(m + 9)`, then `q = (sigma + x) - sigma` is x rounded to a
     /// multiple of `2^-53 sigma`, and `x - q` is exact. The q of 256 terms have a sum below sigma, so they are added
-    /// without rounding too. What is left of x is at most `2^-53 sigma`, and is treated alike with `2^-44 sigma`, until
+    /// without rounding too. The rest of x is at most `2^-53 sigma`, and is treated alike with `2^-44 sigma`, until
     /// nothing is left: for terms of like size after two or three rounds.
     ///
     /// # Panics

@@ -460,7 +460,7 @@ impl Gathering {
         let before = self.bins.len();
         self.bins.resize(before + count, 0);
         let bins = &mut self.bins[before..];
-        // What fills up the last numbers side by side must not be an extreme.
+        // The padding of the last numbers side by side must not be an extreme.
         let whole = count.next_multiple_of(WAYS);
         if count < whole {
             let first = numbers[0];

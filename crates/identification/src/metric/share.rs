@@ -52,7 +52,7 @@ impl Share {
 }
 
 named_enum! {
-    /// What a share says about a bound that was printed for a single run.
+    /// The verdict of a share on a bound that was printed for a single run.
     BoundVerdict, "verdict" {
         /// The 95 % interval holds 1/2.
         Undecided = "undecided",

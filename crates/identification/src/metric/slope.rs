@@ -43,7 +43,7 @@ impl Slope {
     }
 }
 
-/// What a slope needs of a cell: its statistic over all trials, and with each group left out.
+/// The statistic of a cell, as a slope needs it: over all trials, and with each group left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jackknife {
     all: f64,

@@ -94,7 +94,7 @@ pub struct Statistics {
     pub largest_share: f64,
 }
 
-/// What older versions did not store.
+/// The value of fields that older versions did not store.
 fn nan() -> f64 {
     f64::NAN
 }

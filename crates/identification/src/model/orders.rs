@@ -171,7 +171,7 @@ pub enum OrdersError {
 impl std::str::FromStr for Orders {
     type Err = OrdersError;
 
-    /// Parses `na=2,nb=2,nk=1`, or `n=2` for na = nb = 2. What is not given is 0, except that `nk` is 1.
+    /// Parses `na=2,nb=2,nk=1`, or `n=2` for na = nb = 2. Numbers that are not given are 0, except that `nk` is 1.
     fn from_str(text: &str) -> Result<Self, OrdersError> {
         let parts: Result<Vec<_>, _> = text
             .split(',')

@@ -4,14 +4,14 @@
 /// same numbers whatever powers of two they were multiplied with, so what is computed of it has the same bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// That of u and r.
+    /// The unit of u and r.
     pub input: f64,
-    /// That of y and of states.
+    /// The unit of y and of states.
     pub output: f64,
 }
 
 impl Units {
-    /// Those of the record as it is.
+    /// The units of the record as it is.
     pub const ONE: Self = Self::shared(1.0);
 
     /// One unit for all signals.

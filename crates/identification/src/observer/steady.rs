@@ -22,7 +22,7 @@ pub(super) struct SteadyGain {
     states: Vec<f64>,
     /// The coefficients of `sqrt(v) C`, of the last rho that was solved.
     c: Vec<f64>,
-    /// Those of the next step, and its equations, by columns.
+    /// The coefficients of the next step, and its equations, by columns.
     next: Vec<f64>,
     matrix: Vec<f64>,
     gain: Vec<f64>,

@@ -12,7 +12,7 @@ pub struct Sampling {
     pub interval: f64,
     /// The delay in seconds; need not be a multiple of T.
     pub delay: f64,
-    /// What u(t) is between two samples.
+    /// The course of u(t) between two samples.
     pub hold: Hold,
 }
 

@@ -5,7 +5,7 @@ use crate::names::named_enum;
 use crate::real::Real;
 
 named_enum! {
-    /// What the standard deviations of Eq. (6) are taken over: reading E7.
+    /// The signals whose standard deviations Eq. (6) takes: reading E7.
     LevelOver, "reading of eta" {
         /// The realisation in the window k = 0 ... N-1, so that eta holds exactly in every trial (the default).
         Window = "exact",

@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// The most degrees of freedom of Student's t: beyond, the law is as good as normal.
 const MOST_FREEDOM: u16 = 100;
 
-/// What the white noise w is drawn from. Its mean is 0, its variance 1.
+/// The distribution of the white noise w, with mean 0 and variance 1.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum NoiseLaw {
     /// Normal numbers.
@@ -80,7 +80,7 @@ pub struct NoiseFilter {
     denominator: Vec<f64>,
     /// Predictors of order 0 ... p for the start.
     predictors: StepDown,
-    /// What w is drawn from.
+    /// The distribution of w.
     law: NoiseLaw,
 }
 

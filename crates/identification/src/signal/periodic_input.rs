@@ -130,7 +130,7 @@ fn cosine(turns: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// What defines sequences of longest period: every nonzero state of the register appears once.
+    /// The definition of sequences of longest period: every nonzero state of the register appears once.
     #[test]
     fn binary_sequences_have_the_longest_period() {
         for register in REGISTERS {

@@ -1,6 +1,5 @@
-//! What estimators with orders of their own tend to, and the covariance of their limit distribution (Ljung, System
-//! Identification,
-//! 2nd ed., sections 9.3 and 9.4; Soderstrom and Stoica, System Identification, chapter 8).
+//! The limits of estimators with orders of their own, and the covariance of their limit distribution (Ljung, System
+//! Identification, 2nd ed., sections 9.3 and 9.4; Soderstrom and Stoica, System Identification, chapter 8).
 
 use super::canonical::{Asymptotic, Shape};
 use super::cramer_rao::{

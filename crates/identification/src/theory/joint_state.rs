@@ -88,9 +88,9 @@ fn transposed(powers: &[Matrix]) -> Vec<Matrix> {
     powers.iter().map(Matrix::transpose).collect()
 }
 
-/// The covariances `E[v_a(k) v_b(k-t)]` of two blocks of one source from `t = 1 - a.length` to `b.length - 1`. Those of
-/// the states that the denominators need are a Lyapunov equation; the others follow by the recursions of v_a and v_b,
-/// since w(k) is independent of the past.
+/// The covariances `E[v_a(k) v_b(k-t)]` of two blocks of one source from `t = 1 - a.length` to `b.length - 1`. The
+/// covariances of the states that the denominators need solve a Lyapunov equation; the others follow by the recursions
+/// of v_a and v_b, since w(k) is independent of the past.
 fn covariances(a: &Block, b: &Block, variance: f64) -> Vec<f64> {
     let mut q = Matrix::zeros(a.core(), b.core());
     q[(0, 0)] = variance;
@@ -228,7 +228,7 @@ impl JointState {
     }
 }
 
-/// What a source with lines gives: `v(k) = w(k) / D` has the covariances `sum_m P_m Re(e^(-i omega_m t) / (D_a
+/// The covariances from a source with lines: those of `v(k) = w(k) / D` are `sum_m P_m Re(e^(-i omega_m t) / (D_a
 /// conj(D_b)))`, for the lags of [`covariances`].
 fn line_covariances(a: &Block, b: &Block, lines: &[Line]) -> Vec<f64> {
     let first = 1 - a.length as i32;

@@ -60,8 +60,8 @@ impl Population {
         Self::of_reference(process, eta, Reference::new(process.input())?, is_gaussian)
     }
 
-    /// As [`Self::new`] for what takes second moments alone, so noise may be of any density. What comes from a
-    /// reference that is given sample by sample is not to be averaged: it is no stationary source here.
+    /// As [`Self::new`] for what takes second moments alone, so noise may be of any density. Signals from a
+    /// reference that is given sample by sample are not to be averaged: it is no stationary source here.
     pub(super) fn of_record(process: &Process, eta: f64) -> Result<Self, NoTheory> {
         let has_density = |law: &NoiseLaw| law.information().is_some();
         let reference = if matches!(process.input(), Input::Samples(_)) {

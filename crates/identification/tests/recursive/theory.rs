@@ -247,7 +247,7 @@ fn the_criterion_with_forgetting() {
     }
 }
 
-/// What diverges says at which k, and says it again.
+/// A recursion that diverges says at which k, and says it again.
 #[test]
 fn divergence_has_its_sample() {
     for (name, mut recursion) in all("na=2,nb=2,nk=1".parse().unwrap()) {
@@ -284,8 +284,8 @@ type Case = (
 /// With N = 20,000 the estimates of 400 records have the covariance of theory: the standard deviation of each
 /// coefficient agrees with the mean printed one within four Monte-Carlo standard errors, `1/sqrt(2 trials)` of it, and
 /// the mean with the truth within four of its own. Printed are the formulas of each method, right for these cases: for
-/// white equation errors (`rls`, `recursive-iv`), and for the structure that made the record. What runs a model along
-/// begins late and forgets early, so that the first models leave no trace.
+/// white equation errors (`rls`, `recursive-iv`), and for the structure that made the record. Methods that run a
+/// model along begin late and forget early, so that the first models leave no trace.
 #[test]
 fn the_asymptotic_covariance() {
     let (n, trials) = (20_000, 400);

@@ -9,7 +9,7 @@ use asobench_identification::estimator::{FailureKind, Shape, Solver, Stage10};
 use asobench_identification::real::{MOST_LANES, Mask, Real};
 use faer::Mat;
 
-/// What the lanes compute from a record.
+/// The results of the lanes for a record.
 struct Solved {
     /// G by rows, and r.
     g: Mat<f64>,

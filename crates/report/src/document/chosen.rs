@@ -28,7 +28,7 @@ pub enum Kind {
     Zip,
 }
 
-/// What a figure is to show. By default what the report shows first.
+/// The choices for a figure; by default those of the report's first figure.
 #[derive(Clone, Debug, Default)]
 pub struct Chosen {
     /// The kind.

@@ -6,7 +6,7 @@ use crate::results::Study;
 use asobench_study::study::CellSummary;
 use asobench_study::study::file::Key;
 
-/// What a column has for an item.
+/// The text of a column for an item.
 type Cell<'a, T> = Box<dyn Fn(&T) -> CellText + 'a>;
 
 /// The columns of a table with a row for each item.

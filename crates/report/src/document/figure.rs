@@ -21,17 +21,17 @@ pub(super) struct Drawn {
 pub(super) struct Figure<'a> {
     /// The file name without folder and extension.
     pub name: &'a str,
-    /// What the title says after that of the study.
+    /// The title's words after that of the study.
     pub title: &'a str,
     /// The title that is asked for instead.
     pub whole_title: Option<&'a str>,
-    /// What is drawn: the description, and the beginning of the caption.
+    /// The drawing in words: the description, and the beginning of the caption.
     pub what: &'a str,
-    /// What the description says before it.
+    /// The words before it in the description.
     pub of: &'a str,
-    /// What the caption says next.
+    /// The next words of the caption.
     pub about: &'a str,
-    /// What it says of things that are not drawn.
+    /// The caption's words on things that are not drawn.
     pub left_out: &'a str,
     /// The end of the caption.
     pub end: &'a str,
@@ -47,8 +47,8 @@ pub(super) struct Figure<'a> {
     pub points: &'a dyn Fn(usize, &CellSummary, f64) -> Vec<Point>,
     /// Adds what is not a series over cells to the panel of some cells.
     pub guides: &'a dyn Fn(&[&CellSummary], Plot) -> Plot,
-    /// What is written beside the points of a series in a cell, where there is room; left out where it is what the
-    /// point before has.
+    /// The note beside the points of a series in a cell, where there is room; left out where the point before has the
+    /// same.
     pub notes: &'a dyn Fn(usize, &CellSummary) -> String,
     /// The width and the columns.
     pub form: Form,

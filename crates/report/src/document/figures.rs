@@ -178,7 +178,7 @@ pub(super) fn style(
     }
 }
 
-/// What a caption says of medians that are drawn so.
+/// The words of a caption on medians that are drawn so.
 pub(super) fn how(style: Style, layout: &Layout, outputs: usize) -> &'static str {
     match style {
         Style::Band => "Lines are medians, bands hold the middle 90 % of the trials.",

@@ -18,7 +18,7 @@ const SHADE: usize = 2;
 /// The nominal coverage.
 const NOMINAL: f64 = 0.95;
 
-/// What a zip plot is to show; by default the cell and the coefficient whose coverage is farthest from 95 %.
+/// The choices for a zip plot; by default the cell and the coefficient whose coverage is farthest from 95 %.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Zipped<'a> {
     /// The cell.

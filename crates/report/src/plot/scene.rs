@@ -1,4 +1,4 @@
-//! What a picture is made of: marks in the order in which they are drawn, which SVG and PDF are written from.
+//! The marks of a picture in the order in which they are drawn, which SVG and PDF are written from.
 
 /// A place in tenths of the figure's unit, x to the right and y downwards.
 pub(super) type Pixel = (i32, i32);
@@ -10,7 +10,7 @@ pub struct Drawing {
     pub(super) size: [f64; 2],
     /// The title, for assistive software and for lists of files.
     pub(super) title: String,
-    /// What is seen, in a sentence or two.
+    /// The picture in a sentence or two.
     pub(super) description: String,
     /// The marks; those after others lie above them.
     pub(super) marks: Vec<Mark>,
@@ -23,7 +23,7 @@ pub(super) enum Mark {
     Shape(Form, Paint),
     /// A line of text.
     Text(Text),
-    /// What follows up to `Unclip` is cut at this rectangle: left, top, width, height.
+    /// The marks up to `Unclip` are cut at this rectangle: left, top, width, height.
     Clip([i32; 4]),
     /// The end of a clip.
     Unclip,

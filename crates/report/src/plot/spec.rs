@@ -1,4 +1,4 @@
-//! What is to be drawn: axes, series, reference lines.
+//! The specification of a plot: axes, series, reference lines.
 
 /// The scale of an axis.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,8 @@
-//! What the suite's page is about.
+//! The subject of the suite's page.
 
 use asobench_study::suite::{MethodResults, RecordedFits, Suite, Times};
 
-/// What a page of the suite is made of.
+/// The contents of a page of the suite.
 #[derive(Clone, Copy)]
 pub struct SuitePage<'a> {
     /// A division of the suite.

@@ -176,7 +176,7 @@ impl<'a> Tables<'a> {
         Some(table)
     }
 
-    /// What is hard, with the names of the scenarios. Words of the same scenarios stand together.
+    /// The difficulties, with the names of the scenarios. Words of the same scenarios stand together.
     fn groups(&self) -> Vec<(String, BTreeSet<&str>)> {
         let mut groups: Vec<(String, BTreeSet<&str>)> = Vec::new();
         for word in self.of.suite.difficulties() {

@@ -3,7 +3,7 @@
 use crate::names::named_enum;
 
 named_enum! {
-    /// What is done about missing samples.
+    /// The treatment of missing samples.
     Missing, "missing" {
         /// A table with a missing sample is refused (the default).
         Refuse = "refuse",
@@ -52,7 +52,7 @@ pub struct ReadOptions {
     pub time: Option<String>,
     /// The column of the reference of a closed loop; otherwise the one named `r` or `reference`, if there is one.
     pub reference: Option<String>,
-    /// What is done about missing samples.
+    /// The treatment of missing samples.
     pub missing: Missing,
     /// The mark before decimals; otherwise the one that the numbers show.
     pub decimal: Option<Decimal>,

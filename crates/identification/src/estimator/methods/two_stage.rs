@@ -77,7 +77,7 @@ macro_rules! staged {
 staged!(TwoStageOptions, "The options of `two-stage`.", "two-stage", joint: false);
 staged!(JointOptions, "The options of `joint`.", "joint", joint: true);
 
-/// (1) What of u follows from r, by least squares of the long model `A u = B r + e`; (2) the output-error model from it
+/// (1) The part of u from r, by least squares of the long model `A u = B r + e`; (2) the output-error model from it
 /// to y, at rest of `sriv`. Joint input-output takes what of y follows from r instead of y in (2): `G = T/S`, S and T
 /// being the long models from r to u and to y. Both are consistent whatever the noise as N and the long order grow.
 pub struct TwoStage {

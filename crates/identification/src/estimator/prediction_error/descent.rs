@@ -60,7 +60,7 @@ pub(in crate::estimator) struct Found {
     pub(in crate::estimator) failure: Option<FailureKind>,
 }
 
-/// What the caller of a search does after each linearisation.
+/// The action of a search's caller after each linearisation.
 pub(super) trait Watch {
     /// Returns whether to give the search up, from its number of iterations, the parameters, the sum, the sum that the
     /// linearisation predicts for its best step, and psi's triangle.

@@ -166,7 +166,7 @@ impl Starts {
             return Err(SetupError::TruthOfOtherOrders { orders });
         }
         denominator[..needed].copy_from_slice(&truth.a[..needed]);
-        // What the way from the state space rounds to is no coefficient.
+        // Rounding errors of the way from the state space are no coefficients.
         if let Some((first, last)) = extent(&truth.b) {
             if first < orders.nk || last >= model.b.len() {
                 return Err(SetupError::TruthOfOtherOrders { orders });

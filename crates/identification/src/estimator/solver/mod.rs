@@ -123,7 +123,7 @@ pub trait SolveInstruments: SolveLeastSquares {
     ) -> Result<(), FailureKind>;
 
     /// Prepares for [`Self::instruments`] instead of [`SolveLeastSquares::least_squares`], where p of iteration 0
-    /// is known. What is left in `solution` says nothing.
+    /// is known. The numbers left in `solution` say nothing.
     fn begin(&mut self, window: Window<'_>, solution: &mut Solution) {
         // A failure shows in the pass that is known.
         let _ = self.least_squares(window, solution);

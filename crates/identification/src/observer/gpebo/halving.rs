@@ -15,7 +15,7 @@ pub struct Convergence {
     pub state: StepError,
     /// The error of theta_hat, in the unit of theta; all zero for observers without one.
     pub theta: StepError,
-    /// The largest error of the observer's measures. That of a root mean square is the error of its integration, by
+    /// The largest error of the observer's measures. The error of a root mean square is that of its integration, by
     /// the same formula with twice the nodes, plus Richardson's estimate from three runs by the same formula on the
     /// same nodes. It is relative to the root mean square, or, if it is mere rounding, to the size of the estimated
     /// quantity. Richardson's estimate for the relative error of theta at the end is taken as it is.

@@ -92,7 +92,7 @@ pub enum CascadeError {
     Observer {
         /// Its number, from 1.
         number: usize,
-        /// What is wrong.
+        /// The mistake in its settings.
         source: SettingError,
     },
     /// A signal is wrong.
@@ -100,7 +100,7 @@ pub enum CascadeError {
     Signal {
         /// `input` or `disturbance`.
         what: &'static str,
-        /// What is wrong.
+        /// The mistake in the signal.
         source: SignalError,
     },
     /// The step is longer than the horizon.

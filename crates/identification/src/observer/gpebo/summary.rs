@@ -33,8 +33,7 @@ pub struct Sample<'a> {
 pub enum Outcome {
     /// All numbers were finite at all times.
     Finite,
-    /// Numbers were finite until the given time, in seconds. What was computed at that time and later must not be
-    /// used.
+    /// Numbers were finite until the given time, in seconds. Numbers of that time and later must not be used.
     NotFinite(f64),
 }
 

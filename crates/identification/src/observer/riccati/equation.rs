@@ -1,4 +1,4 @@
-//! What both equations have in common.
+//! The errors and the trait that both equations share.
 
 use faer::{Col, Mat};
 
@@ -64,7 +64,7 @@ pub enum RiccatiError {
     Unstable(f64),
 }
 
-/// What the two equations have in common.
+/// The operations that both equations have.
 pub(in crate::observer) trait Equation {
     /// Solves the equation by doubling with Q + eps I; returns the solution and the number of steps. `None` if doubling
     /// does not converge.

@@ -63,7 +63,7 @@ fn groups(claim: &Judged) -> Vec<Vec<usize>> {
     groups
 }
 
-/// What the tests of a picture look at: the words that all begin with, without prepositions at their end.
+/// The subject of a picture's tests: the words that all begin with, without prepositions at their end.
 fn common(claim: &Judged, tests: &[usize]) -> String {
     let all = tests.iter().filter_map(|i| claim.tests.get(*i));
     let all: Vec<&str> = all.map(|test| test.what.trim_end_matches(',')).collect();
@@ -85,7 +85,7 @@ fn common(claim: &Judged, tests: &[usize]) -> String {
 struct Picture<'a> {
     claim: &'a Judged,
     test: &'a JudgedTest,
-    /// What its tests look at.
+    /// The subject of its tests.
     what: String,
     marks: Vec<Mark<'a>>,
     /// Number of cells without a number that can be drawn.
@@ -246,7 +246,7 @@ impl<'a> Picture<'a> {
     }
 
     fn draw(&self, study: &Study) -> Option<Drawn> {
-        // What must be what stands once: on the axis, and beside the limit.
+        // The requirement stands once: on the axis, and beside the limit.
         let title = format!("{} {}", self.claim.id, self.claim.verdict);
         let (plots, how) = if self.marks.len() <= ROWS {
             (vec![self.rows()], "Every cell".to_owned())

@@ -1,4 +1,4 @@
-//! What the tables and pictures of verdicts say in the same words.
+//! The words that the tables and pictures of verdicts share.
 
 use asobench_study::claim::{Judged, JudgedCell, JudgedTest, Scale};
 

@@ -33,7 +33,7 @@ pub(super) fn part(study: &Study) -> Part {
     }
 }
 
-/// What a measure compares an estimate with: its name, and what it is in a simulated trial.
+/// The estimand of a measure: its name, and what it is in a simulated trial.
 fn of(measure: Measure) -> (&'static str, &'static str) {
     use Measure as M;
     match measure {

@@ -1,4 +1,4 @@
-//! What a study simulated, from the experiment file in its manifest, in the order of Morris, White and Crowther, Using
+//! A study's simulation, from the experiment file in its manifest, in the order of Morris, White and Crowther, Using
 //! simulation studies to evaluate statistical methods, Statistics in Medicine 38 (2019) 2074-2102: aims,
 //! data-generating mechanisms, estimands, methods, performance measures.
 

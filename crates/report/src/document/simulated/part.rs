@@ -9,9 +9,9 @@ pub(super) type Row = (String, String);
 /// A part of the description.
 pub(super) struct Part {
     pub(super) heading: &'static str,
-    /// What the file says, and what follows from it.
+    /// The settings in the file, and what follows from them.
     pub(super) rows: Vec<Row>,
-    /// What has its default.
+    /// The settings that have their defaults.
     pub(super) defaults: Vec<Row>,
 }
 

@@ -47,7 +47,7 @@ fn measure(measure: Measure) -> Row {
     row(measure.name(), format!("{}{better}", measure.about()))
 }
 
-/// What is computed besides the measures, if the file says so: what it says, and what it does not.
+/// The results besides the measures, if the file asks for them: those it asks for, and the others.
 fn switches(file: &ExperimentFile) -> (Vec<Row>, Vec<Row>) {
     let switches = [
         (

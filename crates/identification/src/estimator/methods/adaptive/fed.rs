@@ -55,7 +55,7 @@ impl<R: RecursiveEstimator> AdaptiveObserver for FedObserver<R> {
     }
 
     /// # Errors
-    /// That of the estimator, after which the state is that of its last model.
+    /// The error of the estimator, after which the state is that of its last model.
     fn update(&mut self, u: f64, y: f64) -> Result<(), Diverged> {
         let estimated = self.estimator.update(u, y);
         self.filters.update(u, y);

@@ -26,7 +26,7 @@ pub(super) struct Bidiagonal {
     square: f64,
 }
 
-/// What is known of s^2.
+/// The value of s^2, if it is known.
 #[derive(Clone, Copy)]
 pub(super) enum Variance {
     Known(f64),

@@ -10,7 +10,7 @@ use crate::model::Orders;
 use crate::names::named_enum;
 
 named_enum! {
-    /// What recursive least squares carries from sample to sample.
+    /// The matrix that recursive least squares carries from sample to sample.
     RecursiveForm, "form" {
         /// The square root of the information: P stays positive definite (the default).
         SquareRoot = "square-root",
@@ -80,7 +80,7 @@ pub struct LeastSquares {
     phi: Vec<f64>,
 }
 
-/// What is carried from sample to sample.
+/// The state that is carried from sample to sample.
 #[derive(Clone, Debug)]
 enum Memory {
     Root(SquareRoot),

@@ -2,7 +2,7 @@
 //!
 //! There is one file per method: [`RecursiveLeastSquares`], [`ExtendedLeastSquares`], [`RecursiveIv`],
 //! [`RecursiveSriv`], [`RecursivePrediction`], each a [`Recursion`]; [`Rerun`] is their rival, a whole estimate made
-//! anew. What they share is the square root of the information ([`SquareRoot`]) and the start.
+//! anew. The recursions share the square root of the information ([`SquareRoot`]) and the start.
 //!
 //! Conventions. The first equation is that of `k0 = max(na + nf, nb + nk - 1)`: signals before the record are not used.
 //! theta is in the order A, B, C, D, F. Before the first equation theta is theta0, and P is `p0 I`. Without p0 the
