@@ -1,4 +1,4 @@
-//! What is known of a claim after its judgement.
+//! A judged claim: its verdict, its tests and their numbers.
 
 use crate::claim::decision_rule::Verdict;
 use crate::claim::needed::Needed;
@@ -56,7 +56,7 @@ pub struct Judged {
 /// A test of a claim.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JudgedTest {
-    /// What it looks at: "the median e_a of iv(4)".
+    /// The quantity that it looks at: "the median e_a of iv(4)".
     pub what: String,
     /// The limit in words: "below 1".
     pub must: String,
@@ -98,7 +98,7 @@ pub struct JudgedCell {
 pub struct JudgedNumber {
     /// The index of the test that looks at it.
     pub test: usize,
-    /// What it is: "the median e_a of iv(4)". A test of every coefficient has several numbers.
+    /// The quantity: "the median e_a of iv(4)". A test of every coefficient has several numbers.
     pub what: String,
     /// The number with its error: "0.0879(5)"; a share in per cent.
     pub text: String,

@@ -1,4 +1,4 @@
-//! What trials say about a number: on which side of a limit it certainly lies, and how certain that is.
+//! The evidence of trials about a number: on which side of a limit it certainly lies, and how certain that is.
 //!
 //! Shares and quantiles are judged by exact binomial tests, two medians on the same trials by all cuts (`cuts`), slopes
 //! of medians by the order statistics of each cell, means by bets (`bets`). None of these assumes a law.
@@ -93,7 +93,7 @@ impl Bound {
     }
 }
 
-/// What trials say about a number.
+/// The evidence of trials about a number.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Known {
     /// The number itself: nothing is random.

@@ -14,11 +14,11 @@ pub(crate) enum Side {
 pub(crate) struct OneSided {
     /// Its p-value.
     pub(crate) p: f64,
-    /// What it becomes with more trials.
+    /// Its prospect with more trials.
     pub(crate) prospect: Prospect,
 }
 
-/// What more trials make of a test.
+/// The prospect of a test with more trials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Prospect {
     /// Nothing.

@@ -1,4 +1,4 @@
-//! What the verdicts on a file's claims are worth: how each claim came about, and how many were tested at what rate.
+//! The worth of the verdicts on a file's claims: how each claim came about, and how many were tested at what rate.
 
 use crate::claim::family::Family;
 use crate::claim::judged::{Judged, Standing};

@@ -22,7 +22,7 @@ named_enum! {
     }
 }
 
-/// What a cell's trials are drawn from.
+/// The source of a cell's trials.
 #[derive(Clone, Debug)]
 pub enum Source {
     /// Records of a process in discrete time.
@@ -48,14 +48,14 @@ pub struct Cell {
     pub settings: Settings,
     /// The claim or case, such as "C2".
     pub claim: String,
-    /// What the trials are drawn from.
+    /// The source of the trials.
     pub source: Source,
 }
 
 /// A cell in discrete time: records of a process, and how its methods and observers see them.
 #[derive(Clone, Debug)]
 pub struct DiscreteCell {
-    /// What draws the records.
+    /// The process that draws the records.
     pub process: Process,
     /// The noise level eta, per cent.
     pub eta: f64,

@@ -37,7 +37,7 @@ pub(crate) struct Filter {
     ratio: Option<VarianceRatio>,
 }
 
-/// What stage 12 used, by name; matrices by columns.
+/// The numbers that stage 12 used, by name; matrices by columns.
 pub type Used = Vec<(&'static str, Vec<f64>)>;
 
 impl CellObserver {

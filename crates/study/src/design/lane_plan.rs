@@ -22,7 +22,7 @@ pub(crate) struct PlannedMethod<'e> {
     pub(crate) reported: &'e [usize],
 }
 
-/// What a pack computes for a cell.
+/// The computations of a pack for a cell.
 ///
 /// The lanes cover open loops with one plant for all trials, of the estimator's order and at most [`LARGEST_ORDER`];
 /// inputs without measurement noise; least squares and IV by the partitioned inverse, stage 10 corrected, with every
@@ -46,7 +46,7 @@ impl<'e> Plan<'e> {
     /// Makes the plan of a cell.
     ///
     /// # Errors
-    /// What the lanes do not cover, in words.
+    /// The feature that the lanes do not cover, in words.
     pub fn new(experiment: &'e Experiment, cell: &'e Cell) -> Result<Self, String> {
         use crate::design::measure::Measure as F;
         let cell = cell.discrete().ok_or("continuous time")?;

@@ -1,4 +1,4 @@
-//! What is to be simulated: the experiment file, its settings, the cells, the experiment.
+//! The study to be simulated: the experiment file, its settings, the cells, the experiment.
 
 pub(crate) mod build_cell;
 pub(crate) mod build_continuous_cell;

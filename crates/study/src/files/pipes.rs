@@ -67,7 +67,7 @@ impl Pipes {
     }
 
     /// Removes what killed processes of this user left in the folder for temporary files: a folder named like one of
-    /// these, with pipes named like these and nothing else, that no process has locked. What cannot be removed stays.
+    /// these, with only pipes named like these, that no process has locked. A folder that cannot be removed stays.
     pub fn remove_left() {
         let Ok(entries) = fs::read_dir(temporary()) else {
             return;
@@ -191,8 +191,8 @@ fn temporary() -> PathBuf {
     named.map_or_else(|| PathBuf::from("/tmp"), PathBuf::from)
 }
 
-/// What every process started by a worker inherits, in any process group or session: the folder of its pipes in the
-/// environment, and open files to write to.
+/// The mark of every process started by a worker, inherited in any process group or session: the folder of its pipes
+/// in the environment, and open files to write to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mark {
     folder: PathBuf,

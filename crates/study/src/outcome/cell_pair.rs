@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// One output in two cells that differ in a setting, on the same trials.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CellPair {
-    /// What was asked for.
+    /// The comparison that was asked for.
     #[serde(rename = "of")]
     pub table: SeriesTable,
     /// The cell in the denominator.

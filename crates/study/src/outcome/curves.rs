@@ -105,7 +105,7 @@ fn bin(value: f64) -> usize {
     index.min(BINS - 1)
 }
 
-/// Errors that wait to be counted. Those of many trials at one k are counted together, while its histogram is in the
+/// Errors that wait to be counted. Errors of many trials at one k are counted together, while its histogram is in the
 /// first-level cache.
 pub(crate) struct Waiting {
     /// The bins of all trials at k = 0, then at k = 1, ...; [`BINS`] if there is no error.

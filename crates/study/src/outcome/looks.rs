@@ -42,7 +42,7 @@ struct Made {
     elsewhere: Option<u64>,
 }
 
-/// What the claims of a folder are judged by.
+/// The study by which the claims of a folder are judged.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Study {
     /// The checksum of the design without its seed and what claims need.

@@ -1,4 +1,4 @@
-//! What came out: rows of trials, tallies, summaries, and the files that hold them.
+//! The outcome of a run: rows of trials, tallies, summaries, and the files that hold them.
 
 pub(crate) mod cell_pair;
 pub(crate) mod coefficient_statistics;

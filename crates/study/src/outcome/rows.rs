@@ -30,7 +30,7 @@ pub struct OutputRows {
     parameters: Vec<Vec<f64>>,
 }
 
-/// What is known of an output's A-hat.
+/// The stability of an output's A-hat, as far as it is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Flags(u8);
 

@@ -15,7 +15,7 @@ pub struct Spent {
     pub measures: Duration,
     /// Sums, counts and distributions over trials.
     pub statistics: Duration,
-    /// What theory says of the cells.
+    /// Theoretical values of the cells.
     pub theory: Duration,
     /// Reading and writing files.
     pub storage: Duration,

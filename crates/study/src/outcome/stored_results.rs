@@ -167,7 +167,7 @@ pub(super) fn refuse_newer(path: &Path, stored: &Value) -> Result<(), FolderErro
     }
 }
 
-/// Whether a manifest lists a result. Those of version 0.2.0 list none.
+/// Whether a manifest lists a result. Manifests of version 0.2.0 list none.
 pub(crate) fn lists(manifest: &Value, name: &str) -> bool {
     manifest["checksums"].is_null() || manifest["checksums"][name].is_string()
 }

@@ -411,7 +411,7 @@ pub(crate) fn bounds(
         .collect()
 }
 
-/// What slopes need of a cell: a few numbers for every slope of the file and every output, instead of tallies.
+/// The numbers that slopes need of a cell: a few for every slope of the file and every output, instead of tallies.
 #[derive(Clone, Debug)]
 pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
 
@@ -443,7 +443,7 @@ impl SlopeStatistics {
 /// A log-log slope of one output over some cells.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SlopeSummary {
-    /// What was asked for.
+    /// The slope that was asked for.
     #[serde(rename = "of")]
     pub table: SlopeTable,
     /// The output's label.

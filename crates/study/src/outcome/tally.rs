@@ -336,7 +336,7 @@ fn met(experiment: &Experiment, cell: &Cell, measures: &[Measure], rows: &Output
     experiment.file.bounds.iter().map(of_bound).collect()
 }
 
-/// What a cell kept trial by trial, in the order of [`Experiment::series_of`].
+/// The series that a cell kept trial by trial, in the order of [`Experiment::series_of`].
 pub type CellSeries = Vec<Vec<f64>>;
 
 #[cfg(test)]

@@ -43,7 +43,7 @@ pub enum BlockError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The fault.
         reason: &'static str,
     },
     /// A newer version wrote the file.
@@ -106,7 +106,7 @@ impl EncodedBlock {
     }
 }
 
-/// What a block file holds.
+/// The content of a block file.
 pub struct Content {
     /// The tally of the trials.
     pub tally: CellTally,
@@ -136,7 +136,7 @@ impl Content {
     /// Decodes the content of a block of these trials of an experiment. Checks that a run could have written it.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The fault in the content.
     pub fn decode(
         bytes: &[u8],
         experiment: &Experiment,
@@ -275,7 +275,7 @@ impl<'e> BlockFolder<'e> {
     /// Returns the same, from the bytes of a file.
     ///
     /// # Errors
-    /// What is wrong with the content.
+    /// The fault in the content.
     pub fn parsed(&self, path: &Path, mut bytes: Vec<u8>) -> Result<(Span, Vec<u8>), BlockError> {
         let damaged = |reason| BlockError::Damaged {
             path: path.to_owned(),

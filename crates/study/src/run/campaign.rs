@@ -41,8 +41,8 @@ pub struct RunOptions {
     pub block: Option<u64>,
     /// Whether damaged blocks are computed again.
     pub repair: bool,
-    /// Whether everything is computed anew, and no block is left however the run ends. What is there is replaced once
-    /// the new results are whole.
+    /// Whether everything is computed anew, and no block is left however the run ends. Old results are replaced once
+    /// the new ones are whole.
     pub fresh: bool,
     /// Whether results of another design, or of more trials, are replaced once the new ones are whole.
     pub overwrite: bool,
@@ -61,7 +61,7 @@ pub struct Campaign<'e> {
     pub(crate) blocks: BlockFolder<'e>,
     /// The stored blocks of every cell, ascending.
     pub(crate) stored: Vec<Vec<StoredBlock>>,
-    /// What the summary needs of the cells whose trials this run has computed all.
+    /// The statistics that the summary needs of the cells whose trials this run has computed all.
     parts: Vec<Option<Part>>,
     /// The origin that the results state.
     pub(crate) origin: Origin,
@@ -189,7 +189,7 @@ impl<'e> Campaign<'e> {
     }
 
     /// Computes what is missing, then writes the results together with `figures`: names and contents of further files.
-    /// What is finished stays, however the run ends. `is_decided` returns whether results decide the claim of the rule.
+    /// Finished work stays, however the run ends. `is_decided` returns whether results decide the claim of the rule.
     ///
     /// # Errors
     /// [`CampaignError`].
@@ -450,7 +450,7 @@ impl<'e> Campaign<'e> {
     }
 }
 
-/// What the summary needs of every cell.
+/// The statistics that the summary needs of every cell.
 #[derive(Default)]
 struct Parts {
     cells: Vec<CellSummary>,
@@ -458,7 +458,7 @@ struct Parts {
     series: Vec<CellSeries>,
 }
 
-/// What the summary needs of one cell.
+/// The statistics that the summary needs of one cell.
 #[derive(Clone)]
 pub(crate) struct Part {
     cell: CellSummary,

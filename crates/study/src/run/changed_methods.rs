@@ -31,7 +31,7 @@ mod joined_block;
 /// The folders of the new methods' blocks, by their engine.
 const ADDED: [(&str, Engine); 2] = [("added-lanes", Engine::Auto), ("added-faer", Engine::Faer)];
 
-/// What a change of methods means for a folder.
+/// The effect of a change of methods on a folder.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MethodChange {
     /// New or changed methods, which are computed.
@@ -49,7 +49,7 @@ pub struct MethodChange {
 /// before it is.
 ///
 /// # Errors
-/// [`CampaignError`]. What is finished stays.
+/// [`CampaignError`]. Finished blocks stay.
 pub fn take_over(
     path: &Path,
     experiment: &Experiment,

@@ -12,7 +12,7 @@ use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-/// What to compute, and where to write it.
+/// The trials to compute, and where to write them.
 pub(crate) struct Work<'a> {
     pub(crate) experiment: &'a Experiment,
     pub(crate) blocks: &'a BlockFolder<'a>,
@@ -33,7 +33,7 @@ struct Computed {
     content: Computation,
 }
 
-/// What a block keeps.
+/// The content of a block.
 enum Computation {
     /// Rows and their tally, encoded where they were computed.
     Rows(Result<EncodedBlock, BlockError>),
@@ -74,7 +74,7 @@ impl Delivery for Computed {
     }
 }
 
-/// What is done of a span, with the tallies that wait to be written. Those of neighbouring trials are put together, so
+/// The progress of a span, and its tallies that wait to be written. Tallies of neighbouring trials are put together, so
 /// that a span becomes one file. Spans stay apart: what they are for, such as a block to be replaced, may need each alone.
 struct Waiting {
     span: Span,
@@ -121,7 +121,7 @@ impl Waiting {
     }
 }
 
-/// What receives a written file, as in [`Work::run`].
+/// The receiver of a written file, as in [`Work::run`].
 type OnFile<'a> = dyn FnMut(StoredBlock, Option<&CellTally>) -> Result<bool, BlockError> + 'a;
 
 /// Takes all that wait.
@@ -209,7 +209,7 @@ impl Work<'_> {
             encode,
             store,
         );
-        // Those of a run that ended early.
+        // The tallies of a run that ended early.
         let rest = write_tallies(take_all(&mut waiting), &mut file);
         ended.and(rest.map(drop).map_err(RunError::Consumer))
     }

@@ -1,4 +1,4 @@
-//! What a run tells, and why it ends early.
+//! The events that a run tells, and why it ends early.
 
 use crate::design::file::error::FileError;
 use crate::files::PathError;

@@ -1,4 +1,4 @@
-//! What a run of a study takes: time, memory and room on disk, extrapolated from a block of each kind of cell that was
+//! The needs of a study's run: time, memory and room on disk, extrapolated from a block of each kind of cell that was
 //! computed, encoded, decoded and summarised.
 //!
 //! Rows grow with the number of trials, and tallies with the number of bins of their sketches. In
@@ -99,7 +99,7 @@ struct Sampled {
     parquet: [f64; 2],
 }
 
-/// What a run of an experiment takes.
+/// The needs of a run of an experiment.
 #[derive(Clone, Debug)]
 pub struct Forecast {
     sampled: Vec<Sampled>,
@@ -408,7 +408,7 @@ fn sample(
             },
             Vec::new(),
         );
-        // What cannot be encoded ends the run; here it takes no room.
+        // Content that cannot be encoded ends the run; here it takes no room.
         let _ = content.encode(experiment, cell, &mut bytes);
         bytes
     };

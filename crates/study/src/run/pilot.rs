@@ -13,7 +13,7 @@ use std::time::Duration;
 /// Cells whose tallies are in memory at once.
 const CELLS: usize = 256;
 
-/// What a pilot found.
+/// The findings of a pilot.
 #[derive(Clone, Debug)]
 pub struct Pilot {
     /// Its summary. Only what claims are judged by is in it: no rows, no times.

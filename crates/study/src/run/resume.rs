@@ -1,7 +1,7 @@
 //! How an interrupted run is resumed: which trials of a study are computed already, and which are missing.
 //!
-//! What a block file holds intact is never computed again. A damaged one ends the run, or is computed anew where the
-//! user asks for a repair.
+//! An intact block is never computed again. A damaged one ends the run, or is computed anew where the user asks for a
+//! repair.
 
 use crate::design::experiment::Experiment;
 use crate::files;

@@ -96,7 +96,7 @@ pub struct Block {
     pub spent: Spent,
 }
 
-/// What a block keeps of its trials.
+/// The data that a block keeps of its trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
     /// The rows and their tally.
@@ -236,7 +236,7 @@ pub fn run_spans<E, T: Delivery>(
     Shared::new(experiment, spans, block, keep, stop).run(threads, finish, consume)
 }
 
-/// What is delivered for a block.
+/// A result that is delivered for a block.
 pub trait Delivery: Send {
     /// Returns the number of trials.
     fn trials(&self) -> u64;
@@ -273,7 +273,7 @@ impl<T> Drop for Done<'_, T> {
     }
 }
 
-/// What the workers share.
+/// The state that the workers share.
 struct Shared<'a> {
     experiment: &'a Experiment,
     spans: &'a [Span],

@@ -1,4 +1,4 @@
-//! What takes part in the suite, and what it is told of a system.
+//! The methods that take part in the suite, and what they are told of a system.
 
 use super::manifest::Division;
 use crate::design::file::method::MethodTable;
@@ -16,7 +16,7 @@ const TAPS: usize = 100;
 /// a kernel, an adaptive observer.
 pub const KINDS: [&str; 6] = ["arx", "iv4", "bj", "ssarx", "kernel-fir", "zhang"];
 
-/// What takes part in the suite.
+/// A method that takes part in the suite.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Competitor {
     /// An estimator of the registry with its default options.
@@ -31,7 +31,7 @@ pub enum Competitor {
     Own(Box<MethodTable>),
 }
 
-/// What methods may be told of a study.
+/// The facts of a study that methods may be told.
 #[derive(Clone, Debug)]
 pub(super) struct Told {
     /// The order of the plant.
@@ -42,7 +42,7 @@ pub(super) struct Told {
     pub(super) controller: Option<Value>,
     /// The smallest N.
     pub(super) shortest: usize,
-    /// What is told of it.
+    /// The knowledge of it that methods are given.
     pub(super) division: Division,
 }
 
@@ -76,7 +76,7 @@ impl Competitor {
         }
     }
 
-    /// What it needs besides a record.
+    /// The knowledge that it needs besides a record.
     pub(super) fn needs(&self) -> Needs {
         match self {
             Self::Estimator(estimator)

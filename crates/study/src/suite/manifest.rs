@@ -72,7 +72,7 @@ pub struct Manifest {
 pub struct StudyEntry {
     /// The system, a file of `suite/`.
     pub system: String,
-    /// What the scenarios of this system and these settings are called after it.
+    /// The part of its scenarios' names after the system's.
     pub variant: String,
     /// The smallest tier that has it.
     pub tier: Tier,
@@ -81,7 +81,7 @@ pub struct StudyEntry {
     pub since: Option<String>,
     /// The sizes N.
     pub window: Vec<usize>,
-    /// What is hard about it, in the suite's words; colour, loop, delay and short records are added.
+    /// Its difficulties, in the suite's words; colour, loop, delay and short records are added.
     #[serde(default)]
     pub hard: Vec<String>,
     /// Whether the system is one in continuous time, sampled behind a zero-order hold.
@@ -98,7 +98,7 @@ impl Manifest {
     /// Reads the manifest that the program carries.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// A fault in the manifest.
     pub fn read() -> Result<Self, String> {
         let read = toml::from_str(MANIFEST).map_err(|error| format!("suite/suite.toml: {error}"));
         let mut manifest: Self = read?;

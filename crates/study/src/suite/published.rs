@@ -41,7 +41,7 @@ pub struct PublishedTable {
     pub ours: Option<u64>,
     /// The numbers are of theory, and printed to this error.
     pub rounding: Option<f64>,
-    /// What was estimated: coefficients such as f1; E, the relative error of the noise-free output; E<0.05, the share
+    /// The estimates: coefficients such as f1; E, the relative error of the noise-free output; E<0.05, the share
     /// of runs with less.
     pub coefficients: Vec<String>,
     /// Their means.
@@ -61,7 +61,7 @@ struct Tables {
 /// A number, theirs and ours.
 #[derive(Clone, Debug)]
 pub struct Reproduced {
-    /// What it is.
+    /// Its name.
     pub name: String,
     /// The printed mean, and the printed standard deviation if there is one.
     pub printed: (Estimated, Option<Estimated>),
@@ -96,7 +96,7 @@ impl Reproduced {
 /// The published tables that the program carries.
 ///
 /// # Errors
-/// What is wrong with them.
+/// A fault in the tables.
 pub fn published() -> Result<Vec<PublishedTable>, SuiteError> {
     let read: Result<Tables, _> = toml::from_str(manifest::published());
     let read = read.map_err(|error| SuiteError::Manifest(format!("suite/published: {error}")))?;

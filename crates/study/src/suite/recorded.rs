@@ -46,7 +46,7 @@ pub struct RecordedFits {
 pub struct RecordFits {
     /// The file.
     pub file: String,
-    /// What the file says of itself: what was recorded, where it is from, its licence.
+    /// The file's own description: what was recorded, where it is from, its licence.
     pub about: Vec<String>,
     /// The samples of the record, and of them the first, which models are estimated from.
     pub samples: [usize; 2],
@@ -58,7 +58,7 @@ pub struct RecordFits {
 /// The records that the suite names.
 ///
 /// # Errors
-/// What is wrong with the list.
+/// A fault in the list.
 pub fn recorded_entries() -> Result<Vec<RecordEntry>, ResultsError> {
     let read: Result<Entries, _> = toml::from_str(manifest::records());
     let wrong = |error| ResultsError::Damaged(format!("suite/recorded/records.toml: {error}"));

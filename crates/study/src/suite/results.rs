@@ -1,4 +1,4 @@
-//! What is kept of a method: for every run its d, its FIT and how many intervals hold the truth, in a few digits.
+//! The kept results of a method: for every run its d, its FIT and how many intervals hold the truth, in a few digits.
 
 use super::competitor::Competitor;
 use super::manifest::{self, Division};
@@ -22,7 +22,7 @@ use std::path::Path;
 pub struct MethodResults {
     /// The edition of the suite.
     pub suite: String,
-    /// What methods are told.
+    /// The knowledge that methods are given.
     #[serde(default, skip_serializing_if = "Division::is_closed")]
     pub division: Division,
     /// The method's name.
@@ -267,7 +267,7 @@ fn without_results(suite: &Suite, folder: &Path) -> String {
 
 /// The folder of the results of methods, within that of a run.
 pub const METHODS: &str = "methods";
-/// That of the studies.
+/// The folder of the studies, within that of a run.
 pub const STUDIES: &str = "studies";
 
 /// Those that have runs, in the order of the registry, others last.

@@ -32,7 +32,7 @@ pub enum SuiteError {
     Study {
         /// The study.
         study: String,
-        /// What is wrong.
+        /// The fault.
         error: FileError,
     },
     /// A scenario has no Fisher information.
@@ -55,7 +55,7 @@ pub type Made = (Option<Experiment>, Vec<(String, String)>);
 pub struct Suite {
     /// The manifest.
     pub manifest: Manifest,
-    /// What methods are told.
+    /// The knowledge that methods are given.
     pub division: Division,
     /// The tier.
     pub tier: Tier,
@@ -73,7 +73,7 @@ pub struct SuiteStudy {
     pub entry: StudyEntry,
     /// The experiment without methods.
     file: ExperimentFile,
-    /// What methods may be told.
+    /// The facts that methods may be told.
     told: Told,
     /// Whether the input is measured with noise.
     has_noisy_input: bool,
@@ -96,7 +96,7 @@ pub struct Scenario {
     pub weights: Vec<f64>,
     /// Whether there is feedback.
     pub is_closed: bool,
-    /// What is hard about it.
+    /// Its difficulties.
     pub hard: Vec<String>,
 }
 
@@ -289,7 +289,7 @@ impl SuiteStudy {
         self.file.settings.insert(Key::Window, Axis::Many(windows));
     }
 
-    /// What the system is: the file's title, question and source.
+    /// The description of the system: the file's title, question and source.
     pub fn file(&self) -> &ExperimentFile {
         &self.file
     }
@@ -408,7 +408,7 @@ fn content(file: &ExperimentFile, window: usize) -> String {
     checksum(of.to_string().as_bytes())[..16].to_owned()
 }
 
-/// What is hard: the noises (white, 1/A as least squares has it, or another colour; heavy tails; on the input too),
+/// The difficulties: the noises (white, 1/A as least squares has it, or another colour; heavy tails; on the input too),
 /// loop, delay and a short record by themselves, then the words of the manifest.
 fn hard(entry: &StudyEntry, process: &Process, truth: Orders, window: usize) -> Vec<String> {
     let Orders { na, nc, nd, nk, .. } = truth;

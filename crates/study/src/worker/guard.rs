@@ -28,7 +28,7 @@ pub struct Guard {
     keeper: Option<JoinHandle<()>>,
 }
 
-/// What a guard was told, from which the next one is told again.
+/// The lines that a guard was told, from which the next one is told again.
 #[derive(Debug, Default)]
 struct Told {
     /// `None` once no guard is wanted any more, or if none could be started.

@@ -7,7 +7,7 @@ use crate::claim::known::Known;
 pub(crate) struct Number {
     /// The coefficient, if a test looks at several.
     pub(crate) name: Option<String>,
-    /// What is known of it.
+    /// The evidence about it.
     pub(crate) known: Known,
     /// The share of trials that it covers, if not all of them.
     pub(crate) kept: Option<f64>,

@@ -129,7 +129,7 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
         .needed
         .unwrap_or_default();
     assert_eq!(needs.bounds.len(), 1);
-    // What the file asks for itself is not needed twice.
+    // Comparisons that the file asks for itself are not needed twice.
     let file = format!("compare = [['iv(4)', 'ls']]\n{GRID}");
     let test = "{ ratio = 'e_a', of = 'iv(4)', to = 'ls', below = 1 }";
     assert!(checked(&claim(test), &file).unwrap().file.needed.is_none());

@@ -1,4 +1,4 @@
-//! What the tests of claims look at, for each kind of test: a test has no statistic that its kind does not know.
+//! The statistics of each kind of test of a claim: a test has no statistic that its kind does not know.
 
 use asobench_identification::metric::SlopeOf;
 
@@ -85,7 +85,7 @@ impl RatioStatistic {
         ("median", Self::Median),
         ("rms", Self::Rms),
     ];
-    /// Those of a ratio to theory, which has no trials to pair with.
+    /// The statistics of a ratio to theory, which has no trials to pair with.
     pub const OF_THEORY: &[(&str, Self)] = &[("median", Self::Median), ("rms", Self::Rms)];
 }
 

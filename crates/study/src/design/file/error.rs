@@ -1,4 +1,4 @@
-//! What is wrong with an experiment file, with its place.
+//! Errors in an experiment file, with their places.
 
 /// An error in an experiment file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

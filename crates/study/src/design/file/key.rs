@@ -5,7 +5,7 @@ use Given::{Number, Text};
 use InWords::{Template, Words};
 use asobench_identification::names::named_table;
 
-/// What a study simulates.
+/// The kind of plants that a study simulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StudyKind {
     /// Plants in discrete time, with methods.

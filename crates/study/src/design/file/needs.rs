@@ -1,4 +1,4 @@
-//! What a run computes and keeps because of claims.
+//! The results that a run computes and keeps because of claims.
 
 use crate::design::file::axis::Scalar;
 use crate::design::file::bounds::BoundTable;

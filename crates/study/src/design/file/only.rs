@@ -119,7 +119,7 @@ impl ExperimentFile {
     }
 }
 
-/// What is said of a name that no method has.
+/// The message about a name that no method has.
 fn unknown(name: &str, all: &BTreeSet<&str>) -> String {
     let all: Vec<&str> = all.iter().copied().collect();
     match name.parse::<EstimatorName>() {

@@ -167,7 +167,7 @@ impl ExperimentFile {
             path.to_owned()
         } else {
             if path.parse::<Key>().is_err() {
-                // What this kind of study has.
+                // The settings that this kind of study has.
                 let kind = self.kind();
                 let settings = Key::ALL
                     .iter()

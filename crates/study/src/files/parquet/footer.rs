@@ -14,7 +14,7 @@ const MOST_GROUPS: usize = 1 << 24;
 /// The key of the schema that Arrow stores.
 const ARROW: &[u8] = b"ARROW:schema";
 
-/// A column at the top of the table. What is nested is one column, of no kind that can be read.
+/// A column at the top of the table. A nested structure is one column, of no kind that can be read.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Column {
     pub name: String,

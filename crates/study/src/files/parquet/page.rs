@@ -2,7 +2,7 @@
 
 use super::thrift::{Found, Thrift, Wire};
 
-/// What pages become in memory.
+/// The size of pages in memory.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Pages {
     /// The values in all pages of data.

@@ -11,7 +11,7 @@ const STRUCTURE: u8 = 12;
 /// The deepest structure of a footer: statistics of a chunk of a row group.
 const DEEPEST: u8 = 12;
 
-/// What is wrong with a file, in words.
+/// A value, or the fault of the file in words.
 pub(super) type Found<T> = Result<T, &'static str>;
 
 const ENDS: &str = "its footer ends too early";

@@ -157,7 +157,7 @@ fn another_study_takes_the_place_at_the_end() {
     assert_eq!(files::list(&path.join("blocks")).unwrap().len(), 1);
 }
 
-/// What is not as the manifest lists it is not replaced by another study, and nothing else is removed then.
+/// Files that differ from the manifest's list are not replaced by another study, and nothing else is removed then.
 #[test]
 fn what_is_not_listed_is_never_replaced() {
     let folder = tempfile::tempdir().unwrap();

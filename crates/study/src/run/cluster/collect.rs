@@ -1,4 +1,4 @@
-//! What processes left in folders: their blocks, and their records of themselves.
+//! The files that processes left in folders: their blocks, and their records of themselves.
 
 use crate::design::experiment::Experiment;
 use crate::files;
@@ -22,7 +22,7 @@ use xxhash_rust::xxh3::xxh3_128;
 /// The file in which a process describes itself.
 pub(crate) const RUN: &str = "run.json";
 
-/// What a process records of itself in `run.json`.
+/// A process's record of itself in `run.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Run {
     /// "asobench".
@@ -70,7 +70,7 @@ pub(crate) struct Found {
 #[derive(Debug, Default)]
 pub struct Collection {
     pub(crate) cells: Vec<Vec<Found>>,
-    /// What was left out and why, one line each.
+    /// The files that were left out and why, one line each.
     pub refused: Vec<String>,
     /// Whether some of it is of another design.
     pub(crate) has_others: bool,

@@ -1,4 +1,4 @@
-//! Computes a shard: the work of one process. What is already there is not computed again (resume).
+//! Computes a shard: the work of one process. Blocks that are already there are not computed again (resume).
 
 use crate::design::experiment::Experiment;
 use crate::design::file::engine::Engine;
@@ -32,7 +32,7 @@ pub fn shard_folder(folder: &Path, index: usize) -> PathBuf {
 }
 
 /// Computes what is missing of a shard. Reads what earlier processes left in the shard's folder and counts it; writes
-/// its own blocks to a folder of its own. What is finished stays, however the process ends. `on_note` receives what was
+/// its own blocks to a folder of its own. Finished blocks stay, however the process ends. `on_note` receives what was
 /// found and not used.
 ///
 /// # Errors

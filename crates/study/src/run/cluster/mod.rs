@@ -50,7 +50,7 @@ pub enum ClusterError {
     Plan {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and what was expected.
+        /// The fault, and what was expected.
         reason: String,
     },
     /// The folder holds runs of another design.
@@ -58,7 +58,7 @@ pub enum ClusterError {
     Foreign {
         /// The folder.
         path: PathBuf,
-        /// What it holds.
+        /// Its content.
         what: &'static str,
     },
     /// The blocks have faer's bits from different machines.
