@@ -283,7 +283,7 @@ fn every_block_of_a_run_that_was_ended() {
     assert_same(&at.join("grown"), &at.join("fresh"), false);
 }
 
-/// What is not a change of methods, or would change the engine's last digits, is refused as before.
+/// A change of more than methods, or one that would change the engine's last digits, is refused as before.
 #[test]
 fn refusals() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -438,7 +438,7 @@ fn noisy_record() -> String {
     text
 }
 
-/// What `--delay 3` finds in a record is what `--delay 1` finds in the same one with its output two samples earlier,
+/// The model of a record with `--delay 3` is that of the same one with its output two samples earlier and `--delay 1`,
 /// moved by two samples; also for methods that know no delay.
 #[test]
 fn a_delay_moves_every_model() {
@@ -616,7 +616,7 @@ fn a_range_of_orders_of_any_estimator() {
     assert!((row["aic"].as_f64().expect("AIC") - aic).abs() < 1e-9);
 }
 
-/// What failed has its reason on the page; a model without noise has no residuals to be tested.
+/// A failure has its reason on the page; a model without noise has no residuals to be tested.
 #[test]
 fn a_page_about_what_failed() {
     let files = Files::new();
@@ -1439,7 +1439,7 @@ fn an_interrupted_run_leaves_nothing() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program runs");
-    // What `reproduce` computes replaces what is there in one step.
+    // The results of `reproduce` replace those there in one step.
     let blocks = Path::new(&out).join(".asobench-replacing/blocks");
     let stored = |entry: std::io::Result<std::fs::DirEntry>| {
         entry.is_ok_and(|entry| entry.path().extension().is_some_and(|e| e == "block"))

@@ -310,7 +310,7 @@ fn state_feedback_closes_the_loop_at_the_first_sample() {
     assert_eq!((again.u, again.y), (record.u, record.y));
 }
 
-/// What the loop feeds back, by a plain simulation of the same trial: the pilot's record is that of the open loop,
+/// The state that is fed back, by a plain simulation of the same trial: the pilot's record is that of the open loop,
 /// whose model is the plant or least squares on the pilot's samples; the dead-beat gain of order 2 is (a_2, a_1 +
 /// a_2^2). Errors of the state that is fed back are those of a trial's row.
 #[test]

@@ -213,7 +213,7 @@ fn shards_move_no_bit() {
     }
 }
 
-/// What is damaged or of another seed is named and computed again or left; what is there twice does no harm.
+/// Blocks that are damaged or of another seed are named and computed again or left; blocks there twice do no harm.
 #[test]
 fn what_is_damaged_is_missing() {
     let place = Place::new();
@@ -334,7 +334,7 @@ fn a_shard_is_computed_twice_at_once() {
     assert_same(&place.path("merged"), &place.path("one"), "three at once");
 }
 
-/// What there is makes results that say so, even where a cell has no trial; later the whole ones take their place.
+/// Partial results say that they are, even where a cell has no trial; later the whole ones take their place.
 #[test]
 fn partial_results_say_so() {
     for store in ["store=trials", "store=summaries"] {

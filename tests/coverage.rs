@@ -13,7 +13,7 @@ const TRIALS: [usize; 2] = [400, 1000];
 /// The normal law's 95 % point.
 const Z95: f64 = 1.644_853_626_951_472_2;
 
-/// What the coverage should be.
+/// The coverage that theory expects.
 #[derive(Clone, Copy)]
 enum Expected {
     /// 95 %, accepted from 93 to 97 %.

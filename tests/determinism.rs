@@ -133,7 +133,7 @@ fn check_threads(experiment: &Experiment) {
     {
         std::fs::write(copy, &expected).expect("a writable file");
     }
-    // What was written is what any trial gives alone, in any order.
+    // The numbers in the file are those that any trial gives alone, in any order.
     let table = table(&path);
     let outputs = experiment.outputs().len();
     let column = table.column("e_a").expect("a column");

@@ -1,5 +1,5 @@
 //! Records from which a method cannot have a model, and options that it cannot have, for every estimator of the
-//! registry. What is expected follows from how the methods solve, as `docs/methods.md` says under "Failures".
+//! registry. The expected failures follow from how the methods solve, as `docs/methods.md` says under "Failures".
 
 use asobench::estimator::{
     EstimatorName, FailureKind, Method, MethodOptions, Pass, Problem, Progress, Shape, Window,
@@ -329,8 +329,8 @@ fn every_kind_of_every_method_is_met() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Values that a numeric option refuses: out of its range, or of no meaning. Those of texts and names are in tests of
-/// their own.
+/// Values that a numeric option refuses: out of its range, or of no meaning. Texts and names have tests of their
+/// own.
 fn refused(key: &str) -> Vec<Value> {
     match key {
         // Positive numbers.

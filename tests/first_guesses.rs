@@ -1,4 +1,4 @@
-//! What people type first: a part of a study, another seed, results beside each other, words explained, and names that
+//! Commands typed first: a part of a study, another seed, results beside each other, words explained, and names that
 //! other tools have.
 
 use crate::common::{asobench_in as asobench, done_in as done, stderr, stdout};

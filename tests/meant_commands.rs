@@ -71,7 +71,7 @@ fn european(state: f64, offset: f64) -> String {
     text.replace('.', ",")
 }
 
-/// What is typed, and the line that was meant.
+/// The words that are typed, and the line that was meant.
 const MEANT: &[(&str, &str)] = &[
     (
         "estimate my.csv -n 2 --model oe --json",
@@ -231,7 +231,7 @@ fn all_unknown_flags_stand_in_one_error() {
         lines.len() == 3 && lines[1].contains("--resume") && lines[2].contains("'many'"),
         "{lines:?}"
     );
-    // What was not read is not left out of the line in silence.
+    // A word that was not read is not left out of the line in silence.
     let line = ["estimate", "my.csv", "--order", "2", "--model", "oe", "arx"];
     let lines = refused(folder.path(), &line);
     assert!(lines[1].contains("'arx'") && lines.len() == 2, "{lines:?}");
@@ -395,8 +395,8 @@ fn pictures_of_a_record_are_drawn_by_name() {
     assert_eq!(bare, mean);
 }
 
-/// What `estimate` says of a record's start and offset, tables of orders, `study-from` and estimators without a choice
-/// say too; a record from rest has no such hint.
+/// Tables of orders, `study-from` and estimators without a choice give the hints of `estimate` on a record's start and
+/// offset too; a record from rest has no such hint.
 #[test]
 fn a_start_that_is_not_at_rest_is_seen_everywhere() {
     let folder = folder();

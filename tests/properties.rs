@@ -64,7 +64,7 @@ impl Case {
     }
 }
 
-/// What computes the estimates.
+/// The engines that compute the estimates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Engine {
     Faer(Solver),

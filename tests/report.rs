@@ -252,7 +252,7 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     // Nothing but the report; the same again, bit for bit.
     done(&["report", &results[0], &results[1], "--out", &out]);
     assert_eq!(files(Path::new(&out)), first);
-    // What somebody else put there is not replaced.
+    // Files that somebody else put there are not replaced.
     for name in ["tables/my-study-overview.tex", "simulated.md"] {
         let place = Path::new(&out).join(name);
         fs::write(&place, "% mine").expect("a file");

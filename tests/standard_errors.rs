@@ -1,4 +1,4 @@
-//! What a study says of printed standard errors: its counts against a count by hand, the same bits for any threads and
+//! A study's coverage of printed standard errors: its counts against a count by hand, the same bits for any threads and
 //! blocks, and where lanes may not run.
 
 use asobench::study::file::{ExperimentFile, TrialRule};

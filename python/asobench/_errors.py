@@ -27,7 +27,7 @@ class EstimateFailed(Error):
 
 
 class StudyError(Error, RuntimeError):
-    """What the program ``asobench`` said when it refused or failed."""
+    """The message of the program ``asobench`` when it refused or failed."""
 
 
 class Declined(Error):

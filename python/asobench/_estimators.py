@@ -21,7 +21,7 @@ COEFFICIENTS = ("na", "nb", "nc", "nd", "nf")
 
 @cache
 def registry() -> dict[str, dict[str, Any]]:
-    """What is known of each estimator: "about", and "options" with "about", "default" and "schema" of each."""
+    """The facts of each estimator: "about", and "options" with "about", "default" and "schema" of each."""
     entries = json.loads(_native.estimators())
     return {
         entry["name"]: {"about": entry["about"], "options": {option.pop("key"): option for option in entry["options"]}}

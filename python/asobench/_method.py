@@ -24,7 +24,7 @@ from ._model import PARTS, Model
 from ._version import Version
 from ._worker import answer
 
-#: What a function may ask for by the name of an argument.
+#: The data that a function may ask for by the name of an argument.
 TOLD = ("u", "y", "r", "na", "nb", "nc", "nd", "nf", "nk", "order", "samples", "sampling", "loop", "trial", "seed")
 
 #: The process that the program starts: it hands bytes on between the program and this Python.
@@ -65,7 +65,7 @@ def consent(methods: Sequence[Answering]) -> list[str]:
 
 
 class Answering(Protocol):
-    """What a relay can ask."""
+    """The answers that a relay can ask for."""
 
     name: str
     processes: int | None
@@ -151,7 +151,7 @@ class Method:
 
     @property
     def reached_by_version(self) -> tuple[Any, ...]:
-        """What belongs to the version of a function that calls this method."""
+        """The values that belong to the version of a function that calls this method."""
         return self._given_version or self.function, self.options
 
     @property
@@ -168,7 +168,7 @@ class Method:
         return f"{self._given_version} {of.text[:8]}" if self.options else self._given_version
 
     def ready(self) -> dict[str, Any]:
-        """What it answers to hello while a study runs; a word on what its version does not cover."""
+        """The answer to hello while a study runs; a word on what its version does not cover."""
         self._running = self._now()
         unknown = {f"{label or self.name} ({why})" for label, why in self._running.unknown.items()} - self._said
         if unknown:
@@ -188,7 +188,7 @@ class Method:
         }
 
     def changes(self) -> list[str]:
-        """What of the version has changed since the study began to run."""
+        """The parts of the version that have changed since the study began to run."""
         before, now = self._running, self._now()
         labels = {*now.parts, *(before.parts if before else ())}
         changed = {label or self.name for label in labels if before and before.parts.get(label) != now.parts.get(label)}

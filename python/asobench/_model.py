@@ -323,7 +323,7 @@ class Model:
         """The state at k = 0; None if it could not be found."""
         return self._native.x0
 
-    # What follows from the polynomials.
+    # Properties that follow from the polynomials.
 
     @cached_property
     def _precision(self) -> tuple[Roots, Roots, float, float, list[str]]:
@@ -453,7 +453,7 @@ class Model:
         """The step response from rest, k = 0 ... `samples` - 1, of at most a million samples."""
         return StepResponse(*self._native.step_response(whole("samples", samples, 1)))
 
-    # What a record says of it.
+    # The model against a record.
 
     def _of_record(self, u: ArrayLike | None, y: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
         if u is None and y is None:
@@ -549,7 +549,7 @@ class Model:
         return text + self.picture()
 
 
-#: What other packages call it.
+#: The names of other packages.
 ELSEWHERE = {
     "bse": "se", "cov_params": "cov", "resid": "residuals()", "tvalues": "params / se", "pvalues": "conf_int()",
     "rsquared": "fit()", "aic": "orders(u, y, n)", "bic": "orders(u, y, n)", "forecast": "predict(u, y, k)",

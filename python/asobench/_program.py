@@ -17,7 +17,7 @@ from typing import IO, Any
 
 from ._errors import StudyError
 
-#: What a terminal takes as commands, not as text.
+#: The codes that a terminal takes as commands, not as text.
 CODES = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
 
 
@@ -31,7 +31,7 @@ def program() -> str:
 
 
 def call(*arguments: Any, show: bool = False, environment: Mapping[str, str] | None = None) -> str:
-    """What the program prints, or its last line as an error.
+    """The program's output, or its last line as an error.
 
     With `show` its progress is shown. Ctrl-C stops the program, which keeps what it has, and is raised again.
     """

@@ -45,7 +45,7 @@ class Replay:
     u, y : ndarray
         The record, all samples.
     truth : dict
-        What is true of it, as arrays.
+        The true values, as arrays.
     stages : list of dict
         Every stage of every method, with lists of numbers as arrays.
     """
@@ -202,7 +202,7 @@ class Results:
         return found
 
     def failed(self, method: str | None = None, **settings: Any) -> list[dict[str, Any]]:
-        """What failed: a dict for each cell, output and kind, with the numbers of the first trials.
+        """The failures: a dict for each cell, output and kind, with the numbers of the first trials.
 
         Parameters
         ----------

@@ -75,7 +75,7 @@ class Study:
         return Path(path)
 
     def check(self) -> str:
-        """What ``asobench check`` says: the size of the grid, and what a run takes."""
+        """The forecast of ``asobench check``: the size of the grid, and what a run takes."""
         with self._file() as path:
             return call("check", path)
 
@@ -179,7 +179,7 @@ def _entry(entry: Any) -> dict[str, Any]:
     raise TypeError(f"methods: {entry!r}; expected a name, a dict or a method{hint}")
 
 
-#: What of a study its records follow from.
+#: The keys of a study that its records follow from.
 DATA = ("seed", "settings", "zip", "exclude", "plants", "noises", "feedbacks", "columns")
 #: Bytes of the records in a message.
 MESSAGE = 1 << 26
@@ -214,7 +214,7 @@ class Records:
         return {"A": np.zeros((len(u), setting["na"])), "B": np.zeros((len(u), setting["nb"]))}
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """What was kept."""
+        """The records that were kept."""
         return {name: np.concatenate(parts or [np.zeros(0)]) for name, parts in self.kept.items()}
 
 

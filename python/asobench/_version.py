@@ -33,7 +33,7 @@ import numpy as np
 
 from ._native import VERSION
 
-#: What of a class is no text of its own, or differs from process to process.
+#: The attributes of a class that are no text of its own, or differ from process to process.
 NO_TEXT = {
     "__dict__", "__weakref__", "__module__", "__annotations__", "__annotate__", "__annotate_func__", "_abc_impl",
     "__annotations_cache__", "__static_attributes__", "__firstlineno__", "__dataclass_fields__",
@@ -55,7 +55,7 @@ class Version:
     parts : dict
         Of the function, and of each global that it reaches, the digest.
     unknown : dict
-        What no digest covers: its name, and why.
+        The values that no digest covers: their names, and why.
     """
 
     def __init__(self, function: Callable[..., Any] | None, options: Any) -> None:
@@ -97,7 +97,7 @@ class Version:
         self.unknown.setdefault(self._label, why)
         return why.encode()
 
-    # What is reached by names.
+    # Values that are reached by names.
 
     def _global(self, scope: dict[str, Any], name: str) -> None:
         """Puts a global among what is to be read."""
@@ -166,7 +166,7 @@ class Version:
             self.parts[f"import {name}"] = self._module(sys.modules[name])
             name = name.rpartition(".")[0]
 
-    # What is read.
+    # Values that are read.
 
     def _digest(self, value: Any) -> bytes:
         """The digest of a value; a value within itself is its place."""
@@ -186,7 +186,7 @@ class Version:
         return map(self._digest, values)
 
     def _read(self, value: Any) -> Iterator[Any]:
-        """What makes a value."""
+        """The parts that make a value."""
         kind = type(value)
         if kind in READERS:
             return READERS[kind](self, value)
@@ -330,7 +330,7 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def _named(module: str, name: str) -> Any:
-    """What has a name in a module; None if nothing has."""
+    """The value of a name in a module; None if there is none."""
     of: Any = sys.modules.get(module)
     for part in name.split("."):
         of = getattr(of, part, None)

@@ -40,7 +40,7 @@ def worker(
     and, where they are there, "d" (m) and "x0" (m, n). With ``single`` the first length m is left out.
 
     A ``single`` function may raise: ``Declined``, or any other exception, whose name and message are the reason. The
-    models of a message have the same keys, orders and nk: fill up with zeros. What is returned otherwise, such as None,
+    models of a message have the same keys, orders and nk: fill up with zeros. Another value, such as None,
     complex numbers or another key, is an error: with ``single`` the reason of that record, else of the whole worker.
     """
     if function is None:
@@ -172,7 +172,7 @@ def _blank(form: Form) -> dict[str, Any]:
 
 
 def _parts(model: Any, names: tuple[str, ...], required: Any) -> dict[str, Vector]:
-    """What a function returned, checked."""
+    """The arrays that a function returned, checked."""
     if not isinstance(model, dict):
         raise TypeError(f"returned {type(model).__name__}; expected a dict of {', '.join(names)}")
     for key in model:

@@ -6,7 +6,7 @@ use crate::names::UnknownName;
 use crate::study::file::ExperimentFile;
 use std::path::{Path, PathBuf};
 
-/// What is added to the file's seed if none is given.
+/// The step from the file's seed to that of fresh trials, if none is given.
 const STEP: u64 = 1_000_000_000;
 
 /// Whether claims are confirmed, and which.

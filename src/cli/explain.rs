@@ -67,7 +67,7 @@ fn loose(word: &str) -> String {
     }
 }
 
-/// What a letter with a number is: `a_3`.
+/// The meaning of a letter with a number: `a_3`.
 fn numbered(word: &str) -> Option<String> {
     let (letter, number) = word.split_once('_')?;
     let number: usize = number.parse().ok()?;

@@ -27,7 +27,7 @@ impl Room {
 
 /// The largest needs of a run, in bytes.
 pub(super) struct Need {
-    /// What is taken in addition to what the program and the experiment take already.
+    /// The memory beyond that of the program and the experiment.
     pub(super) memory: f64,
     /// Bytes still to be written.
     pub(super) disk: f64,

@@ -197,7 +197,7 @@ pub(super) fn exit_with(code: u8) {
     EXIT.store(code.into(), Ordering::Relaxed);
 }
 
-/// Returns a flag that Ctrl-C (or SIGTERM) raises. What has not stopped a moment later is ended, and a second signal
+/// Returns a flag that Ctrl-C (or SIGTERM) raises. A step that lasts a moment longer is ended, and a second signal
 /// ends the program at once. Files are first written whole under other names, so no file is left half-written. All
 /// studies of a program share the flag.
 pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
@@ -211,7 +211,7 @@ pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
         if raised.swap(true, Ordering::Relaxed) {
             std::process::exit(INTERRUPTED.into());
         }
-        // What is under way may be one long trial, or a large file.
+        // The step under way may be one long trial, or a large file.
         let waits = std::thread::Builder::new().spawn(|| {
             std::thread::sleep(PATIENCE);
             note("asobench: interrupted in the middle of a step; what was finished before it is stored");

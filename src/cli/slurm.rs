@@ -258,7 +258,7 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
         .map_err(|error| Error::Failed(format!("{}: {error}", path.display())))
 }
 
-/// Fills the places `{name}` of a script. What is filled in is not looked at again; braces of the shell have no such
+/// Fills the places `{name}` of a script. The values are not searched again; braces of the shell have no such
 /// names.
 fn filled(script: &str, places: &[(&str, String)]) -> String {
     let mut text = String::new();

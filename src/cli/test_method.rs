@@ -66,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     })
 }
 
-/// What a check observed.
+/// The observation of a check that passed.
 enum Seen {
     /// As required.
     Fine(String),

@@ -16,7 +16,7 @@ const KINDS: u64 = 40;
 /// Of ten thousand trials each of them has about ten.
 pub const LONG_PERIOD: u64 = 997;
 
-/// What the worker's text says of a seed, as docs/protocol.md types it.
+/// The failure of a seed by the worker's text, as docs/protocol.md types it.
 fn expected(seed: u64, period: u64) -> &'static str {
     match seed % period {
         1 | 5 | 15 | 24 | 25 | 38 => "timeout",

@@ -3,7 +3,7 @@
 use super::consent::{asobench, text};
 use super::{root, runs};
 
-/// What `test-method` prints of the worker of examples/workers with something after a part of it, and its exit code.
+/// The output of `test-method` for the worker of examples/workers with something after a part of it, and its exit code.
 fn tested(after: &str, more: &str) -> Option<(String, i32)> {
     printed(&["test-method"], after, more)
 }

@@ -16,7 +16,7 @@ use asobench::plant::observe;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// What computes the estimates.
+/// The engines that compute the estimates.
 #[derive(Clone, Copy, Debug)]
 enum Engine {
     Faer(Solver),

@@ -80,7 +80,7 @@ fn cell(random: &mut Uniform) -> Cascade {
     Cascade::new(&plant, &scenario, &options, &observers).unwrap()
 }
 
-/// What a run found of every observer.
+/// The outcome, accuracy and course of one observer in a run.
 struct Found {
     outcome: Outcome,
     accuracy: Accuracy,

@@ -157,7 +157,7 @@ pub(crate) fn wait(mut command: Command) -> Output {
     child.wait_with_output().expect("ended")
 }
 
-/// What is at every path of a tree: its kind and permissions, and its content or where it leads.
+/// The entry at every path of a tree: its kind and permissions, and its content or where it leads.
 type Tree = BTreeMap<PathBuf, (u32, Vec<u8>)>;
 
 /// All that is at a path and below it; links are not followed, pipes and devices not opened.

@@ -1,4 +1,4 @@
-//! What may stand where the program wants a file or a folder of its own.
+//! Obstacles that may stand where the program wants a file or a folder of its own.
 
 use super::Place;
 use std::os::unix::fs::symlink;

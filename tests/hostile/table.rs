@@ -6,7 +6,7 @@ use super::{ESTIMATE, Place, REPRODUCE, stderr, tree};
 const RUN: [&str; 4] = ["run", "study.toml", "--out", "out"];
 const BLOCK: &str = "out/blocks/c00000-0000000000-0000000004.block";
 
-/// What a command does at a place.
+/// The use that a command makes of a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Use {
     /// It writes there, so what is not its own makes it refuse.
@@ -225,7 +225,7 @@ fn estimate() {
     );
 }
 
-/// What the user may have written is never replaced, not even if the program wrote it first.
+/// A file that the user may have written is never replaced, not even if the program wrote it first.
 #[test]
 fn new() {
     for obstacle in Obstacle::ALL {

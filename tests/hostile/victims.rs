@@ -1,4 +1,4 @@
-//! What was found by others, and what is near it.
+//! The losses that others found, and cases near them.
 
 use super::{Place, REPRODUCE, stderr, tree};
 use std::os::unix::fs::symlink;

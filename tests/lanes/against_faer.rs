@@ -23,7 +23,7 @@ fn by_lanes(experiment: &Experiment, count: u64) -> Trials {
     trials
 }
 
-/// What the comparison of a case found.
+/// The differences in the comparison of a case.
 #[derive(Default)]
 struct Found {
     rows: usize,
@@ -133,14 +133,14 @@ fn compare(case: &Case, count: u64) -> Found {
     found
 }
 
-/// What rounding takes of theta in a solve, relative to eps and condition: sums of N products with N eps of their
+/// The error of theta by rounding in a solve, relative to eps and condition: sums of N products with N eps of their
 /// absolute values, which are at most 2n times the matrix's norm, on both sides of the equations; two programs. See
 /// `noise_free_recovery` in tests/properties.rs.
 fn lost_by_a_solve(n: usize, window: usize) -> f64 {
     (8 * n * window) as f64
 }
 
-/// What is known of a trial's passes up to one.
+/// The worst of a trial's passes up to one.
 #[derive(Default)]
 struct Before {
     /// Whether an earlier pass failed or was unstable.
@@ -244,8 +244,8 @@ fn median(values: &mut [f64]) -> f64 {
 /// largest condition number so far. That is derived for least squares; in later passes what differs before enters
 /// through instruments, which move an estimate by its residual only, and the same bound is asserted.
 ///
-/// What e_g, FIT and rms_x differ by is in the middle at most a thousand times what the estimates
-/// differ by: the responses of these models move by up to 50 times as much.
+/// The differences of e_g, FIT and rms_x are in the middle at most a thousand times those of the estimates: the
+/// responses of these models move by up to 50 times as much.
 ///
 /// The median is at most 1e-10, or `2n eps` times the median condition number where that is more (order 20).
 ///
@@ -301,7 +301,7 @@ fn estimates_and_failures_are_those_of_faer() {
     assert!(50 * explained <= wild, "{explained} of {wild}");
 }
 
-/// What else is asked for moves no bit of a measure, by either engine.
+/// The other measures of a study move no bit of a measure, by either engine.
 #[test]
 fn a_measure_alone_is_what_it_is_among_all() {
     let case = Case::all("all", 6, "window = 30\nhorizon = 90\neta = 30.0", super::IV);

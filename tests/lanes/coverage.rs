@@ -1,4 +1,4 @@
-//! What the lanes do not cover, and what is said of it.
+//! The studies that the lanes do not cover, and the reasons that are given.
 
 use super::{Case, IV};
 use asobench::estimator::Method;

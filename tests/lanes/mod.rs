@@ -79,7 +79,7 @@ impl Case {
     }
 }
 
-/// What the trials of the experiment's cell go to.
+/// Empty storage for the trials of the experiment's cell.
 fn empty(experiment: &Experiment) -> Trials {
     Trials::new(experiment, &experiment.cells[0])
 }

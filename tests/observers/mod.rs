@@ -219,7 +219,7 @@ fn no_observer_of_the_same_information_beats_the_kalman_filter() {
     }
 }
 
-/// What the filter says of its own error: the stabilising solution P of the Riccati equation.
+/// The error that the filter states: by the stabilising solution P of the Riccati equation.
 fn stated_error(cell: &Cell) -> f64 {
     let cell = cell.discrete().unwrap();
     let (settings, n) = (cell.process.settings(), cell.order);
@@ -526,7 +526,7 @@ fn stage_6_is_the_least_squares_of_gpebo() {
             let pairs = observer.theta().iter().zip(&x0);
             let distance = norm(&mut pairs.map(|(theta, x0)| theta - x0));
             let size = norm(&mut x0.iter().copied());
-            // What the recursion rounds: P begins at 1 / rho.
+            // The recursion's rounding: P begins at 1 / rho.
             let rounding = 1e2 * f64::EPSILON / rho;
             assert!(
                 distance <= size * (rho + rounding),

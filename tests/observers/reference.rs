@@ -26,7 +26,7 @@ fn close(found: &[f64], exact: &[f64], tolerance: f64) {
     }
 }
 
-/// What `kalman-coloured` is made of: the likelihood and the states for a given rho, and the rho that is found.
+/// The parts of `kalman-coloured`: the likelihood and the states for a given rho, and the rho that is found.
 #[test]
 fn kalman_filters_of_coloured_noise() {
     let (at, cases) = cases("kalman");

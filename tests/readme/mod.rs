@@ -70,7 +70,7 @@ fn the_table_of_estimators_is_the_programs() {
     assert!(read("docs/methods.md").contains(&block), "{printed}");
 }
 
-/// What the program prints.
+/// The output of the program.
 fn printed(arguments: &[&str]) -> String {
     let output = std::process::Command::new(PROGRAM).args(arguments).output();
     String::from_utf8(output.expect("asobench runs").stdout).expect("UTF-8")

@@ -10,7 +10,7 @@
 //!
 //! Texts are of `results/report`, tables of its `tables`. A row is told by its first cells (`*` is
 //! any cell), a column by its heading without the unit; `least` or `greatest` before it is of
-//! several rows. What is shown is the value rounded to as many decimals.
+//! several rows. The number shown is the value rounded to as many decimals.
 
 use super::read;
 
@@ -53,7 +53,7 @@ const WITHOUT_RESULTS: [(&str, &str); 31] = [
     ("results/README.md", "*"),
 ];
 
-/// What the program is told or judges by, in words that have a number.
+/// Settings and limits of the program, in words that have a number.
 const TERMS: [&str; 3] = ["10 % band", "four passes", "Four passes"];
 
 /// Numbers in words, but those that are pronouns and articles too.
@@ -194,7 +194,7 @@ fn is_setting(tokens: &[Token], at: usize) -> bool {
     ["=", "<", ">"].contains(&word(at.checked_sub(1))) || TIMES.contains(&after)
 }
 
-/// What is wrong with the numbers and marks of a section.
+/// The mistakes in the numbers and marks of a section.
 fn mistakes(
     prose: &str,
     has_results: bool,

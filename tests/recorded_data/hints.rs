@@ -1,4 +1,4 @@
-//! What `estimate` says of a hard record: hints, statuses, the test for feedback. The records have these properties by
+//! Hints of `estimate` on a hard record, statuses, the test for feedback. The records have these properties by
 //! construction.
 
 use crate::common::PROGRAM;

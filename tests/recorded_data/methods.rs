@@ -24,7 +24,7 @@ fn estimator(case: &Value) -> &'static str {
     }
 }
 
-/// What `asobench estimate` prints for a case.
+/// The JSON that `asobench estimate` prints for a case.
 fn estimate(case: &Value) -> Value {
     let orders = case["orders"].as_object().expect("orders");
     let counts = orders.iter().filter(|(key, _)| *key != "rows");

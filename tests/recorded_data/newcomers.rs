@@ -101,7 +101,7 @@ fn models_in_continuous_time() {
     }
 }
 
-/// What a user must say, and what is refused, in one line.
+/// One line names the option that a user must give, or the value that is refused.
 #[test]
 fn the_time_between_samples_is_asked_for() {
     let line = |arguments: &[&str]| {

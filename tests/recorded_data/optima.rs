@@ -15,7 +15,7 @@ fn optima() -> Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// What `asobench estimate` prints for a case, and on standard error.
+/// The JSON that `asobench estimate` prints for a case, and its text on standard error.
 fn estimate(case: &Value, more: &[&str]) -> (Value, String) {
     let text = |key: &str| case[key].as_str().expect(key).to_owned();
     let orders = case["orders"].as_object().expect("orders").iter();

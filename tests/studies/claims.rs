@@ -21,7 +21,7 @@ fn claim(id: &str, output: &str, to: &str, below: f64) -> String {
     )
 }
 
-/// What a command that succeeds prints.
+/// The output of a command that succeeds.
 fn lines(place: &Place, arguments: &[&str]) -> String {
     let output = place.run(arguments);
     succeeds(&output);
@@ -73,7 +73,7 @@ fn an_edited_claim_asks_for_no_other_run() {
     place.write("own.toml", first.as_bytes());
     lines(&place, &["run", "own.toml", "--out", "own"]);
     let trials = std::fs::read_to_string(place.path("own/summary.json")).unwrap();
-    // What was asked then is no addition, whatever it is called now.
+    // A claim of that run is no addition, whatever its id is now.
     place.write("own.toml", first.replace("W1", "W5").as_bytes());
     let text = lines(&place, &["run", "own.toml", "--out", "own"]);
     assert_eq!(added(&text), 0, "{text}");

@@ -1,4 +1,4 @@
-//! What claims are worth: exploratory ones, families, and confirmation by fresh trials.
+//! The worth of claims: exploratory ones, families, and confirmation by fresh trials.
 
 use super::{Place, stdout, succeeds};
 
@@ -25,7 +25,7 @@ fn place() -> Place {
     place
 }
 
-/// What a command prints, with every run of blanks as one.
+/// The output of a command, with every run of blanks as one.
 fn words(place: &Place, arguments: &[&str]) -> String {
     let output = place.run(arguments);
     succeeds(&output);

@@ -320,7 +320,7 @@ fn a_step_that_is_too_long_is_a_failure() {
     assert_eq!(proposed["outcomes"]["failures"]["step-too-long"], 3);
     assert_eq!(proposed["figures"]["rms_x"]["count"], 0);
     assert_eq!(proposed["figures"]["step_error"]["count"], 0);
-    // What is more exact does not fail.
+    // A more exact observer does not fail.
     assert_eq!(
         summary["cells"][3]["outputs"][1]["outcomes"]["failures"]
             .as_object()

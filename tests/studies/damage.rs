@@ -351,7 +351,7 @@ fn killed_while_publishing() {
         &reproduce,
         &["paper", "trials.parquet without manifest.json"],
     );
-    // What a kill leaves: some files, and the blocks.
+    // A kill leaves some files, and the blocks.
     let manifest: serde_json::Value =
         serde_json::from_slice(&expected["manifest.json"]).expect("JSON");
     let experiment = asobench::study::Experiment::nikolov2023(2023).design();
@@ -422,7 +422,7 @@ fn two_runs_in_one_folder() {
     assert!(contents(&place.path("out")).is_empty());
 }
 
-/// What cannot be a folder is refused before anything is computed.
+/// A path that cannot be a folder is refused before anything is computed.
 #[test]
 fn folders_that_cannot_be() {
     let place = Place::new();

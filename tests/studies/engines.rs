@@ -110,7 +110,7 @@ fn a_manifest_says_what_computed() {
     place.refuses(&wrong, &["--engine", "'fast'", "auto", "lanes", "faer"]);
 }
 
-/// What threads, blocks and extensions do to a study on faer they do to one on lanes: nothing.
+/// Threads, blocks and extensions change a study on lanes as little as one on faer: not at all.
 #[test]
 fn threads_blocks_and_extensions_move_no_bit_of_lanes() {
     let place = place();

@@ -88,7 +88,7 @@ fn one_trial_has_values_and_no_errors() {
     assert!(!page.contains("NaN"), "a number that is not there");
 }
 
-/// What a limit on memory leaves to a program is told in a line, not by the allocator.
+/// Too little memory under a limit is told in a line, not by the allocator.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_does_not_fit_into_memory_is_refused_in_a_line() {

@@ -2,7 +2,7 @@
 
 use super::{Contents, Place, assert_same, blocks, contents, stderr, succeeds};
 
-/// What a study writes.
+/// The files that a study writes.
 const FILES: [&str; 4] = [
     "manifest.json",
     "summary.json",
@@ -90,7 +90,7 @@ fn summaries_are_those_of_stored_trials() {
         12,
         "one block for each cell"
     );
-    // What is kept moves no figure.
+    // Stored trials move no figure.
     let trials = place.results("trials", &["--trials", "900"]);
     for name in ["summary.json", "summary.parquet"] {
         assert!(trials[name] == expected[name], "{name}");

@@ -214,7 +214,7 @@ fn times_are_measured_once() {
     };
     let first = again("measuring times");
     assert!(again("times are there already") == first);
-    // Those of another design, or half of a file, are not this study's.
+    // Times of another design, or half of a file, are not this study's.
     let text = String::from_utf8(first.clone()).expect("UTF-8");
     let other = text.replacen("\"design\":\"", "\"design\":\"0", 1);
     assert!(other != text);

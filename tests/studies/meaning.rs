@@ -1,8 +1,8 @@
-//! What is given and means nothing: refused with the key and what was expected.
+//! Keys that mean nothing: refused with their names and what was expected.
 
 use super::{Place, succeeds};
 
-/// What is given and means nothing is no setting: it would be a list without an effect.
+/// A key that means nothing is no setting: it would be a list without an effect.
 #[test]
 fn what_means_nothing_is_refused() {
     let place = Place::new();

@@ -1,4 +1,4 @@
-//! What `check` says that a run takes, against what it takes; and what happens where there is not enough.
+//! The memory and disk that `check` expects of a run, against those it takes; and runs where there is not enough.
 
 use super::{Place, contents, stderr, stdout, succeeds};
 use std::fs;
@@ -28,7 +28,7 @@ fn amounts(line: &str) -> Vec<f64> {
     words.windows(2).filter_map(amount).collect()
 }
 
-/// What all files in a folder and below it take on a disk with blocks of 4 kB.
+/// The bytes that all files in a folder and below it take on a disk with blocks of 4 kB.
 fn bytes(path: &Path) -> f64 {
     let metadata = fs::metadata(path).expect("a file");
     if !metadata.is_dir() {

@@ -178,7 +178,7 @@ fn what_is_not_listed_stays_and_is_said() {
     );
 }
 
-/// What is wrong with the new study is found while the old results stay as they are, byte for byte.
+/// Mistakes of the new study are found while the old results stay as they are, byte for byte.
 #[test]
 fn a_wrong_study_replaces_nothing() {
     let place = prepared();
@@ -277,7 +277,7 @@ fn a_stopped_replacement_goes_on() {
         "{}",
         stderr(&first)
     );
-    // What was computed is not computed again.
+    // Blocks that were computed are not computed again.
     let kept = blocks(&replacing).into_iter().next().expect("a block");
     let time = |path: &Path| {
         std::fs::metadata(path)
@@ -365,7 +365,7 @@ fn killer(place: &Place) -> Option<PathBuf> {
     }
 }
 
-/// What the readers say of the results in `out`: the report's tables and the rows of a trial.
+/// The readers' view of the results in `out`: the report's tables and the rows of a trial.
 fn read(place: &Place, page: &str) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
     // Tables of the other study would stay.
     let _ = std::fs::remove_dir_all(place.path(page));

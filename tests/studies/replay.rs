@@ -1,4 +1,4 @@
-//! What a replay prints is what was used: e_x of every observer, computed again from its JSON.
+//! A replay prints the numbers that were used: e_x of every observer, computed again from its JSON.
 
 use super::{Place, stdout, succeeds};
 use serde_json::Value;

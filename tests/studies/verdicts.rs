@@ -1,4 +1,4 @@
-//! What a run and a report show of the claims of a user's own file: the truth of each claim is known
+//! The verdicts of a run and a report on the claims of a user's own file: the truth of each is known
 //! from theory (see `claims`).
 
 use super::{Place, stdout, succeeds};

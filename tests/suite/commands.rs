@@ -202,7 +202,7 @@ fn a_newcomer_is_placed_and_the_page_is_printed() {
     }
 }
 
-/// What the suite cannot do is said in one line.
+/// One line refuses a command that the suite cannot follow.
 #[test]
 fn refusals() {
     let place = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What `asobench theory` says against trials of long windows, and against the theory of this folder.
+//! The figures of `asobench theory` against trials of long windows, and against the theory of this folder.
 
 use super::cells::open;
 use super::population::trace;
@@ -119,7 +119,7 @@ fn inputs_with_spectra_of_their_own() {
         let experiment = of_input(name, table, window, "");
         assert_eq!(check(&experiment, 100), outputs, "{name}");
     }
-    // The record begins at 1 and its output's mean is 225. What methods make of the start has a share of the error that
+    // The record begins at 1 and its output's mean is 225. The start has, by the method, a share of the error that
     // falls as 1/N: of 8,128 samples it is not small.
     let high = of_input("high", HIGH, 32_512, "");
     assert_eq!(check(&high, 100), 4);

@@ -63,7 +63,7 @@ impl Found {
         self.trials.iter().flat_map(|trial| trial.rows.iter())
     }
 
-    /// What a study keeps of all trials.
+    /// The tally that a study keeps of all trials.
     pub fn tally(&mut self, experiment: &Experiment, cell: &Cell) -> CellTally {
         let mut all = CellTally::default();
         for trial in &mut self.trials {
@@ -114,7 +114,7 @@ pub fn extrapolate(short: &[Vec<f64>], long: &[Vec<f64>]) -> Vec<Vec<f64>> {
     short.iter().zip(long).map(pair).collect()
 }
 
-/// What theory says of a figure.
+/// A figure by theory.
 pub enum Theory {
     /// A value, within 4 standard errors.
     Value(f64),

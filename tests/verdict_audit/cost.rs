@@ -1,4 +1,4 @@
-//! What verdicts cost: the trials that each kind of claim needs for even odds of being decided, in smooth laws.
+//! The cost of verdicts: the trials that each kind of claim needs for even odds of being decided, in smooth laws.
 
 use super::study::{Verdict, file, verdicts};
 use std::path::Path;

@@ -123,7 +123,7 @@ impl Law {
     /// Reads a law.
     ///
     /// # Errors
-    /// What is not understood.
+    /// The word that is missing or not understood.
     pub fn read<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Self, String> {
         let mut word = |wanted: &str| {
             words

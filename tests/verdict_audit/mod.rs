@@ -47,7 +47,7 @@ fn set(name: &str, default: u64) -> u64 {
     std::env::var(name).map_or(default, |text| text.parse().expect("a number"))
 }
 
-/// What the studies of one claim said.
+/// The verdicts of one claim's studies.
 struct Found<'a> {
     law: &'a str,
     test: &'a str,

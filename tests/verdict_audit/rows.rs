@@ -1,8 +1,8 @@
-//! What the audit asks: laws whose truth is arithmetic, and claims whose limit is that truth or just beside it.
+//! The audit's questions: laws whose truth is arithmetic, and claims whose limit is that truth or just beside it.
 
 use std::f64::consts::{E, FRAC_2_PI, LN_2, PI};
 
-/// What is so.
+/// The truth of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
     Holds,
@@ -37,7 +37,7 @@ pub struct Row {
     pub looks: Vec<(Option<u32>, u64)>,
     pub place: Place,
     pub windows: &'static str,
-    /// What the sentence must not say.
+    /// Words that the sentence must not have.
     pub never: &'static str,
 }
 

@@ -6,7 +6,7 @@ use crate::common::{asobench_in, stderr, stdout};
 use std::path::Path;
 use std::process::Command;
 
-/// What a study said of its claim, and the sentence.
+/// A study's verdict on its claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     Holds,

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 named_enum! {
-    /// What is drawn of a record and its models.
+    /// A picture of a record and its models.
     Kind, "picture" {
         /// Measured and simulated output, and prediction errors; of a range of orders the criteria.
         Output = "output",
@@ -47,7 +47,7 @@ impl Kind {
             .or_else(|| elsewhere().map(|(_, kind)| *kind))
     }
 
-    /// What is to be seen, in words.
+    /// The picture's content in words.
     pub(super) const fn about(self) -> &'static str {
         match self {
             Self::Output => "measured and simulated output, and prediction errors",

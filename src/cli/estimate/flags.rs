@@ -166,7 +166,7 @@ impl Flag {
             let expected = |_| "expected a whole number".to_owned();
             return number.map(Value::from).map_err(expected);
         }
-        // What may be a text too, such as a gain, is read as a text.
+        // An option that may be a text too, such as a gain, is read as a text.
         if is("number") && !is("string") {
             let number: Option<f64> = text.parse().ok().filter(|number: &f64| number.is_finite());
             return number

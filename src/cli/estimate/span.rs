@@ -1,4 +1,4 @@
-//! What `--order` and `--delay` may be: a number, a range, or the orders of polynomials.
+//! The values of `--order` and `--delay`: a number, a range, or the orders of polynomials.
 
 use std::str::FromStr;
 
@@ -53,12 +53,12 @@ impl FromStr for Span {
     }
 }
 
-/// What was given to `--order`.
+/// The value of `--order`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Given {
     /// The order n, or a range.
     Span(Span),
-    /// What is for `--orders`: a list of numbers, or letters with numbers.
+    /// A value for `--orders`: a list of numbers, or letters with numbers.
     Orders(String),
 }
 

@@ -89,7 +89,7 @@ pub(super) fn method(path: &Path) -> Result<MethodTable, Error> {
     }
 }
 
-/// What to write for a file that is a program itself: the experiment file that names it.
+/// The experiment file to write for a file that is a program itself: it names the program.
 fn of_program(path: &Path) -> Option<Vec<String>> {
     const INTERPRETERS: [(&str, &str); 5] = [
         ("py", "python3"),

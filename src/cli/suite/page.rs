@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     page: Option<PathBuf>,
 }
 
-/// What a page shows.
+/// The results on a page, with their part of the suite and the command.
 pub(super) struct Beside<'a> {
     pub(super) methods: &'a [MethodResults],
     pub(super) newcomer: Option<&'a str>,
@@ -35,7 +35,7 @@ pub(super) struct Beside<'a> {
     pub(super) command: String,
 }
 
-/// What the program carries besides the results of methods.
+/// The times, fits and open division that stand beside the results of methods.
 struct Shipped {
     times: Option<Times>,
     recorded: Option<RecordedFits>,

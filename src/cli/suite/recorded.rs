@@ -61,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What a file says of itself, and its record.
+/// A file's comments about its record, and the record.
 fn recorded(path: &Path) -> Result<(Vec<String>, crate::data::csv::Record), Error> {
     let wrong = |error: &dyn std::fmt::Display| {
         let message = "expected a record of the suite's list; --data DIR is their folder";
