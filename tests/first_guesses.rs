@@ -379,10 +379,7 @@ fn an_answer_names_what_the_command_has() {
             &["estimate", "my.csv", "--save", "m.json"],
             "here: --format json > FILE.json",
         ),
-        (
-            &["estimate", "my.csv", "--horizon", "5"],
-            "one step ahead, no other horizon",
-        ),
+        (&["estimate", "my.csv", "--ahead", "5"], "here: --horizon 5"),
         (&["reproduce", "paper"], "here: --paper nikolov"),
         (
             &["reproduce", "--quick"],

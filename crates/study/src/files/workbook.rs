@@ -14,6 +14,8 @@ const UNPACKED: u64 = 100;
 const LEAST: u64 = 1 << 24;
 /// A serial number of days resolves some 0.3 microseconds; steps of 10 microseconds hide this.
 const TICKS: f64 = 86400.0 * 1e5;
+/// Bytes before the name of a part.
+const HEADER: usize = 30;
 const DAMAGED: &str = "a damaged workbook";
 
 /// An Excel workbook, whose worksheets are read as CSV: a line for each row up to the last one with a cell, so that its
@@ -88,6 +90,11 @@ fn unpacks_to(bytes: &[u8], room: u64) -> Result<(), String> {
     let mut left = room;
     for place in 0..archive.len() {
         let part = archive.by_index(place).map_err(|error| no_book(&error))?;
+        // No checksum covers the names, which stand twice: before each part and in the directory at the end.
+        let (at, name) = (part.header_start() as usize + HEADER, part.name_raw());
+        if bytes.get(at..at + name.len()) != Some(name) {
+            return Err(DAMAGED.to_owned());
+        }
         let read = io::copy(&mut part.take(left + 1), &mut io::sink());
         let read = read.map_err(|error| no_book(&error))?;
         left = left.checked_sub(read).ok_or_else(|| too_long(room))?;

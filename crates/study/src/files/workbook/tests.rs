@@ -129,9 +129,17 @@ fn cells_are_what_their_program_shows() {
     let found = text(&book(&[("Data", &sheet)], false, "")).unwrap();
     assert_eq!(
         found,
-        "\"Rig 7\",,\n\n\"u\",\"y\",\"said \"\"so\"\", twice\"\n1e-1,-2.5e-3,\"a\"\n1.234e3,7e0,\n#DIV/0!,,\"b\"\n"
+        "\"Rig 7\",,\n,,\n\"u\",\"y\",\"said \"\"so\"\", twice\"\n1e-1,-2.5e-3,\"a\"\n1.234e3,7e0,\n#DIV/0!,,\"b\"\n"
     );
     // A missing sample has the number of its row.
+    let sheet = rows(&[
+        &["s:Rig 7"],
+        &[],
+        &["s:u", "s:y"],
+        &["0.1", "2"],
+        &["1", "7"],
+        &["e:#DIV/0!", "-"],
+    ]);
     let error = record(&book(&[("Data", &sheet)], false, "")).unwrap_err();
     assert!(
         error.contains("line 6") && error.contains("missing"),
