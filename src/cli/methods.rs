@@ -38,9 +38,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 /// Describes an estimator and its options.
 pub(super) fn described(estimator: EstimatorName) -> String {
     let default = estimator.parse(Map::new());
-    let records = match default.is_ok_and(|options| options.takes_runs()) {
-        true => " Fits several records of a plant too, and the parts of one between gaps.",
-        false => "",
+    let records = if default.is_ok_and(|options| options.takes_runs()) {
+        " Fits several records of a plant too, and the parts of one between gaps."
+    } else {
+        ""
     };
     let about = format!("{}{records}", estimator.about());
     let mut text = filled(&format!("{estimator}: "), &about, 2);

@@ -32,9 +32,8 @@ fn unknown(error: UnknownName) -> PyErr {
     refused(error.to_string())
 }
 
-/// The most samples of a step response, and of what is as long as a record.
+/// The most samples of a step response.
 const MOST_STEPS: usize = 1_000_000;
-const MOST_SAMPLES: usize = 1 << 27;
 /// The most digits of a number as text.
 const MOST_DIGITS: usize = 100;
 

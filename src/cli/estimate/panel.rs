@@ -184,13 +184,14 @@ fn row(
     let parameters = fitted.model.orders().parameters() + fitted.pass.start_numbers;
     let loss = fitted.pass.loss * report.told_unit().powi(2);
     let bic = Criterion::Bic.value(loss, report.window, parameters);
+    // Writing to a string cannot fail.
     let mut command = command();
     if is_default {
-        command += &format!(" --window {WINDOW}%");
+        let _ = write!(command, " --window {WINDOW}%");
     }
-    command += &format!(" --estimator {method} --order {n}");
+    let _ = write!(command, " --estimator {method} --order {n}");
     if nk > 1 {
-        command += &format!(" --delay {nk}");
+        let _ = write!(command, " --delay {nk}");
     }
     let bic = Some(bic).filter(|bic| bic.is_finite());
     Ok(Some(Row {
@@ -230,7 +231,7 @@ fn command() -> String {
                 words.next();
             }
         } else {
-            command += &format!(" {}", shell_word(word));
+            let _ = write!(command, " {}", shell_word(word));
         }
     }
     command
@@ -299,18 +300,20 @@ impl Panel<'_> {
                 validation.map(|fit| fit.one_step),
             ] {
                 let fit = fit.filter(|fit| fit.is_finite());
-                let told = fit.map_or("-".to_owned(), |fit| match fit.abs() < 1e4 {
-                    true => format!("{fit:.2}"),
-                    false => format!("{fit:.0e}"),
+                let told = fit.map_or("-".to_owned(), |fit| {
+                    if fit.abs() < 1e4 {
+                        format!("{fit:.2}")
+                    } else {
+                        format!("{fit:.0e}")
+                    }
                 });
                 write!(text, " {told:>8}")?;
             }
             let bic = bic.map_or("-".to_owned(), |bic| format!("{bic:.1}"));
-            let white =
-                self.white(row).map_or(
-                    "not tested",
-                    |white| if white { "white" } else { "NOT white" },
-                );
+            let white = white(row).map_or(
+                "not tested",
+                |white| if white { "white" } else { "NOT white" },
+            );
             writeln!(text, " {bic:>11}  {white:<10} {}", status(estimate))?;
         }
         let of = if report.validation.is_some() {
@@ -340,14 +343,6 @@ impl Panel<'_> {
         writeln!(text, "All of the first model:\n  {}", best.command)
     }
 
-    fn white(&self, row: &Row) -> Option<bool> {
-        row.estimate
-            .last()
-            .residuals
-            .as_ref()
-            .map(|residuals| residuals.white.passed)
-    }
-
     fn json(&self) -> Value {
         let row = |row: &Row| {
             let fits = row.estimate.fit.as_ref();
@@ -358,7 +353,7 @@ impl Panel<'_> {
                 "orders": row.estimate.last().fitted.model.orders().to_string(),
                 "fit_percent": { "window": fits.map(|fits| fits.window), "validation": fits.map(|fits| fits.validation) },
                 "bic": row.bic,
-                "white": self.white(row),
+                "white": white(row),
                 "status": status(&row.estimate),
                 "hints": row.estimate.hints,
                 "command": row.command,
@@ -383,6 +378,12 @@ impl Panel<'_> {
             "panel": self.rows.iter().map(row).collect::<Vec<_>>(),
         })
     }
+}
+
+/// Whether the residuals are white; `None` where there are too few.
+fn white(row: &Row) -> Option<bool> {
+    let residuals = row.estimate.last().residuals.as_ref()?;
+    Some(residuals.white.passed)
 }
 
 fn status(estimate: &Estimate) -> String {

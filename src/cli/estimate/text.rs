@@ -371,8 +371,7 @@ fn write_fit(text: &mut String, on: &str, fit: Fit, has_noise_model: bool) -> fm
         format!(", {} {} steps ahead", percent(ahead.fit), ahead.steps)
     });
     let line = format!("  {name:<18} {simulated} simulated, {one_step} one-step{note}{ahead}");
-    text.push_str(&wrap(&line, 80, &" ".repeat(21)));
-    Ok(())
+    text.write_str(&wrap(&line, 80, &" ".repeat(21)))
 }
 
 /// Writes a vector, four numbers per line.

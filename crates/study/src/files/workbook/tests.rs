@@ -3,7 +3,6 @@
 use super::*;
 use crate::files::read_record;
 use asobench_identification::data::csv::{ReadOptions, Table, read_table};
-use std::io::Write as _;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
@@ -14,7 +13,8 @@ fn book(sheets: &[(&str, &str)], hidden: bool, properties: &str) -> Vec<u8> {
         let deflated =
             SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
         zip.start_file(name, deflated).unwrap();
-        write!(zip, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>{text}").unwrap();
+        let text = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>{text}");
+        io::Write::write_all(&mut zip, text.as_bytes()).unwrap();
     };
     let main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
     let office = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
@@ -26,22 +26,27 @@ fn book(sheets: &[(&str, &str)], hidden: bool, properties: &str) -> Vec<u8> {
         } else {
             ""
         };
-        list += &format!(
+        let _ = write!(
+            list,
             "<sheet name=\"{name}\" sheetId=\"{0}\" r:id=\"rId{0}\"{state}/>",
             i + 1
         );
-        relations += &format!(
+        let _ = write!(
+            relations,
             "<Relationship Id=\"rId{0}\" Type=\"{office}/worksheet\" Target=\"worksheets/sheet{0}.xml\"/>",
             i + 1
         );
-        types += &format!(
+        let _ = write!(
+            types,
             "<Override PartName=\"/xl/worksheets/sheet{}.xml\" ContentType=\"application/vnd.openxmlformats-officedocument.\
              spreadsheetml.worksheet+xml\"/>",
             i + 1
         );
     }
-    relations +=
-        &format!("<Relationship Id=\"rId99\" Type=\"{office}/styles\" Target=\"styles.xml\"/>");
+    let _ = write!(
+        relations,
+        "<Relationship Id=\"rId99\" Type=\"{office}/styles\" Target=\"styles.xml\"/>"
+    );
     part(
         "[Content_Types].xml",
         &format!("<Types xmlns=\"{package}/content-types\">{types}</Types>"),
