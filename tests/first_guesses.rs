@@ -379,7 +379,10 @@ fn an_answer_names_what_the_command_has() {
             &["estimate", "my.csv", "--save", "m.json"],
             "here: --format json > FILE.json",
         ),
-        (&["estimate", "my.csv", "--ahead", "5"], "here: --horizon 5"),
+        (
+            &["estimate", "my.csv", "--ahead", "5"],
+            "here: --horizon K: FIT of predictions K steps ahead",
+        ),
         (&["reproduce", "paper"], "here: --paper nikolov"),
         (
             &["reproduce", "--quick"],

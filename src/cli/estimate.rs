@@ -6,7 +6,6 @@ use super::files::check_output;
 use super::output::{Format, note, print, print_json};
 use crate::files::Kind;
 use crate::observer::Gain;
-use crate::text::rounded;
 use load::load;
 use one_estimator::estimate;
 use orders::{orders, ranges};
@@ -132,7 +131,7 @@ fn tables(
     }
     let hints: Vec<Option<String>> = scans.iter().map(|scan| scan.start(&report)).collect();
     report.tell_in_unit_of_file();
-    warn_of_offset(&report);
+    hints::warn_of_offset(&report);
     if let Some(scan) = one {
         let about = "criteria and FIT over the order";
         let picture = |_| Ok((scan.picture(), about.to_owned()));
@@ -158,28 +157,9 @@ fn tables(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Warns of an output far from zero: models without an offset do not describe it. A step less its mean is nothing.
-fn warn_of_offset(report: &Report) {
-    if report.subtracted().is_some() || hints::is_constant(&report.record.u[..report.window]) {
-        return;
-    }
-    let y = &report.record.y[..report.window];
-    let count = y.len() as f64;
-    let mean = y.iter().sum::<f64>() / count;
-    let variance = y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count;
-    if mean.powi(2) > variance {
-        note(&format!(
-            "warning: y has mean {} and standard deviation {}, but the models have no offset; --detrend mean subtracts \
-             the means",
-            rounded(mean * report.unit, 3),
-            rounded(variance.sqrt() * report.unit, 3)
-        ));
-    }
-}
-
 /// Prints warnings to standard error, one line each.
 fn warn(report: &Report) {
-    warn_of_offset(report);
+    hints::warn_of_offset(report);
     if report.gain.places_unstable_pole() {
         note(&format!(
             "warning: --gain {} has a pole on or outside the unit circle",

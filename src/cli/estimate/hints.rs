@@ -2,6 +2,7 @@
 
 use super::pictures::simulated;
 use super::report::{Estimate, Report};
+use crate::cli::output::note;
 use crate::data::Trend;
 use crate::diagnosis::{Z_95, is_feedback};
 use crate::estimator::{FailureKind, Pass, Problem, Rows, Shape, Window, initial_numbers};
@@ -101,6 +102,25 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
         .map(|value| (value - mean).powi(2))
         .sum::<f64>();
     (mean, (squares / count).sqrt())
+}
+
+/// Warns of an output far from zero: models without an offset do not describe it. A step less its mean is nothing.
+pub(super) fn warn_of_offset(report: &Report) {
+    if report.subtracted().is_some() || is_constant(&report.record.u[..report.window]) {
+        return;
+    }
+    let y = &report.record.y[..report.window];
+    let count = y.len() as f64;
+    let mean = y.iter().sum::<f64>() / count;
+    let variance = y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count;
+    if mean.powi(2) > variance {
+        note(&format!(
+            "warning: y has mean {} and standard deviation {}, but the models have no offset; --detrend mean subtracts \
+             the means",
+            rounded(mean * report.unit, 3),
+            rounded(variance.sqrt() * report.unit, 3)
+        ));
+    }
 }
 
 /// Standard errors for white prediction errors beside errors that are not white.

@@ -7,7 +7,7 @@ use super::record;
 use super::report::{Estimate, Report};
 use super::scan::scan;
 use super::span::{Given, Span};
-use super::{orders, words};
+use super::{hints, orders, words};
 use crate::cli::error::Error;
 use crate::cli::output::{Format, print, print_json};
 use crate::data::csv::Record;
@@ -108,7 +108,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
             .unwrap_or(f64::NEG_INFINITY)
     };
     rows.sort_by(|a, b| fit(b).total_cmp(&fit(a)));
-    super::warn_of_offset(&report);
+    hints::warn_of_offset(&report);
     let panel = Panel {
         report: &report,
         rows,

@@ -16,6 +16,7 @@ mod kind;
 mod parquet;
 #[cfg(target_os = "linux")]
 mod pipes;
+mod quietly;
 mod record;
 mod seal;
 mod staged;
@@ -33,7 +34,6 @@ pub(crate) use staged::{probe, remove_temporary};
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Write};
-use std::panic;
 use std::path::{Path, PathBuf};
 
 /// An error of a file or a folder.
@@ -80,16 +80,6 @@ pub(crate) const NOT_OWN: &str = "not written by asobench; move it away or choos
 pub fn remove_left_pipes() {
     #[cfg(target_os = "linux")]
     Pipes::remove_left();
-}
-
-/// Calls a library that decodes a file; a panic of it is an error of the file, and says nothing else. The hook is that of
-/// the process: nothing else runs while a table is read.
-fn quietly<T>(work: impl FnOnce() -> Result<T, String>, panicked: &str) -> Result<T, String> {
-    let hook = panic::take_hook();
-    panic::set_hook(Box::new(|_| {}));
-    let done = panic::catch_unwind(panic::AssertUnwindSafe(work));
-    panic::set_hook(hook);
-    done.unwrap_or_else(|_| Err(panicked.to_owned()))
 }
 
 /// Describes a folder entry that is not a regular file; `None` for a regular file.

@@ -1,5 +1,6 @@
 //! The worksheets of an Excel workbook (.xlsx), as the text that its program would save as CSV.
 
+use super::quietly::quietly;
 use asobench_identification::text::visible;
 use calamine::{CellErrorType, DataRef, ExcelDateTime, Reader as _, SheetType, SheetVisible, Xlsx};
 use jiff::SignedDuration;
@@ -39,7 +40,7 @@ impl Workbook {
         let room = (UNPACKED * bytes.len() as u64).max(LEAST);
         unpacks_to(&bytes, room)?;
         let open = || Xlsx::new(Cursor::new(bytes)).map_err(in_words);
-        let book = super::quietly(open, DAMAGED)?;
+        let book = quietly(open, DAMAGED)?;
         Ok(Self { book, room })
     }
 
@@ -75,7 +76,7 @@ impl Workbook {
     /// In words: if it is damaged, or longer than the file's length can hold.
     pub(super) fn text(&mut self, name: &str) -> Result<String, String> {
         let Self { book, room } = self;
-        super::quietly(|| text_of(book, name, *room), DAMAGED)
+        quietly(|| text_of(book, name, *room), DAMAGED)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::cli::estimate::load::load;
 use crate::cli::estimate::orders::{orders, ranges};
 use crate::cli::estimate::record;
 use crate::cli::estimate::report::Report;
-use crate::cli::estimate::{one_estimator, warn_of_offset, words};
+use crate::cli::estimate::{hints, one_estimator, words};
 use crate::data::OutputFeedback;
 use crate::diagnosis::Residuals;
 use crate::estimator::spectrum;
@@ -55,7 +55,7 @@ impl Case {
         let report = load(estimator, orders(estimator)?, found)?;
         check_unit(&report)?;
         // Before a model is refused, for which the offset may be the reason.
-        warn_of_offset(&report);
+        hints::warn_of_offset(&report);
         let mut estimate = one_estimator::estimate(estimator, name, &report)?;
         let path = report.file.display();
         let refused = |message: &str| Error::Input(format!("{path}: {name}: {message}"));

@@ -4,7 +4,7 @@
 use super::footer::{Chunk, Column, Footer};
 use super::kind::{Kind, Number};
 use super::page;
-use crate::files::quietly;
+use crate::files::quietly::quietly;
 use crate::text::visible;
 use polars_arrow::array::{
     Array, BinaryViewArray, BooleanArray, FixedSizeBinaryArray, PrimitiveArray, Utf8ViewArray,
