@@ -10,7 +10,7 @@ use std::ops::Range;
 pub struct Fit {
     /// FIT with yhat simulated from x0, using u only.
     pub simulated: f64,
-    /// FIT with yhat predicted one step ahead, using y up to k - 1, from the start of [`prediction_errors`]; NaN if
+    /// FIT with yhat predicted one step ahead, using y up to k - 1, from the start of [`super::prediction_errors`]; NaN if
     /// there is no start.
     pub one_step: f64,
     /// FIT with yhat predicted [`FitModel::horizon`] steps ahead, using y up to k - horizon; `None` for one step.
