@@ -56,7 +56,7 @@ fn json(folder: &Path, arguments: &[&str]) -> Value {
 fn the_best_comes_first_and_its_command_gives_the_same_model() {
     let folder = folder();
     let folder = folder.path();
-    let found = json(folder, &["estimate", "record.csv"]);
+    let found = json(folder, &["estimate", "record.csv", "--delay", "1:20"]);
     assert_eq!((&found["nk"], &found["window"]), (&3.into(), &700.into()));
     let rows = found["panel"].as_array().unwrap();
     let mut names: Vec<&str> = rows
@@ -113,7 +113,10 @@ fn the_best_comes_first_and_its_command_gives_the_same_model() {
 #[test]
 fn the_table_fits_a_screen_and_pictures_need_one_model() {
     let folder = folder();
-    let text = stdout(&asobench_in(folder.path(), &["estimate", "record.csv"]));
+    let text = stdout(&asobench_in(
+        folder.path(),
+        &["estimate", "record.csv", "--delay", "1:20"],
+    ));
     let wide = |line: &&str| line.len() > 80 && !line.contains("asobench estimate");
     assert_eq!(text.lines().find(wide), None);
     let words: Vec<&str> = text.split_whitespace().collect();

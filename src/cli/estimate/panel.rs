@@ -25,9 +25,8 @@ const METHODS: [EstimatorName; 5] = {
     [Arx, Oe, Armax, Bj, N4sid]
 };
 
-/// Largest order and largest delay that are tried, and the samples for each of them.
+/// Largest order that is tried, and the samples for each.
 const ORDER: usize = 6;
-const DELAY: usize = 20;
 const SAMPLES: usize = 20;
 /// The share of the record on which models are fitted, per cent; on the rest they are validated.
 const WINDOW: f64 = 70.0;
@@ -84,10 +83,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         first: 1,
         last: largest.min(ORDER),
     };
-    let delay = arguments.record.delay.unwrap_or(Span {
-        first: 1,
-        last: largest.min(DELAY),
-    });
+    let delay = arguments.record.delay.unwrap_or(Span { first: 1, last: 1 });
     let orders = Orders::arx(order.last, order.last, delay.last);
     let mut report = load(&arguments, orders, recognised)?;
     let nk = delay_of(&report, delay);
