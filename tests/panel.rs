@@ -119,6 +119,8 @@ fn the_table_fits_a_screen_and_pictures_need_one_model() {
     ));
     let wide = |line: &&str| line.len() > 80 && !line.contains("asobench estimate");
     assert_eq!(text.lines().find(wide), None);
+    let plain = stdout(&asobench_in(folder.path(), &["estimate", "record.csv"]));
+    assert!(plain.contains("delay 1;"), "{plain}");
     let words: Vec<&str> = text.split_whitespace().collect();
     let about = "delay 3 of 1:20 by BIC of long ARX models";
     assert!(words.join(" ").contains(about), "{text}");

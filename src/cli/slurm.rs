@@ -42,7 +42,7 @@ pub(super) struct Arguments {
     consent: Consent,
 }
 
-/// What a job asks of Slurm.
+/// The resources that a job asks of Slurm.
 #[derive(clap::Args, Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
 struct Job {

@@ -9,6 +9,10 @@ use crate::estimator::EstimatorName;
 use crate::model::Orders;
 use crate::observer::Gain;
 
+/// Orders of a single model, as they are given.
+pub(super) const ORDERS_EXPECTED: &str =
+    "expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it";
+
 /// Reads the orders as they were given: those of MATLAB's order and those letter by letter become `--orders`, and
 /// without
 /// `--estimator` the estimators are those that take what was given.
@@ -177,11 +181,7 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     }
     if !options.has("orders") {
         let Some(Given::Span(order)) = *order else {
-            return bad(
-                "expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it; --order 1:8 \
-                 compares"
-                    .to_owned(),
-            );
+            return bad(format!("{ORDERS_EXPECTED}; --order 1:8 compares"));
         };
         if let Some((order, delay)) = ranges(arguments) {
             refuse("--states", arguments.states.is_some())?;

@@ -18,8 +18,8 @@ use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use std::process::ExitCode;
 
-/// The methods: an equation error, an output error, two models of the noise, and a subspace method, whose weighting is the
-/// one that the record favours.
+/// The methods: an equation error, an output error, two models of the noise, and a subspace method with the weighting
+/// that the record favours.
 const METHODS: [EstimatorName; 5] = {
     use EstimatorName::{Armax, Arx, Bj, N4sid, Oe};
     [Arx, Oe, Armax, Bj, N4sid]
@@ -60,7 +60,8 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     ];
     if let Some((flag, _)) = drawn.iter().find(|(_, given)| *given) {
         return Err(Error::Input(format!(
-            "{flag}: needs a single model; expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it"
+            "{flag}: needs a single model; {}",
+            orders::ORDERS_EXPECTED
         )));
     }
     let chosen = match arguments.estimator.as_slice() {
@@ -87,15 +88,12 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     let orders = Orders::arx(order.last, order.last, delay.last);
     let mut report = load(&arguments, orders, recognised)?;
     let nk = delay_of(&report, delay);
-    let mut rows = Vec::new();
+    let (mut rows, mut without) = (Vec::new(), Vec::new());
     for &method in &chosen {
-        rows.extend(row(
-            &mut arguments,
-            &mut report,
-            method,
-            (order, nk),
-            is_default,
-        )?);
+        match row(&mut arguments, &mut report, method, (order, nk), is_default)? {
+            Some(row) => rows.push(row),
+            None => without.push(method.name()),
+        }
     }
     let fit = |row: &Row| {
         let fits = row.estimate.fit.as_ref();
@@ -108,6 +106,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     let panel = Panel {
         report: &report,
         rows,
+        without,
         order,
         delay,
         nk,
@@ -119,9 +118,12 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the delay that BIC chooses among ARX models that all look back equally far, so that a larger delay leaves out
-/// leading coefficients of B and nothing else: A of high order has taken up the noise.
+/// Returns the delay that BIC chooses among ARX models that all look back equally far, so that a larger delay leaves
+/// out leading coefficients of B and nothing else: A of high order has taken up the noise.
 fn delay_of(report: &Report, delay: Span) -> usize {
+    if !delay.is_range() {
+        return delay.first;
+    }
     let reach = delay.last + ORDER;
     let orders = (delay.first..=delay.last).map(|nk| Orders::arx(reach, reach + 1 - nk, nk));
     let orders: Vec<Orders> = orders.collect();
@@ -148,29 +150,20 @@ fn row(
     (order, nk): (Span, usize),
     is_default: bool,
 ) -> Result<Option<Row>, Error> {
-    // Subspace methods have no delay of more than a sample: further states hold it.
-    let one = Span {
-        first: nk,
-        last: nk,
-    };
-    let (order, delay) = match method {
-        _ if nk > 1 && is_subspace(method) => (
-            Span {
-                last: order.last + nk - 1,
-                ..order
-            },
-            Span { first: 1, last: 1 },
-        ),
-        _ => (order, one),
-    };
-    let options = arguments.options.taken_by(method);
-    let of_orders = scan(report, (method, options), order, delay)?;
-    let Some((n, nk)) = of_orders.chosen(Criterion::Bic) else {
-        return Ok(None);
-    };
     let one = |number| Span {
         first: number,
         last: number,
+    };
+    // Subspace methods have no delay of more than a sample: further states hold it.
+    let (last, delay) = if nk > 1 && is_subspace(method) {
+        (order.last + nk - 1, one(1))
+    } else {
+        (order.last, one(nk))
+    };
+    let options = arguments.options.taken_by(method);
+    let of_orders = scan(report, (method, options), Span { last, ..order }, delay)?;
+    let Some((n, nk)) = of_orders.chosen(Criterion::Bic) else {
+        return Ok(None);
     };
     arguments.record.order = Some(Given::Span(one(n)));
     arguments.record.delay = Some(one(nk));
@@ -208,12 +201,13 @@ fn is_subspace(method: EstimatorName) -> bool {
 
 /// The command that was given, without its choice of methods and delays.
 fn command() -> String {
-    let mut words = std::env::args().skip(1);
+    let mut words = std::env::args_os().skip(1);
     let mut command = "asobench".to_owned();
     while let Some(word) = words.next() {
+        let word = word.to_string_lossy();
         let (flag, value) = word
             .split_once('=')
-            .map_or((word.as_str(), None), |(flag, value)| (flag, Some(value)));
+            .map_or((&*word, None), |(flag, value)| (flag, Some(value)));
         let is_chosen = [
             "--estimator",
             "--estimators",
@@ -237,6 +231,8 @@ fn command() -> String {
 struct Panel<'a> {
     report: &'a Report,
     rows: Vec<Row>,
+    /// The methods that have no model at any order.
+    without: Vec<&'static str>,
     order: Span,
     /// The delays that were tried, and the one that was chosen.
     delay: Span,
@@ -265,9 +261,10 @@ impl Panel<'_> {
             format!("delay {nk}")
         };
         let about = format!(
-            "{}: {} methods, each at the order of {order} that its BIC chooses, {delay}; window {} of {} samples, detrend {}",
+            "{}: {} methods, each at the order of {order} that its BIC chooses, {delay}; window {} of {} samples, \
+             detrend {}",
             visible(report.file.display()),
-            self.rows.len(),
+            self.rows.len() + self.without.len(),
             report.window,
             report.record.y.len(),
             report.detrend
@@ -312,6 +309,9 @@ impl Panel<'_> {
             );
             writeln!(text, " {bic:>11}  {white:<10} {}", status(estimate))?;
         }
+        if !self.without.is_empty() {
+            writeln!(text, "No model at any order: {}", self.without.join(", "))?;
+        }
         let of = if report.validation.is_some() {
             "the record for validation"
         } else {
@@ -347,7 +347,10 @@ impl Panel<'_> {
                 "n": row.n,
                 "nk": row.nk,
                 "orders": row.estimate.last().fitted.model.orders().to_string(),
-                "fit_percent": { "window": fits.map(|fits| fits.window), "validation": fits.map(|fits| fits.validation) },
+                "fit_percent": {
+                    "window": fits.map(|fits| fits.window),
+                    "validation": fits.map(|fits| fits.validation),
+                },
                 "bic": row.bic,
                 "white": white(row),
                 "status": status(&row.estimate),
@@ -355,23 +358,18 @@ impl Panel<'_> {
                 "command": row.command,
             })
         };
-        let Self {
-            report,
-            order,
-            delay,
-            nk,
-            ..
-        } = self;
+        let report = self.report;
         json!({
             "file": report.file.display().to_string(),
             "samples": report.record.y.len(),
             "window": report.window,
             "validation": report.validation.as_ref().map(|validation| validation.file.display().to_string()),
             "detrend": report.detrend,
-            "orders_tried": [order.first, order.last],
-            "delays_tried": [delay.first, delay.last],
-            "nk": nk,
+            "orders_tried": [self.order.first, self.order.last],
+            "delays_tried": [self.delay.first, self.delay.last],
+            "nk": self.nk,
             "panel": self.rows.iter().map(row).collect::<Vec<_>>(),
+            "without_model": self.without,
         })
     }
 }
@@ -383,7 +381,9 @@ fn white(row: &Row) -> Option<bool> {
 }
 
 fn status(estimate: &Estimate) -> String {
-    estimate
-        .failure()
-        .map_or("ok".to_owned(), |failure| failure.kind.to_string())
+    match estimate.failure() {
+        Some(failure) => failure.kind.to_string(),
+        None if estimate.last().fitted.pass.unstable => "unstable".to_owned(),
+        None => "ok".to_owned(),
+    }
 }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// The file with the times of a run's folder.
 pub(super) const TIMES: &str = "times.json";
 
-/// What of the suite.
+/// A part of the suite.
 #[derive(Clone, clap::Args)]
 pub(super) struct Part {
     /// How much of it: quick (a minute), standard (a quarter of an hour on two cores) or full

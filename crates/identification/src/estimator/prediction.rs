@@ -59,6 +59,9 @@ pub fn errors_ahead(
     horizon: usize,
 ) -> Option<(usize, Vec<f64>)> {
     let (first, mut errors) = prediction_errors(model, u, y, window)?;
+    if horizon <= 1 {
+        return Some((first, errors));
+    }
     let e = errors.split_off(first);
     let mut g = vec![0.0; horizon.min(e.len())];
     let count = g.len().min(model.c.len());
@@ -69,11 +72,7 @@ pub fn errors_ahead(
         let past = g.iter().take(k + 1).enumerate();
         past.map(|(i, g)| g * e[k - i]).sum::<f64>()
     }));
-    let later = if first > 0 {
-        horizon.saturating_sub(1)
-    } else {
-        0
-    };
+    let later = if first > 0 { horizon - 1 } else { 0 };
     Some(((first + later).min(errors.len()), errors))
 }
 

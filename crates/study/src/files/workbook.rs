@@ -9,19 +9,22 @@ use std::fmt::Write as _;
 use std::io::{self, Cursor, Read};
 use zip::ZipArchive;
 
-/// The bytes that may come out of one byte of the file, and those that any file may hold: worksheets of numbers are packed
-/// ten to twenty times.
+/// The bytes that may come out of one byte of the file, and those that any file may hold: worksheets of numbers are
+/// packed ten to twenty times.
 const UNPACKED: u64 = 100;
 const LEAST: u64 = 1 << 24;
 /// A serial number of days resolves some 0.3 microseconds; steps of 10 microseconds hide this.
 const TICKS: f64 = 86400.0 * 1e5;
+/// Rows and columns of a worksheet at most.
+const ROWS: u32 = 1 << 20;
+const COLUMNS: u32 = 1 << 14;
 /// Bytes before the name of a part.
 const HEADER: usize = 30;
 const DAMAGED: &str = "a damaged workbook";
 
 /// An Excel workbook, whose worksheets are read as CSV: a line for each row up to the last one with a cell, so that its
-/// number is the row's. Numbers have all their digits and an exponent, so that a point is that of decimals; errors stand as
-/// the program shows them, dates and times in ISO 8601, durations in seconds.
+/// number is the row's. Numbers have all their digits and an exponent, so that a point is that of decimals; errors stand
+/// as the program shows them, dates and times in ISO 8601, durations in seconds.
 pub(super) struct Workbook {
     book: Xlsx<Cursor<Vec<u8>>>,
     /// The bytes that may come out of the file.
@@ -38,8 +41,10 @@ impl Workbook {
         let read = from.read_to_end(&mut bytes);
         read.map_err(|error| error.to_string())?;
         let room = (UNPACKED * bytes.len() as u64).max(LEAST);
-        unpacks_to(&bytes, room)?;
-        let open = || Xlsx::new(Cursor::new(bytes)).map_err(in_words);
+        let open = || {
+            unpacks_to(&bytes, room)?;
+            Xlsx::new(Cursor::new(bytes)).map_err(in_words)
+        };
         let book = quietly(open, DAMAGED)?;
         Ok(Self { book, room })
     }
@@ -136,6 +141,14 @@ fn text_of(book: &mut Xlsx<Cursor<Vec<u8>>>, name: &str, room: u64) -> Result<St
             continue;
         }
         let (row, column) = cell.get_position();
+        if row >= ROWS || column >= COLUMNS {
+            let last = format!("{ROWS} rows of {COLUMNS} columns");
+            return Err(format!(
+                "a cell in row {}, column {}; expected at most {last}",
+                row + 1,
+                column + 1
+            ));
+        }
         let (row, column) = (row as usize, column as usize);
         let is_next = row + 1 > rows.len() || row + 1 == rows.len() && column >= rows[row].1;
         if !is_next {
@@ -186,8 +199,8 @@ fn write_cell(text: &mut String, value: &DataRef, epoch: Date) {
     };
 }
 
-/// Days since the epoch as ISO 8601 has them; of less than a day the time alone; a duration in seconds; what is beyond all
-/// days as its number.
+/// Days since the epoch as ISO 8601 has them; of less than a day the time alone; a duration in seconds; a number beyond
+/// all days as it is.
 fn shown(time: ExcelDateTime, epoch: Date) -> String {
     let days = time.as_f64();
     let ticks = (days * TICKS).round();

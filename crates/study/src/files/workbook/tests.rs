@@ -246,6 +246,12 @@ fn more_than_the_file_can_hold_is_refused_before_memory_is_taken() {
         error,
         "too much for so short a file; expected at most 16 MiB unpacked"
     );
+    let beyond = "<row r=\"4294967290\"><c r=\"A4294967290\"><v>1</v></c></row>";
+    let error = text(&book(&[("Data", beyond)], false, "")).unwrap_err();
+    assert!(
+        error.contains("expected at most 1048576 rows") || error.contains("no workbook"),
+        "{error}"
+    );
     let blank = " ".repeat(17 << 20);
     let error = text(&book(&[("Data", &blank)], false, "")).unwrap_err();
     assert_eq!(
