@@ -201,11 +201,12 @@ fn fourteen_records() {
 }
 
 fn json(text: &str, flags: &[&str]) -> serde_json::Value {
-    let output = run(
-        "estimate",
-        text.as_bytes(),
-        &[flags, &["--order", "2", "--format", "json"]].concat(),
-    );
+    let order: &[&str] = match flags.contains(&"--order") {
+        true => &[],
+        false => &["--order", "2"],
+    };
+    let flags = [flags, order, &["--format", "json"]].concat();
+    let output = run("estimate", text.as_bytes(), &flags);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
@@ -312,10 +313,6 @@ fn several_records() {
         ),
         (&["--window", "20"], "--window: is for one record"),
         (
-            &["--order", "1:3"],
-            "--order: a range compares models of one record",
-        ),
-        (
             &["--order", "2", "--report", "a.html"],
             "--report: is for one record",
         ),
@@ -333,6 +330,47 @@ fn several_records() {
         assert_eq!(output.status.code(), Some(2));
         assert!(stderr(&output).contains(part), "{}", stderr(&output));
     }
+}
+
+/// A range of orders compares models over the same equations of each record: that of order 1 by its normal equations.
+#[test]
+fn orders_of_several_records() {
+    let plain = table("u,y\n", |_, u, y| format!("{u},{y}"));
+    let rows: Vec<[f64; 2]> = plain
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let (u, y) = line.split_once(',').expect("two cells");
+            [u, y].map(|cell| cell.parse().expect("a number"))
+        })
+        .collect();
+    let late = plain.lines().skip(20).collect::<Vec<_>>().join("\n");
+    let scan = json(&format!("u,y\n{late}\n"), &["other.csv", "--order", "1:3"]);
+    // The first 20 lines are the header and 19 samples.
+    let records = [&rows[19..], &rows[..]];
+    let equations: Vec<[f64; 3]> = records
+        .iter()
+        .flat_map(|record| {
+            (3..record.len()).map(|k| [-record[k - 1][1], record[k - 1][0], record[k][1]])
+        })
+        .collect();
+    assert_eq!(scan["rows"], equations.len());
+    let sum = |i: usize, j: usize| equations.iter().map(|row| row[i] * row[j]).sum::<f64>();
+    let determinant = sum(0, 0) * sum(1, 1) - sum(0, 1).powi(2);
+    let a = (sum(0, 2) * sum(1, 1) - sum(0, 1) * sum(1, 2)) / determinant;
+    let b = (sum(0, 0) * sum(1, 2) - sum(0, 1) * sum(0, 2)) / determinant;
+    let errors = equations.iter().map(|row| row[2] - a * row[0] - b * row[1]);
+    let loss = errors.map(|e| e * e).sum::<f64>() / equations.len() as f64;
+    let found = scan["table"][0]["V"].as_f64().expect("a loss");
+    assert!((found / loss - 1.0).abs() < 1e-9, "{found} {loss}");
+    assert_eq!(scan["best"]["bic"]["na"], 2);
+    let fit = scan["table"][1]["fit_percent"]["window"].as_f64();
+    assert!(fit.is_some_and(|fit| fit > 99.99), "{scan}");
+    let models = json(
+        &format!("u,y\n{late}\n"),
+        &["other.csv", "--order", "1:3", "--estimator", "oe"],
+    );
+    assert_eq!(models["best"]["bic"]["n"], 2, "{models}");
 }
 
 /// A gap costs the equations that touch it: the parts on either side are records of their own.

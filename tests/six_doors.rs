@@ -1,4 +1,4 @@
-//! The six doors by which foreign bytes come in: records as CSV and as Parquet, experiment files, manifest and summary,
+//! The doors by which foreign bytes come in: records as CSV, Parquet and workbook, experiment files, manifest and summary,
 //! blocks, and replies of workers. Whatever comes is taken, or refused in one line that names the file, soon and in
 //! little memory. Nothing panics.
 //!
@@ -15,11 +15,13 @@ use asobench::report::{Study, report};
 use asobench::study::file::ExperimentFile;
 use asobench::study::{BlockFolder, Content, Experiment};
 use asobench::worker::{Record, heard};
+use std::io::{Cursor, Write};
 use std::ops::Range;
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::xxh3_128;
+use zip::{ZipWriter, write::SimpleFileOptions};
 
 /// An input may take so long, and so much memory, and so much more for each of its bytes.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -36,10 +38,12 @@ const WORDS: &str = "1e400 -0 -0.0 1e-400 NaN inf -inf null true 0 1 -1 2 1000 2
     # ; , = \n \r\n \t \0 \u{feff} \u{202e} [] {} [";
 const BRACKETS: [&str; 6] = ["[", "{", "{\"a\":", "{a=", "a.", "]"];
 
+const WORKBOOK: &str = "record.xlsx";
 const BLOCK: &str = "out/blocks/c00000-0000000000-0000000010.block";
 const READY: &str = r#"{"frame":"ready","protocol":1,"name":"mine","version":"1","returns":"matrices","deterministic":true}"#;
 
 /// A file, its true contents, what reads it, and the command that does; none where only a process reaches the door.
+/// Contents are changed before they are sealed: checksums and compression would end most inputs.
 struct Door {
     file: &'static str,
     corpus: Vec<Vec<u8>>,
@@ -83,12 +87,24 @@ impl Door {
             };
             bytes.splice(place, new);
         }
-        // A wrong checksum would end most of a block's inputs.
-        if self.file == BLOCK && random.below(10) > 0 {
-            bytes.truncate(bytes.len().saturating_sub(16));
-            bytes.extend(xxh3_128(&bytes).to_le_bytes());
+        bytes = self.sealed(bytes);
+        if random.below(10) == 0 && !bytes.is_empty() {
+            random.damage(&mut bytes);
         }
         bytes
+    }
+
+    /// The file of these contents: a block has its checksum, a worksheet stands in its workbook.
+    fn sealed(&self, mut bytes: Vec<u8>) -> Vec<u8> {
+        match self.file {
+            BLOCK => {
+                bytes.truncate(bytes.len().saturating_sub(16));
+                bytes.extend(xxh3_128(&bytes).to_le_bytes());
+                bytes
+            }
+            WORKBOOK => workbook(&bytes),
+            _ => bytes,
+        }
     }
 
     /// Reads the file. The inner error is what was said.
@@ -129,7 +145,7 @@ impl Door {
         let path = place.path().join(file);
         println!("{file}: what aborts or hangs is {}", path.display());
         for bytes in &self.corpus {
-            let said = self.read(&path, bytes);
+            let said = self.read(&path, &self.sealed(bytes.clone()));
             assert!(said.is_ok(), "{file}, unchanged: {said:?}");
         }
         let (begin, mut next, mut failures) = (Instant::now(), Duration::ZERO, Vec::new());
@@ -184,6 +200,67 @@ fn record(path: &Path) -> Result<(), String> {
 fn experiment(path: &Path) -> Result<(), String> {
     let file = in_words(ExperimentFile::read(path))?;
     in_words(file.check_filters().and_then(|()| Experiment::new(file))).map(drop)
+}
+
+/// A workbook with one worksheet, as Excel packs it.
+fn workbook(sheet: &[u8]) -> Vec<u8> {
+    const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
+    const OFFICE: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
+    const PACKAGE: &str = "http://schemas.openxmlformats.org/package/2006";
+    let relations = |kind: &str, target: &str| {
+        format!(
+            "<Relationships xmlns=\"{PACKAGE}/relationships\"><Relationship Id=\"rId1\" Type=\"{OFFICE}/{kind}\" \
+             Target=\"{target}\"/></Relationships>"
+        )
+    };
+    let parts = [
+        (
+            "[Content_Types].xml",
+            format!("<Types xmlns=\"{PACKAGE}/content-types\"/>"),
+        ),
+        (
+            "_rels/.rels",
+            relations("officeDocument", "xl/workbook.xml"),
+        ),
+        (
+            "xl/workbook.xml",
+            format!(
+                "<workbook xmlns=\"{MAIN}\" xmlns:r=\"{OFFICE}\"><sheets><sheet name=\"a\" sheetId=\"1\" r:id=\"rId1\"/>\
+                 </sheets></workbook>"
+            ),
+        ),
+        (
+            "xl/_rels/workbook.xml.rels",
+            relations("worksheet", "worksheets/sheet1.xml"),
+        ),
+    ];
+    let parts = parts.iter().map(|(name, text)| (*name, text.as_bytes()));
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, text) in parts.chain([("xl/worksheets/sheet1.xml", sheet)]) {
+        zip.start_file(name, SimpleFileOptions::default())
+            .expect("a part");
+        zip.write_all(text).expect("written");
+    }
+    zip.finish().expect("a workbook").into_inner()
+}
+
+/// A worksheet of u and y with texts in the cells, in a shared formula, and a date.
+fn worksheet() -> Vec<u8> {
+    let text = |cell: &str, text: &str| {
+        format!("<c r=\"{cell}\" t=\"inlineStr\"><is><t>{text}</t></is></c>")
+    };
+    let head = [text("A1", "u"), text("B1", "y"), text("D1", "note")].concat();
+    let row = |k: u32| {
+        let (u, y) = (f64::from(k * k * 7 % 11), f64::from(k * k * 5 % 11));
+        format!(
+            "<row r=\"{k}\"><c r=\"A{k}\"><v>{u}</v></c><c r=\"B{k}\" s=\"1\"><f>A{k}*2</f><v>{y}</v></c>{}</row>",
+            text(&format!("D{k}"), "ok")
+        )
+    };
+    let rows: String = (2..62).map(row).collect();
+    let main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
+    format!("<worksheet xmlns=\"{main}\"><dimension ref=\"A1:D61\"/><sheetData><row r=\"1\">{head}</row>{rows}</sheetData></worksheet>")
+        .into_bytes()
 }
 
 /// A table of u and y with compressed pages.
@@ -285,13 +362,19 @@ fn knock(time: Duration) {
     ];
     let blocks = all(&out.join("blocks"), "block");
     let [manifest, summary] = ["manifest.json", "summary.json"].map(unsealed);
-    let doors: [(_, _, fn(&Path) -> _, _); 7] = [
+    let doors: [(_, _, fn(&Path) -> _, _); 8] = [
         ("record.csv", csv, record, "estimate record.csv --order 1"),
         (
             "record.parquet",
             parquet,
             record,
             "estimate record.parquet --order 1",
+        ),
+        (
+            WORKBOOK,
+            vec![worksheet()],
+            record,
+            "estimate record.xlsx --order 1",
         ),
         ("study.toml", toml, experiment, "check study.toml"),
         ("out/manifest.json", manifest, results, "report out"),
@@ -327,5 +410,5 @@ fn a_second_at_each_door() {
 fn an_hour_at_the_doors() {
     let seconds = std::env::var("ASOBENCH_FUZZ_SECONDS");
     let seconds = seconds.map_or(3600, |seconds| seconds.parse().expect("a number"));
-    knock(Duration::from_secs(seconds) / 7);
+    knock(Duration::from_secs(seconds) / 8);
 }

@@ -206,7 +206,7 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
 }
 
 /// Returns what a model is on each of several records: from rest, or from the state that is estimated on it.
-fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartReport> {
+pub(super) fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartReport> {
     let horizon = report.horizon;
     let part = |run: &Range<usize>| {
         let (u, y) = (&report.record.u[run.clone()], &report.record.y[run.clone()]);

@@ -3,16 +3,15 @@
 mod picture;
 
 use super::hints;
-use super::one_estimator::{fits, pass_report};
-use super::report::{Estimate, Report};
+use super::one_estimator::{fits, parts, pass_report};
+use super::report::{Estimate, PartReport, Report};
 use super::span::Span;
 use super::words;
 use crate::cli::error::Error;
 use crate::estimator::{
-    ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Progress,
-    Shape, Window,
+    ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Problem,
+    Progress, Shape, Window,
 };
-use crate::metric::Fit;
 use crate::model::Orders;
 use crate::text::{visible, wrap};
 use serde_json::{Map, Value, json};
@@ -138,7 +137,7 @@ fn regressions(
     let window = report.window;
     let square = report.told_unit().powi(2);
     let orders: Vec<Orders> = both.map(|(n, nk)| Orders::arx(n, n, nk)).collect();
-    let comparison = OrderComparison::new(&orders, window);
+    let comparison = OrderComparison::of_runs(&orders, report.runs());
     let mut comparison = comparison.map_err(|error| Error::Input(error.to_string()))?;
     comparison.run(&u[..window], &y[..window]);
     let mut rows = Vec::new();
@@ -200,7 +199,11 @@ impl Row {
             order: self.orders.order(),
             window,
         };
-        let prepared = Method::named(estimator.name(), options).prepare(shape);
+        let (at_rest, lengths) = (options.begins_at_rest(), report.lengths());
+        let prepared = Method::named(estimator.name(), options).prepare(Problem {
+            runs: &lengths,
+            ..shape.into()
+        });
         let mut estimator = prepared.map_err(|error| Error::Input(error.to_string()))?;
         let mut passes = [Pass::new(shape.order)];
         estimator.estimate(Window::new(u, y, window), &mut passes);
@@ -210,12 +213,16 @@ impl Row {
         }
         let fitted = pass_report(pass, report, 0).fitted;
         self.theta = fitted.model.parameters().collect();
-        let finite = |fit: Fit| Some(fit.simulated).filter(|fit| fit.is_finite());
-        let fits = fits(&fitted, report);
+        let finite = |fit: f64| Some(fit).filter(|fit| fit.is_finite());
         self.start_numbers = fitted.pass.start_numbers;
         self.own_loss = Some(fitted.pass.loss * report.told_unit().powi(2));
-        self.window_fit = finite(fits.window);
-        self.validation_fit = fits.validation.and_then(finite);
+        if report.parts.is_empty() {
+            let fits = fits(&fitted, report);
+            self.window_fit = finite(fits.window.simulated);
+            self.validation_fit = fits.validation.and_then(|fit| finite(fit.simulated));
+        } else {
+            self.window_fit = finite(fit_of_all(&parts(&fitted, at_rest, report), report));
+        }
         Ok(())
     }
 
@@ -226,6 +233,19 @@ impl Row {
         }
         json!({ "n": self.n, "nk": nk, "orders": self.orders.to_string() })
     }
+}
+
+/// The FIT of several records together: `100 (1 - sqrt(sum e^2 / sum (y - mean of its record)^2))`.
+fn fit_of_all(parts: &[PartReport], report: &Report) -> f64 {
+    let runs = report.runs();
+    let squares = runs.iter().zip(parts).map(|(run, part)| {
+        let y = &report.record.y[run.clone()];
+        let mean = y.iter().sum::<f64>() / y.len() as f64;
+        let spread: f64 = y.iter().map(|y| (y - mean).powi(2)).sum();
+        (spread * (1.0 - part.fit.simulated / 100.0).powi(2), spread)
+    });
+    let (left, spread) = squares.fold((0.0, 0.0), |(left, all), (e, of)| (left + e, all + of));
+    100.0 * (1.0 - (left / spread).sqrt())
 }
 
 impl Scan {
@@ -252,7 +272,7 @@ impl Scan {
 
     /// Returns the hints on the start of the record, of the model that BIC chooses.
     pub(super) fn start(&self, report: &Report) -> Option<String> {
-        if self.estimator == EstimatorName::Arx {
+        if self.estimator == EstimatorName::Arx || !report.parts.is_empty() {
             return None;
         }
         let row = &self.rows[self.best[place_of(Criterion::Bic)]?];
@@ -389,7 +409,7 @@ impl Scan {
             "unit": report.unit,
             "detrend": report.detrend,
             "estimator": self.estimator.name(),
-            "common_first_row": report.window - self.equations,
+            "common_first_row": report.parts.is_empty().then(|| report.window - self.equations),
             "rows": self.equations,
             "table": table.collect::<Vec<_>>(),
             "best": best,
@@ -405,19 +425,26 @@ impl Scan {
     }
 
     fn write(&self, text: &mut String, report: &Report) -> fmt::Result {
-        let first = report.window - self.equations;
-        writeln!(
-            text,
-            "{}: {} over the same {} equations,\nk = {first} ... {}; \
-             window {} of {} samples, detrend {}",
-            visible(report.file.display()),
-            self.models(),
-            self.equations,
-            report.window - 1,
-            report.window,
-            report.record.y.len(),
-            report.detrend
-        )?;
+        let (models, equations, detrend) = (self.models(), self.equations, report.detrend);
+        if report.parts.is_empty() {
+            writeln!(
+                text,
+                "{}: {models} over the same {equations} equations,\nk = {} ... {}; \
+                 window {} of {} samples, detrend {detrend}",
+                visible(report.file.display()),
+                report.window - equations,
+                report.window - 1,
+                report.window,
+                report.record.y.len(),
+            )?;
+        } else {
+            writeln!(
+                text,
+                "{} records, {} samples: {models}\nover the same {equations} equations; detrend {detrend} of each file",
+                report.parts.len(),
+                report.window
+            )?;
+        }
         text.push_str(&words::record(report));
         if let Some(unit) = report.unit_in_words() {
             text.push_str(&wrap(&unit, 80, ""));
@@ -453,20 +480,19 @@ impl Scan {
             let line = format!(" {window:>6} {validation:>7}{star}");
             writeln!(text, "{}", line.trim_end())?;
         }
+        let on = match (&report.validation, report.parts.is_empty()) {
+            (_, false) => "",
+            (Some(_), _) => ", and the best FIT on\n  the record for validation",
+            (None, _) => ", and the best FIT on\n  samples after the window",
+        };
+        let whose = match self.estimator {
+            EstimatorName::Arx => ", its own equations",
+            _ => "",
+        };
         writeln!(
             text,
-            "\n* the smallest value of each criterion, and the best FIT on\n  {}.\n\
-             V: mean squared residual; FIT: of the simulated output{}.",
-            if report.validation.is_some() {
-                "the record for validation"
-            } else {
-                "samples after the window"
-            },
-            if self.estimator == EstimatorName::Arx {
-                ", its own equations"
-            } else {
-                ""
-            }
+            "\n* the smallest value of each criterion{on}.\n\
+             V: mean squared residual; FIT: of the simulated output{whose}."
         )
     }
 }

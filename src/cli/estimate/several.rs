@@ -2,7 +2,6 @@
 
 use super::arguments::Arguments;
 use super::load::{check_moves, check_order, clock_of};
-use super::orders::ranges;
 use super::record::{self, Recognised};
 use super::report::{Clock, Part, Report};
 use super::unit::in_own_unit;
@@ -23,13 +22,9 @@ fn check(arguments: &Arguments) -> Result<(), Error> {
         ("--plot", !arguments.plot.is_empty()),
         ("--report", arguments.report.is_some()),
         ("--states", arguments.states.is_some()),
-        ("--order", ranges(arguments).is_some()),
     ];
     match of_one.iter().find(|(_, given)| *given) {
         None => Ok(()),
-        Some(("--order", _)) => Err(Error::Input(
-            "--order: a range compares models of one record; expected one order for several records".to_owned(),
-        )),
         Some((flag, _)) => Err(Error::Input(format!(
             "{flag}: is for one record; expected it without further records and without gaps"
         ))),

@@ -1,7 +1,7 @@
 //! The order of an ARX model by an information criterion, from losses over the same equations.
 
 use super::regression::{Regression, Rows};
-use super::{FailureKind, SetupError};
+use super::{FailureKind, Runs, SetupError};
 use crate::model::Orders;
 use crate::names::named_enum;
 
@@ -51,7 +51,7 @@ pub struct Candidate {
     /// Its orders.
     pub orders: Orders,
     regression: Regression,
-    /// The first sample of the candidate's record, chosen so that its first equation is the common one.
+    /// The first sample of each record that the candidate sees, chosen so that its first equation is the common one.
     from: usize,
     /// `RSS / M` of the last record, or why there is none.
     pub loss: Result<f64, FailureKind>,
@@ -68,6 +68,7 @@ impl Candidate {
 /// `max(na, nb + nk - 1)` (Ljung, *System Identification*, 2nd ed., section 16.4).
 pub struct OrderComparison {
     candidates: Vec<Candidate>,
+    runs: Runs,
     equations: usize,
 }
 
@@ -77,21 +78,32 @@ impl OrderComparison {
     /// # Errors
     /// [`SetupError::ShortRecord`] if a model has more parameters than there are equations.
     pub fn new(orders: &[Orders], window: usize) -> Result<Self, SetupError> {
+        Self::of_runs(orders, Runs::new(&[window]))
+    }
+
+    /// Makes buffers for several records, each of which begins with the common first equation.
+    ///
+    /// # Errors
+    /// [`SetupError::ShortRecord`] if a model has more parameters than there are equations.
+    pub fn of_runs(orders: &[Orders], runs: Runs) -> Result<Self, SetupError> {
+        let left = |from: usize| runs.iter().map(move |run| run.len().saturating_sub(from));
         let reach = orders.iter().map(|orders| orders.reach()).max();
         let reach = reach.unwrap_or(0);
         let candidate = |orders: &Orders| -> Result<Candidate, SetupError> {
             let from = reach - orders.reach();
-            let length = window.saturating_sub(from);
+            let lengths: Vec<usize> = left(from).collect();
+            let regression = Regression::new(*orders, Rows::Complete, lengths.iter().sum())?;
             Ok(Candidate {
                 orders: *orders,
-                regression: Regression::new(*orders, Rows::Complete, length)?,
+                regression: regression.of_runs(&Runs::new(&lengths))?,
                 from,
                 loss: Err(FailureKind::NotRun),
             })
         };
         Ok(Self {
             candidates: orders.iter().map(candidate).collect::<Result<_, _>>()?,
-            equations: window.saturating_sub(reach),
+            equations: left(reach).sum(),
+            runs,
         })
     }
 
@@ -102,7 +114,8 @@ impl OrderComparison {
             let from = candidate.from;
             let regression = &mut candidate.regression;
             let mut condition = f64::NAN;
-            let solved = regression.solve(&u[from..], &y[from..], &mut condition);
+            let [u, y] = [u, y].map(|signal| self.runs.without_first(from, signal));
+            let solved = regression.solve(&u, &y, &mut condition);
             candidate.loss = solved.map(|()| regression.residual_sum() / equations);
         }
     }

@@ -1,5 +1,6 @@
 //! Several records of one plant in one window.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// The records that follow each other in a window: parts of a record on either side of a gap, or records of several
@@ -32,6 +33,15 @@ impl Runs {
     /// Returns the number of records.
     pub fn count(&self) -> usize {
         self.0.len()
+    }
+
+    /// Returns a signal of all records without the first `from` samples of each.
+    pub(super) fn without_first<'a>(&self, from: usize, signal: &'a [f64]) -> Cow<'a, [f64]> {
+        let rest = |run: &Range<usize>| &signal[(run.start + from).min(run.end)..run.end];
+        match self.0.as_slice() {
+            [one] => Cow::Borrowed(rest(one)),
+            runs => runs.iter().flat_map(rest).copied().collect(),
+        }
     }
 
     /// Returns the index range of the first record of more than n samples, whose initial state can be estimated.

@@ -194,6 +194,22 @@ fn width(head: &[Line]) -> usize {
     widest.map_or(0, |(width, _)| width)
 }
 
+/// The numbers of the columns that have numbers or times in most of the lower rows of this width; others hold text.
+fn numeric_columns(head: &[Line], width: usize) -> Vec<usize> {
+    let lower = &head[head.len() / 2..];
+    let rows = || lower.iter().filter(|line| line.cells.len() >= width);
+    let is_numeric = |place: &usize| {
+        let cells = || rows().map(|line| line.cells[*place].as_str());
+        let values = cells().filter(|cell| is_value(cell)).count();
+        let others = cells()
+            .filter(|cell| !is_value(cell) && !is_missing(cell))
+            .count();
+        values > others
+    };
+    let places = (0..width).filter(is_numeric);
+    places.map(|place| place + 1).collect()
+}
+
 /// The place of the header in the head, or of the first row of a table without one.
 struct Start {
     place: usize,
@@ -232,15 +248,13 @@ fn unnamed(head: &[Line], options: &ReadOptions) -> Result<Start, RecordError> {
     };
     let holds =
         |line: &Line, number: usize| is_value(&at(line, number)) || is_missing(&at(line, number));
+    let numeric = numeric_columns(head, width);
+    let columns = if by_number { &chosen } else { &numeric };
     let is_data = |line: &&Line| {
-        let says_missing = |number: &usize| !at(line, *number).is_empty();
+        let says = |number: &usize| !at(line, *number).is_empty();
         line.cells.len() >= width
-            && if by_number {
-                chosen.iter().all(|number| holds(line, *number))
-                    && (chosen.iter().any(says_missing) || line.is_data())
-            } else {
-                line.is_data()
-            }
+            && columns.iter().all(|number| holds(line, *number))
+            && (columns.iter().any(says) || line.is_data())
     };
     let Some(first) = head.iter().position(|line| is_data(&line)) else {
         return Ok(Start {

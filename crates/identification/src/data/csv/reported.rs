@@ -230,6 +230,18 @@ fn layouts() {
     assert!(reads(&rows(labview)).contains("lines 1 to 4 above the table left out"));
     assert!(reads(&rows("Test bench 4, run of the 5th\n\nu,y\nV,bar\n")).contains("line 1 above"));
     reads(&rows("Samples;2,5\nu,y\n"));
+    // A column of text hides no header, whatever stands above.
+    for above in ["Rig 7\n\n", "Rig 7,,\n,,\n", "Rig,7\nof,May 5\n"] {
+        let line = above.lines().count() + 1;
+        for header in ["u,y,note", "in,y,remark", "u,out,x"] {
+            let noted = table(&format!("{above}{header}\n"), |k| {
+                format!("{},{},{}", u(k), y(k), if k % 7 == 3 { "" } else { "ok" })
+            });
+            let text = header.rsplit(',').next().unwrap_or_default();
+            refuses(&noted, &format!("line {line}: "));
+            refuses(&noted, &format!("'{text}'"));
+        }
+    }
     refuses(
         &format!("1,2\n{}", rows("u,y\n")),
         "line 1: numbers above the header in line 2",
