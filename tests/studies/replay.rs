@@ -291,3 +291,64 @@ fn the_errors_of_every_observer_follow_from_a_replay() {
     own.dedup();
     assert!(own.len() >= 8 * 6, "{own:?}");
 }
+
+/// FIT of predictions: of least squares by iterating its equation from the samples that are known.
+#[test]
+fn predictions_ahead_follow_from_a_replay() {
+    let place = Place::new();
+    let study = STUDY
+        .split("\n[[methods]]")
+        .next()
+        .expect("settings")
+        .replace("\"e_x_max\", \"e_x_rms\", \"rms_x\"", "\"fit_ahead\"")
+        .replace("horizon = 80", "horizon = 80\nahead = [1, 4]");
+    place.write(
+        "study.toml",
+        format!("{study}\n[[methods]]\nestimator = \"ls\"\n").as_bytes(),
+    );
+    succeeds(&place.run(&["run", "study.toml", "--out", "out"]));
+    let mut seen = [0; 2];
+    for cell in 0..16 {
+        let output = place.run(&["replay", "out", &format!("{cell}:1"), "--format", "json"]);
+        succeeds(&output);
+        let replay: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
+        let ahead = replay["cell"]["settings"]["ahead"].as_u64().unwrap_or(1) as usize;
+        let stages = replay["stages"].as_array().expect("stages");
+        let [u, y] = ["u", "y"].map(|key| numbers(&stages[0][key]));
+        let is_model = |stage: &&Value| {
+            stage["stage"]
+                .as_str()
+                .is_some_and(|of| of.contains(": parameters"))
+        };
+        let model = stages.iter().find(is_model).expect("parameters");
+        let (a, h) = (numbers(&model["a"]), numbers(&model["h"]));
+        let (mut errors, mut spread) = (0.0, 0.0);
+        let mean = y[40..].iter().sum::<f64>() / 40.0;
+        for k in 40..80 {
+            let mut known = y[..=k - ahead].to_vec();
+            for now in k + 1 - ahead..=k {
+                known.push(
+                    a[1] * known[now - 1]
+                        + a[0] * known[now - 2]
+                        + h[0] * u[now - 1]
+                        + h[1] * u[now - 2],
+                );
+            }
+            errors += (y[k] - known[k]).powi(2);
+            spread += (y[k] - mean).powi(2);
+        }
+        let fit = 100.0 * (1.0 - f64::sqrt(errors / spread));
+        let stored = replay["rows"][0]["fit_ahead"].as_f64().expect("a measure");
+        assert!((fit - stored).abs() < 1e-8, "cell {cell}: {fit} {stored}");
+        seen[usize::from(ahead > 1)] += 1;
+    }
+    assert_eq!(seen, [8, 8]);
+    place.refuses_file(
+        "measures = [\"fit_ahead\"]\n[settings]\nahead = 0",
+        &["ahead", "expected a number of samples"],
+    );
+    place.refuses_file(
+        "measures = [\"fit_ahead\"]\n[settings]\nwindow = 98\nhorizon = 98",
+        &["horizon", "fit_ahead"],
+    );
+}

@@ -59,7 +59,7 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], window: usize, range: Rang
         x0,
         horizon,
     } = model;
-    let mean = range.clone().map(|k| y[k]).sum::<f64>() / range.len() as f64;
+    let mean = mean(&y[range.clone()]);
     let mut simulated = 0.0;
     let mut x = x0.to_vec();
     simulate(
@@ -75,33 +75,50 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], window: usize, range: Rang
             }
         },
     );
-    let spread = |from: usize| -> f64 {
-        (from..range.end)
-            .map(|k| (y[k] - mean) * (y[k] - mean))
-            .sum()
-    };
-    let percent = |error: f64, spread: f64| {
-        if spread > 0.0 {
-            100.0 * (1.0 - (error / spread).sqrt())
-        } else {
-            f64::NAN
-        }
-    };
-    let predicted = |horizon: usize| {
-        let Some((first, e)) = errors_ahead(model, u, y, window, horizon) else {
-            return f64::NAN;
-        };
-        let first = first.clamp(range.start, range.end);
-        let squares = e[first..range.end].iter().map(|e| e * e);
-        percent(squares.sum(), spread(first))
-    };
+    let predicted = |horizon| fit_ahead(model, u, y, window, range.clone(), horizon);
     Fit {
-        simulated: percent(simulated, spread(range.start)),
+        simulated: percent(simulated, &y[range.clone()], mean),
         one_step: predicted(1),
         ahead: (horizon > 1).then(|| Ahead {
             steps: horizon,
             fit: predicted(horizon),
         }),
+    }
+}
+
+/// Returns the FIT over a range of samples with y predicted `horizon` samples ahead; NaN if there is no start. The first
+/// `window` samples determine the start of the predictor.
+///
+/// # Panics
+/// If u and y differ in length, or the window or the range reaches beyond them.
+pub fn fit_ahead(
+    model: &LinearModel,
+    u: &[f64],
+    y: &[f64],
+    window: usize,
+    range: Range<usize>,
+    horizon: usize,
+) -> f64 {
+    let mean = mean(&y[range.clone()]);
+    let Some((first, e)) = errors_ahead(model, u, y, window, horizon) else {
+        return f64::NAN;
+    };
+    let range = first.clamp(range.start, range.end)..range.end;
+    let squares = e[range.clone()].iter().map(|e| e * e);
+    percent(squares.sum(), &y[range], mean)
+}
+
+fn mean(y: &[f64]) -> f64 {
+    y.iter().sum::<f64>() / y.len() as f64
+}
+
+/// FIT of a sum of squared errors in y.
+fn percent(squares: f64, y: &[f64], mean: f64) -> f64 {
+    let spread: f64 = y.iter().map(|y| (y - mean) * (y - mean)).sum();
+    if spread > 0.0 {
+        100.0 * (1.0 - (squares / spread).sqrt())
+    } else {
+        f64::NAN
     }
 }
 

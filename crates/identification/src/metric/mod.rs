@@ -42,7 +42,7 @@ pub use coverage::Coverage;
 pub use error::{StateError, relative_error, relative_error_as_printed};
 pub use estimate::{Estimate, FEWEST_FOR_MEANS, FEWEST_FOR_SQUARES, Z};
 pub use exact_sum::ExactSum;
-pub use fit::{Ahead, Fit, FitModel, fit};
+pub use fit::{Ahead, Fit, FitModel, fit, fit_ahead};
 pub use moments::Sample;
 pub use paired::{Paired, PairedStatistics};
 pub use quantile::{Quantile, Worse, correlation_of_medians, quantile};

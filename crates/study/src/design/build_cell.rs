@@ -9,6 +9,7 @@ use crate::design::file::experiment_file::ExperimentFile;
 use crate::design::file::input_table::{InputTable, LAWS};
 use crate::design::file::key::Key;
 use crate::design::file::tables::{FeedbackTable, NoiseTable, PlantTable};
+use crate::design::measure::Measure;
 use crate::design::settings_reader::{LARGEST_COUNT, SettingsReader, named};
 use crate::design::state_feedback::StateFeedback;
 use asobench_identification::data::{
@@ -124,7 +125,15 @@ impl SettingsReader<'_> {
                 Some(_) => self.name(Key::ScoredFrom)?,
                 None => ScoredFrom::default(),
             },
+            ahead: match self.settings.get(&Key::Ahead) {
+                Some(_) => self.count(Key::Ahead)?,
+                None => 1,
+            },
         };
+        if cell.ahead == 0 {
+            let message = "0; expected a number of samples from 1 on".to_owned();
+            return Err(FileError::key("ahead", message));
+        }
         is_scored(&cell, self.file)?;
         level_exists(&cell, &self.text(Key::Noise))?;
         fits_into_memory(&cell, self.file.curves)?;
@@ -470,7 +479,7 @@ pub(crate) fn is_scored(cell: &DiscreteCell, file: &ExperimentFile) -> Result<()
         return Err(FileError::key("horizon", message));
     }
     let mut measures = file.measures.iter();
-    let measure = measures.find(|measure| measure.is_of_state());
+    let measure = measures.find(|measure| measure.is_of_state() || **measure == Measure::FitAhead);
     match measure {
         Some(measure) if cell.horizon <= cell.first_scored() => {
             let message = format!(

@@ -71,6 +71,8 @@ pub struct DiscreteCell {
     pub observer_start: ObserverStart,
     /// The sample from which errors of the state are taken.
     pub scored_from: ScoredFrom,
+    /// The samples by which [`Measure::FitAhead`](super::measure::Measure::FitAhead) predicts y ahead, at least 1.
+    pub ahead: usize,
 }
 
 impl Cell {

@@ -183,6 +183,7 @@ fn covers_cell(cell: &DiscreteCell, of_plant: usize) -> Result<(), String> {
         gain: _,
         observer_start,
         scored_from,
+        ahead: _,
     } = cell;
     if *order != of_plant {
         return Err("an order that is not the plant's".to_owned());

@@ -142,6 +142,15 @@ named_table! {
             in_lanes: true,
             ..PLAIN
         },
+        /// FIT of the record's output predicted `ahead` samples ahead (setting), over the same k as e_x_max, per cent. The
+        /// prediction knows u up to k and y up to k - ahead, and has the model of the noise.
+        FitAhead = "fit_ahead": Entry {
+            label: "FIT of predictions",
+            unit: "%",
+            better: Better::Larger,
+            scale: Scale::Percent,
+            ..PLAIN
+        },
         /// Relative change of a from the pass before; null for pass 0.
         Change = "change": Entry { label: "change of a", in_lanes: true, ..PLAIN },
         /// `sqrt(mean over k of ||x(k) - xhat(k)||^2)`, in the states' units, over the same k as

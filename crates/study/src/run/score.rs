@@ -9,7 +9,7 @@ use crate::outcome::row::Row;
 use asobench_identification::data::{Realisation, Truth};
 use asobench_identification::estimator::{Failure, FailureKind, Pass, Progress, SetupError, Stage};
 use asobench_identification::metric::{
-    Response, StateError, System, relative_error, relative_error_as_printed,
+    Response, StateError, System, fit_ahead, relative_error, relative_error_as_printed,
 };
 use asobench_identification::observer::ObservedModel;
 use asobench_identification::plant::PoleFinder;
@@ -52,6 +52,8 @@ struct Wanted {
     radius: bool,
     impulse_response: bool,
     fresh_fit: bool,
+    /// Steps of predictions ahead, and the window, which determines the predictor's start.
+    ahead: Option<(usize, usize)>,
 }
 
 impl Scorer {
@@ -108,6 +110,7 @@ impl Scorer {
                 radius: any(&[F::SpectralRadius]),
                 impulse_response: any(&[F::ImpulseResponse]),
                 fresh_fit: any(&[F::FreshFit]),
+                ahead: any(&[F::FitAhead]).then_some((cell.ahead, cell.window)),
             },
             curve: vec![
                 f64::NAN;
@@ -215,6 +218,11 @@ impl Scorer {
                 #[inline(always)]
                 || response.fresh_fit(model, x),
             );
+        }
+        if let Some((steps, window)) = self.wanted.ahead {
+            let scored = self.from..record.y.len();
+            row[Measure::FitAhead] =
+                fit_ahead(&pass.model, &record.u, &record.y, window, scored, steps);
         }
         if let Some(bound) = &self.bound {
             row[Measure::ResponseDistance] = bound.distance(a, b, *direct);

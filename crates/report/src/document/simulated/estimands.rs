@@ -80,6 +80,7 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
             "noise-free output",
             "that of the plant from rest, under an input of its own",
         ),
+        M::FitAhead => ("measured output", "the record's own samples"),
         M::Theta | M::ThetaRms | M::Reaching | M::Settling => (
             "theta",
             "x(0) - xi(0), the vector that the observers estimate",

@@ -324,6 +324,15 @@ named_table! {
             left_out: true,
             ..DISCRETE
         },
+        /// the samples by which `fit_ahead` predicts y ahead
+        Ahead = "ahead": Entry {
+            default: Number(1.0),
+            unit: "samples",
+            words: Template("{} samples ahead"),
+            left_out: true,
+            count: true,
+            ..DISCRETE
+        },
         /// disturbance of a continuous-time output: "none", "constant", "ramp", "sine", "square",
         /// "white" or a name in `[signals]`
         Disturbance = "disturbance": Entry {
