@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -63,6 +64,10 @@ class Continuous(NamedTuple):
     """The input between samples."""
     dead_time: float
     """Seconds."""
+    dead_time_se: float
+    """Its standard error; NaN if it was not estimated or without a covariance."""
+    integrator: bool
+    """A pole is fixed at 0."""
 
 
 class ResidualTests(NamedTuple):
@@ -315,8 +320,11 @@ class Model:
             return None
         numerator, denominator, covariance, ts, hold, dead_time = found
         p = len(numerator) + len(denominator) - 1
-        se = np.sqrt(np.array(covariance).reshape(p, p).diagonal()) if covariance else np.full(p, np.nan)
-        return Continuous(np.array(numerator), np.array(denominator), se, ts, hold, dead_time * ts)
+        size = math.isqrt(len(covariance))
+        se = np.sqrt(np.array(covariance).reshape(size, size).diagonal()) if covariance else np.full(p, np.nan)
+        late_se = float(se[p]) if size > p else math.nan
+        numerator, denominator = np.array(numerator), np.array(denominator)
+        return Continuous(numerator, denominator, se[:p], ts, hold, dead_time * ts, late_se, bool(denominator[-1] == 0))
 
     @property
     def x0(self) -> Vector | None:

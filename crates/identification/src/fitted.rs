@@ -201,7 +201,16 @@ impl Fitted {
 
     /// Returns what the covariance of the parameters says of poles, zeros and static gain.
     pub fn precision(&self) -> Precision {
-        Precision::new(self.linear(), &self.poles())
+        let mut precision = Precision::new(self.linear(), &self.poles());
+        let continuous = &self.pass.continuous;
+        if let Some(last) = continuous.numerator.last()
+            && continuous.has_integrator()
+        {
+            // The sampled F(1) is 0 up to rounding.
+            precision.static_gain = f64::INFINITY.copysign(*last);
+            precision.static_gain_se = f64::NAN;
+        }
+        precision
     }
 
     /// Returns the one-step prediction errors over a record and their tests; `None` if they cannot be tested.

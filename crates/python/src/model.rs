@@ -25,7 +25,7 @@ pub(crate) struct Native(pub(crate) Fitted);
 
 /// Numerator, denominator, covariance, time between samples, hold and dead time in samples of a model in continuous
 /// time.
-type Continuous = (Vec<f64>, Vec<f64>, Vec<f64>, f64, String, usize);
+type Continuous = (Vec<f64>, Vec<f64>, Vec<f64>, f64, String, f64);
 
 #[expect(clippy::needless_pass_by_value, reason = "what map_err hands on")]
 fn unknown(error: UnknownName) -> PyErr {
@@ -121,6 +121,7 @@ impl Native {
                 hold: hold.parse().map_err(unknown)?,
                 dead_time,
             };
+            pass.unstable |= pass.continuous.has_integrator();
         }
         (pass.loss, pass.condition) = (loss, condition);
         (pass.iterations, pass.minima) = (iterations, minima);

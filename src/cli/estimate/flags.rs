@@ -161,6 +161,10 @@ impl Flag {
                 .map_or(std::slice::from_ref(kind), Vec::as_slice);
             kinds.iter().any(|kind| kind == name)
         };
+        if is("boolean") {
+            let expected = |_| "expected true or false".to_owned();
+            return text.parse().map(Value::Bool).map_err(expected);
+        }
         if is("integer") {
             let number: Result<u64, _> = text.parse();
             let expected = |_| "expected a whole number".to_owned();
@@ -195,6 +199,9 @@ impl clap::Args for OptionFlags {
                 .value_parser(|text: &str| flag.read(text));
             command.arg(if flag.key == SIGNALS {
                 argument.alias("initial-state")
+            } else if flag.schema["type"] == "boolean" {
+                let given = argument.num_args(0..=1).require_equals(true);
+                given.default_missing_value("true")
             } else {
                 argument
             })

@@ -35,6 +35,9 @@ pub(super) fn of(estimate: &Estimate, report: &Report) -> Vec<String> {
 /// A real pole that may be 1.
 fn integrator(estimate: &Estimate) -> Option<String> {
     let last = estimate.last();
+    if last.fitted.pass.continuous.has_integrator() {
+        return None;
+    }
     let precision = last.precision.as_ref()?;
     let pole = precision.poles.iter().find(|root| {
         let error = root.error.modulus;

@@ -109,7 +109,9 @@ fn continuous(model: &ContinuousModel) -> Option<Value> {
             "covariance": (!model.covariance.is_empty()).then_some(&model.covariance),
             "hold": model.hold,
             "sampling_time": model.step,
-            "dead_time": model.dead_time as f64 * model.step,
+            "dead_time": model.dead_time * model.step,
+            "dead_time_se": model.dead_time_error(),
+            "integrator": model.has_integrator(),
         })
     })
 }

@@ -140,7 +140,7 @@ pub(super) fn pass_report(pass: Pass, report: &Report, shift: usize) -> PassRepo
     let Pass { a, unstable, .. } = &fitted.pass;
     found.radius = Some(PoleFinder::new(a.len()).spectral_radius(a, !unstable));
     found.poles = fitted.poles();
-    let precision = Precision::new(&fitted.model, &found.poles);
+    let precision = fitted.precision();
     found.modes = report.clock.map(|Clock { step, .. }| {
         let poles = precision.poles.iter();
         poles.filter_map(|pole| Mode::of(pole, step)).collect()

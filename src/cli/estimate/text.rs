@@ -204,7 +204,11 @@ fn write_pass(
         )?;
     }
     if let Some(radius) = report.radius {
-        let note = if pass.unstable { " (unstable)" } else { "" };
+        let note = match pass.unstable {
+            true if pass.continuous.has_integrator() => " (an integrator)",
+            true => " (unstable)",
+            false => "",
+        };
         writeln!(text, "  {:<18} {radius:.6}{note}", "spectral radius")?;
     }
     match &report.residuals {
@@ -231,22 +235,27 @@ fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
     if nb == 0 {
         return Ok(());
     }
+    let fixed = usize::from(model.has_integrator());
     writeln!(
         text,
-        "  {:<18} y = B(s)/A(s) u, {} hold, {} s between samples{}",
+        "  {:<18} y = B(s)/A(s) u{}, {} hold, {} s between samples",
         "continuous time",
+        if fixed > 0 { ", A(0) = 0" } else { "" },
         model.hold,
         rounded(model.step, DIGITS),
-        match model.dead_time {
-            0 => String::new(),
-            dead => format!(
-                ", dead time {} s",
-                rounded(dead as f64 * model.step, DIGITS)
-            ),
-        }
     )?;
+    if model.dead_time > 0.0 || model.dead_time_error().is_some() {
+        let seconds = rounded(model.dead_time * model.step, DIGITS);
+        let error = model.dead_time_error().map(plus_minus);
+        writeln!(
+            text,
+            "  {:<18} {seconds} s{}",
+            "dead time",
+            error.unwrap_or_default()
+        )?;
+    }
     let of_b = (0..nb).rev().map(|power| format!("B(s): s^{power}"));
-    let of_a = (0..n).rev().map(|power| format!("A(s): s^{power}"));
+    let of_a = (fixed..n).rev().map(|power| format!("A(s): s^{power}"));
     let names: Vec<String> = of_b.chain(of_a).collect();
     if let Some(errors) = model.standard_errors() {
         return write_parameters(text, &names, model.parameters(), &errors);

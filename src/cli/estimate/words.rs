@@ -90,6 +90,10 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
                 "a zero of C lies on the unit circle: lower nc; there are no standard errors"
             })
         }
+        FailureKind::Boundary if estimate.name.takes("dead_time") => Some(
+            "the dead time lies at an end of its range, beyond which the loss falls: a wider --dead-time LOW:HIGH; there \
+             are no standard errors",
+        ),
         FailureKind::Boundary => Some(
             "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard \
              errors",

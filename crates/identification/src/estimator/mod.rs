@@ -207,6 +207,14 @@ pub enum SetupError {
         /// The number of parameters, or of instruments.
         needed: usize,
     },
+    /// A dead time as long as the record.
+    #[error("a dead time of {seconds} s; expected one below the {record} s of the record")]
+    LongDeadTime {
+        /// The dead time, or the end of its range.
+        seconds: f64,
+        /// The samples times the time between them.
+        record: f64,
+    },
     /// theta0 does not fit the orders.
     #[error("theta0 has {given} numbers; orders {orders} have {} parameters", .orders.parameters())]
     ParameterCount {

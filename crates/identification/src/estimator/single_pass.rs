@@ -50,6 +50,16 @@ pub trait Iteration: Send {
     fn continuous(&self) -> Option<&ContinuousModel> {
         None
     }
+
+    /// Returns the state at the first sample, if it was estimated.
+    fn initial_state(&self, _window: Window<'_>) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// Returns how many numbers of the record were estimated beside the model's.
+    fn others(&self) -> usize {
+        0
+    }
 }
 
 impl<T: Iteration> SinglePass for T {
@@ -65,8 +75,14 @@ impl<T: Iteration> SinglePass for T {
         pass.set_model(self.model(), condition)?;
         if let Some(continuous) = self.continuous() {
             pass.continuous.clone_from(continuous);
+            // A pole at 1 has rounding on either side.
+            pass.unstable |= continuous.has_integrator();
         }
-        pass.start_at_zero();
+        pass.start_numbers = self.others();
+        match self.initial_state(window) {
+            Some(x0) => pass.set_initial_state(&x0),
+            None => pass.start_at_zero(),
+        }
         found
     }
 }
