@@ -94,6 +94,15 @@ class Fit(NamedTuple):
     """Of the output predicted one step ahead."""
 
 
+class Offset(NamedTuple):
+    """A constant of y."""
+
+    value: float
+    """In y's unit: the output in equilibrium where u is 0."""
+    se: float
+    """Its standard error."""
+
+
 class Model:
     """The model ``A(q) y = B(q)/F(q) u + C(q)/D(q) e``.
 
@@ -187,6 +196,7 @@ class Model:
             n.singular_values,
             n.x0 is not None,
             n.continuous,
+            n.offsets,
         )
         return _restore, (parts, found, self.estimator, self._options, self._record)
 
@@ -322,6 +332,19 @@ class Model:
     def x0(self) -> Vector | None:
         """The state at k = 0; None if it could not be found."""
         return self._native.x0
+
+    @property
+    def offset(self) -> Offset | None:
+        """The constant mu of y in ``A (y - mu) = B/F u + C/D e`` with its standard error; None if it was not estimated.
+
+        Of several records it is that of the first; ``offsets`` has one for each.
+        """
+        return next(iter(self.offsets), None)
+
+    @property
+    def offsets(self) -> list[Offset]:
+        """The constant of y in each record, if it was estimated (``offset="estimate"``)."""
+        return [Offset(*offset) for offset in self._native.offsets]
 
     # Properties that follow from the polynomials.
 
