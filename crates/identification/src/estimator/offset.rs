@@ -5,7 +5,7 @@
 //! G(1), so the two cannot be told apart. A plant with an integrator has no equilibrium: its mu is that of the start,
 //! or, if the start is estimated too, the record does not determine it.
 
-use super::{Offset, Runs, Window};
+use super::{FailureKind, Offset, Runs, Window};
 use crate::model::{LinearModel, Units};
 use crate::names::named_enum;
 
@@ -65,12 +65,15 @@ impl Levels {
 
     /// Returns the offset of each record, in units of y, from those about the levels. The covariance of the model, which
     /// is in these units, is that of its parameters and the offsets, and is reduced to that of the parameters.
+    ///
+    /// # Errors
+    /// [`FailureKind::NonFinite`] if the model has an integrator, and so no equilibrium.
     pub(super) fn offsets(
         &self,
         model: &mut LinearModel,
         about: &[f64],
         units: Units,
-    ) -> Vec<Offset> {
+    ) -> Result<Vec<Offset>, FailureKind> {
         let (gain, gradient) = (model.static_gain(), model.static_gain_gradient());
         let n = gradient.len();
         let offset = |(i, [u, y]): (usize, &[f64; 2])| {
@@ -90,9 +93,10 @@ impl Levels {
                 se: model.variance_of(&of_record).sqrt(),
             }
         };
-        let offsets = self.levels.iter().enumerate().map(offset).collect();
+        let offsets: Vec<Offset> = self.levels.iter().enumerate().map(offset).collect();
         leading_block(&mut model.covariance, n + about.len(), n);
-        offsets
+        let finite = offsets.iter().all(|mu| mu.value.is_finite());
+        finite.then_some(offsets).ok_or(FailureKind::NonFinite)
     }
 }
 

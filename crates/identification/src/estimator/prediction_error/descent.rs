@@ -391,6 +391,25 @@ impl Descent {
         None
     }
 
+    /// Returns the least sum at given parameters over the numbers of the records, which stand behind them in
+    /// [`Self::theta`] then; `None` if there is none.
+    pub(in crate::estimator) fn concentrate(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        parameters: impl Iterator<Item = f64>,
+    ) -> Option<f64> {
+        self.theta.fill(0.0);
+        let mut n = 0;
+        for (to, parameter) in self.theta.iter_mut().zip(parameters) {
+            *to = parameter;
+            n += 1;
+        }
+        self.predictor.sum(u, y, &self.theta)?;
+        let found = self.predictor.concentrate(&mut self.theta[n..]);
+        found.then(|| self.predictor.sum(u, y, &self.theta))?
+    }
+
     /// Computes psi's triangle at the parameters, and its condition with columns scaled.
     ///
     /// # Errors

@@ -58,7 +58,7 @@ impl From<InitialCondition> for Beside {
 }
 
 impl Beside {
-    fn of(self, orders: Orders) -> OfRecord {
+    pub(super) fn of(self, orders: Orders) -> OfRecord {
         OfRecord {
             offset: self.offset == OffsetChoice::Estimate,
             initial: match self.initial {
@@ -251,10 +251,7 @@ impl PredictionError {
         pass.offsets.clear();
         if let Some(levels) = &self.levels {
             let offsets = &self.search.theta[of_records][..self.runs.count()];
-            pass.offsets = levels.offsets(&mut self.model, offsets, units);
-            if pass.offsets.iter().any(|mu| !mu.value.is_finite()) {
-                return Err(FailureKind::NonFinite);
-            }
+            pass.offsets = levels.offsets(&mut self.model, offsets, units)?;
         }
         pass.set_model(&self.model, condition)?;
         pass.set_units(units)?;

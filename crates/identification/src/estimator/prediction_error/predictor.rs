@@ -380,9 +380,32 @@ impl Predictor {
             return Ok(());
         }
         let mut psi = std::mem::take(&mut self.psi);
+        let reduced = self.reduce(&mut psi, 0);
+        self.psi = psi;
+        reduced
+    }
+
+    /// Computes the numbers of the records that minimise the sum of squares from those of the last [`Self::sum`], in
+    /// which it is quadratic, and adds their change to them. Returns false if there are none.
+    pub(super) fn concentrate(&mut self, of_records: &mut [f64]) -> bool {
+        self.filter_signals();
+        let mut psi = Triangle::new(of_records.len());
+        let reduced = self.reduce(&mut psi, self.width() - of_records.len());
+        let mut step = psi.top().to_vec();
+        if reduced.is_err() || !psi.solve(&mut step) {
+            return false;
+        }
+        for (to, step) in of_records.iter_mut().zip(step) {
+            *to -= step;
+        }
+        true
+    }
+
+    /// Computes R and `Q'e` of the columns of psi from one on.
+    fn reduce(&self, psi: &mut Triangle, from: usize) -> Result<(), FailureKind> {
         let columns = self.columns();
-        let reduced = psi.run(self.e.len(), |j, first, to| {
-            let column = &columns[j];
+        psi.run(self.e.len(), |j, first, to| {
+            let column = &columns[from + j];
             to.fill(0.0);
             for (i, run) in self.runs.iter().enumerate() {
                 let rows = first.max(run.start + column.delay)..(first + to.len()).min(run.end);
@@ -395,9 +418,7 @@ impl Predictor {
                     *to = column.sign * x;
                 }
             }
-        });
-        self.psi = psi;
-        reduced
+        })
     }
 
     /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular, or of several records.

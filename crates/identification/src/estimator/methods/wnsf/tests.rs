@@ -60,6 +60,7 @@ fn weighted_solutions_of_another_program() {
             orders: Some(case["orders"].as_str().unwrap().parse().unwrap()),
             high_order: Some(number("high_order")),
             iterations: number("iterations"),
+            ..WnsfOptions::default()
         };
         let pass = estimate(&options, 2, &u[..n], &y[..n]);
         // The response of this one is not over at the last tap: a status, and no standard errors.
