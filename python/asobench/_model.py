@@ -535,6 +535,10 @@ class Model:
         lines.append(f"{'parameter':<10}{'estimate':>14}{'std. error':>14}{'95 % from':>14}{'to':>14}")
         rows = zip(self.names, self.params, self.se, self.conf_int())
         lines += [f"{name:<10}{p:>14.6g}{se:>14.3g}{low:>14.6g}{high:>14.6g}" for name, p, se, (low, high) in rows]
+        lines += [
+            f"{'offset':<10}{mu.value:>14.6g}{mu.se:>14.3g}{mu.value - Z_95 * mu.se:>14.6g}{mu.value + Z_95 * mu.se:>14.6g}"
+            for mu in self.offsets
+        ]
         lines += ["", f"noise variance  {self.noise_variance:.6g}"]
         lines.append(f"static gain     {self.gain:.6g} +- {self.gain_se:.3g}")
         lines.append("poles           " + ", ".join(f"{pole:.4g}" for pole in self.poles))

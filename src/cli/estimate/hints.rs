@@ -118,7 +118,7 @@ pub(super) fn warn_of_offset(report: &Report, is_chosen: bool) {
     if mean.powi(2) > variance {
         note(&format!(
             "warning: y has mean {} and standard deviation {}, but the models have no offset; --detrend mean subtracts \
-             the means, --offset estimate fits a constant (oe, armax, bj, pem)",
+             the means, --offset estimate fits a constant",
             rounded(mean * report.unit, 3),
             rounded(variance.sqrt() * report.unit, 3)
         ));

@@ -78,6 +78,11 @@ impl HighOrder {
         self.given.map_or(self.chosen, |_| self.reached)
     }
 
+    /// The largest order.
+    pub(super) fn most(&self) -> usize {
+        self.most
+    }
+
     /// The model of an order that [`Self::fit`] reached.
     pub(super) fn model(&self, order: usize) -> LinearModel {
         let step = self.step();

@@ -38,9 +38,8 @@ options! {
         pub iterations: usize = 20,
         /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
         pub initial: InitialCondition,
-        /// A constant mu of the output, `A (y - mu) = B/F u + C/D e`: none, or estimate. With it or a start the
-        /// high-order model has complete equations alone, with a constant, and standard errors are those of `oe`, `armax`
-        /// or `bj`.
+        /// A constant mu of the output, `A (y - mu) = B/F u + C/D e`: none, or estimate, together with the
+        /// parameters.
         pub offset: OffsetChoice,
     }
 }

@@ -392,22 +392,30 @@ impl Descent {
     }
 
     /// Returns the least sum at given parameters over the numbers of the records, which stand behind them in
-    /// [`Self::theta`] then; `None` if there is none.
+    /// [`Self::theta`] then; `None` if there is none. The errors are linear in these numbers.
     pub(in crate::estimator) fn concentrate(
         &mut self,
         u: &[f64],
         y: &[f64],
         parameters: impl Iterator<Item = f64>,
     ) -> Option<f64> {
-        self.theta.fill(0.0);
-        let mut n = 0;
-        for (to, parameter) in self.theta.iter_mut().zip(parameters) {
-            *to = parameter;
-            n += 1;
-        }
-        self.predictor.sum(u, y, &self.theta)?;
-        let found = self.predictor.concentrate(&mut self.theta[n..]);
+        let mut theta: Vec<f64> = parameters.collect();
+        let fixed = 0..theta.len();
+        theta.resize(self.theta.len(), 0.0);
+        let found = self.step_beside(u, y, &mut theta, fixed);
+        self.theta = theta;
         found.then(|| self.predictor.sum(u, y, &self.theta))?
+    }
+
+    /// Takes theta to the minimum of the linearisation over all but the parameters at `fixed`; false if there is none.
+    pub(in crate::estimator) fn step_beside(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        theta: &mut [f64],
+        fixed: Range<usize>,
+    ) -> bool {
+        self.predictor.sum(u, y, theta).is_some() && self.predictor.step_beside(theta, fixed)
     }
 
     /// Computes psi's triangle at the parameters, and its condition with columns scaled.

@@ -68,6 +68,11 @@ impl Beside {
         }
     }
 
+    /// How many they are, of one record.
+    pub(super) fn count(self, orders: Orders) -> usize {
+        self.of(orders).count()
+    }
+
     /// The levels about which a search sees the records, if they have an offset.
     pub(super) fn levels(self) -> Option<Levels> {
         let of_input = self.initial == InitialCondition::Estimate;

@@ -380,32 +380,35 @@ impl Predictor {
             return Ok(());
         }
         let mut psi = std::mem::take(&mut self.psi);
-        let reduced = self.reduce(&mut psi, 0);
+        let reduced = self.reduce(&mut psi, 0..0);
         self.psi = psi;
         reduced
     }
 
-    /// Computes the numbers of the records that minimise the sum of squares from those of the last [`Self::sum`], in
-    /// which it is quadratic, and adds their change to them. Returns false if there are none.
-    pub(super) fn concentrate(&mut self, of_records: &mut [f64]) -> bool {
+    /// Takes theta, that of the last [`Self::sum`], to the minimum of the linearisation over all but the parameters at
+    /// `fixed`. Returns false if there is none.
+    pub(super) fn step_beside(&mut self, theta: &mut [f64], fixed: Range<usize>) -> bool {
         self.filter_signals();
-        let mut psi = Triangle::new(of_records.len());
-        let reduced = self.reduce(&mut psi, self.width() - of_records.len());
+        let mut psi = Triangle::new(theta.len() - fixed.len());
+        let reduced = self.reduce(&mut psi, fixed.clone());
         let mut step = psi.top().to_vec();
         if reduced.is_err() || !psi.solve(&mut step) {
             return false;
         }
-        for (to, step) in of_records.iter_mut().zip(step) {
+        let (before, after) = theta.split_at_mut(fixed.start);
+        let free = before.iter_mut().chain(&mut after[fixed.len()..]);
+        for (to, step) in free.zip(step) {
             *to -= step;
         }
         true
     }
 
-    /// Computes R and `Q'e` of the columns of psi from one on.
-    fn reduce(&self, psi: &mut Triangle, from: usize) -> Result<(), FailureKind> {
+    /// Computes R and `Q'e` of the columns of psi but some.
+    fn reduce(&self, psi: &mut Triangle, without: Range<usize>) -> Result<(), FailureKind> {
         let columns = self.columns();
         psi.run(self.e.len(), |j, first, to| {
-            let column = &columns[from + j];
+            let later = if j < without.start { 0 } else { without.len() };
+            let column = &columns[j + later];
             to.fill(0.0);
             for (i, run) in self.runs.iter().enumerate() {
                 let rows = first.max(run.start + column.delay)..(first + to.len()).min(run.end);
