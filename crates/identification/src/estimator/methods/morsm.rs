@@ -277,7 +277,7 @@ impl Filtered {
         let (plant, of_c) = (nf + nb, nf + nb..2 * nf + nb);
         let mut theta = vec![0.0; self.step.theta().len()];
         let (mut share, mut asked) = (1.0, f64::INFINITY);
-        let (mut best, mut least) = (None, f64::INFINITY);
+        let (mut best, mut least) = (None::<Vec<f64>>, f64::INFINITY);
         let mut scratch = Vec::new();
         *passes = 0;
         loop {
@@ -294,7 +294,8 @@ impl Filtered {
                 return Ok(());
             }
             if *passes == MOST_PASSES {
-                model.set_parameters(&best.ok_or(FailureKind::UnstablePredictor)?);
+                let best = best.ok_or(FailureKind::UnstablePredictor)?;
+                model.set_parameters(&best);
                 return Err(FailureKind::IterationLimit);
             }
             *passes += 1;
@@ -302,7 +303,7 @@ impl Filtered {
             if let Some(sum) = self.errors.concentrate(u, y, model.parameters())
                 && sum < least
             {
-                (least, best) = (sum, Some(model.parameters().collect::<Vec<f64>>()));
+                (least, best) = (sum, Some(model.parameters().collect()));
             }
             if passes.is_multiple_of(ROUND) {
                 if change > PROGRESS * asked
@@ -445,6 +446,7 @@ mod tests {
     #[test]
     fn fixed_points_of_another_program() {
         let cases: Value = serde_json::from_str(include_str!("morsm.json")).unwrap();
+        assert_eq!(cases.as_array().unwrap().len(), 14);
         for case in cases.as_array().unwrap() {
             let number = |key: &str| case[key].as_u64().unwrap() as usize;
             let file = case["file"].as_str().unwrap();
@@ -453,12 +455,49 @@ mod tests {
             let n = number("N");
             let orders: Orders = case["orders"].as_str().unwrap().parse().unwrap();
             let place = usize::from(case["method"] == "morsm");
-            let options = &both(orders, Some(number("high_order")))[place];
-            let pass = estimate(options.as_ref(), 2, &record.u[..n], &record.y[..n]);
+            let high_order = Some(number("high_order"));
+            let orders = Some(orders);
+            let initial = match case["initial"].as_str() {
+                Some("estimate") => InitialCondition::Estimate,
+                _ => InitialCondition::Zero,
+            };
+            let offset = match case["offset"].as_f64() {
+                Some(_) => OffsetChoice::Estimate,
+                None => OffsetChoice::None,
+            };
+            let options: [Box<dyn MethodKind>; 2] = [
+                Box::new(BjsmOptions {
+                    orders,
+                    high_order,
+                    initial,
+                    offset,
+                    ..BjsmOptions::default()
+                }),
+                Box::new(MorsmOptions {
+                    orders,
+                    high_order,
+                    initial,
+                    offset,
+                    ..MorsmOptions::default()
+                }),
+            ];
+            let shifted = |signal: &[f64], i: usize| -> Vec<f64> {
+                let added = case["added"][i].as_f64().unwrap_or(0.0);
+                signal[..n].iter().map(|x| x + added).collect()
+            };
+            let (u, y) = (shifted(&record.u, 0), shifted(&record.y, 1));
+            let pass = estimate(options[place].as_ref(), 2, &u, &y);
             assert_eq!(pass.failure, None, "{file}");
             let errors = pass.model.standard_errors().unwrap();
-            let expected = case["theta"].as_array().unwrap();
-            for (i, (found, expected)) in pass.model.parameters().zip(expected).enumerate() {
+            let offsets = pass.offsets.iter();
+            let errors: Vec<f64> = errors
+                .into_iter()
+                .chain(offsets.clone().map(|of| of.se))
+                .collect();
+            let found = pass.model.parameters().chain(offsets.map(|of| of.value));
+            let expected = case["theta"].as_array().unwrap().iter();
+            let expected = expected.chain(case["offset"].as_f64().map(|_| &case["offset"]));
+            for (i, (found, expected)) in found.zip(expected).enumerate() {
                 let expected = expected.as_f64().unwrap();
                 assert!(
                     (found - expected).abs() < 1e-7,

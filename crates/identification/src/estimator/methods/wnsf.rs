@@ -300,7 +300,7 @@ impl SinglePass for NullSpace {
             Ok(()) => (self.least, self.condition),
             Err(_) => (self.least_reflected, f64::NAN),
         };
-        pass.loss = sum / y.len() as f64;
+        pass.loss = sum / window.len() as f64;
         let is_cut = found.is_ok() && self.fit.is_cut();
         if is_cut {
             self.best.covariance.clear();

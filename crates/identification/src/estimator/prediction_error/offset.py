@@ -60,6 +60,31 @@ def parts(theta, orders, records, start):
     return np.concatenate(e_all), np.vstack(rows)
 
 
+def errors_of(J, e):
+    """Standard errors by all directions that the columns of J have, and how many they are."""
+    s = np.linalg.norm(J, axis=0)
+    rank = np.linalg.matrix_rank(J / s, tol=1e-9 * np.sqrt(len(s)))
+    _, sigma, V = np.linalg.svd(J / s, full_matrices=False)
+    V = V[:rank] / sigma[:rank, None]
+    return np.sqrt(e @ e / (len(e) - rank) * (V**2).sum(0)) / s, rank
+
+
+def beside(theta, orders, record, start, offset):
+    """The offset and the start of one record that fit it best at the parameters theta: the offset, the errors, and the
+    standard errors of theta and the offset."""
+    na, nb, nc, nd, nf = (orders.get(key, 0) for key in KEYS)
+    n = len(theta)
+    free = na + max(nb + orders["nk"] - 1, nf) + max(nc, nd) if start else 0
+    x = np.r_[theta, 0.0, np.zeros(free)]
+    for _ in range(3):
+        e, J = parts(x, orders, [record], start)
+        keep = np.r_[np.arange(n), np.arange(n if offset else n + 1, len(x))]
+        s = np.linalg.norm(J, axis=0)
+        x[keep[n:]] -= np.linalg.lstsq((J / s)[:, keep[n:]], e, rcond=1e-10)[0] / s[keep[n:]]
+    se, _ = errors_of(J[:, keep], e)
+    return x[n], e, se[: n + 1 if offset else n]
+
+
 def case(folder, file, lengths, added, orders, start):
     lines = [line for line in open(f"{folder}/{file}") if not line.startswith("#")]
     data = np.genfromtxt(lines, delimiter=",", names=True)
@@ -108,13 +133,8 @@ def case(folder, file, lengths, added, orders, start):
         theta = theta - np.linalg.lstsq(J / s, e, rcond=1e-10)[0] / s
     print("moved", np.abs(theta - best.x)[: n + len(records)].max(), file=sys.stderr)
     e, J = parts(theta, orders, records, start)
-    s = scale(J)
-    rank = np.linalg.matrix_rank(J / s, tol=1e-9 * np.sqrt(len(s)))
-    s2 = e @ e / (len(e) - rank)
-    _, sigma, V = np.linalg.svd(J / s, full_matrices=False)
-    V = V[:rank] / sigma[:rank, None]
-    se = np.sqrt(s2 * (V**2).sum(0)) / s
-    print("rank", rank, J.shape[1], sigma[[0, rank - 1]], sigma[rank:], file=sys.stderr)
+    se, rank = errors_of(J, e)
+    print("rank", rank, J.shape[1], file=sys.stderr)
     m = n + len(records)
     return dict(file=file, lengths=lengths, added=added, orders=",".join(f"{k}={v}" for k, v in orders.items()),
                 initial="estimate" if start else "zero", theta=theta[:n].tolist(), offsets=theta[n:m].tolist(), se=se[:m].tolist(), loss=e @ e / len(e))
@@ -134,4 +154,5 @@ cases = [
     ("daisy_dryer.csv", [400, 600], [[0, 0], [1, 3]], oe | dict(nk=3), True),
     ("sim_armax2.csv", [300, 500], [[0, 5], [0, -30]], armax | dict(nk=1), False),
 ]
-print("[" + ",\n".join(json.dumps(case(sys.argv[1], *c)) for c in cases) + "]")
+if __name__ == "__main__":
+    print("[" + ",\n".join(json.dumps(case(sys.argv[1], *c)) for c in cases) + "]")
