@@ -99,6 +99,15 @@ class Fit(NamedTuple):
     """Of the output predicted one step ahead."""
 
 
+class Offset(NamedTuple):
+    """A constant of y."""
+
+    value: float
+    """In y's unit: the output in equilibrium where u is 0."""
+    se: float
+    """Its standard error."""
+
+
 class Model:
     """The model ``A(q) y = B(q)/F(q) u + C(q)/D(q) e``.
 
@@ -192,6 +201,7 @@ class Model:
             n.singular_values,
             n.x0 is not None,
             n.continuous,
+            n.offsets,
         )
         return _restore, (parts, found, self.estimator, self._options, self._record)
 
@@ -330,6 +340,19 @@ class Model:
     def x0(self) -> Vector | None:
         """The state at k = 0; None if it could not be found."""
         return self._native.x0
+
+    @property
+    def offset(self) -> Offset | None:
+        """The constant mu of y in ``A (y - mu) = B/F u + C/D e`` with its standard error; None if it was not estimated.
+
+        Of several records it is that of the first; ``offsets`` has one for each.
+        """
+        return next(iter(self.offsets), None)
+
+    @property
+    def offsets(self) -> list[Offset]:
+        """The constant of y in each record, if it was estimated (``offset="estimate"``)."""
+        return [Offset(*offset) for offset in self._native.offsets]
 
     # Properties that follow from the polynomials.
 
@@ -520,6 +543,10 @@ class Model:
         lines.append(f"{'parameter':<10}{'estimate':>14}{'std. error':>14}{'95 % from':>14}{'to':>14}")
         rows = zip(self.names, self.params, self.se, self.conf_int())
         lines += [f"{name:<10}{p:>14.6g}{se:>14.3g}{low:>14.6g}{high:>14.6g}" for name, p, se, (low, high) in rows]
+        lines += [
+            f"{'offset':<10}{mu.value:>14.6g}{mu.se:>14.3g}{mu.value - Z_95 * mu.se:>14.6g}{mu.value + Z_95 * mu.se:>14.6g}"
+            for mu in self.offsets
+        ]
         lines += ["", f"noise variance  {self.noise_variance:.6g}"]
         lines.append(f"static gain     {self.gain:.6g} +- {self.gain_se:.3g}")
         lines.append("poles           " + ", ".join(f"{pole:.4g}" for pole in self.poles))

@@ -107,9 +107,11 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, (squares / count).sqrt())
 }
 
-/// Warns of an output far from zero: models without an offset do not describe it. A step less its mean is nothing.
-pub(super) fn warn_of_offset(report: &Report) {
-    if report.subtracted().is_some() || is_constant(&report.record.u[..report.window]) {
+/// Warns of an output far from zero: models without an offset do not describe it, and none was asked for. A step less its
+/// mean is nothing.
+pub(super) fn warn_of_offset(report: &Report, is_chosen: bool) {
+    if is_chosen || report.subtracted().is_some() || is_constant(&report.record.u[..report.window])
+    {
         return;
     }
     let y = &report.record.y[..report.window];
@@ -119,7 +121,7 @@ pub(super) fn warn_of_offset(report: &Report) {
     if mean.powi(2) > variance {
         note(&format!(
             "warning: y has mean {} and standard deviation {}, but the models have no offset; --detrend mean subtracts \
-             the means",
+             the means, --offset estimate fits a constant",
             rounded(mean * report.unit, 3),
             rounded(variance.sqrt() * report.unit, 3)
         ));

@@ -65,6 +65,12 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
         "\nA(q) y = B(q)/F(q) u + C(q)/D(q) e with A = 1 + a_1 q^-1 + ...; in state space\n\
          x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; d = 0 where nk > 0"
     )?;
+    let fitted = report.estimates.iter().map(|of| &of.last().fitted);
+    if fitted.filter_map(Fitted::offset).next().is_some() {
+        let offset =
+            "with an offset, y less it stands for y: it is the output in equilibrium where u is 0";
+        text.push_str(&wrap(offset, 80, ""));
+    }
     if shift > 0 {
         let states = format!(
             "the states of ls and iv belong to the record without its delay: their y(k) is the file's y(k + {shift})"
@@ -158,8 +164,16 @@ fn write_pass(
             writeln!(text, "  {}", broken(line, 2, 6))?;
         }
         if let Some(errors) = model.standard_errors() {
-            let names = words::parameters(model.orders());
-            write_parameters(text, &names, model.parameters(), &errors)?;
+            let mut names = words::parameters(model.orders());
+            let (of_records, offsets): (Vec<_>, Vec<_>) = words::offsets(pass).unzip();
+            names.extend(of_records);
+            let values = model.parameters().chain(offsets.iter().map(|of| of.value));
+            let errors = errors.into_iter().chain(offsets.iter().map(|of| of.se));
+            write_parameters(text, &names, values, errors)?;
+        } else {
+            for (name, offset) in words::offsets(pass) {
+                write_vector(text, &name, &[offset.value])?;
+            }
         }
         write_continuous(text, &pass.continuous)?;
         for (name, value) in [
@@ -258,7 +272,7 @@ fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
     let of_a = (fixed..n).rev().map(|power| format!("A(s): s^{power}"));
     let names: Vec<String> = of_b.chain(of_a).collect();
     if let Some(errors) = model.standard_errors() {
-        return write_parameters(text, &names, model.parameters(), &errors);
+        return write_parameters(text, &names, model.parameters(), errors);
     }
     for (name, value) in names.iter().zip(model.parameters()) {
         write_vector(text, name, &[value])?;
@@ -313,7 +327,7 @@ fn write_parameters(
     text: &mut String,
     names: &[String],
     values: impl IntoIterator<Item = f64>,
-    errors: &[f64],
+    errors: impl IntoIterator<Item = f64>,
 ) -> fmt::Result {
     writeln!(
         text,
@@ -325,7 +339,7 @@ fn write_parameters(
             text,
             "  {name:<18} {} {} {} ...{}",
             scientific(theta, DIGITS - 1),
-            scientific(*error, 2),
+            scientific(error, 2),
             scientific(theta - Z_95 * error, 3).split_off(2),
             scientific(theta + Z_95 * error, 3).split_off(2)
         )?;

@@ -2,7 +2,7 @@
 
 use super::report::{Clock, Estimate, Report, Validation};
 use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness, is_feedback};
-use crate::estimator::{EstimatorName, FailureKind};
+use crate::estimator::{EstimatorName, FailureKind, Offset, Pass};
 use crate::model::polynomial::multiply;
 use crate::model::{LinearModel, Orders};
 use crate::plant::PoleFinder;
@@ -74,6 +74,20 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
         (first..first + count).map(move |i| format!("{name}_{i}"))
     });
     names.collect()
+}
+
+/// Returns the offset of each record with its name.
+pub(super) fn offsets(pass: &Pass) -> impl Iterator<Item = (String, Offset)> {
+    let several = pass.offsets.len() > 1;
+    let offsets = pass.offsets.iter().enumerate();
+    offsets.map(move |(i, offset)| {
+        let of_record = if several {
+            format!(" of record {}", i + 1)
+        } else {
+            String::new()
+        };
+        (format!("offset{of_record}"), *offset)
+    })
 }
 
 /// Zeros outside the circle of this radius are said to be on the unit circle.

@@ -27,6 +27,7 @@ pub mod methods;
 mod noise_fit;
 mod null_space;
 mod numerator;
+mod offset;
 mod option_error;
 #[cfg(feature = "json")]
 mod options;
@@ -65,14 +66,17 @@ pub use method::Method;
 pub use method_kind::{MethodKind, Needs, OptionUnits, Output, Problem};
 pub use methods::*;
 pub(crate) use null_space::long_autoregression;
+pub use offset::OffsetChoice;
 pub use option_error::OptionError;
 #[cfg(feature = "json")]
 pub use options::{OptionEntry, option_keys};
 pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use other_tools::Reading;
-pub use pass::{Failure, Pass, Progress, Stage};
+pub use pass::{Failure, Offset, Pass, Progress, Stage};
 pub use prediction::{errors_ahead, prediction_errors};
-pub use prediction_error::{InitialCondition, PredictionError, SearchStarts, initial_numbers};
+pub use prediction_error::{
+    Beside, InitialCondition, PredictionError, SearchStarts, initial_numbers,
+};
 pub use reflection::{PoleReflection, Stabilise};
 pub use regression::{Regression, Rows};
 pub use runs::Runs;

@@ -22,7 +22,7 @@ impl<T: SinglePass> Estimator for T {
     }
 }
 
-/// An iteration to a model, with all signals zero before the record. One that does not come to rest may leave its best
+/// An iteration to a model. One that does not come to rest may leave its best
 /// model ([`FailureKind::leaves_a_model`]), without covariance and condition.
 pub trait Iteration: Send {
     /// Iterates; counts the steps, and tells the condition of the last.
@@ -46,19 +46,14 @@ pub trait Iteration: Send {
     /// Returns the model that was found.
     fn model(&self) -> &LinearModel;
 
+    /// Writes what is of the record beside the model: its start, at rest by default.
+    fn of_record(&mut self, _window: Window<'_>, pass: &mut Pass) {
+        pass.start_at_zero();
+    }
+
     /// Returns the model in continuous time, if the method has one.
     fn continuous(&self) -> Option<&ContinuousModel> {
         None
-    }
-
-    /// Returns the state at the first sample, if it was estimated.
-    fn initial_state(&self, _window: Window<'_>) -> Option<Vec<f64>> {
-        None
-    }
-
-    /// Returns how many numbers of the record were estimated beside the model's.
-    fn others(&self) -> usize {
-        0
     }
 }
 
@@ -78,11 +73,7 @@ impl<T: Iteration> SinglePass for T {
             // A pole at 1 has rounding on either side.
             pass.unstable |= continuous.has_integrator();
         }
-        pass.start_numbers = self.others();
-        match self.initial_state(window) {
-            Some(x0) => pass.set_initial_state(&x0),
-            None => pass.start_at_zero(),
-        }
+        self.of_record(window, pass);
         found
     }
 }

@@ -14,7 +14,9 @@ use crate::estimator::loop_input::LoopInput;
 use crate::estimator::noise_fit::{NoiseFit, put_block, replace};
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::solver::rank::inverse_power_of_two;
-use crate::estimator::{FailureKind, Iteration, SetupError, Window, enough_equations};
+use crate::estimator::{
+    FailureKind, Iteration, Offset, Pass, SetupError, Window, enough_equations,
+};
 use crate::model::polynomial::{divide, filter};
 use crate::model::{
     ContinuousModel, Hold, LinearModel, Orders, Sampled, controller_form, output_of, row_times_form,
@@ -111,6 +113,8 @@ pub struct ContinuousIv {
     theta: Vec<f64>,
     best: Vec<f64>,
     least: f64,
+    /// The standard error of the offset.
+    offset_error: f64,
     /// `s^(n-1)/A y ... 1/A y`, `s^m/A u ... 1/A u`, `s^n/A y`, and the instruments: `s^(n-1) B/A^2 v ... B/A^2 v`,
     /// v being u or the input of a closed loop without noise; of that also `s^m/A v ... 1/A v`.
     columns: Vec<Vec<f64>>,
@@ -156,6 +160,7 @@ impl ContinuousIv {
             theta: vec![0.0; own],
             best: vec![0.0; own],
             least: f64::INFINITY,
+            offset_error: f64::NAN,
             columns: (0..=2 * nf + nb).map(|_| signal()).collect(),
             others: (0..structure.others() + joint).map(|_| signal()).collect(),
             share: None,
@@ -768,9 +773,12 @@ impl Iteration for ContinuousIv {
         let fitted = stages.theta.len();
         let variance = sum / (y.len() - fitted - nc - nd) as f64;
         let mut covariance = Vec::new();
+        self.offset_error = f64::NAN;
         if at_rest {
             let mut block = Vec::new();
             stages.covariance_of_instruments(variance, &mut block);
+            let last = self.theta.len() - 1;
+            self.offset_error = block[last * fitted + last].sqrt();
             // Of B, of A, whose pole at 0 has no error, and of the dead time.
             let of_a = (0..n).map(|i| (i < nf).then_some(i));
             let places: Vec<Option<usize>> = (nf..nf + nb)
@@ -803,22 +811,24 @@ impl Iteration for ContinuousIv {
         Ok(sum)
     }
 
-    /// The free part of the output at the first samples is the state: the output less that from rest.
-    fn initial_state(&self, window: Window<'_>) -> Option<Vec<f64>> {
+    fn of_record(&mut self, Window { u, y, .. }: Window<'_>, pass: &mut Pass) {
+        pass.start_numbers = self.structure.others();
+        let (value, se) = (self.offset(), self.offset_error);
+        pass.offsets.clear();
+        pass.offsets
+            .extend(self.structure.offset.then_some(Offset { value, se }));
         if !self.structure.initial {
-            return None;
+            return pass.start_at_zero();
         }
-        let order = self.model.orders().order().min(window.len());
-        let mut from_rest = vec![0.0; order];
-        self.model.simulate(&window.u[..order], &mut from_rest);
-        let simulated = (0..order).map(|k| window.y[k] - self.offset() - self.w[k]);
-        let mut x0: Vec<f64> = simulated.zip(from_rest).map(|(x, y)| x - y).collect();
-        x0.resize(self.model.orders().order(), 0.0);
-        Some(x0)
-    }
-
-    fn others(&self) -> usize {
-        self.structure.others()
+        // The state is the output of the first samples less that from rest.
+        let order = pass.x0.len();
+        let mut from_rest = vec![0.0; y.len()];
+        self.model.simulate(u, &mut from_rest);
+        let outputs = y.iter().zip(&self.w).zip(from_rest);
+        let free = outputs.map(|((y, w), x)| y - value - w - x);
+        let mut x0: Vec<f64> = free.take(order).collect();
+        x0.resize(order, 0.0);
+        pass.set_initial_state(&x0);
     }
 
     fn model(&self) -> &LinearModel {

@@ -4,7 +4,7 @@ use super::{ContinuousIv, DeadTime, Structure};
 use crate::estimator::method_kind::{MethodKind, Needs, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
-use crate::estimator::{Estimator, InitialCondition, SetupError};
+use crate::estimator::{Estimator, InitialCondition, OffsetChoice, SetupError};
 use crate::model::{ContinuousModel, Hold, Orders};
 
 /// A dead time that is this near to a whole number of samples is one: times between samples are rounded.
@@ -31,6 +31,8 @@ macro_rules! continuous {
                 /// The state at the first sample: zero, or estimate, together with the parameters; then u is its first
                 /// value before the record.
                 pub initial: InitialCondition,
+                /// A constant mu of the output, `y = B/A u + mu`: none, or estimate, together with the parameters.
+                pub offset: OffsetChoice,
                 /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none
                 /// (the method fails).
                 pub stabilise: Option<Stabilise>,
@@ -74,7 +76,7 @@ macro_rules! continuous {
                     orders: Orders { nk: 1, ..orders },
                     integrator: self.integrator,
                     initial: self.initial == InitialCondition::Estimate,
-                    offset: false,
+                    offset: self.offset == OffsetChoice::Estimate,
                     range,
                 };
                 (structure, dead_time)
@@ -99,6 +101,15 @@ macro_rules! continuous {
                         "dead_time",
                         "an input that acts at once jumps, so the loss has no gradient by the dead time; expected an nb \
                          of at most the degree of A(s), or the hold first-order",
+                    ));
+                }
+                if integrator
+                    && self.initial == InitialCondition::Estimate
+                    && self.offset == OffsetChoice::Estimate
+                {
+                    return Err(OptionError::new(
+                        "offset",
+                        "the level of an integrator is in its state; expected initial or offset estimated, not both",
                     ));
                 }
                 match self.ts {
