@@ -237,12 +237,12 @@ impl ContinuousModel {
     }
 
     /// Computes the sampled model `B(q)/F(q)` in `to`, whose orders are [`Self::sampled_orders`]. Returns the
-    /// derivatives of its `(B, F)` by the parameters, row by row, and last by the dead time in seconds if the orders are
-    /// those of a dead time with a part of a sample.
+    /// derivatives of its `(B, F)` by the parameters, row by row, and last by the dead time in seconds if the orders
+    /// are those of a dead time with a part of a sample.
     ///
     /// With `x(k+1) = E x(k) + p u(k) + r u(k+1)`, `y = c'x + d u`: `F = det(z - E)` and
-    /// `B = c' adj(z - E) (p + r z) + d F`, by the recursion of Faddeev and Leverrier. The output at a share of the time
-    /// after a sample is another such c and d of the state of that sample.
+    /// `B = c' adj(z - E) (p + r z) + d F`, by the recursion of Faddeev and Leverrier. The output at a share of the
+    /// time after a sample is another such c and d of the state of that sample.
     pub fn sample(&self, to: &mut LinearModel) -> Vec<f64> {
         let scaled = |(p, i): (f64, i32)| p * self.step.powi(i);
         let all: Vec<f64> = self
@@ -334,8 +334,8 @@ impl Reading {
     }
 }
 
-/// Returns F and B of the sampled `b/a` as polynomials in q^-1, their derivatives by a_i, and that of B by a dead time in
-/// samples. With `share` the output is that at this share of the time after the sample before.
+/// Returns F and B of the sampled `b/a` as polynomials in q^-1, their derivatives by a_i, and that of B by a dead
+/// time in samples. With `share` the output is that at this share of the time after the sample before.
 fn sampled_polynomials(
     b: &[f64],
     a: &[f64],

@@ -595,8 +595,8 @@ impl ContinuousIv {
         outcome
     }
 
-    /// Goes to the dead time where the loss is least between two of them, after `whole` samples: where the step that the
-    /// equation asks for is 0, or at an end beyond which it goes.
+    /// Goes to the dead time where the loss is least between two of them, after `whole` samples: where the step that
+    /// the equation asks for is 0, or at an end beyond which it goes.
     fn approach(
         &mut self,
         window: Window<'_>,
@@ -689,8 +689,8 @@ fn delay(signal: &[f64], samples: usize, before: f64, to: &mut [f64]) {
     to[samples..].copy_from_slice(&signal[..signal.len() - samples]);
 }
 
-/// Runs a system from rest under v, and tells the states of each sample, or those that `way` goes to from there with the
-/// input's next value.
+/// Runs a system from rest under v, and tells the states of each sample, or those that `way` goes to from there with
+/// the input's next value.
 fn run(
     system: &Sampled,
     way: Option<&Sampled>,

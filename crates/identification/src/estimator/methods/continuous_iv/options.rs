@@ -99,7 +99,7 @@ macro_rules! continuous {
                 if matches!(dead_time, Some(DeadTime::Estimate(_))) && self.orders.is_some_and(jumps) {
                     return Err(OptionError::new(
                         "dead_time",
-                        "an input that acts at once jumps, so the loss has no gradient by the dead time; expected an nb \
+                        "an input that acts at once makes a loss that jumps with the dead time; expected an nb \
                          of at most the degree of A(s), or the hold first-order",
                     ));
                 }

@@ -2,13 +2,14 @@
 
 python3 reference.py (numpy 2, scipy 1) writes reference.json, records too.
 
-The output of B(s)/A(s) exp(-tau s) is a sum of modes r/(s - p), each a recursion from sample to sample whose coefficients are
-integrals of exp(p t) by hand, and from there over the share of a sample that is left of it after the dead time: no matrix
-exponential, no state space. A state at the first sample adds K(s)/A(s) of an impulse there, while u before is its first
-value; an offset adds a constant; a pole at 0 is one of the modes. The sum of (D/C (y - x))^2 over all numbers is least by
-Gauss-Newton with differences of sixth order, checked by scipy.optimize.least_squares from there, and on a grid of dead times
-with the others free ("curve": tau, least sum / N, B, A). Standard errors: s^2 (J'J)^-1 of the plant's numbers and tau, with
-those of the start and the offset, and of the noise model's, without cross terms.
+The output of B(s)/A(s) exp(-tau s) is a sum of modes r/(s - p), each a recursion from sample to sample whose
+coefficients are integrals of exp(p t) by hand, and from there over the share of a sample that is left of it after the
+dead time: no matrix exponential, no state space. A state at the first sample adds K(s)/A(s) of an impulse there,
+while u before is its first value; an offset adds a constant; a pole at 0 is one of the modes. The sum of (D/C (y -
+x))^2 over all numbers is least by Gauss-Newton with differences of sixth order, checked by
+scipy.optimize.least_squares from there, and on a grid of dead times with the others free ("curve": tau, least sum /
+N, B, A). Standard errors: s^2 (J'J)^-1 of the plant's numbers and tau, with those of the start and the offset, and of
+the noise model's, without cross terms.
 """
 import json
 import numpy as np
