@@ -54,9 +54,14 @@ fn integrator(estimate: &Estimate) -> Option<String> {
             zero.at.re
         ));
     }
+    let offset = if last.fitted.pass.offsets.is_empty() {
+        ""
+    } else {
+        "; an integrator has no equilibrium, and its record does not determine an offset"
+    };
     Some(format!(
         "the pole {place} may be 1, an integrator: the differences y(k) - y(k-1) have a model without it, one order \
-         lower"
+         lower{offset}"
     ))
 }
 

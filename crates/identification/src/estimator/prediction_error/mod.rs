@@ -1,5 +1,7 @@
 //! Prediction error methods: `theta = argmin sum e(k)^2`, `e = D/C (A y - B/F u)`, all signals zero before the record.
 //!
+//! The start of a record and a constant of its output, less which it counts then, may be parameters too ([`Beside`]).
+//!
 //! Levenberg-Marquardt steps with the exact gradient, computed by filtering (Ljung, *System Identification*, 2nd ed.,
 //! section 10.3). The search covers models with a stable predictor (zeros of C and F inside the unit circle) and begins
 //! at several starts.
