@@ -153,9 +153,12 @@ impl HighOrder {
             });
         }
         self.reached = normal.factorise(TINY) / step;
-        let samples = (y.len() - first) as f64 - f64::from(u8::from(self.with_constant));
-        let mut square = 0.0;
-        equations.products((y, 0, 1), (y, 0, 1), |_, _, value| square += value);
+        let mut samples = (y.len() - first) as f64;
+        let mut square: f64 = y[first..].iter().map(|y| y * y).sum();
+        if self.with_constant {
+            square -= y[first..].iter().sum::<f64>().powi(2) / samples;
+            samples -= 1.0;
+        }
         let mut rest = square;
         let mut least = f64::INFINITY;
         self.chosen = 0;

@@ -291,7 +291,7 @@ impl Filtered {
             model.f[1..].copy_from_slice(&theta[..nf]);
             model.b[model.delay..].copy_from_slice(&theta[nf..plant]);
             if *passes > 0 && change <= REST {
-                return Ok(());
+                return self.rest(model).map(|_| ());
             }
             if *passes == MOST_PASSES {
                 let best = best.ok_or(FailureKind::UnstablePredictor)?;
@@ -320,6 +320,17 @@ impl Filtered {
         }
     }
 
+    /// Finds the start and the offset at a model, and the condition there. Returns the sum of squared errors and all
+    /// parameters.
+    fn rest(&mut self, model: &LinearModel) -> Result<(f64, Vec<f64>), FailureKind> {
+        let [u, y] = &self.signals;
+        let sum = self.errors.concentrate(u, y, model.parameters());
+        let sum = sum.ok_or(FailureKind::UnstablePredictor)?;
+        let theta = self.errors.theta().to_vec();
+        self.condition = self.errors.condition(u, y, &theta)?;
+        Ok((sum, theta))
+    }
+
     /// Computes the covariance of the parameters and the offset, if the iteration came to rest; returns the offset about
     /// the levels, if there is one.
     fn conclude(
@@ -327,14 +338,10 @@ impl Filtered {
         model: &mut LinearModel,
         at_rest: bool,
     ) -> Result<Vec<f64>, FailureKind> {
-        let [u, y] = &self.signals;
-        let sum = self.errors.concentrate(u, y, model.parameters());
-        let sum = sum.ok_or(FailureKind::UnstablePredictor)?;
-        let theta = self.errors.theta().to_vec();
         let n = model.orders().parameters();
+        let (sum, theta) = self.rest(model)?;
         if at_rest {
-            self.condition = self.errors.condition(u, y, &theta)?;
-            let variance = sum / (y.len() - theta.len()) as f64;
+            let variance = sum / (self.signals[1].len() - theta.len()) as f64;
             let covariance = &mut model.covariance;
             self.errors
                 .covariance(Covariance::White, variance, covariance);

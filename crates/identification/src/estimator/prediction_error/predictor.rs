@@ -388,6 +388,9 @@ impl Predictor {
     /// Takes theta, that of the last [`Self::sum`], to the minimum of the linearisation over all but the parameters at
     /// `fixed`. Returns false if there is none.
     pub(super) fn step_beside(&mut self, theta: &mut [f64], fixed: Range<usize>) -> bool {
+        if fixed.len() == theta.len() {
+            return true;
+        }
         self.filter_signals();
         let mut psi = Triangle::new(theta.len() - fixed.len());
         let reduced = self.reduce(&mut psi, fixed.clone());
