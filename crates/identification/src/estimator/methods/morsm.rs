@@ -160,8 +160,7 @@ impl Morsm {
             let fitted = self.scratch.len() + beside.count(orders);
             let needed = fitted.max(2 * self.high.most() + 1) + self.high.most() + orders.nk;
             enough_equations(orders, window, window, needed)?;
-            self.high.complete = true;
-            self.high.with_constant = beside.offset == OffsetChoice::Estimate;
+            self.high.equations = beside.equations();
         }
         self.levels = beside.levels();
         self.beside = beside;

@@ -19,6 +19,7 @@ mod units;
 use super::covariance::Covariance;
 use super::initial_state_choice::{StartState, StateEstimate};
 use super::known_model::KnownModel;
+use super::null_space::Equations;
 use super::offset::{Levels, OffsetChoice};
 use super::{Estimator, FailureKind, Pass, Runs, SetupError, Window, enough_equations};
 use crate::model::{LinearModel, Orders};
@@ -67,6 +68,21 @@ impl Beside {
                 InitialCondition::Zero => 0,
                 InitialCondition::Estimate => initial_numbers(orders),
             },
+        }
+    }
+
+    /// The equations of a high-order model that know them.
+    pub(super) fn equations(self) -> Equations {
+        match self {
+            Self {
+                offset: OffsetChoice::Estimate,
+                ..
+            } => Equations::WithConstant,
+            Self {
+                initial: InitialCondition::Estimate,
+                ..
+            } => Equations::Complete,
+            Self { .. } => Equations::Prewindow,
         }
     }
 
