@@ -109,8 +109,8 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, (squares / count).sqrt())
 }
 
-/// Warns of an output far from zero: models without an offset do not describe it, and none was asked for. A step less its
-/// mean is nothing.
+/// Warns of an output far from zero: models without an offset do not describe it, and none was asked for. A step less
+/// its mean is nothing.
 pub(super) fn warn_of_offset(report: &Report, is_chosen: bool) {
     if is_chosen || report.subtracted().is_some() || is_constant(&report.record.u[..report.window])
     {

@@ -100,8 +100,8 @@ filtered_iteration!(MorsmOptions, "The options of `morsm`.", Output::Simulated);
 /// is white, so with psi the gradient of `B/F A_h u` the covariance is `s^2 (psi'psi)^-1`, s^2 the variance of
 /// `A_h (y - B/F u)`.
 ///
-/// Where the start or an offset mu is fitted too, the high-order model has complete equations alone, and a constant for mu.
-/// From its order on the filtered signals know all of the past that they need, so they are a record of `B/F` with a
+/// Where the start or an offset mu is fitted too, the high-order model has complete equations alone, and a constant for
+/// mu. From its order on the filtered signals know all of the past that they need, so they are a record of `B/F` with a
 /// start and the offset `A_h(1) mu`. The iteration on the measured output has the columns of both in its least squares.
 pub struct Morsm {
     output: Output,
@@ -233,7 +233,8 @@ struct Filtered {
     signals: [Vec<f64>; 2],
     /// `A_h(1)`.
     gain: f64,
-    /// `A z = B w + C e` with `C = F` of the pass before, whose A is F: Steiglitz-McBride with the columns of the record.
+    /// `A z = B w + C e` with `C = F` of the pass before, whose A is F: Steiglitz-McBride with the columns of the
+    /// record.
     step: Descent,
     /// `z = B/F w + e`.
     errors: Descent,
@@ -330,8 +331,8 @@ impl Filtered {
         Ok((sum, theta))
     }
 
-    /// Computes the covariance of the parameters and the offset, if the iteration came to rest; returns the offset about
-    /// the levels, if there is one.
+    /// Computes the covariance of the parameters and the offset, if the iteration came to rest; returns the offset
+    /// about the levels, if there is one.
     fn conclude(
         &mut self,
         model: &mut LinearModel,
