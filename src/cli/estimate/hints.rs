@@ -57,9 +57,14 @@ fn integrator(estimate: &Estimate) -> Option<String> {
             zero.at.re
         ));
     }
+    let offset = if last.fitted.pass.offsets.is_empty() {
+        ""
+    } else {
+        "; an integrator has no equilibrium, and its record does not determine an offset"
+    };
     Some(format!(
         "the pole {place} may be 1, an integrator: the differences y(k) - y(k-1) have a model without it, one order \
-         lower"
+         lower{offset}"
     ))
 }
 
@@ -107,8 +112,8 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, (squares / count).sqrt())
 }
 
-/// Warns of an output far from zero: models without an offset do not describe it, and none was asked for. A step less its
-/// mean is nothing.
+/// Warns of an output far from zero: models without an offset do not describe it, and none was asked for. A step less
+/// its mean is nothing.
 pub(super) fn warn_of_offset(report: &Report, is_chosen: bool) {
     if is_chosen || report.subtracted().is_some() || is_constant(&report.record.u[..report.window])
     {

@@ -65,8 +65,8 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
         "\nA(q) y = B(q)/F(q) u + C(q)/D(q) e with A = 1 + a_1 q^-1 + ...; in state space\n\
          x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; d = 0 where nk > 0"
     )?;
-    let fitted = report.estimates.iter().map(|of| &of.last().fitted);
-    if fitted.filter_map(Fitted::offset).next().is_some() {
+    let mut passes = report.estimates.iter().map(|of| &of.last().fitted.pass);
+    if passes.any(|pass| !pass.offsets.is_empty()) {
         let offset =
             "with an offset, y less it stands for y: it is the output in equilibrium where u is 0";
         text.push_str(&wrap(offset, 80, ""));

@@ -36,9 +36,18 @@ pub(super) struct HighOrder {
     pub(super) grows: bool,
     /// Whether the largest order cuts a response: its last tenth explains more of y than chance.
     pub(super) is_cut: bool,
-    /// Whether only equations count whose samples are all in the record, and whether these have a constant.
-    pub(super) complete: bool,
-    pub(super) with_constant: bool,
+    pub(super) equations: Equations,
+}
+
+/// The equations of a high-order model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Equations {
+    /// Those of all samples, with zeros before the record.
+    Prewindow,
+    /// Those whose samples are all in the record.
+    Complete,
+    /// The same with a constant.
+    WithConstant,
 }
 
 impl HighOrder {
@@ -63,8 +72,7 @@ impl HighOrder {
             chosen: 0,
             grows: false,
             is_cut: false,
-            complete: false,
-            with_constant: false,
+            equations: Equations::Prewindow,
         }
     }
 
@@ -123,14 +131,14 @@ impl HighOrder {
         let (m, step, nk) = (self.most, self.step(), self.delay);
         let (width, input) = (m * step, step - 1);
         // The first equation that counts.
-        let first = if self.complete {
-            (m * (step - 1)).max(nk + m - 1).min(y.len())
-        } else {
-            0
+        let first = match self.equations {
+            Equations::Prewindow => 0,
+            _ => (m * (step - 1)).max(nk + m - 1).min(y.len()),
         };
-        let equations = Equations {
+        let with_constant = self.equations == Equations::WithConstant;
+        let equations = Sums {
             first,
-            with_constant: self.with_constant,
+            with_constant,
         };
         let normal = &mut self.normal;
         normal.clear(width);
@@ -153,9 +161,12 @@ impl HighOrder {
             });
         }
         self.reached = normal.factorise(TINY) / step;
-        let samples = (y.len() - first) as f64 - f64::from(u8::from(self.with_constant));
-        let mut square = 0.0;
-        equations.products((y, 0, 1), (y, 0, 1), |_, _, value| square += value);
+        let mut samples = (y.len() - first) as f64;
+        let mut square: f64 = y[first..].iter().map(|y| y * y).sum();
+        if with_constant {
+            square -= y[first..].iter().sum::<f64>().powi(2) / samples;
+            samples -= 1.0;
+        }
         let mut rest = square;
         let mut least = f64::INFINITY;
         self.chosen = 0;
@@ -177,15 +188,15 @@ impl HighOrder {
     }
 }
 
-/// The equations of a high-order model that count.
+/// Sums over the equations from the first that counts.
 #[derive(Clone, Copy)]
-struct Equations {
+struct Sums {
     first: usize,
     /// Whether they have a constant, which is eliminated.
     with_constant: bool,
 }
 
-impl Equations {
+impl Sums {
     /// Calls `add` with terms of the inner products of delayed signals, each a signal, its first delay and their count.
     fn products(
         self,
@@ -325,9 +336,9 @@ impl NullSpaceFit {
         self
     }
 
-    /// Lets only complete equations of the high-order model count, with a constant or without.
-    pub(super) fn of_complete_equations(mut self, with_constant: bool) -> Self {
-        (self.high.complete, self.high.with_constant) = (true, with_constant);
+    /// Takes other equations of the high-order model.
+    pub(super) fn of_equations(mut self, equations: Equations) -> Self {
+        self.high.equations = equations;
         self
     }
 

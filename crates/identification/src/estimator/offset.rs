@@ -1,9 +1,9 @@
 //! A constant of the output as a parameter: `A (y - mu) = B/F u + C/D e`.
 //!
 //! mu is the output of the equilibrium in which u is 0, for every structure: `y = B/F u + mu + C/D e`, and
-//! `A y = B u + A(1) mu + C e`. A constant u0 of the input has the same effect, `mu = y0 - G(1) u0` with the static gain
-//! G(1), so the two cannot be told apart. A plant with an integrator has no equilibrium: its mu is that of the start,
-//! or, if the start is estimated too, the record does not determine it.
+//! `A y = B u + A(1) mu + C e`. A constant u0 of the input has the same effect, `mu = y0 - G(1) u0` with the static
+//! gain G(1), so the two cannot be told apart. A plant with an integrator has no equilibrium: its mu is that of the
+//! start, or, if the start is estimated too, the record does not determine it.
 
 use super::{FailureKind, Offset, Runs, Window};
 use crate::model::{LinearModel, Units};
@@ -22,7 +22,7 @@ named_enum! {
 /// The levels of u and y about which a search sees each record, and the record less these. An offset about a level near
 /// that of y is a small number, and starts that know of no offset are near.
 pub(super) struct Levels {
-    /// Whether u has a level too: the start is estimated, so a constant u before the record is nothing else than 0.
+    /// Whether u has a level too: where the start is estimated, a constant of u is one of y.
     of_input: bool,
     levels: Vec<[f64; 2]>,
     u: Vec<f64>,
@@ -63,8 +63,8 @@ impl Levels {
         Window::new(&self.u, &self.y, self.y.len())
     }
 
-    /// Returns the offset of each record, in units of y, from those about the levels. The covariance of the model, which
-    /// is in these units, is that of its parameters and the offsets, and is reduced to that of the parameters.
+    /// Returns the offset of each record, in units of y, from those about the levels. The covariance of the model,
+    /// which is in these units, is that of its parameters and the offsets, and is reduced to that of the parameters.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] if the model has an integrator, and so no equilibrium.

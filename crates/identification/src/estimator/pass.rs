@@ -173,7 +173,8 @@ impl Pass {
         }
     }
 
-    /// The number of parameters that were fitted, those of the record's start and offset too: what criteria of orders count.
+    /// The number of parameters that were fitted, those of the record's start and offset too: what criteria of orders
+    /// count.
     pub fn fitted_numbers(&self) -> usize {
         self.model.orders().parameters() + self.start_numbers
     }

@@ -22,8 +22,8 @@ impl<T: SinglePass> Estimator for T {
     }
 }
 
-/// An iteration to a model. One that does not come to rest may leave its best
-/// model ([`FailureKind::leaves_a_model`]), without covariance and condition.
+/// An iteration to a model. One that does not come to rest may leave its best model
+/// ([`FailureKind::leaves_a_model`]), without covariance and condition.
 pub trait Iteration: Send {
     /// Iterates; counts the steps, and tells the condition of the last.
     ///

@@ -102,8 +102,6 @@ impl Case {
         }
         // The study is of y less its offset.
         report.record.y = pass.less_offset(0, &report.record.y).into_owned();
-        let offset = pass.offsets.first().map(|offset| offset.value);
-        let x0 = pass.x0;
         let residuals = last.residuals;
         check_loop(arguments, residuals.as_ref()).map_err(|message| refused(&message))?;
         let u = report.record.u[..report.window].to_vec();
@@ -139,11 +137,11 @@ impl Case {
         };
         Ok(Self {
             report,
-            offset,
+            offset: pass.offsets.first().map(|offset| offset.value),
             hints: estimate.hints,
             model,
             plant,
-            x0,
+            x0: pass.x0,
             residuals,
             input,
             spectrum,

@@ -100,8 +100,8 @@ filtered_iteration!(MorsmOptions, "The options of `morsm`.", Output::Simulated);
 /// is white, so with psi the gradient of `B/F A_h u` the covariance is `s^2 (psi'psi)^-1`, s^2 the variance of
 /// `A_h (y - B/F u)`.
 ///
-/// Where the start or an offset mu is fitted too, the high-order model has complete equations alone, and a constant for mu.
-/// From its order on the filtered signals know all of the past that they need, so they are a record of `B/F` with a
+/// Where the start or an offset mu is fitted too, the high-order model has complete equations alone, and a constant for
+/// mu. From its order on the filtered signals know all of the past that they need, so they are a record of `B/F` with a
 /// start and the offset `A_h(1) mu`. The iteration on the measured output has the columns of both in its least squares.
 pub struct Morsm {
     output: Output,
@@ -160,8 +160,7 @@ impl Morsm {
             let fitted = self.scratch.len() + beside.count(orders);
             let needed = fitted.max(2 * self.high.most() + 1) + self.high.most() + orders.nk;
             enough_equations(orders, window, window, needed)?;
-            self.high.complete = true;
-            self.high.with_constant = beside.offset == OffsetChoice::Estimate;
+            self.high.equations = beside.equations();
         }
         self.levels = beside.levels();
         self.beside = beside;
@@ -234,7 +233,8 @@ struct Filtered {
     signals: [Vec<f64>; 2],
     /// `A_h(1)`.
     gain: f64,
-    /// `A z = B w + C e` with `C = F` of the pass before, whose A is F: Steiglitz-McBride with the columns of the record.
+    /// `A z = B w + C e` with `C = F` of the pass before, whose A is F: Steiglitz-McBride with the columns of the
+    /// record.
     step: Descent,
     /// `z = B/F w + e`.
     errors: Descent,
@@ -291,7 +291,7 @@ impl Filtered {
             model.f[1..].copy_from_slice(&theta[..nf]);
             model.b[model.delay..].copy_from_slice(&theta[nf..plant]);
             if *passes > 0 && change <= REST {
-                return Ok(());
+                return self.rest(model).map(|_| ());
             }
             if *passes == MOST_PASSES {
                 let best = best.ok_or(FailureKind::UnstablePredictor)?;
@@ -320,21 +320,28 @@ impl Filtered {
         }
     }
 
-    /// Computes the covariance of the parameters and the offset, if the iteration came to rest; returns the offset about
-    /// the levels, if there is one.
+    /// Finds the start and the offset at a model, and the condition there. Returns the sum of squared errors and all
+    /// parameters.
+    fn rest(&mut self, model: &LinearModel) -> Result<(f64, Vec<f64>), FailureKind> {
+        let [u, y] = &self.signals;
+        let sum = self.errors.concentrate(u, y, model.parameters());
+        let sum = sum.ok_or(FailureKind::UnstablePredictor)?;
+        let theta = self.errors.theta().to_vec();
+        self.condition = self.errors.condition(u, y, &theta)?;
+        Ok((sum, theta))
+    }
+
+    /// Computes the covariance of the parameters and the offset, if the iteration came to rest; returns the offset
+    /// about the levels, if there is one.
     fn conclude(
         &mut self,
         model: &mut LinearModel,
         at_rest: bool,
     ) -> Result<Vec<f64>, FailureKind> {
-        let [u, y] = &self.signals;
-        let sum = self.errors.concentrate(u, y, model.parameters());
-        let sum = sum.ok_or(FailureKind::UnstablePredictor)?;
-        let theta = self.errors.theta().to_vec();
         let n = model.orders().parameters();
+        let (sum, theta) = self.rest(model)?;
         if at_rest {
-            self.condition = self.errors.condition(u, y, &theta)?;
-            let variance = sum / (y.len() - theta.len()) as f64;
+            let variance = sum / (self.signals[1].len() - theta.len()) as f64;
             let covariance = &mut model.covariance;
             self.errors
                 .covariance(Covariance::White, variance, covariance);

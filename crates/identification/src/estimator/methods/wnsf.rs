@@ -134,7 +134,7 @@ impl NullSpace {
         let mut fit = NullSpaceFit::new(orders, options.high_order, window).follow_the_record();
         let mut needed = fit.samples_needed();
         if beside != Beside::default() {
-            fit = fit.of_complete_equations(beside.offset == OffsetChoice::Estimate);
+            fit = fit.of_equations(beside.equations());
             needed += fit.memory() + beside.of(orders).count();
         }
         enough_equations(orders, window, window, needed)?;

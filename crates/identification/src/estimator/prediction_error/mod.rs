@@ -1,5 +1,7 @@
 //! Prediction error methods: `theta = argmin sum e(k)^2`, `e = D/C (A y - B/F u)`, all signals zero before the record.
 //!
+//! The start of a record and a constant of its output, less which it counts then, may be parameters too ([`Beside`]).
+//!
 //! Levenberg-Marquardt steps with the exact gradient, computed by filtering (Ljung, *System Identification*, 2nd ed.,
 //! section 10.3). The search covers models with a stable predictor (zeros of C and F inside the unit circle) and begins
 //! at several starts.
@@ -17,6 +19,7 @@ mod units;
 use super::covariance::Covariance;
 use super::initial_state_choice::{StartState, StateEstimate};
 use super::known_model::KnownModel;
+use super::null_space::Equations;
 use super::offset::{Levels, OffsetChoice};
 use super::{Estimator, FailureKind, Pass, Runs, SetupError, Window, enough_equations};
 use crate::model::{LinearModel, Orders};
@@ -65,6 +68,21 @@ impl Beside {
                 InitialCondition::Zero => 0,
                 InitialCondition::Estimate => initial_numbers(orders),
             },
+        }
+    }
+
+    /// The equations of a high-order model that know them.
+    pub(super) fn equations(self) -> Equations {
+        match self {
+            Self {
+                offset: OffsetChoice::Estimate,
+                ..
+            } => Equations::WithConstant,
+            Self {
+                initial: InitialCondition::Estimate,
+                ..
+            } => Equations::Complete,
+            Self { .. } => Equations::Prewindow,
         }
     }
 

@@ -132,8 +132,8 @@ pub(super) struct Predictor {
     of_e: Vec<f64>,
     /// `w/C`, from which e follows.
     of_w: Vec<f64>,
-    /// How many offsets there are, which follow the parameters in theta, and numbers for the signals before the records,
-    /// which follow these.
+    /// How many offsets there are, which follow the parameters in theta, and numbers for the signals before the
+    /// records, which follow these.
     offsets: usize,
     initial: usize,
     /// `A D/C` of a step.
@@ -388,6 +388,9 @@ impl Predictor {
     /// Takes theta, that of the last [`Self::sum`], to the minimum of the linearisation over all but the parameters at
     /// `fixed`. Returns false if there is none.
     pub(super) fn step_beside(&mut self, theta: &mut [f64], fixed: Range<usize>) -> bool {
+        if fixed.len() == theta.len() {
+            return true;
+        }
         self.filter_signals();
         let mut psi = Triangle::new(theta.len() - fixed.len());
         let reduced = self.reduce(&mut psi, fixed.clone());
@@ -466,7 +469,8 @@ impl Predictor {
     ///
     /// A second derivative with respect to c is the first divided by -C, twice that if both are of C; the same with F
     /// for what has F in its denominator; with respect to d it is the first without D. Each depends on the sum of both
-    /// delays alone. With respect to the offset and a it is -D/C of a step, with respect to the offset and d -A/C of it.
+    /// delays alone. With respect to the offset and a it is -D/C of a step, with respect to the offset and d -A/C of
+    /// it.
     pub(super) fn hessian(&mut self, to: &mut Mat<f64>) {
         let r = self.psi.r();
         for j in 0..r.ncols() {
@@ -605,8 +609,8 @@ impl Predictor {
         Ok(condition)
     }
 
-    /// Computes the covariance of the parameters and the offsets at the last linearisation. For white prediction errors it
-    /// is `variance (psi'psi)^-1`; otherwise it follows from each sample's contribution to theta,
+    /// Computes the covariance of the parameters and the offsets at the last linearisation. For white prediction errors
+    /// it is `variance (psi'psi)^-1`; otherwise it follows from each sample's contribution to theta,
     /// `-(psi'psi)^-1 psi(k) e(k)`.
     pub(super) fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
         let all = self.width();

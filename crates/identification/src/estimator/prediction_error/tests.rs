@@ -425,7 +425,8 @@ fn offsets_and_starts_of_another_program() {
 }
 
 /// Records cut out of a running plant about an operating point: of 400, the 95 % intervals of each parameter and of the
-/// offset cover as often as a binomial count with 0.95 does, within 3.7 standard deviations: 18 intervals at 4e-3 in all.
+/// offset cover as often as a binomial count with 0.95 does, within 3.7 standard deviations: 18 intervals at 4e-3 in
+/// all.
 #[test]
 fn intervals_with_offset_and_start_cover() {
     const RECORDS: u64 = 400;
