@@ -459,7 +459,10 @@ fn names_of_other_programs_lead_to_those_here() {
             &["estimate", "my.csv", "--train", "0.7"],
             "here: --window 70%",
         ),
-        (&["estimate", "my.csv", "--offset"], "here: --detrend mean"),
+        (
+            &["estimate", "my.csv", "--intercept"],
+            "here: --detrend mean",
+        ),
         (
             &["estimate", "--file", "my.csv"],
             "the file is the first argument",

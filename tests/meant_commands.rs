@@ -138,7 +138,7 @@ const MEANT: &[(&str, &str)] = &[
     ("claims res", "asobench report res"),
     ("report res --failures", "asobench failures res"),
     (
-        "estimate my.csv --order 2 --offset",
+        "estimate my.csv --order 2 --intercept",
         "asobench estimate my.csv --order 2 --detrend mean",
     ),
     (

@@ -7,7 +7,7 @@ carries. There is no second implementation.
 from ._errors import Declined, Error, EstimateFailed, StudyError
 from ._estimators import estimate, estimators
 from ._method import Method, method
-from ._model import Continuous, Fit, FrequencyResponse, Model, ResidualTests, Roots, StepResponse
+from ._model import Continuous, Fit, FrequencyResponse, Model, Offset, ResidualTests, Roots, StepResponse
 from ._native import VERSION as __version__
 from ._orders import Observer, OrderTable, observer, orders
 from ._results import Picture, Replay, Results, Verdict
@@ -24,6 +24,7 @@ __all__ = [
     "Method",
     "Model",
     "Observer",
+    "Offset",
     "OrderTable",
     "Picture",
     "Replay",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -63,6 +64,10 @@ class Continuous(NamedTuple):
     """The input between samples."""
     dead_time: float
     """Seconds."""
+    dead_time_se: float
+    """Its standard error; NaN if it was not estimated or without a covariance."""
+    integrator: bool
+    """A pole is fixed at 0."""
 
 
 class ResidualTests(NamedTuple):
@@ -92,6 +97,15 @@ class Fit(NamedTuple):
     """Of the output simulated from u alone."""
     one_step: float
     """Of the output predicted one step ahead."""
+
+
+class Offset(NamedTuple):
+    """A constant of y."""
+
+    value: float
+    """In y's unit: the output in equilibrium where u is 0."""
+    se: float
+    """Its standard error."""
 
 
 class Model:
@@ -187,6 +201,7 @@ class Model:
             n.singular_values,
             n.x0 is not None,
             n.continuous,
+            n.offsets,
         )
         return _restore, (parts, found, self.estimator, self._options, self._record)
 
@@ -315,13 +330,29 @@ class Model:
             return None
         numerator, denominator, covariance, ts, hold, dead_time = found
         p = len(numerator) + len(denominator) - 1
-        se = np.sqrt(np.array(covariance).reshape(p, p).diagonal()) if covariance else np.full(p, np.nan)
-        return Continuous(np.array(numerator), np.array(denominator), se, ts, hold, dead_time * ts)
+        size = math.isqrt(len(covariance))
+        se = np.sqrt(np.array(covariance).reshape(size, size).diagonal()) if covariance else np.full(p, np.nan)
+        late_se = float(se[p]) if size > p else math.nan
+        numerator, denominator = np.array(numerator), np.array(denominator)
+        return Continuous(numerator, denominator, se[:p], ts, hold, dead_time * ts, late_se, bool(denominator[-1] == 0))
 
     @property
     def x0(self) -> Vector | None:
         """The state at k = 0; None if it could not be found."""
         return self._native.x0
+
+    @property
+    def offset(self) -> Offset | None:
+        """The constant mu of y in ``A (y - mu) = B/F u + C/D e`` with its standard error; None if it was not estimated.
+
+        Of several records it is that of the first; ``offsets`` has one for each.
+        """
+        return next(iter(self.offsets), None)
+
+    @property
+    def offsets(self) -> list[Offset]:
+        """The constant of y in each record, if it was estimated (``offset="estimate"``)."""
+        return [Offset(*offset) for offset in self._native.offsets]
 
     # Properties that follow from the polynomials.
 
@@ -512,6 +543,10 @@ class Model:
         lines.append(f"{'parameter':<10}{'estimate':>14}{'std. error':>14}{'95 % from':>14}{'to':>14}")
         rows = zip(self.names, self.params, self.se, self.conf_int())
         lines += [f"{name:<10}{p:>14.6g}{se:>14.3g}{low:>14.6g}{high:>14.6g}" for name, p, se, (low, high) in rows]
+        lines += [
+            f"{'offset':<10}{mu.value:>14.6g}{mu.se:>14.3g}{mu.value - Z_95 * mu.se:>14.6g}{mu.value + Z_95 * mu.se:>14.6g}"
+            for mu in self.offsets
+        ]
         lines += ["", f"noise variance  {self.noise_variance:.6g}"]
         lines.append(f"static gain     {self.gain:.6g} +- {self.gain_se:.3g}")
         lines.append("poles           " + ", ".join(f"{pole:.4g}" for pole in self.poles))

@@ -32,6 +32,7 @@ class Native:
         singular_values: Any,
         start: bool,
         continuous: Any,
+        offsets: list[tuple[float, float]],
     ) -> Native: ...
     delay: int
     orders: str
@@ -45,7 +46,8 @@ class Native:
     status: str | None
     singular_values: Vector
     x0: Vector | None
-    continuous: tuple[list[float], list[float], list[float], float, str, int] | None
+    offsets: list[tuple[float, float]]
+    continuous: tuple[list[float], list[float], list[float], float, str, float] | None
     def polynomials(self) -> list[Vector]: ...
     def params(self) -> Vector: ...
     def se(self) -> Vector | None: ...

@@ -95,6 +95,23 @@ class SameBits(unittest.TestCase):
         self.assertEqual(model.iterations, printed["iterations"])
         self.assertEqual(model.status, printed["status"] if not printed["failure"] else printed["failure"]["kind"])
 
+    def test_offset_and_start_as_the_command_line(self):
+        u, y = (signal[40:] for signal in record())
+        y = y + 50.0
+        options = {"order": 2, "initial": "estimate", "offset": "estimate"}
+        for estimator in ("oe", "armax", "bj", "pem", "wnsf", "bjsm"):
+            with self.subTest(estimator):
+                model = ab.estimate(u, y, estimator, **options)
+                flags = [word for key, value in options.items() for word in (f"--{key}", value)]
+                printed = by_program(u, y, "--estimator", estimator, *flags)["offset"]
+                self.assertEqual(bits(model.offset), bits([printed["value"], printed["se"]]))
+                self.assertLess(abs(model.offset.value - 50.0), 4.0 * model.offset.se)
+                restored = pickle.loads(pickle.dumps(model))
+                self.assertEqual(restored.offset, model.offset)
+                self.assertLess(np.abs(restored.predict(u, y) - y)[5:].std(), 0.4)
+                self.assertLess(np.abs(model.simulate(u, model.x0) - y).mean(), 1.0)
+        self.assertIsNone(ab.estimate(u, y, "oe", order=2).offset)
+
     def test_every_estimator_as_the_command_line(self):
         records = {"plain": record(), "delayed": record(delay=3), "tiny": record(scale=2.0**-180)}
         for name, (u, y) in records.items():

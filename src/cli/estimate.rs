@@ -69,7 +69,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         }
     }
     report.tell_in_unit_of_file();
-    warn(&report);
+    warn(&report, arguments.options.has("offset"));
     let left_out = arguments.options.left_out(&arguments.estimator);
     for (flag, without) in left_out.iter().filter(|_| is_chosen) {
         let names: Vec<&str> = without.iter().map(|name| name.name()).collect();
@@ -131,7 +131,7 @@ fn tables(
     }
     let hints: Vec<Option<String>> = scans.iter().map(|scan| scan.start(&report)).collect();
     report.tell_in_unit_of_file();
-    hints::warn_of_offset(&report);
+    hints::warn_of_offset(&report, arguments.options.has("offset"));
     if let Some(scan) = one {
         let about = "criteria and FIT over the order";
         let picture = |_| Ok((scan.picture(), about.to_owned()));
@@ -158,8 +158,8 @@ fn tables(
 }
 
 /// Prints warnings to standard error, one line each.
-fn warn(report: &Report) {
-    hints::warn_of_offset(report);
+fn warn(report: &Report, has_offset: bool) {
+    hints::warn_of_offset(report, has_offset);
     if report.gain.places_unstable_pole() {
         note(&format!(
             "warning: --gain {} has a pole on or outside the unit circle",

@@ -4,12 +4,13 @@ use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::initial_state::InitialState;
 use crate::estimator::{Failure, FailureKind};
 use crate::estimator::{
-    Method, MethodOptions, Pass, Problem, Progress, Runs, SetupError, Shape, Window,
+    Method, MethodOptions, Offset, Pass, Problem, Progress, Runs, SetupError, Shape, Window,
 };
 use crate::metric::{Fit, FitModel};
 use crate::model::{LinearModel, Units};
 use crate::plant::{PoleFinder, simulate};
 use faer::c64;
+use std::borrow::Cow;
 use std::iter;
 use std::ops::Range;
 
@@ -201,12 +202,41 @@ impl Fitted {
 
     /// Returns what the covariance of the parameters says of poles, zeros and static gain.
     pub fn precision(&self) -> Precision {
-        Precision::new(self.linear(), &self.poles())
+        let mut precision = Precision::new(self.linear(), &self.poles());
+        let continuous = &self.pass.continuous;
+        if let Some(last) = continuous.numerator.last()
+            && continuous.has_integrator()
+        {
+            // The sampled F(1) is 0 up to rounding.
+            precision.static_gain = f64::INFINITY.copysign(*last);
+            precision.static_gain_se = f64::NAN;
+        }
+        precision
     }
 
     /// Returns the one-step prediction errors over a record and their tests; `None` if they cannot be tested.
     pub fn residuals(&self, u: &[f64], y: &[f64]) -> Option<Residuals> {
-        Residuals::new(self.linear(), u, y)
+        Residuals::new(self.linear(), u, &self.less_offset(y))
+    }
+
+    /// Returns the constant of the output, if one was estimated; of several records that of the first.
+    pub fn offset(&self) -> Option<Offset> {
+        self.pass.offsets.first().copied()
+    }
+
+    /// Returns y less the offset, of which the model is.
+    pub fn less_offset<'a>(&self, y: &'a [f64]) -> Cow<'a, [f64]> {
+        self.pass.less_offset(0, y)
+    }
+
+    /// Returns the model with the offset of the i-th of the records that it was fitted to.
+    #[must_use]
+    pub fn of_record(&self, i: usize) -> Self {
+        let mut of_record = self.clone();
+        if i < of_record.pass.offsets.len() {
+            of_record.pass.offsets.swap(0, i);
+        }
+        of_record
     }
 
     /// Returns u(k) and y(k + shift) of a record, of which the pass is.
@@ -269,13 +299,14 @@ impl Fitted {
             x0,
             horizon,
         };
-        crate::metric::fit(model, u, y, window, range)
+        crate::metric::fit(model, u, &self.less_offset(y), window, range)
     }
 
     /// Returns the initial state on another record, by least squares of the simulated output; NaN if it overflows. u
     /// and y are [`Self::shifted`].
     pub fn start_on(&self, u: &[f64], y: &[f64]) -> Vec<f64> {
         let Pass { a, b, direct, .. } = &self.pass;
+        let y = self.less_offset(y);
         let y: Vec<f64> = y.iter().zip(u).map(|(y, u)| y - direct * u).collect();
         let mut x0 = vec![0.0; a.len()];
         let found =
@@ -283,11 +314,12 @@ impl Fitted {
         found.map_or_else(|_| vec![f64::NAN; a.len()], |()| x0)
     }
 
-    /// Returns the output under u alone from a state at k = 0, of n numbers.
+    /// Returns the output under u alone from a state at k = 0, of n numbers, with the offset.
     pub fn simulate_from(&self, mut x: Vec<f64>, u: &[f64]) -> Vec<f64> {
         let Pass { a, b, direct, .. } = &self.pass;
+        let mu = self.offset().map_or(0.0, |offset| offset.value);
         let mut y = Vec::with_capacity(u.len());
-        simulate(a, b, &mut x, u, |k, x| y.push(x[0] + direct * u[k]));
+        simulate(a, b, &mut x, u, |k, x| y.push(x[0] + direct * u[k] + mu));
         y
     }
 }
@@ -295,7 +327,9 @@ impl Fitted {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::{ArxOptions, ClrivOptions, IvOptions, LsOptions};
+    use crate::estimator::{
+        ArxOptions, ClrivOptions, InitialCondition, IvOptions, LsOptions, OeOptions, OffsetChoice,
+    };
 
     #[test]
     fn lengths_windows_and_singular_records_are_told() {
@@ -330,6 +364,52 @@ mod tests {
         // In open loop r is u.
         let model = fit_in_loop(options(), 1, &u, &y, &u).unwrap();
         assert!((model.linear().b[1] - 2.0).abs() < 1e-9);
+    }
+
+    /// A plant that runs about another operating point in each of two records, without noise: the model is exact on
+    /// both, on a third about the first point, and in simulation.
+    #[test]
+    fn a_model_with_an_offset_has_it_on_other_records() {
+        let input = |k: usize| 5.0 + ((k * k) % 7) as f64;
+        let output = |count: usize, mu: f64| {
+            let u: Vec<f64> = (0..count).map(input).collect();
+            let mut y = vec![3.0; count];
+            for k in 1..count {
+                y[k] = 0.8 * y[k - 1] + 0.5 * u[k - 1];
+            }
+            y.iter_mut().for_each(|y| *y += mu);
+            [u, y]
+        };
+        let [[u1, y1], [u2, y2], [u3, y3]] =
+            [(60, 40.0), (50, -20.0), (30, 40.0)].map(|(n, mu)| output(n, mu));
+        let options = OeOptions {
+            orders: Some("nb=1,nf=1,nk=1".parse().unwrap()),
+            initial: InitialCondition::Estimate,
+            offset: OffsetChoice::Estimate,
+            ..OeOptions::default()
+        };
+        let (u, y) = ([u1.clone(), u2.clone()].concat(), [y1, y2.clone()].concat());
+        let fitted = fit_records(options, 1, &[60, 50], &u, &y, &u).unwrap();
+        let of = |fitted: &Fitted| fitted.offset().unwrap().value;
+        let second = fitted.of_record(1);
+        assert!((of(&fitted) - 40.0).abs() < 1e-8 && (of(&second) + 20.0).abs() < 1e-8);
+        for (fitted, u, y) in [(&second, &u2, &y2), (&fitted, &u3, &y3)] {
+            let fit = fitted.compare_on(u, y, 3);
+            assert!(fit.simulated.min(fit.one_step).min(fit.ahead.unwrap().fit) > 99.9999);
+            let simulated = fitted.simulate_from(fitted.start_on(u, y), u);
+            let off = simulated
+                .iter()
+                .zip(y)
+                .map(|(simulated, y)| (simulated - y).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-7);
+        }
+        let from_x0 = fitted.simulate_from(fitted.pass.x0.clone(), &u1);
+        assert!(
+            from_x0
+                .iter()
+                .zip(&y)
+                .all(|(found, y)| (found - y).abs() < 1e-7)
+        );
     }
 
     /// Given orders count, whatever the order is.

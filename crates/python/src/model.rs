@@ -5,7 +5,7 @@ use asobench_identification::Fitted;
 use asobench_identification::diagnosis::{
     Root, feedback_p_value, frequency_response, step_response,
 };
-use asobench_identification::estimator::{Failure, FailureKind, Pass, Progress};
+use asobench_identification::estimator::{Failure, FailureKind, Offset, Pass, Progress};
 use asobench_identification::metric::errors_ahead;
 use asobench_identification::model::{ContinuousModel, LinearModel};
 use asobench_identification::names::UnknownName;
@@ -25,7 +25,7 @@ pub(crate) struct Native(pub(crate) Fitted);
 
 /// Numerator, denominator, covariance, time between samples, hold and dead time in samples of a model in continuous
 /// time.
-type Continuous = (Vec<f64>, Vec<f64>, Vec<f64>, f64, String, usize);
+type Continuous = (Vec<f64>, Vec<f64>, Vec<f64>, f64, String, f64);
 
 #[expect(clippy::needless_pass_by_value, reason = "what map_err hands on")]
 fn unknown(error: UnknownName) -> PyErr {
@@ -110,6 +110,7 @@ impl Native {
         singular_values: Vec<f64>,
         start: bool,
         continuous: Option<Continuous>,
+        offsets: Vec<(f64, f64)>,
     ) -> PyResult<Self> {
         let mut pass = self.0.pass.clone();
         if let Some((numerator, denominator, covariance, step, hold, dead_time)) = continuous {
@@ -121,10 +122,13 @@ impl Native {
                 hold: hold.parse().map_err(unknown)?,
                 dead_time,
             };
+            pass.unstable |= pass.continuous.has_integrator();
         }
         (pass.loss, pass.condition) = (loss, condition);
         (pass.iterations, pass.minima) = (iterations, minima);
         pass.singular_values = singular_values;
+        let offsets = offsets.into_iter();
+        pass.offsets = offsets.map(|(value, se)| Offset { value, se }).collect();
         if !start {
             pass.progress = Progress::Parameters;
         }
@@ -225,6 +229,13 @@ impl Native {
         known.then(|| vector(py, self.0.pass.x0.clone()))
     }
 
+    /// The constant of y in each record, if it was estimated, with its standard error.
+    #[getter]
+    fn offsets(&self) -> Vec<(f64, f64)> {
+        let offsets = self.0.pass.offsets.iter();
+        offsets.map(|offset| (offset.value, offset.se)).collect()
+    }
+
     /// The parameters, in the order A, B, C, D, F.
     fn params<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         vector(py, self.0.model.parameters().collect())
@@ -322,7 +333,7 @@ impl Native {
         ])
     }
 
-    /// The output under u alone, from a state at k = 0 or from rest.
+    /// The output under u alone with the offset, from a state at k = 0 or from rest.
     fn simulate<'py>(
         &self,
         py: Python<'py>,
@@ -334,6 +345,8 @@ impl Native {
         let Some(x) = x0 else {
             let mut y = vec![0.0; u.len()];
             py.detach(|| self.0.model.simulate(u, &mut y));
+            let mu = self.0.offset().map_or(0.0, |offset| offset.value);
+            y.iter_mut().for_each(|y| *y += mu);
             return Ok(vector(py, y));
         };
         let (given, n) = (x.len(), self.0.pass.a.len());
@@ -361,7 +374,8 @@ impl Native {
     ) -> PyResult<Option<(usize, Bound<'py, PyArray1<f64>>)>> {
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
-        let errors = py.detach(|| errors_ahead(&self.0.model, u, y, y.len(), horizon));
+        let y = self.0.less_offset(y);
+        let errors = py.detach(|| errors_ahead(&self.0.model, u, &y, y.len(), horizon));
         Ok(errors.map(|(first, errors)| (first, vector(py, errors))))
     }
 
@@ -428,6 +442,7 @@ impl Native {
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
         let [u, y] = self.0.shifted(u, y);
+        let y = &self.0.less_offset(y);
         let model = self.0.pass.observed().ok_or_else(|| {
             refused("the observer needs a delay nk of at least 1 and an initial state; this model has not both")
         })?;

@@ -114,6 +114,9 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
 const SIGNALS: &str = "initial";
 const STATE: &str = "initial_state";
 
+/// The key of the offset, which is estimated where the flag stands alone.
+const OFFSET: &str = "offset";
+
 /// The key of the orders.
 pub(super) const ORDERS: &str = "orders";
 
@@ -161,6 +164,10 @@ impl Flag {
                 .map_or(std::slice::from_ref(kind), Vec::as_slice);
             kinds.iter().any(|kind| kind == name)
         };
+        if is("boolean") {
+            let expected = |_| "expected true or false".to_owned();
+            return text.parse().map(Value::Bool).map_err(expected);
+        }
         if is("integer") {
             let number: Result<u64, _> = text.parse();
             let expected = |_| "expected a whole number".to_owned();
@@ -193,10 +200,14 @@ impl clap::Args for OptionFlags {
                 .help(flag.help.as_str())
                 .allow_negative_numbers(true)
                 .value_parser(|text: &str| flag.read(text));
-            command.arg(if flag.key == SIGNALS {
-                argument.alias("initial-state")
-            } else {
-                argument
+            command.arg(match flag.key {
+                SIGNALS => argument.alias("initial-state"),
+                OFFSET => argument.num_args(0..=1).default_missing_value("estimate"),
+                _ if flag.schema["type"] == "boolean" => {
+                    let given = argument.num_args(0..=1).require_equals(true);
+                    given.default_missing_value("true")
+                }
+                _ => argument,
             })
         })
     }

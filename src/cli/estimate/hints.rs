@@ -35,6 +35,9 @@ pub(super) fn of(estimate: &Estimate, report: &Report) -> Vec<String> {
 /// A real pole that may be 1.
 fn integrator(estimate: &Estimate) -> Option<String> {
     let last = estimate.last();
+    if last.fitted.pass.continuous.has_integrator() {
+        return None;
+    }
     let precision = last.precision.as_ref()?;
     let pole = precision.poles.iter().find(|root| {
         let error = root.error.modulus;
@@ -54,9 +57,14 @@ fn integrator(estimate: &Estimate) -> Option<String> {
             zero.at.re
         ));
     }
+    let offset = if last.fitted.pass.offsets.is_empty() {
+        ""
+    } else {
+        "; an integrator has no equilibrium, and its record does not determine an offset"
+    };
     Some(format!(
         "the pole {place} may be 1, an integrator: the differences y(k) - y(k-1) have a model without it, one order \
-         lower"
+         lower{offset}"
     ))
 }
 
@@ -104,9 +112,11 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, (squares / count).sqrt())
 }
 
-/// Warns of an output far from zero: models without an offset do not describe it. A step less its mean is nothing.
-pub(super) fn warn_of_offset(report: &Report) {
-    if report.subtracted().is_some() || is_constant(&report.record.u[..report.window]) {
+/// Warns of an output far from zero: models without an offset do not describe it, and none was asked for. A step less
+/// its mean is nothing.
+pub(super) fn warn_of_offset(report: &Report, is_chosen: bool) {
+    if is_chosen || report.subtracted().is_some() || is_constant(&report.record.u[..report.window])
+    {
         return;
     }
     let y = &report.record.y[..report.window];
@@ -116,7 +126,7 @@ pub(super) fn warn_of_offset(report: &Report) {
     if mean.powi(2) > variance {
         note(&format!(
             "warning: y has mean {} and standard deviation {}, but the models have no offset; --detrend mean subtracts \
-             the means",
+             the means, --offset estimate fits a constant",
             rounded(mean * report.unit, 3),
             rounded(variance.sqrt() * report.unit, 3)
         ));

@@ -3,7 +3,7 @@
 
 use super::report::{Estimate, Observed, Part, PartReport, PassReport, Report};
 use crate::diagnosis::{Cancellation, Precision, Root, Z_95};
-use crate::estimator::Progress;
+use crate::estimator::{Offset, Progress};
 use crate::model::{ContinuousModel, LinearModel};
 use asobench_identification::Fitted;
 use serde_json::{Map, Value, json};
@@ -32,7 +32,8 @@ pub(super) fn render(report: &Report) -> Value {
         "subtracted": report.subtracted().map(|[u, y]| json!({ "u": u.line(), "y": y.line() })),
         "gain": report.gain,
         "feedback_p_value": report.feedback,
-        "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the original record; \
+        "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the original record, where y \
+                       is less the offset if there is one; \
                        x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; alpha_i = -a_(n+1-i), beta_i = \
                        h_i; for ls and iv with delay nk, y(k) there is y(k + nk - 1) of the file",
         "records": records(report),
@@ -73,9 +74,15 @@ fn estimate(estimate: &Estimate, report: &Report) -> Value {
         .map(|fits| json!({ "window": fits.window, "validation": fits.validation }));
     object.insert("fit_percent".to_owned(), json!(fit));
     if !report.parts.is_empty() {
-        let part =
-            |part: &PartReport| json!({ "fit_percent": part.fit, "residuals": part.residuals });
-        let parts: Vec<Value> = estimate.parts.iter().map(part).collect();
+        let offsets = &estimate.last().fitted.pass.offsets;
+        let part = |(i, part): (usize, &PartReport)| {
+            json!({
+                "fit_percent": part.fit,
+                "residuals": part.residuals,
+                "offset": offsets.get(i).map(offset),
+            })
+        };
+        let parts: Vec<Value> = estimate.parts.iter().enumerate().map(part).collect();
         object.insert("records".to_owned(), json!(parts));
         object.insert("white_in_all".to_owned(), json!(estimate.white));
     }
@@ -99,6 +106,10 @@ fn observer(observer: &Observed) -> Value {
     })
 }
 
+fn offset(Offset { value, se }: &Offset) -> Value {
+    json!({ "value": value, "se": se, "interval_95": [value - Z_95 * se, value + Z_95 * se] })
+}
+
 /// Returns a model in continuous time; `None` if the estimator has none.
 fn continuous(model: &ContinuousModel) -> Option<Value> {
     (!model.numerator.is_empty()).then(|| {
@@ -109,7 +120,9 @@ fn continuous(model: &ContinuousModel) -> Option<Value> {
             "covariance": (!model.covariance.is_empty()).then_some(&model.covariance),
             "hold": model.hold,
             "sampling_time": model.step,
-            "dead_time": model.dead_time as f64 * model.step,
+            "dead_time": model.dead_time * model.step,
+            "dead_time_se": model.dead_time_error(),
+            "integrator": model.has_integrator(),
         })
     })
 }
@@ -197,6 +210,7 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         ("loss", json!(parameters.then_some(pass.loss))),
         ("se", json!(errors)),
         ("interval_95", json!(intervals)),
+        ("offset", json!(pass.offsets.first().map(offset))),
         ("static_gain", gain(|precision| precision.static_gain)),
         ("static_gain_se", gain(|precision| precision.static_gain_se)),
         ("residuals", json!(residuals)),

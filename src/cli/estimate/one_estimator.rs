@@ -7,7 +7,7 @@ use super::report::{
     Clock, Estimate, Fits, Observed, PartReport, PassReport, Report, Samples, Validation,
 };
 use crate::cli::error::Error;
-use crate::diagnosis::{Mode, Precision, Residuals};
+use crate::diagnosis::{Mode, Residuals};
 use crate::estimator::{
     EstimatorName, Failure, FailureKind, Method, MethodOptions, Pass, Problem, Progress, Shape,
     Stage, Window,
@@ -140,7 +140,7 @@ pub(super) fn pass_report(pass: Pass, report: &Report, shift: usize) -> PassRepo
     let Pass { a, unstable, .. } = &fitted.pass;
     found.radius = Some(PoleFinder::new(a.len()).spectral_radius(a, !unstable));
     found.poles = fitted.poles();
-    let precision = Precision::new(&fitted.model, &found.poles);
+    let precision = fitted.precision();
     found.modes = report.clock.map(|Clock { step, .. }| {
         let poles = precision.poles.iter();
         poles.filter_map(|pole| Mode::of(pole, step)).collect()
@@ -192,7 +192,11 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
     }
     estimate.fit = Some(fits(fitted, report));
     let observed = match fitted.pass.observed() {
-        Some(model) => observe(model, gain, report.shifted(fitted.shift)),
+        Some(model) => {
+            let samples = report.shifted(fitted.shift);
+            let y = &fitted.less_offset(samples.y);
+            observe(model, gain, Samples { y, ..samples })
+        }
         None => return,
     };
     match observed {
@@ -208,7 +212,8 @@ fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
 /// Returns what a model is on each of several records: from rest, or from the state that is estimated on it.
 pub(super) fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartReport> {
     let horizon = report.horizon;
-    let part = |run: &Range<usize>| {
+    let part = |(i, run): (usize, &Range<usize>)| {
+        let fitted = fitted.of_record(i);
         let (u, y) = (&report.record.u[run.clone()], &report.record.y[run.clone()]);
         let at_rest = vec![0.0; fitted.pass.a.len()];
         PartReport {
@@ -220,7 +225,7 @@ pub(super) fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartRep
             },
         }
     };
-    report.runs().iter().map(part).collect()
+    report.runs().iter().enumerate().map(part).collect()
 }
 
 /// Returns the FIT of a pass on the window, and on the record for validation or the samples after the window.

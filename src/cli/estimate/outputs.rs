@@ -55,6 +55,7 @@ pub(super) fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
         return Ok(());
     };
     let samples = report.shifted(estimate.shift());
+    let y = estimate.last().fitted.less_offset(samples.y);
     write_whole("--states", path, Kind::States, |to| {
         let unit = report
             .unit_in_words()
@@ -71,7 +72,7 @@ pub(super) fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
         };
         let mut observer = Observer::new(report.gain.clone(), model.a.len());
         let mut written = Ok(());
-        let observed = observer.run(model, samples.u, samples.y, |k, x| {
+        let observed = observer.run(model, samples.u, &y, |k, x| {
             if written.is_ok() {
                 written = row(k, x);
             }

@@ -4,6 +4,7 @@ use super::report::{Estimate, Fits, Frequency, PassReport, Report, Validation};
 use super::{pictures, words};
 use crate::cli::equation::broken;
 use crate::diagnosis::{Mode, Precision, Root, Z_95};
+use crate::estimator::Offset;
 use crate::metric::Fit;
 use crate::report::html::{CellText, Column, Page, Section, Table};
 use crate::text::{rounded, visible};
@@ -205,8 +206,14 @@ fn parameters(report: &PassReport) -> Table {
     }
     let mut table = Table::new("Parameters", columns);
     let names = words::parameters(model.orders());
-    for (i, (name, theta)) in names.into_iter().zip(model.parameters()).enumerate() {
+    let parameters = names.into_iter().zip(model.parameters()).enumerate();
+    let parameters = parameters.map(|(i, (name, theta))| {
         let error = errors.as_ref().map_or(f64::NAN, |errors| errors[i]);
+        (name, theta, error)
+    });
+    let offsets = words::offsets(&report.fitted.pass);
+    let offsets = offsets.map(|(name, Offset { value, se })| (name, value, se));
+    for (name, theta, error) in parameters.chain(offsets) {
         table.row([
             CellText::text(name),
             number(theta, DIGITS),

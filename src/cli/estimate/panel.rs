@@ -102,7 +102,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
             .unwrap_or(f64::NEG_INFINITY)
     };
     rows.sort_by(|a, b| fit(b).total_cmp(&fit(a)));
-    hints::warn_of_offset(&report);
+    hints::warn_of_offset(&report, arguments.options.has("offset"));
     let panel = Panel {
         report: &report,
         rows,

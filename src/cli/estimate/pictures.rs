@@ -121,8 +121,8 @@ pub(super) fn simulated(estimate: &Estimate, report: &Report) -> Option<Vec<f64>
 /// Returns the prediction errors that count, and the index of the first.
 fn errors_of(estimate: &Estimate, report: &Report) -> Option<(usize, Vec<f64>)> {
     let model = estimate.last().known_model()?;
-    let (u, y) = (&report.record.u, &report.record.y);
-    let (first, mut e) = prediction_errors(model, u, y, report.window)?;
+    let y = estimate.last().fitted.less_offset(&report.record.y);
+    let (first, mut e) = prediction_errors(model, &report.record.u, &y, report.window)?;
     Some((first, e.split_off(first)))
 }
 

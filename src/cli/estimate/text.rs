@@ -65,6 +65,12 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
         "\nA(q) y = B(q)/F(q) u + C(q)/D(q) e with A = 1 + a_1 q^-1 + ...; in state space\n\
          x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; d = 0 where nk > 0"
     )?;
+    let mut passes = report.estimates.iter().map(|of| &of.last().fitted.pass);
+    if passes.any(|pass| !pass.offsets.is_empty()) {
+        let offset =
+            "with an offset, y less it stands for y: it is the output in equilibrium where u is 0";
+        text.push_str(&wrap(offset, 80, ""));
+    }
     if shift > 0 {
         let states = format!(
             "the states of ls and iv belong to the record without its delay: their y(k) is the file's y(k + {shift})"
@@ -158,8 +164,16 @@ fn write_pass(
             writeln!(text, "  {}", broken(line, 2, 6))?;
         }
         if let Some(errors) = model.standard_errors() {
-            let names = words::parameters(model.orders());
-            write_parameters(text, &names, model.parameters(), &errors)?;
+            let mut names = words::parameters(model.orders());
+            let (of_records, offsets): (Vec<_>, Vec<_>) = words::offsets(pass).unzip();
+            names.extend(of_records);
+            let values = model.parameters().chain(offsets.iter().map(|of| of.value));
+            let errors = errors.into_iter().chain(offsets.iter().map(|of| of.se));
+            write_parameters(text, &names, values, errors)?;
+        } else {
+            for (name, offset) in words::offsets(pass) {
+                write_vector(text, &name, &[offset.value])?;
+            }
         }
         write_continuous(text, &pass.continuous)?;
         for (name, value) in [
@@ -204,7 +218,11 @@ fn write_pass(
         )?;
     }
     if let Some(radius) = report.radius {
-        let note = if pass.unstable { " (unstable)" } else { "" };
+        let note = match pass.unstable {
+            true if pass.continuous.has_integrator() => " (an integrator)",
+            true => " (unstable)",
+            false => "",
+        };
         writeln!(text, "  {:<18} {radius:.6}{note}", "spectral radius")?;
     }
     match &report.residuals {
@@ -231,25 +249,30 @@ fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
     if nb == 0 {
         return Ok(());
     }
+    let fixed = usize::from(model.has_integrator());
     writeln!(
         text,
-        "  {:<18} y = B(s)/A(s) u, {} hold, {} s between samples{}",
+        "  {:<18} y = B(s)/A(s) u{}, {} hold, {} s between samples",
         "continuous time",
+        if fixed > 0 { ", A(0) = 0" } else { "" },
         model.hold,
         rounded(model.step, DIGITS),
-        match model.dead_time {
-            0 => String::new(),
-            dead => format!(
-                ", dead time {} s",
-                rounded(dead as f64 * model.step, DIGITS)
-            ),
-        }
     )?;
+    if model.dead_time > 0.0 || model.dead_time_error().is_some() {
+        let seconds = rounded(model.dead_time * model.step, DIGITS);
+        let error = model.dead_time_error().map(plus_minus);
+        writeln!(
+            text,
+            "  {:<18} {seconds} s{}",
+            "dead time",
+            error.unwrap_or_default()
+        )?;
+    }
     let of_b = (0..nb).rev().map(|power| format!("B(s): s^{power}"));
-    let of_a = (0..n).rev().map(|power| format!("A(s): s^{power}"));
+    let of_a = (fixed..n).rev().map(|power| format!("A(s): s^{power}"));
     let names: Vec<String> = of_b.chain(of_a).collect();
     if let Some(errors) = model.standard_errors() {
-        return write_parameters(text, &names, model.parameters(), &errors);
+        return write_parameters(text, &names, model.parameters(), errors);
     }
     for (name, value) in names.iter().zip(model.parameters()) {
         write_vector(text, name, &[value])?;
@@ -304,7 +327,7 @@ fn write_parameters(
     text: &mut String,
     names: &[String],
     values: impl IntoIterator<Item = f64>,
-    errors: &[f64],
+    errors: impl IntoIterator<Item = f64>,
 ) -> fmt::Result {
     writeln!(
         text,
@@ -316,7 +339,7 @@ fn write_parameters(
             text,
             "  {name:<18} {} {} {} ...{}",
             scientific(theta, DIGITS - 1),
-            scientific(*error, 2),
+            scientific(error, 2),
             scientific(theta - Z_95 * error, 3).split_off(2),
             scientific(theta + Z_95 * error, 3).split_off(2)
         )?;

@@ -2,7 +2,7 @@
 
 use super::report::{Clock, Estimate, Report, Validation};
 use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness, is_feedback};
-use crate::estimator::{EstimatorName, FailureKind};
+use crate::estimator::{EstimatorName, FailureKind, Offset, Pass};
 use crate::model::polynomial::multiply;
 use crate::model::{LinearModel, Orders};
 use crate::plant::PoleFinder;
@@ -76,6 +76,20 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
     names.collect()
 }
 
+/// Returns the offset of each record with its name.
+pub(super) fn offsets(pass: &Pass) -> impl Iterator<Item = (String, Offset)> {
+    let several = pass.offsets.len() > 1;
+    let offsets = pass.offsets.iter().enumerate();
+    offsets.map(move |(i, offset)| {
+        let of_record = if several {
+            format!(" of record {}", i + 1)
+        } else {
+            String::new()
+        };
+        (format!("offset{of_record}"), *offset)
+    })
+}
+
 /// Zeros outside the circle of this radius are said to be on the unit circle.
 const ON_THE_CIRCLE: f64 = 0.999;
 
@@ -90,6 +104,10 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
                 "a zero of C lies on the unit circle: lower nc; there are no standard errors"
             })
         }
+        FailureKind::Boundary if estimate.name.takes("dead_time") => Some(
+            "the dead time lies at an end of its range, beyond which the loss falls: a wider --dead-time LOW:HIGH; there \
+             are no standard errors",
+        ),
         FailureKind::Boundary => Some(
             "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard \
              errors",

@@ -23,18 +23,6 @@ pub struct Precision {
 impl Precision {
     /// Computes the precision of a model; standard errors are NaN without a covariance.
     pub fn new(model: &LinearModel, poles: &[c64]) -> Self {
-        let sum = |c: &[f64]| c.iter().sum::<f64>();
-        let (a, b, f) = (sum(&model.a), sum(&model.b), sum(&model.f));
-        let gain = b / (a * f);
-        let orders = model.orders();
-        // d gain / d theta, in the order A, B, C, D, F.
-        let gradient: Vec<f64> = [
-            vec![-gain / a; orders.na],
-            vec![1.0 / (a * f); orders.nb],
-            vec![0.0; orders.nc + orders.nd],
-            vec![-gain / f; orders.nf],
-        ]
-        .concat();
         let Roots {
             poles,
             zeros,
@@ -44,8 +32,8 @@ impl Precision {
             poles,
             zeros,
             cancellations,
-            static_gain: gain,
-            static_gain_se: model.variance_of(&gradient).sqrt(),
+            static_gain: model.static_gain(),
+            static_gain_se: model.variance_of(&model.static_gain_gradient()).sqrt(),
         }
     }
 }

@@ -124,10 +124,11 @@ impl Chosen {
         if !compares(pass) {
             return f64::INFINITY;
         }
-        pass.model.residuals(u, y, &mut self.e, &mut self.x);
+        let y = pass.less_offset(0, y);
+        pass.model.residuals(u, &y, &mut self.e, &mut self.x);
         if first.is_some() && pass.x0.iter().any(|x| *x != 0.0) {
             // A start that was estimated is carried on.
-            match prediction_errors(&pass.model, u, y, first_part(n)) {
+            match prediction_errors(&pass.model, u, &y, first_part(n)) {
                 Some((_, e)) => self.e = e,
                 None => return f64::INFINITY,
             }

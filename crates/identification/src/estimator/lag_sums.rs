@@ -85,6 +85,15 @@ impl System {
         }
     }
 
+    /// Adds to what [`Self::put`] sets.
+    pub(super) fn add(&mut self, row: usize, column: usize, value: f64) {
+        if column == self.width {
+            self.right[row] += value;
+        } else {
+            self.m[row * self.width + column] += value;
+        }
+    }
+
     /// Replaces a symmetric M by L, `M = L L'`, and the right-hand side by `L^-1 right`, as far as M is positive
     /// definite beyond rounding: as pivots exceed this share of the diagonal. Returns to how many unknowns. The lower
     /// triangle of M is used.

@@ -27,6 +27,7 @@ pub mod methods;
 mod noise_fit;
 mod null_space;
 mod numerator;
+mod offset;
 mod option_error;
 #[cfg(feature = "json")]
 mod options;
@@ -65,14 +66,17 @@ pub use method::Method;
 pub use method_kind::{MethodKind, Needs, OptionUnits, Output, Problem};
 pub use methods::*;
 pub(crate) use null_space::long_autoregression;
+pub use offset::OffsetChoice;
 pub use option_error::OptionError;
 #[cfg(feature = "json")]
 pub use options::{OptionEntry, option_keys};
 pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use other_tools::Reading;
-pub use pass::{Failure, Pass, Progress, Stage};
+pub use pass::{Failure, Offset, Pass, Progress, Stage};
 pub use prediction::{errors_ahead, prediction_errors};
-pub use prediction_error::{InitialCondition, PredictionError, SearchStarts, initial_numbers};
+pub use prediction_error::{
+    Beside, InitialCondition, PredictionError, SearchStarts, initial_numbers,
+};
 pub use reflection::{PoleReflection, Stabilise};
 pub use regression::{Regression, Rows};
 pub use runs::Runs;
@@ -206,6 +210,14 @@ pub enum SetupError {
         rows: usize,
         /// The number of parameters, or of instruments.
         needed: usize,
+    },
+    /// A dead time as long as the record.
+    #[error("a dead time of {seconds} s; expected one below the {record} s of the record")]
+    LongDeadTime {
+        /// The dead time, or the end of its range.
+        seconds: f64,
+        /// The samples times the time between them.
+        record: f64,
     },
     /// theta0 does not fit the orders.
     #[error("theta0 has {given} numbers; orders {orders} have {} parameters", .orders.parameters())]

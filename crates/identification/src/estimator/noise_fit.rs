@@ -1,7 +1,7 @@
 //! The noise model `D w = C e` of refined instrumental variables, fitted by prediction errors to `w = y - B/F u`.
 
 use super::covariance::Covariance;
-use super::prediction_error::Descent;
+use super::prediction_error::{Descent, OfRecord};
 use super::{FailureKind, Runs};
 use crate::model::{LinearModel, Orders};
 
@@ -29,7 +29,8 @@ impl NoiseFit {
             ..Orders::default()
         };
         Self {
-            search: (nc + nd > 0).then(|| Descent::new(arma, 0, Runs::new(&[window]))),
+            search: (nc + nd > 0)
+                .then(|| Descent::new(arma, OfRecord::default(), Runs::new(&[window]))),
             theta: vec![0.0; nd + nc],
             nd,
             silence: vec![0.0; window],

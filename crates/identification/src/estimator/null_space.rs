@@ -36,6 +36,18 @@ pub(super) struct HighOrder {
     pub(super) grows: bool,
     /// Whether the largest order cuts a response: its last tenth explains more of y than chance.
     pub(super) is_cut: bool,
+    pub(super) equations: Equations,
+}
+
+/// The equations of a high-order model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Equations {
+    /// Those of all samples, with zeros before the record.
+    Prewindow,
+    /// Those whose samples are all in the record.
+    Complete,
+    /// The same with a constant.
+    WithConstant,
 }
 
 impl HighOrder {
@@ -60,6 +72,7 @@ impl HighOrder {
             chosen: 0,
             grows: false,
             is_cut: false,
+            equations: Equations::Prewindow,
         }
     }
 
@@ -71,6 +84,11 @@ impl HighOrder {
     /// The order that was given, as far as [`Self::fit`] reached it, or that by AIC; 0 if there is none.
     pub(super) fn order(&self) -> usize {
         self.given.map_or(self.chosen, |_| self.reached)
+    }
+
+    /// The largest order.
+    pub(super) fn most(&self) -> usize {
+        self.most
     }
 
     /// The model of an order that [`Self::fit`] reached.
@@ -112,29 +130,43 @@ impl HighOrder {
     fn fit_to(&mut self, u: &[f64], y: &[f64]) {
         let (m, step, nk) = (self.most, self.step(), self.delay);
         let (width, input) = (m * step, step - 1);
+        // The first equation that counts.
+        let first = match self.equations {
+            Equations::Prewindow => 0,
+            _ => (m * (step - 1)).max(nk + m - 1).min(y.len()),
+        };
+        let with_constant = self.equations == Equations::WithConstant;
+        let equations = Sums {
+            first,
+            with_constant,
+        };
         let normal = &mut self.normal;
         normal.clear(width);
-        lagged_products(u, u, (nk, m), (nk, m), |i, j, value| {
-            normal.put(step * i + input, step * j + input, value);
+        equations.products((u, nk, m), (u, nk, m), |i, j, value| {
+            normal.add(step * i + input, step * j + input, value);
         });
-        lagged_products(u, y, (nk, m), (0, 1), |i, _, value| {
-            normal.put(step * i + input, width, value);
+        equations.products((u, nk, m), (y, 0, 1), |i, _, value| {
+            normal.add(step * i + input, width, value);
         });
         if self.with_outputs {
-            lagged_products(y, y, (1, m), (1, m), |i, j, value| {
-                normal.put(step * i, step * j, value);
+            equations.products((y, 1, m), (y, 1, m), |i, j, value| {
+                normal.add(step * i, step * j, value);
             });
-            lagged_products(y, u, (1, m), (nk, m), |i, j, value| {
-                normal.put(step * i, step * j + 1, -value);
-                normal.put(step * j + 1, step * i, -value);
+            equations.products((y, 1, m), (u, nk, m), |i, j, value| {
+                normal.add(step * i, step * j + 1, -value);
+                normal.add(step * j + 1, step * i, -value);
             });
-            lagged_products(y, y, (1, m), (0, 1), |i, _, value| {
-                normal.put(step * i, width, -value);
+            equations.products((y, 1, m), (y, 0, 1), |i, _, value| {
+                normal.add(step * i, width, -value);
             });
         }
         self.reached = normal.factorise(TINY) / step;
-        let samples = y.len() as f64;
-        let square: f64 = y.iter().map(|y| y * y).sum();
+        let mut samples = (y.len() - first) as f64;
+        let mut square: f64 = y[first..].iter().map(|y| y * y).sum();
+        if with_constant {
+            square -= y[first..].iter().sum::<f64>().powi(2) / samples;
+            samples -= 1.0;
+        }
         let mut rest = square;
         let mut least = f64::INFINITY;
         self.chosen = 0;
@@ -153,6 +185,48 @@ impl HighOrder {
         }
         let squares = normal.right[..self.reached * step].iter().map(|x| x * x);
         self.is_cut = is_cut(squares, rest / (samples - width as f64), square);
+    }
+}
+
+/// Sums over the equations from the first that counts.
+#[derive(Clone, Copy)]
+struct Sums {
+    first: usize,
+    /// Whether they have a constant, which is eliminated.
+    with_constant: bool,
+}
+
+impl Sums {
+    /// Calls `add` with terms of the inner products of delayed signals, each a signal, its first delay and their count.
+    fn products(
+        self,
+        (a, of_a, count_a): (&[f64], usize, usize),
+        (b, of_b, count_b): (&[f64], usize, usize),
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        let Self { first, .. } = self;
+        let (of, with) = ((of_a, count_a), (of_b, count_b));
+        lagged_products(a, b, of, with, &mut add);
+        if first > 0 {
+            let before = |i, j, value: f64| add(i, j, -value);
+            lagged_products(&a[..first], &b[..first], of, with, before);
+        }
+        if self.with_constant {
+            let sums = |signal: &[f64], (delay, count): (usize, usize)| -> Vec<f64> {
+                let sum = |late: usize| {
+                    let late = delay + late;
+                    let part = first.saturating_sub(late)..signal.len().saturating_sub(late);
+                    signal[part].iter().sum()
+                };
+                (0..count).map(sum).collect()
+            };
+            let (of_a, of_b) = (sums(a, of), sums(b, with));
+            for (i, of_a) in of_a.iter().enumerate() {
+                for (j, of_b) in of_b.iter().enumerate() {
+                    add(i, j, -of_a * of_b / (a.len() - first) as f64);
+                }
+            }
+        }
     }
 }
 
@@ -260,6 +334,17 @@ impl NullSpaceFit {
     pub(super) fn follow_the_record(mut self) -> Self {
         self.high.grows = !self.high.with_outputs && self.high.given.is_none();
         self
+    }
+
+    /// Takes other equations of the high-order model.
+    pub(super) fn of_equations(mut self, equations: Equations) -> Self {
+        self.high.equations = equations;
+        self
+    }
+
+    /// How many samples the equations of the largest high-order model look back.
+    pub(super) fn memory(&self) -> usize {
+        self.high.most + self.orders.nk
     }
 
     /// Whether the high-order model of an output-error structure cuts the response.

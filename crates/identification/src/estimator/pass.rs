@@ -8,6 +8,7 @@ use crate::model::{ContinuousModel, LinearModel, Orders, Units, multiply};
 use crate::observer::ObservedModel;
 use crate::plant::canonical::reverse_negated;
 use crate::plant::stability::is_stable;
+use std::borrow::Cow;
 
 /// The stage of the paper's algorithm in which something failed.
 #[derive(
@@ -76,6 +77,15 @@ impl std::fmt::Display for Failure {
     }
 }
 
+/// The constant mu of the output in `A (y - mu) = B/F u + C/D e`, in y's unit.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Offset {
+    /// mu.
+    pub value: f64,
+    /// Its standard error; NaN without a covariance.
+    pub se: f64,
+}
+
 /// How much of a pass is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Progress {
@@ -98,8 +108,10 @@ pub struct Pass {
     pub continuous: ContinuousModel,
     /// The mean squared prediction error over the window; NaN if the estimator does not report it.
     pub loss: f64,
-    /// How many numbers of the record's start were fitted together with the model's parameters.
+    /// How many numbers of the records were fitted together with the model's parameters: of their starts, and offsets.
     pub start_numbers: usize,
+    /// The constant of y in each record, if it was estimated: the model, x0 and the loss are of y less it.
+    pub offsets: Vec<Offset>,
     /// The number of iterations of an iterative estimator.
     pub iterations: Option<usize>,
     /// The variances of the noises of y and u, if the estimator has them.
@@ -142,6 +154,7 @@ impl Pass {
             continuous: ContinuousModel::default(),
             loss: f64::NAN,
             start_numbers: 0,
+            offsets: Vec::new(),
             iterations: None,
             noise_variances: None,
             minima: None,
@@ -160,9 +173,19 @@ impl Pass {
         }
     }
 
-    /// The number of parameters that were fitted, those of the record's start too: what criteria of orders count.
+    /// The number of parameters that were fitted, those of the record's start and offset too: what criteria of orders
+    /// count.
     pub fn fitted_numbers(&self) -> usize {
         self.model.orders().parameters() + self.start_numbers
+    }
+
+    /// Returns y of the i-th of the records that were fitted less its offset, of which the model is; y itself if none
+    /// was estimated.
+    pub fn less_offset<'a>(&self, i: usize, y: &'a [f64]) -> Cow<'a, [f64]> {
+        match self.offsets.get(i) {
+            None => y.into(),
+            Some(Offset { value, .. }) => y.iter().map(|y| y - value).collect(),
+        }
     }
 
     /// Clears all results.
@@ -175,6 +198,7 @@ impl Pass {
         self.continuous.numerator.clear();
         self.loss = f64::NAN;
         self.start_numbers = 0;
+        self.offsets.clear();
         self.iterations = None;
         self.noise_variances = None;
         self.minima = None;
@@ -194,6 +218,7 @@ impl Pass {
             continuous,
             loss,
             start_numbers,
+            offsets,
             iterations,
             noise_variances,
             minima,
@@ -214,6 +239,7 @@ impl Pass {
         self.continuous.clone_from(continuous);
         self.loss = *loss;
         self.start_numbers = *start_numbers;
+        self.offsets.clone_from(offsets);
         self.iterations = *iterations;
         self.noise_variances = *noise_variances;
         self.minima = *minima;
@@ -333,6 +359,8 @@ impl Pass {
             multiply(number, units.gain(), &mut lost);
         }
         let states = self.x0.iter_mut().chain(&mut self.singular_values);
+        let of_offsets = self.offsets.iter_mut();
+        let states = states.chain(of_offsets.flat_map(|Offset { value, se }| [value, se]));
         for number in states.chain([&mut self.loss]) {
             multiply(number, units.output, &mut lost);
         }

@@ -22,8 +22,8 @@ impl<T: SinglePass> Estimator for T {
     }
 }
 
-/// An iteration to a model, with all signals zero before the record. One that does not come to rest may leave its best
-/// model ([`FailureKind::leaves_a_model`]), without covariance and condition.
+/// An iteration to a model. One that does not come to rest may leave its best model
+/// ([`FailureKind::leaves_a_model`]), without covariance and condition.
 pub trait Iteration: Send {
     /// Iterates; counts the steps, and tells the condition of the last.
     ///
@@ -46,6 +46,11 @@ pub trait Iteration: Send {
     /// Returns the model that was found.
     fn model(&self) -> &LinearModel;
 
+    /// Writes what is of the record beside the model: its start, at rest by default.
+    fn of_record(&mut self, _window: Window<'_>, pass: &mut Pass) {
+        pass.start_at_zero();
+    }
+
     /// Returns the model in continuous time, if the method has one.
     fn continuous(&self) -> Option<&ContinuousModel> {
         None
@@ -65,8 +70,10 @@ impl<T: Iteration> SinglePass for T {
         pass.set_model(self.model(), condition)?;
         if let Some(continuous) = self.continuous() {
             pass.continuous.clone_from(continuous);
+            // A pole at 1 has rounding on either side.
+            pass.unstable |= continuous.has_integrator();
         }
-        pass.start_at_zero();
+        self.of_record(window, pass);
         found
     }
 }

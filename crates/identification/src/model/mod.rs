@@ -11,7 +11,7 @@ mod realisation;
 mod units;
 
 pub use continuous::{ContinuousModel, Hold};
-pub(crate) use continuous::{Sampled, controller_form, output_of};
+pub(crate) use continuous::{Sampled, controller_form, output_of, row_times_form};
 pub use equation::Equation;
 pub(crate) use orders::LARGEST;
 pub use orders::{Orders, OrdersError};
@@ -233,6 +233,20 @@ impl LinearModel {
     pub fn static_gain(&self) -> f64 {
         let sum = |c: &[f64]| c.iter().sum::<f64>();
         sum(&self.b) / (sum(&self.a) * sum(&self.f))
+    }
+
+    /// Returns the derivatives of [`Self::static_gain`] with respect to the parameters, in the order A, B, C, D, F.
+    pub fn static_gain_gradient(&self) -> Vec<f64> {
+        let sum = |c: &[f64]| c.iter().sum::<f64>();
+        let (a, f, gain) = (sum(&self.a), sum(&self.f), self.static_gain());
+        let orders = self.orders();
+        [
+            vec![-gain / a; orders.na],
+            vec![1.0 / (a * f); orders.nb],
+            vec![0.0; orders.nc + orders.nd],
+            vec![-gain / f; orders.nf],
+        ]
+        .concat()
     }
 
     /// Returns the denominator `A F` of the part that u drives.

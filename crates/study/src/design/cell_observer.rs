@@ -91,6 +91,7 @@ impl CellObserver {
         y: &[f64],
         visit: impl FnMut(usize, &[f64]),
     ) -> Result<(), FailureKind> {
+        let y = &pass.less_offset(0, y);
         match self {
             Self::Luenberger(observer) => observer.run(model, u, y, visit),
             Self::Gpebo(observer) => observer.run(model, u, y, visit),
@@ -125,6 +126,7 @@ pub fn stage_twelve(
         return None;
     }
     let start = ("xhat(0)", model.x0.to_vec());
+    let y = &pass.less_offset(0, y);
     let mut used = match CellObserver::new(cell, method).ok()? {
         CellObserver::Luenberger(mut observer) => {
             observer.run(model, u, y, visit).ok()?;

@@ -51,7 +51,7 @@ fn errors_in_variables(runs: u64, seed: u64) -> Result<Estimates, FitError> {
         hold: Hold::First,
         ..ContinuousModel::default()
     };
-    let mut plant = LinearModel::zero(ContinuousModel::sampled_orders(2, 2, Hold::First, 0));
+    let mut plant = LinearModel::zero(ContinuousModel::sampled_orders(2, 2, Hold::First, 0.0));
     truth.sample(&mut plant);
     let options = SrivcOptions {
         orders: Some(Orders {

@@ -27,6 +27,8 @@ const LOOP_LEVEL: f64 = 0.05;
 /// The source of the trials.
 pub(super) struct Case {
     pub(super) report: Report,
+    /// The constant that was estimated, and is subtracted from the report's y.
+    pub(super) offset: Option<f64>,
     /// Hints of `estimate` on the record.
     pub(super) hints: Vec<String>,
     pub(super) model: LinearModel,
@@ -52,10 +54,10 @@ impl Case {
         }
         let file = &estimator.record.file;
         let found = record::read(file, &estimator.record)?.whole(file, "study-from")?;
-        let report = load(estimator, orders(estimator)?, found)?;
+        let mut report = load(estimator, orders(estimator)?, found)?;
         check_unit(&report)?;
         // Before a model is refused, for which the offset may be the reason.
-        hints::warn_of_offset(&report);
+        hints::warn_of_offset(&report, estimator.options.has("offset"));
         let mut estimate = one_estimator::estimate(estimator, name, &report)?;
         let path = report.file.display();
         let refused = |message: &str| Error::Input(format!("{path}: {name}: {message}"));
@@ -98,7 +100,8 @@ impl Case {
                 "the information matrix is singular; expected smaller orders",
             ));
         }
-        let x0 = pass.x0;
+        // The study is of y less its offset.
+        report.record.y = pass.less_offset(0, &report.record.y).into_owned();
         let residuals = last.residuals;
         check_loop(arguments, residuals.as_ref()).map_err(|message| refused(&message))?;
         let u = report.record.u[..report.window].to_vec();
@@ -134,16 +137,29 @@ impl Case {
         };
         Ok(Self {
             report,
+            offset: pass.offsets.first().map(|offset| offset.value),
             hints: estimate.hints,
             model,
             plant,
-            x0,
+            x0: pass.x0,
             residuals,
             input,
             spectrum,
             drawn,
             feedback: arguments.feedback.clone(),
         })
+    }
+
+    /// Returns what is subtracted from the record, in words.
+    pub(super) fn detrended(&self) -> String {
+        let offset = self
+            .offset
+            .map(|mu| format!(", y less its offset {}", rounded(mu, 6)));
+        format!(
+            "detrend {}{}",
+            self.report.detrend,
+            offset.unwrap_or_default()
+        )
     }
 
     /// Returns the setting `eta`: the standard deviation of the noise e, per cent of a unit of y.

@@ -98,9 +98,9 @@ fn write(
     let (name, n) = (arguments.estimator, case.report.window);
     writeln!(
         text,
-        "# A study of the record {record}: {n} samples, detrend {}. Its plant and noise are those that {name} \
+        "# A study of the record {record}: {n} samples, {}. Its plant and noise are those that {name} \
          estimated:",
-        case.report.detrend
+        case.detrended()
     )?;
     let equation = case.model.equation().rounded(6).to_string();
     for line in equation.lines() {

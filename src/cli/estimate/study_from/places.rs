@@ -72,9 +72,9 @@ impl Places {
                 let mut content = Vec::new();
                 let comments = [
                     format!(
-                        "asobench record of {}, detrend {}",
+                        "asobench record of {}, {}",
                         case.report.file.display(),
-                        case.report.detrend
+                        case.detrended()
                     ),
                     format!("order: {}", case.plant.order()),
                 ];

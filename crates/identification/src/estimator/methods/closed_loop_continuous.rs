@@ -6,7 +6,7 @@
 //! system identification*, SYSID 2009.
 
 use super::closed_loop_iv::check_long;
-use super::continuous_iv::ContinuousIv;
+use super::continuous_iv::{ContinuousIv, Structure};
 use crate::data::OutputFeedback;
 use crate::estimator::loop_input::LoopInput;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
@@ -45,6 +45,7 @@ impl ClrivcOptions {
             hold: self.hold,
             ts: self.ts,
             stabilise: self.stabilise,
+            ..RivcOptions::default()
         }
     }
 }
@@ -86,14 +87,19 @@ impl MethodKind for ClrivcOptions {
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let window = problem.shape.window;
         let source = LoopInput::new(self.controller.clone(), self.long, window)?;
+        let orders = self.as_rivc().orders(problem.shape.order);
         let continuous = ContinuousModel {
             step: self.ts.unwrap_or(1.0),
             hold: self.hold,
+            dead_time: (orders.nk - 1) as f64,
             ..ContinuousModel::default()
         };
-        let orders = self.as_rivc().orders(problem.shape.order);
+        let structure = Structure {
+            orders,
+            ..Structure::default()
+        };
         let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
-        let method = ContinuousIv::new(orders, continuous, stabilise, window)?;
+        let method = ContinuousIv::new(structure, continuous, stabilise, window)?;
         Ok(Box::new(method.with_source(source)))
     }
 }

@@ -28,7 +28,7 @@ mod wnsf;
 pub use arx::{Arx, ArxOptions};
 pub use closed_loop_continuous::ClrivcOptions;
 pub use closed_loop_iv::ClrivOptions;
-pub use continuous_iv::{ContinuousIv, RivcOptions, SrivcOptions};
+pub use continuous_iv::{ContinuousIv, DeadTime, DeadTimeError, RivcOptions, SrivcOptions};
 pub use errors_in_variables::{BelsOptions, ErrorsInVariables, IvCompensatedOptions, TlsOptions};
 pub use indirect::{Indirect, IndirectOptions};
 pub use instrumental_variables::InstrumentalVariables;

@@ -6,18 +6,26 @@
 //! Steiglitz-McBride method", Automatica 89 (2018), 221-234.
 
 use super::output_error_iteration::{
-    OutputErrorIteration, check_output_error, output_error, output_errors,
+    MOST_PASSES, OutputErrorIteration, PROGRESS, ROUND, check_output_error, output_error,
+    output_errors,
 };
+use crate::estimator::covariance::Covariance;
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::lag_sums::check_squares;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
+use crate::estimator::noise_fit::{REST, replace};
 use crate::estimator::null_space::HighOrder;
+use crate::estimator::offset::{Levels, OffsetChoice};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::output_gradient::OutputGradient;
-use crate::estimator::reflection::Stabilise;
+use crate::estimator::prediction_error::{Beside, Descent, InitialCondition};
+use crate::estimator::reflection::{Stabilise, stay_stable};
 use crate::estimator::regression::covariance_of_triangle;
-use crate::estimator::{Estimator, FailureKind, Iteration, SetupError, Window, enough_equations};
+use crate::estimator::{
+    Estimator, FailureKind, Iteration, Offset, Pass, Runs, SetupError, Window, enough_equations,
+};
 use crate::model::polynomial::filter;
-use crate::model::{LinearModel, Orders};
+use crate::model::{LinearModel, Orders, Units};
 
 /// The output that the iteration fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +50,11 @@ macro_rules! filtered_iteration {
                 /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the
                 /// method fails).
                 pub stabilise: Option<Stabilise>,
+                /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
+                pub initial: InitialCondition,
+                /// A constant mu of the output, `A (y - mu) = B/F u + C/D e`: none, or estimate, together with the
+                /// parameters.
+                pub offset: OffsetChoice,
             }
         }
 
@@ -58,7 +71,7 @@ macro_rules! filtered_iteration {
             }
 
             fn begins_at_rest(&self) -> bool {
-                true
+                self.initial == InitialCondition::Zero
             }
 
             fn takes_memory(&self) -> bool {
@@ -70,7 +83,11 @@ macro_rules! filtered_iteration {
                 let window = problem.shape.window;
                 let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
                 let method = Morsm::new(orders, $output, self.high_order, stabilise, window)?;
-                Ok(Box::new(method))
+                let beside = Beside {
+                    initial: self.initial,
+                    offset: self.offset,
+                };
+                Ok(Box::new(method.with(beside)?))
             }
         }
     };
@@ -82,8 +99,18 @@ filtered_iteration!(MorsmOptions, "The options of `morsm`.", Output::Simulated);
 /// Steiglitz and McBride's iteration on `A_h u` and either output, A_h and B_h by least squares. The noise behind A_h
 /// is white, so with psi the gradient of `B/F A_h u` the covariance is `s^2 (psi'psi)^-1`, s^2 the variance of
 /// `A_h (y - B/F u)`.
+///
+/// Where the start or an offset mu is fitted too, the high-order model has complete equations alone, and a constant for
+/// mu. From its order on the filtered signals know all of the past that they need, so they are a record of `B/F` with a
+/// start and the offset `A_h(1) mu`. The iteration on the measured output has the columns of both in its least squares.
 pub struct Morsm {
     output: Output,
+    beside: Beside,
+    /// Of the last record, if the start or an offset is fitted.
+    filtered: Option<Filtered>,
+    levels: Option<Levels>,
+    offsets: Vec<Offset>,
+    stabilise: Stabilise,
     high: HighOrder,
     iteration: OutputErrorIteration,
     gradient: OutputGradient,
@@ -109,6 +136,11 @@ impl Morsm {
         let signal = || vec![0.0; window];
         Ok(Self {
             output,
+            beside: Beside::default(),
+            filtered: None,
+            levels: None,
+            offsets: Vec::new(),
+            stabilise,
             high,
             iteration: OutputErrorIteration::new(orders, window, false, stabilise)?,
             gradient: OutputGradient::new(orders, window),
@@ -120,10 +152,22 @@ impl Morsm {
             scratch: vec![0.0; orders.parameters()],
         })
     }
-}
 
-impl Iteration for Morsm {
-    fn find(
+    /// Fits the start or an offset too.
+    fn with(mut self, beside: Beside) -> Result<Self, SetupError> {
+        if beside != Beside::default() {
+            let (orders, window) = (self.model.orders(), self.u.len());
+            let fitted = self.scratch.len() + beside.count(orders);
+            let needed = fitted.max(2 * self.high.most() + 1) + self.high.most() + orders.nk;
+            enough_equations(orders, window, window, needed)?;
+            self.high.equations = beside.equations();
+        }
+        self.levels = beside.levels();
+        self.beside = beside;
+        Ok(self)
+    }
+
+    fn find_in(
         &mut self,
         Window { u, y, .. }: Window<'_>,
         passes: &mut usize,
@@ -137,17 +181,216 @@ impl Iteration for Morsm {
         }
         let high = self.high.model(order);
         filter(&high.a, u, &mut self.u);
-        match self.output {
-            Output::Measured => filter(&high.a, y, &mut self.y),
-            Output::Simulated => filter(&high.b, u, &mut self.y),
+        filter(&high.a, y, &mut self.y);
+        if self.beside != Beside::default() {
+            let later = |signal: &[f64]| signal[order..].to_vec();
+            let gain = high.a.iter().sum();
+            let signals = [later(&self.u), later(&self.y)];
+            let filtered = Filtered::new(self.model.orders(), self.beside, signals, gain);
+            let filtered = self.filtered.insert(filtered);
+            if self.output == Output::Measured {
+                let found = filtered.find(&mut self.model, self.stabilise, passes);
+                *condition = filtered.condition;
+                return found;
+            }
+        }
+        if self.output == Output::Simulated {
+            filter(&high.b, u, &mut self.y);
         }
         let window = Window::new(&self.u, &self.y, y.len());
-        self.iteration.find(window, passes, condition)
+        let found = self.iteration.find(window, passes, condition);
+        self.model.assign(self.iteration.model());
+        found
+    }
+
+    /// Computes the covariance with the start and the offset, and the offset itself. Returns the sum of squared output
+    /// errors from the best start.
+    fn conclude_beside(&mut self, window: Window<'_>, at_rest: bool) -> Result<f64, FailureKind> {
+        let (Some(filtered), model) = (&mut self.filtered, &mut self.model) else {
+            return Err(FailureKind::RankDeficient);
+        };
+        model.covariance.clear();
+        let about = filtered.conclude(model, at_rest)?;
+        let mut y = window.y.to_vec();
+        self.offsets.clear();
+        if let Some(levels) = &self.levels {
+            self.offsets = levels.offsets(model, &about, Units::ONE)?;
+            y.iter_mut().for_each(|y| *y -= self.offsets[0].value);
+        }
+        let start = Beside::from(self.beside.initial);
+        let orders = model.orders();
+        let mut errors = Descent::new(orders, start.of(orders), Runs::new(&[y.len()]));
+        let sum = errors.concentrate(window.u, &y, model.parameters());
+        let sum = sum.ok_or(FailureKind::UnstablePredictor)?;
+        let fitted = self.scratch.len() + self.beside.count(orders);
+        model.noise_variance = sum / (y.len() - fitted) as f64;
+        Ok(sum)
+    }
+}
+
+/// The signals filtered by a high-order model, from its order on.
+struct Filtered {
+    signals: [Vec<f64>; 2],
+    /// `A_h(1)`.
+    gain: f64,
+    /// `A z = B w + C e` with `C = F` of the pass before, whose A is F: Steiglitz-McBride with the columns of the
+    /// record.
+    step: Descent,
+    /// `z = B/F w + e`.
+    errors: Descent,
+    condition: f64,
+}
+
+impl Filtered {
+    fn new(orders: Orders, beside: Beside, signals: [Vec<f64>; 2], gain: f64) -> Self {
+        // Its start is always fitted: the first samples that the filter reaches are left out.
+        let beside = Beside {
+            initial: InitialCondition::Estimate,
+            ..beside
+        };
+        let of_record = beside.of(orders);
+        let refined = Orders {
+            na: orders.nf,
+            nc: orders.nf,
+            nf: 0,
+            ..orders
+        };
+        let runs = Runs::new(&[signals[0].len()]);
+        Self {
+            signals,
+            gain,
+            step: Descent::new(refined, of_record, runs.clone()),
+            errors: Descent::new(orders, of_record, runs),
+            condition: f64::NAN,
+        }
+    }
+
+    /// Iterates until F does not change; the best model of all passes if it never stays.
+    fn find(
+        &mut self,
+        model: &mut LinearModel,
+        stabilise: Stabilise,
+        passes: &mut usize,
+    ) -> Result<(), FailureKind> {
+        let Orders { nb, nf, .. } = model.orders();
+        let [u, y] = &self.signals;
+        let (plant, of_c) = (nf + nb, nf + nb..2 * nf + nb);
+        let mut theta = vec![0.0; self.step.theta().len()];
+        let (mut share, mut asked) = (1.0, f64::INFINITY);
+        let (mut best, mut least) = (None::<Vec<f64>>, f64::INFINITY);
+        let mut scratch = Vec::new();
+        *passes = 0;
+        loop {
+            let mut new = theta.clone();
+            if !self.step.step_beside(u, y, &mut new, of_c.clone()) {
+                return Err(FailureKind::RankDeficient);
+            }
+            let [way, size] = replace(&mut theta[..plant], &new[..plant], share, |_| 1.0);
+            theta[of_c.end..].copy_from_slice(&new[of_c.end..]);
+            let change = way / size;
+            model.f[1..].copy_from_slice(&theta[..nf]);
+            model.b[model.delay..].copy_from_slice(&theta[nf..plant]);
+            if *passes > 0 && change <= REST {
+                return self.rest(model).map(|_| ());
+            }
+            if *passes == MOST_PASSES {
+                let best = best.ok_or(FailureKind::UnstablePredictor)?;
+                model.set_parameters(&best);
+                return Err(FailureKind::IterationLimit);
+            }
+            *passes += 1;
+            stay_stable(&mut model.f, stabilise, &mut scratch)?;
+            if let Some(sum) = self.errors.concentrate(u, y, model.parameters())
+                && sum < least
+            {
+                (least, best) = (sum, Some(model.parameters().collect()));
+            }
+            if passes.is_multiple_of(ROUND) {
+                if change > PROGRESS * asked
+                    && let Some(best) = &best
+                {
+                    share /= 2.0;
+                    model.set_parameters(best);
+                    theta[nf..plant].copy_from_slice(&model.b[model.delay..]);
+                }
+                asked = change;
+            }
+            theta[..nf].copy_from_slice(&model.f[1..]);
+            theta[of_c.clone()].copy_from_slice(&model.f[1..]);
+        }
+    }
+
+    /// Finds the start and the offset at a model, and the condition there. Returns the sum of squared errors and all
+    /// parameters.
+    fn rest(&mut self, model: &LinearModel) -> Result<(f64, Vec<f64>), FailureKind> {
+        let [u, y] = &self.signals;
+        let sum = self.errors.concentrate(u, y, model.parameters());
+        let sum = sum.ok_or(FailureKind::UnstablePredictor)?;
+        let theta = self.errors.theta().to_vec();
+        self.condition = self.errors.condition(u, y, &theta)?;
+        Ok((sum, theta))
+    }
+
+    /// Computes the covariance of the parameters and the offset, if the iteration came to rest; returns the offset
+    /// about the levels, if there is one.
+    fn conclude(
+        &mut self,
+        model: &mut LinearModel,
+        at_rest: bool,
+    ) -> Result<Vec<f64>, FailureKind> {
+        let n = model.orders().parameters();
+        let (sum, theta) = self.rest(model)?;
+        if at_rest {
+            let variance = sum / (self.signals[1].len() - theta.len()) as f64;
+            let covariance = &mut model.covariance;
+            self.errors
+                .covariance(Covariance::White, variance, covariance);
+            let width = covariance.len().isqrt();
+            for i in n..width {
+                for j in 0..width {
+                    covariance[i * width + j] /= self.gain;
+                    covariance[j * width + i] /= self.gain;
+                }
+            }
+        }
+        Ok(vec![theta[n] / self.gain])
+    }
+}
+
+impl Iteration for Morsm {
+    fn find(
+        &mut self,
+        window: Window<'_>,
+        passes: &mut usize,
+        condition: &mut f64,
+    ) -> Result<(), FailureKind> {
+        let mut levels = self.levels.take();
+        let seen = match &mut levels {
+            Some(levels) => levels.subtract(window, &Runs::new(&[window.len()])),
+            None => window,
+        };
+        let found = self.find_in(seen, passes, condition);
+        self.levels = levels;
+        found
+    }
+
+    fn of_record(&mut self, window: Window<'_>, pass: &mut Pass) {
+        let orders = self.model.orders();
+        pass.start_numbers = self.beside.count(orders);
+        pass.offsets.clone_from(&self.offsets);
+        let start = match self.beside.initial {
+            InitialCondition::Zero => StartState::Zero,
+            InitialCondition::Estimate => StartState::Estimate,
+        };
+        let y = pass.less_offset(0, window.y);
+        StateEstimate::new(orders.order(), start).estimate(Window { y: &y, ..window }, 0, pass);
     }
 
     fn conclude(&mut self, window: Window<'_>, at_rest: bool) -> Result<f64, FailureKind> {
+        if self.beside != Beside::default() {
+            return self.conclude_beside(window, at_rest);
+        }
         let (Window { u, y, .. }, model) = (window, &mut self.model);
-        model.assign(self.iteration.model());
         let sum = output_errors(model, u, y, [&mut self.e, &mut self.x]);
         if at_rest {
             let high = self.high.model(self.high.order());
@@ -183,11 +426,13 @@ mod tests {
                 orders,
                 high_order,
                 stabilise,
+                ..BjsmOptions::default()
             }),
             Box::new(MorsmOptions {
                 orders,
                 high_order,
                 stabilise,
+                ..MorsmOptions::default()
             }),
         ]
     }
@@ -208,6 +453,7 @@ mod tests {
     #[test]
     fn fixed_points_of_another_program() {
         let cases: Value = serde_json::from_str(include_str!("morsm.json")).unwrap();
+        assert_eq!(cases.as_array().unwrap().len(), 14);
         for case in cases.as_array().unwrap() {
             let number = |key: &str| case[key].as_u64().unwrap() as usize;
             let file = case["file"].as_str().unwrap();
@@ -216,12 +462,49 @@ mod tests {
             let n = number("N");
             let orders: Orders = case["orders"].as_str().unwrap().parse().unwrap();
             let place = usize::from(case["method"] == "morsm");
-            let options = &both(orders, Some(number("high_order")))[place];
-            let pass = estimate(options.as_ref(), 2, &record.u[..n], &record.y[..n]);
+            let high_order = Some(number("high_order"));
+            let orders = Some(orders);
+            let initial = match case["initial"].as_str() {
+                Some("estimate") => InitialCondition::Estimate,
+                _ => InitialCondition::Zero,
+            };
+            let offset = match case["offset"].as_f64() {
+                Some(_) => OffsetChoice::Estimate,
+                None => OffsetChoice::None,
+            };
+            let options: [Box<dyn MethodKind>; 2] = [
+                Box::new(BjsmOptions {
+                    orders,
+                    high_order,
+                    initial,
+                    offset,
+                    ..BjsmOptions::default()
+                }),
+                Box::new(MorsmOptions {
+                    orders,
+                    high_order,
+                    initial,
+                    offset,
+                    ..MorsmOptions::default()
+                }),
+            ];
+            let shifted = |signal: &[f64], i: usize| -> Vec<f64> {
+                let added = case["added"][i].as_f64().unwrap_or(0.0);
+                signal[..n].iter().map(|x| x + added).collect()
+            };
+            let (u, y) = (shifted(&record.u, 0), shifted(&record.y, 1));
+            let pass = estimate(options[place].as_ref(), 2, &u, &y);
             assert_eq!(pass.failure, None, "{file}");
             let errors = pass.model.standard_errors().unwrap();
-            let expected = case["theta"].as_array().unwrap();
-            for (i, (found, expected)) in pass.model.parameters().zip(expected).enumerate() {
+            let offsets = pass.offsets.iter();
+            let errors: Vec<f64> = errors
+                .into_iter()
+                .chain(offsets.clone().map(|of| of.se))
+                .collect();
+            let found = pass.model.parameters().chain(offsets.map(|of| of.value));
+            let expected = case["theta"].as_array().unwrap().iter();
+            let expected = expected.chain(case["offset"].as_f64().map(|_| &case["offset"]));
+            for (i, (found, expected)) in found.zip(expected).enumerate() {
                 let expected = expected.as_f64().unwrap();
                 assert!(
                     (found - expected).abs() < 1e-7,

@@ -13,11 +13,12 @@ use super::state_sequence::model_orders;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::covariance::Covariance;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
+use crate::estimator::offset::{Levels, OffsetChoice};
 use crate::estimator::option_error::OptionError;
-use crate::estimator::prediction_error::{InitialCondition, PredictionError};
+use crate::estimator::prediction_error::{Beside, InitialCondition, PredictionError};
 use crate::estimator::{
-    CvaOptions, Estimator, FailureKind, ParsimKOptions, Pass, SetupError, SinglePass, SsarxOptions,
-    Window,
+    CvaOptions, Estimator, FailureKind, ParsimKOptions, Pass, Runs, SetupError, SinglePass,
+    SsarxOptions, Window,
 };
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -47,6 +48,9 @@ options! {
         pub block_rows: Option<usize>,
         /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
         pub initial: InitialCondition,
+        /// A constant mu of the output, `A (y - mu) = B/F u + C/D e`: none, or estimate, together with the
+        /// parameters.
+        pub offset: OffsetChoice,
         /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
         pub covariance: Option<Covariance>,
         /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the last
@@ -122,12 +126,17 @@ impl MethodKind for PemOptions {
             });
         }
         let window = problem.shape.window;
-        let mut search = PredictionError::new(orders, 0, self.initial, window)?;
+        let beside = Beside {
+            initial: self.initial,
+            offset: self.offset,
+        };
+        let mut search = PredictionError::new(orders, 0, beside, window)?;
         search.set_covariance(self.covariance.unwrap_or_default());
         Ok(Box::new(Pem {
             start: self.start(of_order(orders.na), problem)?,
             found: Pass::new(orders.na),
             search: with_ssarx(search, orders, problem),
+            levels: beside.levels(),
         }))
     }
 }
@@ -160,13 +169,19 @@ struct Pem {
     start: Box<dyn Estimator>,
     found: Pass,
     search: PredictionError,
+    /// The levels about which the subspace method sees a record with an offset.
+    levels: Option<Levels>,
 }
 
 impl SinglePass for Pem {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let found = &mut self.found;
         found.clear();
-        self.start.estimate(window, std::slice::from_mut(found));
+        let seen = match &mut self.levels {
+            Some(levels) => levels.subtract(window, &Runs::new(&[window.len()])),
+            None => window,
+        };
+        self.start.estimate(seen, std::slice::from_mut(found));
         pass.singular_values.clone_from(&found.singular_values);
         pass.correlations.clone_from(&found.correlations);
         found.failure.map_or(Ok(()), |failure| Err(failure.kind))?;

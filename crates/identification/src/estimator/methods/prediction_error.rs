@@ -4,8 +4,9 @@ use super::pem::with_ssarx;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::covariance::Covariance;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
+use crate::estimator::offset::OffsetChoice;
 use crate::estimator::option_error::OptionError;
-use crate::estimator::prediction_error::{InitialCondition, PredictionError, SearchStarts};
+use crate::estimator::prediction_error::{Beside, InitialCondition, PredictionError, SearchStarts};
 use crate::estimator::{Estimator, SetupError};
 use crate::model::Orders;
 
@@ -22,6 +23,9 @@ macro_rules! structure {
                 pub starts: SearchStarts,
                 /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
                 pub initial: InitialCondition,
+                /// A constant mu of the output, `A (y - mu) = B/F u + C/D e`: none, or estimate, together with the
+                /// parameters.
+                pub offset: OffsetChoice,
                 /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
                 pub covariance: Option<Covariance>,
                 /// Chooses n, the order of each polynomial, from 1 to that of `orders`: bic, aicc, aic, fpe,
@@ -97,16 +101,19 @@ macro_rules! structure {
                     });
                 }
                 let window = problem.shape.window;
-                let initial = self.initial;
+                let beside = Beside {
+                    initial: self.initial,
+                    offset: self.offset,
+                };
                 let mut method = match self.starts {
                     SearchStarts::Truth => {
                         let truth = problem.known.ok_or(SetupError::NoKnownPlant)?;
-                        PredictionError::from_truth(orders, truth, initial, window)?
+                        PredictionError::from_truth(orders, truth, beside, window)?
                     }
                     starts => {
                         let random = starts.random(window);
                         let method =
-                            PredictionError::of_runs(orders, random, initial, problem.runs())?;
+                            PredictionError::of_runs(orders, random, beside, problem.runs())?;
                         with_ssarx(method, orders, problem)
                     }
                 };

@@ -3,17 +3,21 @@
 //! Source: M. Galrinho, C. R. Rojas, H. Hjalmarsson, "Parametric identification using weighted null-space fitting",
 //! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
 
+use crate::estimator::covariance::Covariance;
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::lag_sums::check_squares;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::{NullSpaceFit, reflect};
 use crate::estimator::numerator::fit_numerator;
+use crate::estimator::offset::{Levels, OffsetChoice};
 use crate::estimator::option_error::OptionError;
+use crate::estimator::prediction_error::{Beside, Descent, InitialCondition};
 use crate::estimator::regression::covariance_of_triangle;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
 use crate::estimator::{
-    Estimator, FailureKind, Pass, SetupError, SinglePass, Window, enough_equations,
+    Estimator, FailureKind, Pass, Runs, SetupError, SinglePass, Window, enough_equations,
 };
-use crate::model::{LinearModel, Orders};
+use crate::model::{LinearModel, Orders, Units};
 
 /// The relative change of the sum of squares at which the iteration has converged.
 const REST: f64 = 1e-12;
@@ -32,6 +36,11 @@ options! {
         pub high_order: Option<usize>,
         /// The largest number of weighted solutions for each of them.
         pub iterations: usize = 20,
+        /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
+        pub initial: InitialCondition,
+        /// A constant mu of the output, `A (y - mu) = B/F u + C/D e`: none, or estimate, together with the
+        /// parameters.
+        pub offset: OffsetChoice,
     }
 }
 
@@ -69,7 +78,7 @@ impl MethodKind for WnsfOptions {
     }
 
     fn begins_at_rest(&self) -> bool {
-        true
+        self.initial == InitialCondition::Zero
     }
 
     fn takes_memory(&self) -> bool {
@@ -85,9 +94,16 @@ impl MethodKind for WnsfOptions {
 
 /// Weighted solutions from each high-order model; the one with the lowest sum of squared prediction errors is taken.
 /// The covariance is that of the last weighted least squares, `s^2 (Q'W Q)^-1`, `s^2 = N V / (N - parameters)`.
+///
+/// Where the start or an offset is fitted too, both have their least squares at each solution, in which the errors are
+/// linear, and the covariance is the joint one by the errors' gradient.
 pub struct NullSpace {
     options: WnsfOptions,
     fit: NullSpaceFit,
+    /// The least squares of the start and the offset, if they are fitted.
+    of_record: Option<Descent>,
+    levels: Option<Levels>,
+    state: StateEstimate,
     /// The lowest sum of squares so far.
     least: f64,
     best: LinearModel,
@@ -111,10 +127,26 @@ impl NullSpace {
     /// [`SetupError::ShortRecord`] if the record is too short for the high-order model.
     pub fn new(orders: Orders, options: WnsfOptions, window: usize) -> Result<Self, SetupError> {
         let n = orders.parameters();
-        let fit = NullSpaceFit::new(orders, options.high_order, window).follow_the_record();
-        let needed = fit.samples_needed();
+        let beside = Beside {
+            initial: options.initial,
+            offset: options.offset,
+        };
+        let mut fit = NullSpaceFit::new(orders, options.high_order, window).follow_the_record();
+        let mut needed = fit.samples_needed();
+        if beside != Beside::default() {
+            fit = fit.of_equations(beside.equations());
+            needed += fit.memory() + beside.of(orders).count();
+        }
         enough_equations(orders, window, window, needed)?;
+        let start = match beside.initial {
+            InitialCondition::Zero => StartState::Zero,
+            InitialCondition::Estimate => StartState::Estimate,
+        };
         Ok(Self {
+            of_record: (beside != Beside::default())
+                .then(|| Descent::new(orders, beside.of(orders), Runs::new(&[window]))),
+            levels: beside.levels(),
+            state: StateEstimate::new(orders.order(), start),
             options,
             fit,
             least: f64::INFINITY,
@@ -157,11 +189,10 @@ impl NullSpace {
                     self.keep_reflected(u, y);
                     continue;
                 }
-                self.fit.model.residuals(u, y, &mut self.e, &mut self.x);
-                let sum: f64 = self.e.iter().map(|e| e * e).sum();
+                let [sum, variance] = self.sum(u, y);
                 if sum < self.least {
                     self.least = sum;
-                    self.take(sum / (y.len() - self.scratch.len()) as f64)?;
+                    self.take(variance)?;
                 }
                 if (sum - before).abs() <= REST * sum {
                     break;
@@ -189,14 +220,46 @@ impl NullSpace {
         if !reflect(model, &mut self.scratch_of_zeros) || fit_numerator(model, u, y).is_err() {
             return;
         }
-        model.residuals(u, y, &mut self.e, &mut self.x);
-        let sum: f64 = self.e.iter().map(|e| e * e).sum();
+        std::mem::swap(&mut self.reflected, &mut self.fit.model);
+        let [sum, variance] = self.sum(u, y);
+        std::mem::swap(&mut self.reflected, &mut self.fit.model);
         if sum < self.least_reflected {
             self.least_reflected = sum;
             self.best.assign(&self.reflected);
-            self.best.noise_variance = sum / (y.len() - self.scratch.len()) as f64;
+            self.best.noise_variance = variance;
             self.best.covariance.clear();
         }
+    }
+
+    /// Returns the sum of squared prediction errors of the present model, and over the degrees of freedom; infinite if
+    /// there is none.
+    fn sum(&mut self, u: &[f64], y: &[f64]) -> [f64; 2] {
+        let mut fitted = self.scratch.len();
+        let sum = if let Some(of_record) = &mut self.of_record {
+            fitted = of_record.theta().len();
+            let sum = of_record.concentrate(u, y, self.fit.model.parameters());
+            sum.unwrap_or(f64::INFINITY)
+        } else {
+            self.fit.model.residuals(u, y, &mut self.e, &mut self.x);
+            self.e.iter().map(|e| e * e).sum()
+        };
+        [sum, sum / (y.len() - fitted) as f64]
+    }
+
+    /// Takes the joint covariance of the parameters, the start and the offset, if these are fitted, which it returns.
+    fn conclude(&mut self, u: &[f64], y: &[f64]) -> Result<Vec<f64>, FailureKind> {
+        let (Some(of_record), model) = (&mut self.of_record, &mut self.best) else {
+            return Ok(Vec::new());
+        };
+        let sum = of_record.concentrate(u, y, model.parameters());
+        sum.ok_or(FailureKind::UnstablePredictor)?;
+        let mut theta = of_record.theta().to_vec();
+        if !model.covariance.is_empty() {
+            self.condition = of_record.condition(u, y, &theta)?;
+            let covariance = &mut model.covariance;
+            of_record.covariance(Covariance::White, model.noise_variance, covariance);
+        }
+        Ok(theta.split_off(self.scratch.len()))
     }
 
     /// Takes the present model with its covariance.
@@ -215,21 +278,37 @@ impl NullSpace {
 
 impl SinglePass for NullSpace {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
-        let Window { u, y, .. } = window;
-        let found = self.find(u, y);
+        let mut levels = self.levels.take();
+        let seen = match &mut levels {
+            Some(levels) => levels.subtract(window, &Runs::new(&[window.len()])),
+            None => window,
+        };
+        let found = self.find(seen.u, seen.y);
         pass.iterations = Some(self.taken);
+        let of_records = match found {
+            Err(kind) if !kind.leaves_a_model() => Err(kind),
+            _ => self.conclude(seen.u, seen.y),
+        };
+        let offsets = match (&levels, &of_records) {
+            (Some(levels), Ok(of)) => levels.offsets(&mut self.best, &of[..1], Units::ONE),
+            _ => Ok(Vec::new()),
+        };
+        self.levels = levels;
+        pass.start_numbers = of_records?.len();
+        pass.offsets = offsets?;
         let (sum, condition) = match found {
             Ok(()) => (self.least, self.condition),
-            Err(kind) if kind.leaves_a_model() => (self.least_reflected, f64::NAN),
-            Err(kind) => return Err(kind),
+            Err(_) => (self.least_reflected, f64::NAN),
         };
-        pass.loss = sum / y.len() as f64;
+        pass.loss = sum / window.len() as f64;
         let is_cut = found.is_ok() && self.fit.is_cut();
         if is_cut {
             self.best.covariance.clear();
+            pass.offsets.iter_mut().for_each(|mu| mu.se = f64::NAN);
         }
         pass.set_model(&self.best, condition)?;
-        pass.start_at_zero();
+        let y = pass.less_offset(0, window.y);
+        self.state.estimate(Window { y: &y, ..window }, 0, pass);
         if is_cut {
             return Err(FailureKind::Implausible);
         }

@@ -2,7 +2,7 @@
 //! leads to.
 
 use super::kernels::Triangle;
-use super::predictor::{Predictor, Reduction};
+use super::predictor::{OfRecord, Predictor, Reduction};
 use crate::estimator::covariance::Covariance;
 use crate::estimator::{FailureKind, Runs};
 use crate::model::Orders;
@@ -82,7 +82,7 @@ pub(in crate::estimator) struct Descent {
     theta: Vec<f64>,
     trial: Vec<f64>,
     step: Vec<f64>,
-    /// The root mean square of y, in whose units the initial numbers are.
+    /// The root mean square of y, in whose units the offsets and the initial numbers are.
     unit: f64,
     /// Where B stands in theta, and its unit.
     of_input: Range<usize>,
@@ -131,12 +131,12 @@ fn size(values: &[f64]) -> f64 {
 }
 
 impl Descent {
-    /// Makes buffers for windows of these records, with `initial` numbers for the signals before each.
-    pub(in crate::estimator) fn new(orders: Orders, initial: usize, runs: Runs) -> Self {
-        let n = orders.parameters() + initial * runs.count();
+    /// Makes buffers for windows of these records.
+    pub(in crate::estimator) fn new(orders: Orders, of_record: OfRecord, runs: Runs) -> Self {
+        let n = orders.parameters() + of_record.count() * runs.count();
         let column = || vec![0.0; n];
         Self {
-            predictor: Predictor::new(orders, initial, runs),
+            predictor: Predictor::new(orders, of_record, runs),
             theta: column(),
             trial: column(),
             step: column(),
@@ -212,7 +212,7 @@ impl Descent {
         for iteration in 1..=MOST_ITERATIONS {
             found.iterations = iteration;
             // Only a point that can be linearised is a model.
-            self.predictor.linearise(y, reduction)?;
+            self.predictor.linearise(reduction)?;
             found.sum = sum;
             if sum <= ROUNDING * square {
                 return Ok(());
@@ -346,11 +346,11 @@ impl Descent {
         if !inside {
             return None;
         }
-        let n = self.step.len() - self.predictor.initial;
+        let n = self.step.len() - self.predictor.of_records();
         let of_parameters =
             self.size(&self.step[..n]) / self.size(&self.trial[..n]).max(f64::MIN_POSITIVE);
-        let initial = size(&self.trial[n..]).max(self.unit);
-        let length = of_parameters.max(size(&self.step[n..]) / initial.max(f64::MIN_POSITIVE));
+        let of_records = size(&self.trial[n..]).max(self.unit);
+        let length = of_parameters.max(size(&self.step[n..]) / of_records.max(f64::MIN_POSITIVE));
         // Rounding hides whether the last steps lower the sum.
         let allowed = if length < LAST {
             *sum * (1.0 + 1e-12)
@@ -369,7 +369,7 @@ impl Descent {
     /// relative length of the step; `None` if it does not help.
     fn newton(&mut self, u: &[f64], y: &[f64], sum: &mut f64) -> Option<f64> {
         self.predictor.gradient(&mut self.gradient);
-        self.predictor.hessian(y, &mut self.hessian);
+        self.predictor.hessian(&mut self.hessian);
         let r = self.predictor.psi.r();
         for (j, square) in self.squares.iter_mut().enumerate() {
             *square = (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum();
@@ -391,6 +391,33 @@ impl Descent {
         None
     }
 
+    /// Returns the least sum at given parameters over the numbers of the records, which stand behind them in
+    /// [`Self::theta`] then; `None` if there is none. The errors are linear in these numbers.
+    pub(in crate::estimator) fn concentrate(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        parameters: impl Iterator<Item = f64>,
+    ) -> Option<f64> {
+        let mut theta: Vec<f64> = parameters.collect();
+        let fixed = 0..theta.len();
+        theta.resize(self.theta.len(), 0.0);
+        let found = self.step_beside(u, y, &mut theta, fixed);
+        self.theta = theta;
+        found.then(|| self.predictor.sum(u, y, &self.theta))?
+    }
+
+    /// Takes theta to the minimum of the linearisation over all but the parameters at `fixed`; false if there is none.
+    pub(in crate::estimator) fn step_beside(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        theta: &mut [f64],
+        fixed: Range<usize>,
+    ) -> bool {
+        self.predictor.sum(u, y, theta).is_some() && self.predictor.step_beside(theta, fixed)
+    }
+
     /// Computes psi's triangle at the parameters, and its condition with columns scaled.
     ///
     /// # Errors
@@ -403,11 +430,11 @@ impl Descent {
     ) -> Result<f64, FailureKind> {
         let there = self.predictor.sum(u, y, theta);
         there.ok_or(FailureKind::UnstablePredictor)?;
-        self.predictor.linearise(y, Reduction::Reflections)?;
+        self.predictor.linearise(Reduction::Reflections)?;
         self.predictor.condition()
     }
 
-    /// Computes the covariance at the last [`Self::condition`].
+    /// Computes the covariance of the parameters and the offsets at the last [`Self::condition`].
     pub(in crate::estimator) fn covariance(
         &mut self,
         kind: Covariance,
@@ -428,7 +455,7 @@ impl Descent {
     pub(super) fn gradients(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> [Vec<f64>; 2] {
         self.sum_at(u, y, theta);
         [Reduction::Reflections, Reduction::Products].map(|by| {
-            self.predictor.linearise(y, by).unwrap();
+            self.predictor.linearise(by).unwrap();
             let mut gradient = vec![0.0; theta.len()];
             self.predictor.gradient(&mut gradient);
             gradient
@@ -439,7 +466,7 @@ impl Descent {
     #[cfg(test)]
     pub(super) fn hessian(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> &Mat<f64> {
         self.gradients(u, y, theta);
-        self.predictor.hessian(y, &mut self.hessian);
+        self.predictor.hessian(&mut self.hessian);
         &self.hessian
     }
 }

@@ -1,5 +1,7 @@
 //! Prediction error methods: `theta = argmin sum e(k)^2`, `e = D/C (A y - B/F u)`, all signals zero before the record.
 //!
+//! The start of a record and a constant of its output, less which it counts then, may be parameters too ([`Beside`]).
+//!
 //! Levenberg-Marquardt steps with the exact gradient, computed by filtering (Ljung, *System Identification*, 2nd ed.,
 //! section 10.3). The search covers models with a stable predictor (zeros of C and F inside the unit circle) and begins
 //! at several starts.
@@ -17,11 +19,14 @@ mod units;
 use super::covariance::Covariance;
 use super::initial_state_choice::{StartState, StateEstimate};
 use super::known_model::KnownModel;
+use super::null_space::Equations;
+use super::offset::{Levels, OffsetChoice};
 use super::{Estimator, FailureKind, Pass, Runs, SetupError, Window, enough_equations};
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 pub(in crate::estimator) use descent::Descent;
 use descent::Found;
+pub(in crate::estimator) use predictor::OfRecord;
 pub use predictor::initial_numbers;
 use search::Search;
 pub use search_starts::SearchStarts;
@@ -36,6 +41,60 @@ named_enum! {
         Zero = "zero",
         /// Their contribution to the prediction errors is fitted together with the parameters.
         Estimate = "estimate",
+    }
+}
+
+/// The parameters of a record beside those of the model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Beside {
+    /// Those of its start.
+    pub initial: InitialCondition,
+    /// That of its output's constant.
+    pub offset: OffsetChoice,
+}
+
+impl From<InitialCondition> for Beside {
+    fn from(initial: InitialCondition) -> Self {
+        let offset = OffsetChoice::None;
+        Self { initial, offset }
+    }
+}
+
+impl Beside {
+    pub(super) fn of(self, orders: Orders) -> OfRecord {
+        OfRecord {
+            offset: self.offset == OffsetChoice::Estimate,
+            initial: match self.initial {
+                InitialCondition::Zero => 0,
+                InitialCondition::Estimate => initial_numbers(orders),
+            },
+        }
+    }
+
+    /// The equations of a high-order model that know them.
+    pub(super) fn equations(self) -> Equations {
+        match self {
+            Self {
+                offset: OffsetChoice::Estimate,
+                ..
+            } => Equations::WithConstant,
+            Self {
+                initial: InitialCondition::Estimate,
+                ..
+            } => Equations::Complete,
+            Self { .. } => Equations::Prewindow,
+        }
+    }
+
+    /// How many they are, of one record.
+    pub(super) fn count(self, orders: Orders) -> usize {
+        self.of(orders).count()
+    }
+
+    /// The levels about which a search sees the records, if they have an offset.
+    pub(super) fn levels(self) -> Option<Levels> {
+        let of_input = self.initial == InitialCondition::Estimate;
+        (self.offset == OffsetChoice::Estimate).then(|| Levels::new(of_input))
     }
 }
 
@@ -56,6 +115,9 @@ pub struct PredictionError {
     /// Estimates x0 of the first record if the signals before it are not taken as zero.
     state: Option<StateEstimate>,
     first: Range<usize>,
+    /// The records, and the levels about which the search sees them if each has an offset.
+    runs: Runs,
+    levels: Option<Levels>,
 }
 
 impl PredictionError {
@@ -66,24 +128,24 @@ impl PredictionError {
     pub fn new(
         orders: Orders,
         random: usize,
-        initial: InitialCondition,
+        beside: impl Into<Beside>,
         window: usize,
     ) -> Result<Self, SetupError> {
-        Self::of_runs(orders, random, initial, Runs::new(&[window]))
+        Self::of_runs(orders, random, beside.into(), Runs::new(&[window]))
     }
 
-    /// Makes buffers for several records, one after the other in a window. Each has an own start.
+    /// Makes buffers for several records, one after the other in a window. Each has an own start and an own offset.
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
     pub(super) fn of_runs(
         orders: Orders,
         random: usize,
-        initial: InitialCondition,
+        beside: Beside,
         runs: Runs,
     ) -> Result<Self, SetupError> {
         let starts = Starts::new(orders, random, runs.samples());
-        Self::with_starts(orders, starts, initial, runs)
+        Self::with_starts(orders, starts, beside, runs)
     }
 
     /// Makes buffers for a search from one start: the true plant with a noise model of its residuals.
@@ -94,11 +156,11 @@ impl PredictionError {
     pub fn from_truth(
         orders: Orders,
         truth: &KnownModel,
-        initial: InitialCondition,
+        beside: Beside,
         window: usize,
     ) -> Result<Self, SetupError> {
         let starts = Starts::new(orders, 0, window).with_truth(truth)?;
-        Self::with_starts(orders, starts, initial, Runs::new(&[window]))
+        Self::with_starts(orders, starts, beside, Runs::new(&[window]))
     }
 
     /// Chooses what standard errors assume of the prediction errors.
@@ -119,13 +181,17 @@ impl PredictionError {
         pass: &mut Pass,
     ) {
         self.found = None;
-        if let Err(kind) = self.rescaled.take(window.u, window.y) {
+        let seen = match &mut self.levels {
+            Some(levels) => levels.subtract(window, &self.runs),
+            None => window,
+        };
+        if let Err(kind) = self.rescaled.take(seen.u, seen.y) {
             return pass.fail_for(kind);
         }
         let gain = self.rescaled.units().gain();
         let other = self.other.as_mut().and_then(|(other, pass)| {
             pass.clear();
-            other.estimate(window, std::slice::from_mut(pass));
+            other.estimate(seen, std::slice::from_mut(pass));
             pass.failure.is_none().then_some(&pass.model)
         });
         let given = other.into_iter().chain(start).map(|model| {
@@ -146,28 +212,29 @@ impl PredictionError {
     fn with_starts(
         orders: Orders,
         starts: Starts,
-        initial: InitialCondition,
+        beside: Beside,
         runs: Runs,
     ) -> Result<Self, SetupError> {
         let window = runs.samples();
-        let (initial, state) = match initial {
-            InitialCondition::Zero => (0, None),
-            InitialCondition::Estimate => {
-                let state = StateEstimate::new(orders.order(), StartState::Estimate);
-                (initial_numbers(orders), Some(state))
-            }
-        };
-        let fitted = orders.parameters() + initial * runs.count();
+        let state = || StateEstimate::new(orders.order(), StartState::Estimate);
+        let of_record = beside.of(orders);
+        let fitted = orders.parameters() + of_record.count() * runs.count();
         enough_equations(orders, window, window, fitted + 1)?;
         Ok(Self {
             first: runs.first(orders.order()),
-            search: Search::new(starts, Descent::new(orders, initial, runs), window),
+            search: Search::new(
+                starts,
+                Descent::new(orders, of_record, runs.clone()),
+                window,
+            ),
+            levels: beside.levels(),
+            runs,
             rescaled: Rescaled::new(window),
             model: LinearModel::zero(orders),
             covariance: Covariance::White,
             other: None,
             found: None,
-            state,
+            state: (beside.initial == InitialCondition::Estimate).then(state),
         })
     }
 
@@ -184,7 +251,7 @@ impl PredictionError {
         let (n, d) = (y.len() as f64, theta.len() as f64);
         let orders = self.model.orders();
         let parameters = orders.parameters();
-        let start_numbers = theta.len() - parameters;
+        let of_records = parameters..theta.len();
         self.model.set_parameters(&theta[..parameters]);
         let variance = found.sum / (n - d);
         self.model.noise_variance = variance;
@@ -202,12 +269,23 @@ impl PredictionError {
             Some(_) => {}
         }
         pass.loss = found.sum / n;
-        pass.start_numbers = start_numbers;
+        pass.start_numbers = of_records.len();
+        let units = self.rescaled.units();
+        pass.offsets.clear();
+        if let Some(levels) = &self.levels {
+            let offsets = &self.search.theta[of_records][..self.runs.count()];
+            pass.offsets = levels.offsets(&mut self.model, offsets, units)?;
+        }
         pass.set_model(&self.model, condition)?;
-        pass.set_units(self.rescaled.units())?;
+        pass.set_units(units)?;
         match &mut self.state {
             None => pass.start_at_zero(),
-            Some(state) => state.estimate(window.part(self.first.clone()), 0, pass),
+            Some(state) => {
+                let first = self.runs.iter().position(|run| *run == self.first);
+                let part = window.part(self.first.clone());
+                let y = pass.less_offset(first.unwrap_or(0), part.y);
+                state.estimate(Window { y: &y, ..part }, 0, pass);
+            }
         }
         found.failure.map_or(Ok(()), Err)
     }

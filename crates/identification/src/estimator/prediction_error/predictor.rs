@@ -1,12 +1,14 @@
 //! Prediction errors of a model, and their derivatives by one bank of filters.
 //!
 //! Each column of `psi = de/dtheta` is one of five signals, delayed (Ljung, *System Identification*, 2nd ed., section
-//! 10.3): `D/C y` for A, `v = D/(C F) u` for B, `e/C` for C, `w/C` for D, `B v/F` for F, with `w = A y - B/F u`.
+//! 10.3): `D/C y` for A, `v = D/(C F) u` for B, `e/C` for C, `w/C` for D, `B v/F` for F, with `w = A y - B/F u` and y
+//! less its offset, if it has one. Its column is `-A D/C` of a step.
 
 use super::kernels::{Triangle, divide, divide_each, filter};
 use crate::estimator::covariance::{Covariance, Influence};
 use crate::estimator::lag_sums::dot;
 use crate::estimator::lag_sums::{System, lagged_products};
+use crate::estimator::offset::leading_block;
 use crate::estimator::reflection::stable;
 use crate::estimator::regression::covariance_of_triangle;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
@@ -34,7 +36,24 @@ const B: usize = 1;
 const C: usize = 2;
 const D: usize = 3;
 const F: usize = 4;
-const INITIAL: usize = 5;
+/// From here on each record has numbers of its own.
+const OFFSET: usize = 5;
+const INITIAL: usize = 6;
+
+/// The numbers of each record that are fitted beside the parameters.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::estimator) struct OfRecord {
+    /// Whether y has an offset.
+    pub(in crate::estimator) offset: bool,
+    /// How many represent the signals before the record.
+    pub(in crate::estimator) initial: usize,
+}
+
+impl OfRecord {
+    pub(in crate::estimator) fn count(self) -> usize {
+        usize::from(self.offset) + self.initial
+    }
+}
 
 /// Returns how many numbers represent the effect on e of the signals before the record. The effect is `P(q)/(C F)` of
 /// an impulse at k = 0; P has as many coefficients as the predictor `(D A F y - D B u)/(C F)` has states.
@@ -52,8 +71,8 @@ pub fn initial_numbers(orders: Orders) -> usize {
         .max((nd + nb + nk).saturating_sub(1))
 }
 
-/// Columns of psi: a signal, the number of columns, the first delay, a sign. The columns of the initial numbers are for
-/// the first record; as many follow for each other one.
+/// Columns of psi: a signal, the number of columns, the first delay, a sign. The columns of the offset and of the
+/// initial numbers are for the first record; as many follow for each other one.
 type Block<'a> = (&'a [f64], usize, usize, f64);
 
 /// A column of psi, or e: a delayed signal, of one record alone if it belongs to the numbers of that record.
@@ -97,9 +116,11 @@ fn filter_in(runs: &Runs, c: &[f64], x: &[f64], to: &mut [f64]) {
 /// Buffers for records of one length.
 pub(super) struct Predictor {
     orders: Orders,
-    /// The records: the signals before each are represented by numbers of their own.
+    /// The records: each has numbers of its own.
     runs: Runs,
     model: LinearModel,
+    /// y less the offsets.
+    y: Vec<f64>,
     /// `u/F`, `B/F u`, w.
     u: Vec<f64>,
     x: Vec<f64>,
@@ -111,8 +132,12 @@ pub(super) struct Predictor {
     of_e: Vec<f64>,
     /// `w/C`, from which e follows.
     of_w: Vec<f64>,
-    /// How many numbers represent the signals before the records; they follow the parameters in theta.
-    pub(super) initial: usize,
+    /// How many offsets there are, which follow the parameters in theta, and numbers for the signals before the
+    /// records, which follow these.
+    offsets: usize,
+    initial: usize,
+    /// `A D/C` of a step.
+    step: Vec<f64>,
     /// The impulse response of `1/(C F)`, and the contribution of the initial numbers to e.
     impulse: Vec<f64>,
     free: Vec<f64>,
@@ -128,15 +153,18 @@ pub(super) struct Predictor {
 }
 
 impl Predictor {
-    /// Makes buffers for windows of these records, with `initial` numbers for the signals before each.
-    pub(super) fn new(orders: Orders, initial: usize, runs: Runs) -> Self {
-        let (window, initial) = (runs.samples(), initial * runs.count());
-        let n = orders.parameters() + initial;
+    /// Makes buffers for windows of these records.
+    pub(super) fn new(orders: Orders, of_record: OfRecord, runs: Runs) -> Self {
+        let window = runs.samples();
+        let offsets = usize::from(of_record.offset) * runs.count();
+        let initial = of_record.initial * runs.count();
+        let n = orders.parameters() + offsets + initial;
         let signal = |needed: bool| vec![0.0; if needed { window } else { 0 }];
         Self {
             orders,
             runs,
             model: LinearModel::zero(orders),
+            y: signal(true),
             u: signal(true),
             x: signal(true),
             w: signal(true),
@@ -146,7 +174,9 @@ impl Predictor {
             of_x: signal(orders.nf > 0),
             of_e: signal(orders.nc > 0),
             of_w: signal(true),
+            offsets,
             initial,
+            step: signal(offsets > 0),
             impulse: signal(initial > 0),
             free: signal(initial > 0),
             scratch: Vec::new(),
@@ -160,14 +190,19 @@ impl Predictor {
         }
     }
 
-    /// Returns the number of parameters and initial numbers.
+    /// Returns the number of parameters, offsets and initial numbers.
     pub(super) fn width(&self) -> usize {
         self.column.len()
     }
 
+    /// Returns the number of offsets and initial numbers, the last of theta.
+    pub(super) fn of_records(&self) -> usize {
+        self.offsets + self.initial
+    }
+
     /// Takes the parameters; returns whether the predictor is stable.
     pub(super) fn set(&mut self, theta: &[f64]) -> bool {
-        let parameters = theta.len() - self.initial;
+        let parameters = theta.len() - self.of_records();
         self.model.set_parameters(&theta[..parameters]);
         let LinearModel { c, f, .. } = &self.model;
         stable(f, &mut self.scratch) && stable(c, &mut self.scratch)
@@ -194,13 +229,17 @@ impl Predictor {
         if !self.set(theta) {
             return None;
         }
-        let initial = &theta[theta.len() - self.initial..];
+        let (offsets, initial) = theta[theta.len() - self.of_records()..].split_at(self.offsets);
         let LinearModel { a, b, c, d, f, .. } = &self.model;
         self.u.copy_from_slice(u);
+        self.y.copy_from_slice(y);
         let runs = &self.runs;
+        for (run, offset) in runs.iter().zip(offsets) {
+            self.y[run.clone()].iter_mut().for_each(|y| *y -= offset);
+        }
         divide_in(runs, f, &mut self.u);
         filter_in(runs, b, &self.u, &mut self.x);
-        filter_in(runs, a, y, &mut self.w);
+        filter_in(runs, a, &self.y, &mut self.w);
         for (w, x) in self.w.iter_mut().zip(&self.x) {
             *w -= x;
         }
@@ -225,8 +264,9 @@ impl Predictor {
     }
 
     /// Computes the signals that make up psi, at the parameters of the last [`Self::sum`].
-    fn filter_signals(&mut self, y: &[f64]) {
-        let LinearModel { b, c, d, f, .. } = &self.model;
+    fn filter_signals(&mut self) {
+        let LinearModel { a, b, c, d, f, .. } = &self.model;
+        let y = &self.y;
         let Orders {
             na, nb, nc, nd, nf, ..
         } = self.orders;
@@ -273,9 +313,16 @@ impl Predictor {
             }
             divide_in(runs, f, &mut self.of_x);
         }
+        if self.offsets > 0 {
+            self.x.fill(1.0);
+            filter(a, &self.x, &mut self.step);
+            self.x.copy_from_slice(&self.step);
+            filter(d, &self.x, &mut self.step);
+            divide(c, &mut self.step);
+        }
     }
 
-    fn blocks(&self) -> [Block<'_>; 6] {
+    fn blocks(&self) -> [Block<'_>; 7] {
         let Orders {
             na,
             nb,
@@ -290,25 +337,30 @@ impl Predictor {
             (&self.of_e, nc, 1, -1.0),
             (&self.of_w, nd, 1, 1.0),
             (&self.of_x, nf, 1, 1.0),
+            (&self.step, self.offsets / self.runs.count(), 0, -1.0),
             (&self.impulse, self.initial / self.runs.count(), 0, 1.0),
         ]
+    }
+
+    /// Returns for how many records a group has numbers of their own; 1 where all share them.
+    fn records_of(&self, group: usize) -> usize {
+        if group >= OFFSET {
+            self.runs.count()
+        } else {
+            1
+        }
     }
 
     /// Returns the columns of psi, and e.
     fn columns(&self) -> Vec<Column<'_>> {
         let mut columns = Vec::with_capacity(self.width() + 1);
         for (group, (signal, count, first, sign)) in self.blocks().into_iter().enumerate() {
-            let records = if group == INITIAL {
-                self.runs.count()
-            } else {
-                1
-            };
-            for record in 0..records {
+            for record in 0..self.records_of(group) {
                 columns.extend((first..first + count).map(|delay| Column {
                     signal,
                     delay,
                     sign,
-                    of: (group == INITIAL).then_some(record),
+                    of: (group >= OFFSET).then_some(record),
                 }));
             }
         }
@@ -322,15 +374,44 @@ impl Predictor {
     }
 
     /// Computes R and `Q'e` of psi at the parameters of the last [`Self::sum`].
-    pub(super) fn linearise(&mut self, y: &[f64], by: Reduction) -> Result<(), FailureKind> {
-        self.filter_signals(y);
+    pub(super) fn linearise(&mut self, by: Reduction) -> Result<(), FailureKind> {
+        self.filter_signals();
         if by == Reduction::Products && self.reduce_products() {
             return Ok(());
         }
         let mut psi = std::mem::take(&mut self.psi);
+        let reduced = self.reduce(&mut psi, 0..0);
+        self.psi = psi;
+        reduced
+    }
+
+    /// Takes theta, that of the last [`Self::sum`], to the minimum of the linearisation over all but the parameters at
+    /// `fixed`. Returns false if there is none.
+    pub(super) fn step_beside(&mut self, theta: &mut [f64], fixed: Range<usize>) -> bool {
+        if fixed.len() == theta.len() {
+            return true;
+        }
+        self.filter_signals();
+        let mut psi = Triangle::new(theta.len() - fixed.len());
+        let reduced = self.reduce(&mut psi, fixed.clone());
+        let mut step = psi.top().to_vec();
+        if reduced.is_err() || !psi.solve(&mut step) {
+            return false;
+        }
+        let (before, after) = theta.split_at_mut(fixed.start);
+        let free = before.iter_mut().chain(&mut after[fixed.len()..]);
+        for (to, step) in free.zip(step) {
+            *to -= step;
+        }
+        true
+    }
+
+    /// Computes R and `Q'e` of the columns of psi but some.
+    fn reduce(&self, psi: &mut Triangle, without: Range<usize>) -> Result<(), FailureKind> {
         let columns = self.columns();
-        let reduced = psi.run(self.e.len(), |j, first, to| {
-            let column = &columns[j];
+        psi.run(self.e.len(), |j, first, to| {
+            let later = if j < without.start { 0 } else { without.len() };
+            let column = &columns[j + later];
             to.fill(0.0);
             for (i, run) in self.runs.iter().enumerate() {
                 let rows = first.max(run.start + column.delay)..(first + to.len()).min(run.end);
@@ -343,9 +424,7 @@ impl Predictor {
                     *to = column.sign * x;
                 }
             }
-        });
-        self.psi = psi;
-        reduced
+        })
     }
 
     /// Computes R and `Q'e` from `psi'psi` and `psi'e`; false if they are too near to singular, or of several records.
@@ -390,8 +469,9 @@ impl Predictor {
     ///
     /// A second derivative with respect to c is the first divided by -C, twice that if both are of C; the same with F
     /// for what has F in its denominator; with respect to d it is the first without D. Each depends on the sum of both
-    /// delays alone.
-    pub(super) fn hessian(&mut self, y: &[f64], to: &mut Mat<f64>) {
+    /// delays alone. With respect to the offset and a it is -D/C of a step, with respect to the offset and d -A/C of
+    /// it.
+    pub(super) fn hessian(&mut self, to: &mut Mat<f64>) {
         let r = self.psi.r();
         for j in 0..r.ncols() {
             for i in j..r.ncols() {
@@ -404,7 +484,10 @@ impl Predictor {
             (C, C),
             (D, C),
             (F, C),
+            (OFFSET, C),
             (INITIAL, C),
+            (OFFSET, A),
+            (OFFSET, D),
             (A, D),
             (B, D),
             (F, D),
@@ -413,13 +496,14 @@ impl Predictor {
             (INITIAL, F),
         ];
         let counts = self.blocks().map(|(_, count, ..)| count);
-        let place = |of: usize| counts[..of].iter().sum::<usize>();
+        let all = |of: usize| counts[of] * self.records_of(of);
+        let places: [usize; 7] = std::array::from_fn(|of| (0..of).map(all).sum());
         let mut second = std::mem::take(&mut self.second);
         for (one, other) in pairs {
             if counts[one] == 0 || counts[other] == 0 {
                 continue;
             }
-            let LinearModel { b, c, f, .. } = &self.model;
+            let LinearModel { a, b, c, d, f, .. } = &self.model;
             let (runs, blocks) = (&self.runs, self.blocks());
             let (signal, _, delay, mut factor) = blocks[one];
             let with_delay = delay + blocks[other].2;
@@ -427,15 +511,20 @@ impl Predictor {
                 (_, C | F) => {
                     second.copy_from_slice(signal);
                     let by = if other == C { c } else { f };
-                    if one == INITIAL {
+                    if one >= OFFSET {
                         divide(by, &mut second);
                     } else {
                         divide_in(runs, by, &mut second);
                     }
                     factor *= if one == other { -2.0 } else { -1.0 };
                 }
+                (OFFSET, _) => {
+                    let step = vec![1.0; second.len()];
+                    filter(if other == A { d } else { a }, &step, &mut second);
+                    divide(c, &mut second);
+                }
                 (A, _) => {
-                    second.copy_from_slice(y);
+                    second.copy_from_slice(&self.y);
                     divide_in(runs, c, &mut second);
                 }
                 (B, _) => {
@@ -449,21 +538,20 @@ impl Predictor {
                 }
             }
             let last = counts[one] + counts[other] - 1;
-            // Each record has initial numbers of its own.
-            let records = if one == INITIAL { self.runs.count() } else { 1 };
+            let records = self.records_of(one);
             for (record, lag) in (0..records).flat_map(|of| (0..last).map(move |lag| (of, lag))) {
                 let runs = self.runs.iter().enumerate();
-                let runs = runs.filter(|(i, _)| one != INITIAL || *i == record);
+                let runs = runs.filter(|(i, _)| one < OFFSET || *i == record);
                 let value = runs.map(|(_, run)| {
                     let late = self.e[run.clone()].get(with_delay + lag..);
                     let late = late.unwrap_or_default();
-                    let start = if one == INITIAL { 0 } else { run.start };
+                    let start = if one >= OFFSET { 0 } else { run.start };
                     dot(late, &second[start..start + late.len()])
                 });
                 let value = factor * value.sum::<f64>();
-                let first = place(one) + record * counts[one];
+                let first = places[one] + record * counts[one];
                 for i in (lag + 1).saturating_sub(counts[other])..counts[one].min(lag + 1) {
-                    let (row, column) = (first + i, place(other) + lag - i);
+                    let (row, column) = (first + i, places[other] + lag - i);
                     if one == other {
                         if row >= column {
                             to[(row, column)] += value;
@@ -521,8 +609,9 @@ impl Predictor {
         Ok(condition)
     }
 
-    /// Computes the covariance at the last linearisation. For white prediction errors it is `variance (psi'psi)^-1`;
-    /// otherwise it follows from each sample's contribution to theta, `-(psi'psi)^-1 psi(k) e(k)`.
+    /// Computes the covariance of the parameters and the offsets at the last linearisation. For white prediction errors
+    /// it is `variance (psi'psi)^-1`; otherwise it follows from each sample's contribution to theta,
+    /// `-(psi'psi)^-1 psi(k) e(k)`.
     pub(super) fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
         let all = self.width();
         if kind == Covariance::White {
@@ -545,11 +634,6 @@ impl Predictor {
             influence.covariance(kind, to);
             self.influence = influence;
         }
-        // Keep the covariance of the parameters alone.
-        let n = all - self.initial;
-        for i in 1..n {
-            to.copy_within(i * all..i * all + n, i * n);
-        }
-        to.truncate(n * n);
+        leading_block(to, all, all - self.initial);
     }
 }

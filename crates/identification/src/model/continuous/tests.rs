@@ -80,7 +80,7 @@ fn sampled_as_scipy_does() {
             ..ContinuousModel::default()
         };
         let n = denominator.len() - 1;
-        let orders = ContinuousModel::sampled_orders(numerator.len(), n, hold, 0);
+        let orders = ContinuousModel::sampled_orders(numerator.len(), n, hold, 0.0);
         let mut sampled = LinearModel::zero(orders);
         model.sample(&mut sampled);
         for (found, expected) in [(&sampled.b, b), (&sampled.f, f)] {
@@ -99,24 +99,24 @@ fn sampled_as_scipy_does() {
 /// The derivatives against differences, with a dead time, a direct term and both holds.
 #[test]
 fn derivatives_against_differences() {
-    for (numerator, hold) in [
-        (&[1.5, -0.4][..], Hold::Zero),
-        (&[1.5, -0.4], Hold::First),
-        (&[0.7, 2.0, -3.0, 1.0], Hold::Zero),
-        (&[0.7, 2.0, -3.0, 1.0], Hold::First),
-    ] {
+    let numerators = [&[1.5, -0.4][..], &[0.7, 2.0, -3.0, 1.0]];
+    let cases = numerators.into_iter().flat_map(|numerator| {
+        let holds = [Hold::Zero, Hold::First].into_iter();
+        holds.flat_map(move |hold| [2.0, 2.3].map(|dead_time| (numerator, hold, dead_time)))
+    });
+    for (numerator, hold, dead_time) in cases {
         let model = ContinuousModel {
             numerator: numerator.to_vec(),
             denominator: vec![1.0, 2.2, 3.1, 1.4],
             step: 0.3,
             hold,
-            dead_time: 2,
+            dead_time,
             ..ContinuousModel::default()
         };
-        let orders = ContinuousModel::sampled_orders(numerator.len(), 3, hold, 2);
+        let orders = ContinuousModel::sampled_orders(numerator.len(), 3, hold, dead_time);
         let mut sampled = LinearModel::zero(orders);
         let jacobian = model.sample(&mut sampled);
-        let count = numerator.len() + 3;
+        let count = numerator.len() + 3 + usize::from(dead_time != 2.0);
         assert_eq!(jacobian.len(), count * orders.parameters());
         for i in 0..count {
             let beside = |h: f64| {
@@ -124,6 +124,7 @@ fn derivatives_against_differences() {
                 let own = model.numerator.len();
                 match i.checked_sub(own) {
                     None => model.numerator[i] += h,
+                    Some(3) => model.dead_time += h / model.step,
                     Some(i) => model.denominator[1 + i] += h,
                 }
                 let mut sampled = LinearModel::zero(orders);

@@ -1,11 +1,14 @@
 //! The options of `srivc` and `rivc`.
 
-use super::{ContinuousIv, sampled};
+use super::{ContinuousIv, DeadTime, Structure};
 use crate::estimator::method_kind::{MethodKind, Needs, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
-use crate::estimator::{Estimator, SetupError};
+use crate::estimator::{Estimator, InitialCondition, OffsetChoice, SetupError};
 use crate::model::{ContinuousModel, Hold, Orders};
+
+/// A dead time that is this near to a whole number of samples is one: times between samples are rounded.
+const NEARLY_WHOLE: f64 = 1e-6;
 
 /// Defines the options of a method; both have the same but for the orders.
 macro_rules! continuous {
@@ -19,6 +22,17 @@ macro_rules! continuous {
                 pub hold: Hold,
                 /// The time between samples, seconds; in studies by default 1, so that rates are per sample.
                 pub ts: Option<f64>,
+                /// The dead time instead of nk: seconds, which need be no multiple of ts, estimate (from 0 to 30
+                /// samples, at most a quarter of the record), or a range LOW:HIGH in seconds to estimate it on.
+                pub dead_time: Option<DeadTime>,
+                /// Whether a pole is fixed at 0, A(s) = s F(s); nf then counts F(s), by default the setting `order`
+                /// less 1.
+                pub integrator: bool,
+                /// The state at the first sample: zero, or estimate, together with the parameters; then u is its first
+                /// value before the record.
+                pub initial: InitialCondition,
+                /// A constant mu of the output, `y = B/A u + mu`: none, or estimate, together with the parameters.
+                pub offset: OffsetChoice,
                 /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none
                 /// (the method fails).
                 pub stabilise: Option<Stabilise>,
@@ -32,16 +46,72 @@ macro_rules! continuous {
                     nb: order,
                     nc: noise,
                     nd: noise,
-                    nf: order,
+                    nf: order.saturating_sub(usize::from(self.integrator)),
                     nk: 1,
                     ..Orders::default()
                 })
+            }
+
+            /// Returns the numbers that are estimated on a window, and the least dead time in samples.
+            fn structure(&self, order: usize, window: usize) -> (Structure, f64) {
+                let orders = self.orders(order);
+                let samples = |seconds: f64| {
+                    let samples = seconds / self.ts.unwrap_or(1.0);
+                    let is_whole = (samples - samples.round()).abs() <= NEARLY_WHOLE;
+                    if is_whole { samples.round() } else { samples }
+                };
+                let range = match self.dead_time {
+                    Some(DeadTime::Estimate(None)) => {
+                        Some([0.0, DeadTime::MOST_SAMPLES.min(window / 4) as f64])
+                    }
+                    Some(DeadTime::Estimate(Some(range))) => Some(range.map(samples)),
+                    Some(DeadTime::Known(_)) | None => None,
+                };
+                let dead_time = match (self.dead_time, range) {
+                    (_, Some([low, _])) => low,
+                    (Some(DeadTime::Known(seconds)), _) => samples(seconds),
+                    _ => (orders.nk - 1) as f64,
+                };
+                let structure = Structure {
+                    orders: Orders { nk: 1, ..orders },
+                    integrator: self.integrator,
+                    initial: self.initial == InitialCondition::Estimate,
+                    offset: self.offset == OffsetChoice::Estimate,
+                    range,
+                };
+                (structure, dead_time)
             }
         }
 
         impl MethodKind for $options {
             fn check(&self) -> Result<(), OptionError> {
-                check(self.orders, $noise)?;
+                let Self { hold, dead_time, integrator, .. } = *self;
+                check(self.orders, $noise, integrator)?;
+                if let (Some(_), Some(Orders { nk: 2.., .. })) = (dead_time, self.orders) {
+                    return Err(OptionError::new(
+                        "dead_time",
+                        "expected no delay nk beside it: it is all of the dead time",
+                    ));
+                }
+                let jumps = |orders: Orders| {
+                    hold == Hold::Zero && orders.nb > orders.nf + usize::from(integrator)
+                };
+                if matches!(dead_time, Some(DeadTime::Estimate(_))) && self.orders.is_some_and(jumps) {
+                    return Err(OptionError::new(
+                        "dead_time",
+                        "an input that acts at once makes a loss that jumps with the dead time; expected an nb \
+                         of at most the degree of A(s), or the hold first-order",
+                    ));
+                }
+                if integrator
+                    && self.initial == InitialCondition::Estimate
+                    && self.offset == OffsetChoice::Estimate
+                {
+                    return Err(OptionError::new(
+                        "offset",
+                        "the level of an integrator is in its state; expected initial or offset estimated, not both",
+                    ));
+                }
                 match self.ts {
                     Some(ts) if !(ts > 0.0 && ts.is_finite()) => Err(OptionError::new(
                         "ts",
@@ -52,7 +122,8 @@ macro_rules! continuous {
             }
 
             fn model_orders(&self, setting: usize) -> Option<Orders> {
-                Some(sampled(self.orders(setting), self.hold))
+                let (structure, dead_time) = self.structure(setting, usize::MAX);
+                Some(structure.sampled(self.hold, dead_time))
             }
 
             fn default_orders(&self, setting: usize) -> Option<Orders> {
@@ -67,7 +138,7 @@ macro_rules! continuous {
             }
 
             fn begins_at_rest(&self) -> bool {
-                true
+                self.initial == InitialCondition::Zero
             }
 
             fn takes_memory(&self) -> bool {
@@ -75,16 +146,25 @@ macro_rules! continuous {
             }
 
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
+                let window = problem.shape.window;
+                let step = self.ts.unwrap_or(1.0);
+                let (seconds, record) = (
+                    self.dead_time.map_or(0.0, DeadTime::longest),
+                    window as f64 * step,
+                );
+                if seconds >= record {
+                    return Err(SetupError::LongDeadTime { seconds, record });
+                }
+                let (structure, dead_time) = self.structure(problem.shape.order, window);
                 let continuous = ContinuousModel {
-                    step: self.ts.unwrap_or(1.0),
+                    step,
                     hold: self.hold,
+                    dead_time,
                     ..ContinuousModel::default()
                 };
-                let orders = self.orders(problem.shape.order);
                 let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
-                let window = problem.shape.window;
                 Ok(Box::new(ContinuousIv::new(
-                    orders, continuous, stabilise, window,
+                    structure, continuous, stabilise, window,
                 )?))
             }
         }
@@ -107,15 +187,18 @@ continuous!(
 );
 
 /// Checks the orders of a model in continuous time.
-fn check(orders: Option<Orders>, noise: bool) -> Result<(), OptionError> {
+fn check(orders: Option<Orders>, noise: bool, integrator: bool) -> Result<(), OptionError> {
     let refuse = |message| Err(OptionError::new("orders", message));
     match orders {
         Some(Orders { na, nc, nd, .. }) if na + nc + nd > 0 && !noise => {
             refuse("expected nb, nf, nk; the model has no A(q), C, D")
         }
         Some(Orders { na: 1.., .. }) => refuse("expected nb, nc, nd, nf, nk; nf counts A(s)"),
-        Some(Orders { nf: 0, .. }) => refuse("expected an nf of at least 1"),
-        Some(Orders { nb, nf, .. }) if nb == 0 || nb > nf + 1 => {
+        Some(Orders { nf: 0, .. }) if !integrator => refuse("expected an nf of at least 1"),
+        Some(Orders { nb, nf, .. }) if integrator && (nb == 0 || nb > nf + 2) => {
+            refuse("expected an nb of 1 to nf + 2: A(s) = s F(s), and the degree of B(s) is nb - 1")
+        }
+        Some(Orders { nb, nf, .. }) if !integrator && (nb == 0 || nb > nf + 1) => {
             refuse("expected an nb of 1 to nf + 1: the degree of B(s) is nb - 1")
         }
         Some(Orders { nk: 0, .. }) => refuse("expected an nk of at least 1: 1 is no dead time"),

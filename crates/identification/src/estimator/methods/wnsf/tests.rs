@@ -50,7 +50,7 @@ fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<
 fn weighted_solutions_of_another_program() {
     let cases: Value = serde_json::from_str(include_str!("reference.json")).unwrap();
     let cases = cases.as_array().unwrap();
-    assert_eq!(cases.len(), 6);
+    assert_eq!(cases.len(), 10);
     for case in cases {
         let number = |key: &str| case[key].as_u64().unwrap() as usize;
         let file = case["file"].as_str().unwrap();
@@ -60,17 +60,34 @@ fn weighted_solutions_of_another_program() {
             orders: Some(case["orders"].as_str().unwrap().parse().unwrap()),
             high_order: Some(number("high_order")),
             iterations: number("iterations"),
+            initial: case["initial"].as_str().unwrap().parse().unwrap(),
+            offset: match case["offset"].as_f64() {
+                Some(_) => OffsetChoice::Estimate,
+                None => OffsetChoice::None,
+            },
         };
-        let pass = estimate(&options, 2, &u[..n], &y[..n]);
+        let shifted = |signal: &[f64], i: usize| -> Vec<f64> {
+            let added = case["added"][i].as_f64().unwrap();
+            signal[..n].iter().map(|x| x + added).collect()
+        };
+        let pass = estimate(&options, 2, &shifted(&u, 0), &shifted(&y, 1));
         // The response of this one is not over at the last tap: a status, and no standard errors.
         let is_cut = file == "epfl_laserbeam.csv";
         let status = is_cut.then_some(FailureKind::Implausible);
         assert_eq!(pass.failure.map(|of| of.kind), status, "{file}");
-        let expected = case["theta"].as_array().unwrap();
         let errors = pass.model.standard_errors();
         assert_eq!(errors.is_none(), is_cut, "{file}");
-        for (i, (found, expected)) in pass.model.parameters().zip(expected).enumerate() {
-            let off = (found - expected.as_f64().unwrap()).abs();
+        let offsets = pass.offsets.iter();
+        let errors = errors.map(|mut errors| {
+            errors.extend(offsets.clone().map(|of| of.se));
+            errors
+        });
+        let found = pass.model.parameters().chain(offsets.map(|of| of.value));
+        let expected = case["theta"].as_array().unwrap().iter();
+        let expected = expected.chain(case["offset"].as_f64().map(|_| &case["offset"]));
+        for (i, (found, expected)) in found.zip(expected).enumerate() {
+            let expected = expected.as_f64().unwrap();
+            let off = (found - expected).abs() / expected.abs().max(1.0);
             assert!(off < 1e-10, "{file} {i}: {off}");
             if let Some(errors) = &errors {
                 let ratio = errors[i] / case["se"][i].as_f64().unwrap();
