@@ -5,14 +5,15 @@ use asobench::plant::ContinuousPlant;
 use asobench::signal::Signal;
 use serde_json::Value;
 
-/// `rounding.py`: plants of which no exponential is right to more than a few digits, some to none, in any units. The root
-/// mean squares of an observer that does nothing are those of the plant's states. Where the step error is below the
-/// limit of the studies, it is no less than a tenth of the true error; all others are lost.
+/// `rounding.py`: plants of which no exponential is right to more than a few digits, some to none, in any units. The
+/// root mean squares of an observer that does nothing are those of the plant's states. An error above 1e-3 is never
+/// certified to be below 1e-4, the limit of the studies. The step error is a difference of random rounding: it may be
+/// small by chance, but not below a tenth of the true errors in more than two of the 24 runs, nor below a hundredth.
 #[test]
 fn nothing_wrong_is_certified() {
     let cases: Value = serde_json::from_str(include_str!("rounding.json")).unwrap();
     let cases = cases.as_array().unwrap();
-    let mut lost = 0;
+    let (mut lost, mut small) = (0, 0);
     for case in cases {
         let row = |row: &Value| -> Vec<f64> {
             let row = row.as_array().unwrap().iter();
@@ -30,7 +31,7 @@ fn nothing_wrong_is_certified() {
             gain: vec![0.0; n],
             x0: vec![0.0; n],
         };
-        for step in [0.01, 0.1] {
+        for step in [0.01, 0.005] {
             let scenario = Scenario {
                 u: Signal::default(),
                 delta: Signal::default(),
@@ -54,12 +55,13 @@ fn nothing_wrong_is_certified() {
             ] {
                 let exact = case[key].as_f64().unwrap();
                 let error = (found / exact - 1.0).abs();
-                assert!(
-                    error <= 10.0 * relative,
-                    "{case} {step}: {error:e} {relative:e}"
-                );
+                let what = format!("{case} {step}: {error:e} {relative:e}");
+                assert!(relative > 1e-4 || error <= 1e-3, "{what}");
+                assert!(error <= 100.0 * relative, "{what}");
+                small += usize::from(error > 10.0 * relative);
             }
         }
     }
     assert!(0 < lost && lost < cases.len(), "{lost}");
+    assert!(small <= 4, "{small} of two measures");
 }

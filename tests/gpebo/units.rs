@@ -18,7 +18,7 @@ struct Units {
     y: f64,
 }
 
-/// An observer with settings that a user has in the unit 1, and whether its prior, p0 I, asks for one unit of all states.
+/// An observer with the settings that a user has in the unit 1.
 enum Kind {
     Poles([(f64, f64); 3]),
     Steady,
@@ -42,6 +42,7 @@ const KINDS: [Kind; 8] = [
 ];
 
 impl Kind {
+    /// Whether the prior p0 I or the process noise q I asks for one unit of all states.
     fn wants_one_unit_of_states(&self) -> bool {
         matches!(self, Self::LsDrem | Self::Prior | Self::Filter)
     }
@@ -179,8 +180,8 @@ fn run(kind: &Kind, units: &Units) -> Option<Halving> {
     Some(halve(&cascade, |_| {}))
 }
 
-/// Every observer, with its settings in the new units, has the same errors in them, to rounding, and the same step error:
-/// states one by one and together, time, u and y in units from 1e-9 to 1e9.
+/// Every observer, with its settings in the new units, has the same errors in them, to rounding, and the same step
+/// error: states one by one and together, time, u and y in units from 1e-9 to 1e9.
 #[test]
 fn other_units_change_nothing_but_the_units() {
     let one = || Units {
@@ -253,8 +254,8 @@ fn other_units_change_nothing_but_the_units() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Moler's badly scaled matrix as a plant (`x_1(1) = 0.446849468283175` from (1, 0, 0)): the plant's state is right, with
-/// long and with short steps, in the published units and in others, so that nothing wrong is certified.
+/// Moler's badly scaled matrix as a plant (`x_1(1) = 0.446849468283175` from (1, 0, 0)): the plant's state is right,
+/// with long and with short steps, in the published units and in others.
 #[test]
 fn a_badly_scaled_plant() {
     for unit in [1.0, 1e4, 1e-3] {

@@ -90,8 +90,8 @@ mod tests {
         }
     }
 
-    /// Of twelve lags side by side, whose observability matrix is Vandermonde's, less than half of the digits of L would
-    /// be right. The condition is the same in any units of states and time.
+    /// Of twelve lags side by side, whose observability matrix is Vandermonde's, less than half of the digits of L
+    /// would be right. The condition is the same in any units of states and time.
     #[test]
     fn ill_conditioned_placement_is_refused() {
         let n = 12;

@@ -13,9 +13,9 @@ pub(super) struct Scaling {
 }
 
 impl Scaling {
-    /// Finds the units of `x' = A x + w`, `y = c'x + v` with the intensities Q of w and r > 0 of v, for a rate: those in
-    /// which `[A, g; c' 0]` is balanced, `g_i^2 = Q_ii / r`, and v has an intensity of 1 to 2. In discrete time the rate
-    /// is 1 and intensities are covariances.
+    /// Finds the units of `x' = A x + w`, `y = c'x + v` with the intensities Q of w and r > 0 of v, for a rate: those
+    /// in which `[A, g; c' 0]` is balanced, `g_i^2 = Q_ii / r`, and v has an intensity of 1 to 2. In discrete time the
+    /// rate is 1 and intensities are covariances.
     pub(super) fn new(
         a: MatRef<'_, f64>,
         c: &[f64],
