@@ -10,4 +10,6 @@ mod linear;
 mod measures;
 mod outcomes;
 mod packs;
+mod rounding;
 mod step_error;
+mod units;

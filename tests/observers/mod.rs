@@ -2,6 +2,7 @@
 //! noise known no observer of the same information beats the Kalman filter.
 
 mod reference;
+mod units;
 
 use asobench::data::{Process, ProcessError, ProcessSettings, Realisation};
 use asobench::estimator::initial_state::InitialState;

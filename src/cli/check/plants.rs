@@ -5,11 +5,11 @@ use crate::cli::equation::broken;
 use crate::data::PlantSource;
 use crate::model::{LinearModel, Orders};
 use crate::observer::gpebo::ObserverSpec;
-use crate::plant::{ContinuousPlant, PoleFinder, StateSpace};
+use crate::plant::{ContinuousPlant, PoleFinder, StateSpace, eigenvalues};
 use crate::study::file::Key;
 use crate::study::{ContinuousCell, Experiment, Source};
 use crate::text::{rounded, visible};
-use faer::{Mat, MatRef, c64};
+use faer::{Mat, c64};
 use std::fmt::Write as _;
 
 /// The largest number of plants shown.
@@ -96,11 +96,11 @@ fn delayed(model: &LinearModel) -> Option<Orders> {
 /// The poles of a plant and of the full-order observers that run on it; an observer that is not stable is marked.
 fn described_in_continuous_time(cell: &ContinuousCell, experiment: &Experiment) -> String {
     let plant = &cell.plant;
-    let mut text = listed("poles ", &eigenvalues(plant.a()));
+    let mut text = listed("poles ", &eigenvalues(plant.a()).unwrap_or_default());
     let outputs = experiment.outputs();
     for (observer, output) in cell.observers.iter().zip(&outputs) {
         if let ObserverSpec::Luenberger { gain, .. } = observer {
-            let poles = eigenvalues(closed(plant, gain).as_ref());
+            let poles = eigenvalues(closed(plant, gain).as_ref()).unwrap_or_default();
             let label = format!("poles of {}: ", visible(output.label()));
             text.push_str(&listed(&label, &poles));
             if poles.iter().any(|pole| pole.re >= 0.0) {
@@ -117,11 +117,6 @@ fn described_in_continuous_time(cell: &ContinuousCell, experiment: &Experiment) 
 fn closed(plant: &ContinuousPlant, gain: &[f64]) -> Mat<f64> {
     let (a, c) = (plant.a(), plant.c());
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - gain[i] * c[j])
-}
-
-/// The eigenvalues of a matrix; none where the iteration does not converge.
-fn eigenvalues(matrix: MatRef<'_, f64>) -> Vec<c64> {
-    matrix.eigenvalues().unwrap_or_default()
 }
 
 /// Sets to 0 what is rounding of the largest number.

@@ -2,54 +2,43 @@
 //! paper's own gain, for the canonical form, is in `pole_placement.rs`.
 
 use super::pole_placement::{Gain, GainError, Poles};
-use faer::linalg::solvers::Solve;
+use crate::plant::{Equilibrated, Observability};
 use faer::{Mat, MatRef, c64};
 use std::f64::consts::PI;
 
 /// Returns L (n numbers) such that `A - L C'` has the characteristic polynomial phi of the poles (Ackermann 1972):
 /// `L = phi(A) O^-1 (0, ..., 0, 1)'`. The observability matrix O has the rows `C'A^i`, i = 0 ... n-1. A is n x n, C has
-/// length n. Meant for continuous-time plants with few states: the condition number of O limits the order.
+/// length n. Meant for continuous-time plants with few states: the condition number of O limits the order. Time is
+/// measured by the fastest eigenvalue of A, and columns and rows of O in units of their own sizes, so that neither the
+/// result nor the limit depends on the units of time, of the states and of y.
 ///
 /// # Errors
-/// [`GainError::Count`] if there are not n poles; [`GainError::Observability`] if O has a condition number (1-norm)
-/// above 1e9, so that less than half of the digits of L would be right.
+/// [`GainError::Count`] if there are not n poles; [`GainError::Observability`] if O in these units has a condition
+/// number (1-norm) above 1e9, so that less than half of the digits of L would be right.
 pub fn place(a: MatRef<'_, f64>, c: &[f64], poles: &Poles) -> Result<Vec<f64>, GainError> {
     let n = a.nrows();
     if poles.len() != n {
         return Err(GainError::Count(poles.len(), n));
     }
-    let mut observability = Mat::<f64>::zeros(n, n);
-    let mut row = Mat::from_fn(1, n, |_, j| c[j]);
-    for i in 0..n {
-        observability.row_mut(i).copy_from(row.row(0));
-        row = &row * a;
-    }
-    let last = Mat::from_fn(n, 1, |i, _| if i + 1 == n { 1.0 } else { 0.0 });
-    let solved = observability.partial_piv_lu();
-    let inverse = solved.solve(Mat::<f64>::identity(n, n));
-    let condition = norm(&observability) * norm(&inverse);
+    let Observability { rate, a, matrix } = Observability::new(a, c);
+    let observability = Equilibrated::new(matrix.as_ref());
+    let condition = observability.condition();
     if !(condition <= LARGEST_CONDITION) {
         return Err(GainError::Observability(condition));
     }
-    let q = solved.solve(&last);
-    // Horner: phi(A) q = A (... A (A q + phi_1 q) + ...) + phi_n q.
-    let mut gain = q.clone();
+    let last = Mat::from_fn(n, 1, |i, _| if i + 1 == n { 1.0 } else { 0.0 });
+    let q = observability.solve(last.as_ref());
+    // Horner: phi(A) q = A (... A (A q + phi_1 q) + ...) + phi_n q, with the poles in the same unit of time.
+    let (mut gain, mut unit) = (q.clone(), 1.0);
     for phi in poles.polynomial() {
-        gain = a * &gain + faer::Scale(*phi) * &q;
+        unit *= rate;
+        gain = &a * &gain + faer::Scale(*phi / unit) * &q;
     }
-    Ok((0..n).map(|i| gain[(i, 0)]).collect())
+    Ok((0..n).map(|i| gain[(i, 0)] * rate).collect())
 }
 
 /// The largest condition number of an observability matrix from which poles are placed.
 const LARGEST_CONDITION: f64 = 1e9;
-
-/// Returns the 1-norm: the largest column sum.
-fn norm(matrix: &Mat<f64>) -> f64 {
-    let columns = matrix
-        .col_iter()
-        .map(|column| column.iter().map(|x| x.abs()).sum());
-    columns.fold(0.0, f64::max)
-}
 
 /// Parses a list of poles such as "-1+2i,-1-2i".
 ///
@@ -101,19 +90,25 @@ mod tests {
         }
     }
 
-    /// For a chain of twelve lags seen at its end, no digit of L would be right.
+    /// Of twelve lags side by side, whose observability matrix is Vandermonde's, less than half of the digits of L
+    /// would be right. The condition is the same in any units of states and time.
     #[test]
     fn ill_conditioned_placement_is_refused() {
         let n = 12;
-        let a = Mat::from_fn(n, n, |i, j| match j {
-            _ if j == i => -(i as f64 + 1.0),
-            _ if j == i + 1 => 1.0,
-            _ => 0.0,
-        });
-        let mut c = vec![0.0; n];
-        c[0] = 1.0;
-        let placed = place(a.as_ref(), &c, &butterworth(n, 3.0));
-        assert!(matches!(placed, Err(GainError::Observability(condition)) if condition > 1e9));
+        let condition = |unit: f64, rate: f64| {
+            let lag = |i: usize| -rate * (i as f64 + 1.0);
+            let a = Mat::from_fn(n, n, |i, j| if i == j { lag(i) } else { 0.0 });
+            let c: Vec<f64> = (0..n).map(|i| unit.powi(i as i32)).collect();
+            match place(a.as_ref(), &c, &butterworth(n, 3.0 * rate)) {
+                Err(GainError::Observability(condition)) => condition,
+                other => panic!("{other:?}"),
+            }
+        };
+        let own = condition(1.0, 1.0);
+        assert!(own > 1e9);
+        for (unit, rate) in [(1e-3, 1.0), (8.0, 1.0), (1.0, 1e9), (10.0, 1e-7)] {
+            assert!((condition(unit, rate) / own - 1.0).abs() < 1e-3);
+        }
     }
 
     /// The double integrator by hand: phi = s^2 + 2 s + 5, L = (2, 5).

@@ -2,6 +2,7 @@
 
 use super::riccati::check::check;
 use super::riccati::equation::{RiccatiError, symmetric};
+use crate::plant::eigenvalues;
 use faer::{Mat, MatRef};
 
 /// Returns the solution P (n x n) of `P = F P F' + Q`. For Q >= 0 it is the stationary covariance of
@@ -31,13 +32,9 @@ pub fn lyapunov(f: MatRef<'_, f64>, q: MatRef<'_, f64>) -> Result<Mat<f64>, Ricc
 
 /// Returns the largest modulus of the eigenvalues: 0 for an empty matrix, NaN if the eigenvalues cannot be computed.
 pub(super) fn spectral_radius(f: MatRef<'_, f64>) -> f64 {
-    if !f.is_all_finite() {
-        return f64::NAN;
-    }
-    match f.eigenvalues() {
-        Ok(eigenvalues) => eigenvalues.iter().map(|z| z.norm()).fold(0.0, f64::max),
-        Err(_) => f64::NAN,
-    }
+    eigenvalues(f).map_or(f64::NAN, |found| {
+        found.iter().map(|z| z.norm()).fold(0.0, f64::max)
+    })
 }
 
 /// Returns `sum_i F^i Q F'^i` of a stable F and a symmetric Q. `None` if it overflows or does not settle.

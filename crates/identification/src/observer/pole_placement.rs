@@ -45,8 +45,8 @@ pub enum GainError {
     Conjugates(String),
     /// The observability matrix is singular up to rounding.
     #[error(
-        "the observability matrix has the condition number {0:.1e}, too large to place poles; \
-         expected at most 1e9, or a gain of your own"
+        "the observability matrix has the condition number {0:.1e} in units of its own rows and columns, \
+         too large to place poles; expected at most 1e9, or a gain of your own"
     )]
     Observability(f64),
     /// The number of poles differs from the order.

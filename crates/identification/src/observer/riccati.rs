@@ -8,6 +8,9 @@
 //! modes on or outside the unit circle. Such an equation is first solved with Q + eps I, whose gain stabilises.
 //! Newton's iteration then leads from that gain to the stabilising solution, if there is one.
 //!
+//! Both equations are solved in units of states, y, time and variances in which their numbers are of like sizes
+//! ([`balance`](crate::plant::balance)), so that P and the gain are as exact in any units.
+//!
 //! Sources: Chu, Fan, Lin, Wang, "Structure-preserving algorithms for periodic discrete-time
 //! algebraic Riccati equations", Int. J. Control 77 (2004) 767; Chu, Fan, Lin, "A
 //! structure-preserving doubling algorithm for continuous-time algebraic Riccati equations", Linear
@@ -17,6 +20,7 @@ pub(super) mod check;
 mod continuous_equation;
 mod discrete_equation;
 pub(super) mod equation;
+mod scaling;
 #[cfg(test)]
 pub(super) mod tests;
 
@@ -25,8 +29,10 @@ pub(super) use discrete_equation::Discrete;
 pub use equation::RiccatiError;
 pub(super) use equation::{Equation, MARGIN};
 
+use crate::plant::own_rate;
 use continuous_equation::Continuous;
 use faer::{Mat, MatRef};
+use scaling::Scaling;
 
 /// The stabilising solution of a filter's Riccati equation.
 #[derive(Clone, Debug)]
@@ -48,6 +54,8 @@ pub struct Riccati {
 const ACCEPTED: f64 = 1e-9;
 /// The number of Newton steps. If a pole tends to the stability boundary, each step at least halves its distance to it.
 const NEWTON_STEPS: usize = 40;
+/// So many steps in a row that do not lower the residual are the last.
+const TRIED: usize = 3;
 
 /// P, its residual and the number of steps.
 type Solution = (Mat<f64>, f64, usize);
@@ -68,28 +76,32 @@ fn solve(equation: &impl Equation) -> Result<Solution, RiccatiError> {
     Err(RiccatiError::NotStabilising { margin })
 }
 
-/// Improves a P whose gain stabilises by Newton's iteration, until the residual stops falling.
+/// Improves a P whose gain stabilises by Newton's iteration, until the residual falls no more.
 ///
 /// Each step adds a correction to P, so its own rounding is only of the size of that correction. The rounding of the
-/// defect limits the result.
+/// defect limits the result; it is another one in each step, so that a few more are tried, and the best P is taken.
 fn refine(equation: &impl Equation, p: Mat<f64>, steps: usize) -> Result<Solution, RiccatiError> {
-    let (mut defect, mut residual) = relative(equation, &p);
+    let (mut defect, residual) = relative(equation, &p);
+    let (mut last, mut without_gain) = (p.clone(), 0);
     let mut best = (p, residual, steps);
     for step in 1..=NEWTON_STEPS {
-        if residual == 0.0 {
+        if best.1 == 0.0 || without_gain == TRIED {
             break;
         }
-        let gain = equation.gain(&best.0);
+        let gain = equation.gain(&last);
         let Some(correction) = equation.correction(&gain, defect) else {
             break;
         };
-        let p = &best.0 + correction;
-        (defect, residual) = relative(equation, &p);
+        last += correction;
+        let (next, residual) = relative(equation, &last);
+        defect = next;
         // From a distant start the first step may raise the residual; the next ones then lower it slowly.
-        if !(residual < best.1) && best.1 <= ACCEPTED {
-            break;
+        if residual < best.1 || best.1 > ACCEPTED {
+            best = (last.clone(), residual, steps + step);
+            without_gain = 0;
+        } else {
+            without_gain += 1;
         }
-        best = (p, residual, steps + step);
     }
     let margin = equation.margin(&equation.gain(&best.0));
     if !(margin > MARGIN) {
@@ -131,13 +143,19 @@ pub fn dare(
     s: &[f64],
     r: f64,
 ) -> Result<Riccati, RiccatiError> {
-    let equation = Discrete::new(f, h, q, s, r)?;
-    let (p, residual, iterations) = solve(&equation)?;
+    // Mistakes and the residual are in the units of the caller.
+    let given = Discrete::new(f, h, q, s, r)?;
+    let units = Scaling::new(f, h, q, r, 1.0);
+    let (own_f, own_q) = (units.a(f), units.q(q));
+    let (h, s) = (units.c(h), units.s(s));
+    let equation = Discrete::new(own_f.as_ref(), &h, own_q.as_ref(), &s, units.r(r))?;
+    let (own, _, iterations) = solve(&equation)?;
+    let p = units.covariance(&own);
     Ok(Riccati {
-        gain: equation.predictor_gain(&equation.gain(&p)),
-        innovation: equation.innovation(&p),
+        gain: units.gain(equation.predictor_gain(&equation.gain(&own))),
+        innovation: units.of_output(equation.innovation(&own)),
+        residual: relative(&given, &p).1,
         p,
-        residual,
         iterations,
     })
 }
@@ -156,13 +174,17 @@ pub fn care(
     q: MatRef<'_, f64>,
     r: f64,
 ) -> Result<Riccati, RiccatiError> {
-    let equation = Continuous::new(a, c, q, r)?;
-    let (p, residual, iterations) = solve(&equation)?;
+    let given = Continuous::new(a, c, q, r)?;
+    let units = Scaling::new(a, c, q, r, own_rate(a));
+    let (own_a, own_q) = (units.a(a), units.q(q));
+    let equation = Continuous::new(own_a.as_ref(), &units.c(c), own_q.as_ref(), units.r(r))?;
+    let (own, _, iterations) = solve(&equation)?;
+    let p = units.covariance(&own);
     Ok(Riccati {
-        gain: equation.gain(&p).iter().copied().collect(),
+        gain: units.gain(equation.gain(&own).iter().copied()),
         innovation: r,
+        residual: relative(&given, &p).1,
         p,
-        residual,
         iterations,
     })
 }

@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatRef};
 
+use super::balance::Equilibrated;
 use super::observability::observability_rank;
 
 /// The plant `x' = A x + B u`, `y = C'x + delta` with one input and one output. A is n x n, B and C have length n, and
@@ -140,18 +141,18 @@ impl ContinuousPlant {
     /// Returns the same plant in the coordinates `T x`: `(T A T^-1, T B, T^-T C)`, T n x n.
     ///
     /// # Errors
-    /// If T is not n x n or singular to working precision.
+    /// If T is not n x n or singular to working precision, in units of its own rows and columns.
     pub fn transformed(&self, t: MatRef<'_, f64>) -> Result<Self, ContinuousPlantError> {
-        use faer::linalg::solvers::Solve;
         let order = self.order();
         let refusal = ContinuousPlantError::Transformation { order };
         if t.nrows() != order || t.ncols() != order || !t.is_all_finite() {
             return Err(refusal);
         }
-        let inverse = t.partial_piv_lu().solve(Mat::<f64>::identity(order, order));
-        if !(inverse.norm_l2() * t.norm_l2() < 1.0 / f64::EPSILON) {
+        let lu = Equilibrated::new(t);
+        if !(lu.condition() < 1.0 / f64::EPSILON) {
             return Err(refusal);
         }
+        let inverse = lu.solve(Mat::<f64>::identity(order, order).as_ref());
         let multiply = |m: MatRef<'_, f64>, v: &[f64]| {
             (0..order)
                 .map(|i| (0..order).map(|j| m[(i, j)] * v[j]).sum())

@@ -1,5 +1,6 @@
 //! The true system: the canonical SISO plant, its forms, simulation, poles.
 
+mod balance;
 pub mod canonical;
 mod continuous_plant;
 mod exponential;
@@ -14,8 +15,12 @@ pub use simulate::inlined;
 pub mod stability;
 mod system;
 
+pub(crate) use balance::{Equilibrated, in_units, own_rate, power_of_two};
+pub use balance::{balance, eigenvalues};
 pub use continuous_plant::{ContinuousPlant, ContinuousPlantError};
 pub use exponential::exponential;
+pub(crate) use exponential::exponential_by;
+pub(crate) use observability::Observability;
 pub use observability::observability_rank;
 pub use paper::{Numerator, nikolov2023};
 pub use poles::{PoleFinder, parse_pole, polynomial_from_poles, unmatched_pole};

@@ -67,13 +67,13 @@ pub struct Halving {
     pub observers: Vec<Convergence>,
 }
 
-/// The largest differences of the runs' estimates of one vector, and the largest number of the finest and of the
-/// true one.
-#[derive(Clone, Copy, Debug)]
+/// The largest differences of the runs' estimates of one vector, and the largest number of each component of the finest
+/// and of the true one.
+#[derive(Clone, Debug)]
 struct Differences<R> {
     coarse: R,
     fine: R,
-    largest: R,
+    largest: Vec<R>,
 }
 
 /// Returns the larger number; NaN if one is NaN.
@@ -96,11 +96,11 @@ fn rounding(largest: f64, steps: usize) -> f64 {
 }
 
 impl<R: Real> Differences<R> {
-    fn new() -> Self {
+    fn new(components: usize) -> Self {
         Self {
             coarse: R::zero(),
             fine: R::zero(),
-            largest: R::zero(),
+            largest: vec![R::zero(); components],
         }
     }
 
@@ -111,7 +111,7 @@ impl<R: Real> Differences<R> {
             self.coarse = larger(self.coarse, (coarse[i] - middle[i]).abs());
             self.fine = larger(self.fine, (middle[i] - fine[i]).abs());
             let size = larger_number(fine[i].abs(), truth(i).abs());
-            self.largest = larger(self.largest, size);
+            self.largest[i] = larger(self.largest[i], size);
         }
     }
 
@@ -120,17 +120,18 @@ impl<R: Real> Differences<R> {
         Differences {
             coarse: self.coarse.lane(lane),
             fine: self.fine.lane(lane),
-            largest: self.largest.lane(lane),
+            largest: self.largest.iter().map(|size| size.lane(lane)).collect(),
         }
     }
 }
 
 impl Differences<f64> {
     fn step_error(&self, steps: usize) -> StepError {
-        let rounding = rounding(self.largest, steps);
+        let largest = self.largest.iter().copied().fold(0.0, larger);
+        let rounding = rounding(largest, steps);
         StepError {
             error: richardson(self.coarse, self.fine, rounding),
-            largest: self.largest,
+            largest,
             order: order(self.coarse, self.fine, rounding),
         }
     }
@@ -181,14 +182,16 @@ fn run_lanes<R: Real>(
     };
     let mut found = vec![None; cascades.len()];
     let mut runs = Runs::<R>::start(cascades, &REFINEMENTS, known);
-    let mut differences = vec![[Differences::new(); 2]; first.observers()];
+    let sizes = [first.n, first.n].map(Differences::new);
+    let mut differences = vec![sizes; first.observers()];
     let mut running = (1_u16 << found.len()) - 1;
     loop {
         visit(&runs);
         compare(&runs, first, &mut differences);
         let left = running & u16::from(runs.going_on());
         for lane in (0..found.len()).filter(|lane| (running & !left) >> lane & 1 == 1) {
-            let differences = differences.iter().map(|all| all.map(|of| of.lane(lane)));
+            let lane_of = |all: &[Differences<R>; 2]| all.each_ref().map(|of| of.lane(lane));
+            let differences = differences.iter().map(lane_of);
             let differences: Vec<_> = differences.collect();
             found[lane] = Some(conclude(&runs, first, &differences, lane));
         }
@@ -251,15 +254,19 @@ fn conclude<R: Real>(
         .map(|theta| theta * theta)
         .sum::<f64>();
     let convergence = |(number, differences): (usize, &[Differences<f64>; 2])| {
-        let [state, theta] = differences.map(|runs| runs.step_error(summary.steps));
-        let [state_scale, theta_scale] = [state.largest, theta.largest / size.sqrt()];
+        let [state, theta] = differences
+            .each_ref()
+            .map(|runs| runs.step_error(summary.steps));
+        // Of the root mean squares: of x, of the relative error of theta, and of x_1 ... x_n, each in its own unit.
+        let mut scales = vec![state.largest, theta.largest / size.sqrt()];
+        scales.extend(&differences[0].largest);
         let fine = &summary.observers[number].accuracy;
         let [coarse, middle] = [0, 1].map(|run| runs.refined[run].accuracy(number, lane));
         let accuracies = [&coarse, &middle, fine];
         Convergence {
             state,
             theta,
-            measures: measures(accuracies, [state_scale, theta_scale], summary.steps),
+            measures: measures(accuracies, &scales, summary.steps),
         }
     };
     Halving {
@@ -269,15 +276,15 @@ fn conclude<R: Real>(
 }
 
 /// Computes [`Convergence::measures`]. The scales are the largest values of the quantities whose errors enter the root
-/// mean squares of the state and of theta.
-fn measures(runs: [&Accuracy; 3], [state, theta]: [f64; 2], steps: usize) -> f64 {
+/// mean squares, in the order of [`Accuracy::finer`].
+fn measures(runs: [&Accuracy; 3], scales: &[f64], steps: usize) -> f64 {
     let [coarse, middle, fine] = runs;
     let differ = |a: f64, b: f64| (a - b).abs();
     // Zero where there is no theta.
     let end = richardson(
         differ(coarse.theta, middle.theta).max(0.0),
         differ(middle.theta, fine.theta).max(0.0),
-        rounding(theta, steps),
+        rounding(scales[THETA], steps),
     );
     let (ends, finer) = (runs.map(Accuracy::root_means), runs.map(|run| &run.finer));
     let mut most = end;
@@ -286,7 +293,7 @@ fn measures(runs: [&Accuracy; 3], [state, theta]: [f64; 2], steps: usize) -> f64
         if found.is_nan() {
             continue;
         }
-        let scale = if k == THETA { theta } else { state };
+        let scale = scales[k];
         let rounding = rounding(scale, steps);
         // Simpson's rule on the ends of h/2, which are the middles of h, and Boole's on those of h/4.
         let coarse = differ(finer[0][k], ends[1][k]);
@@ -307,7 +314,7 @@ mod tests {
         let differences = Differences {
             coarse: 1.6,
             fine: 0.1,
-            largest: 2.0,
+            largest: vec![1.0, 2.0],
         };
         let found = differences.step_error(100);
         assert_eq!(found.order, Some(4.0));
@@ -315,14 +322,14 @@ mod tests {
         let slow = Differences {
             coarse: 0.11,
             fine: 0.1,
-            largest: 2.0,
+            largest: vec![2.0],
         }
         .step_error(100);
         assert!((slow.error - 0.1 / (1.1 - 1.0)).abs() < 1e-13);
         let rounding = Differences {
             coarse: 1e-16,
             fine: 1e-16,
-            largest: 1.0,
+            largest: vec![1.0],
         }
         .step_error(100);
         assert_eq!(rounding.order, None);

@@ -15,7 +15,7 @@ use super::matrices::{
 use super::observer_spec::ObserverSpec;
 use super::riccati_filter::{FilterState, FilterSystem};
 use super::scenario::{GpeboOptions, Scenario};
-use crate::plant::{ContinuousPlant, exponential};
+use crate::plant::{ContinuousPlant, exponential_by};
 use crate::real::{MOST_LANES, Real};
 use crate::signal::{Signal, Wave};
 
@@ -101,22 +101,22 @@ impl<R: Real> Propagator<R> {
 #[derive(Debug, Default)]
 pub struct Propagators {
     of: Option<LinearSystem>,
-    /// With the length of the step.
-    known: Vec<(f64, Arc<Propagator>)>,
+    /// With the length of the step, and the squarings that were added.
+    known: Vec<((f64, i32), Arc<Propagator>)>,
 }
 
 impl Propagators {
     /// So many are kept at most.
     const MOST: usize = 64;
 
-    /// Returns the propagators of a system over a step of h seconds.
-    pub fn get(&mut self, system: &LinearSystem, h: f64) -> Arc<Propagator> {
-        if let Some((_, propagator)) = self.known.iter().find(|(length, _)| *length == h) {
+    /// Returns the propagators of a system over a step of h seconds, with so many squarings more than needed.
+    pub fn get(&mut self, system: &LinearSystem, h: f64, more: i32) -> Arc<Propagator> {
+        if let Some((_, propagator)) = self.known.iter().find(|(of, _)| *of == (h, more)) {
             return propagator.clone();
         }
-        let found = Arc::new(system.propagator(h));
+        let found = Arc::new(system.propagator(h, more));
         if self.known.len() < Self::MOST {
-            self.known.push((h, found.clone()));
+            self.known.push(((h, more), found.clone()));
         }
         found
     }
@@ -205,9 +205,10 @@ impl LinearSystem {
         }
     }
 
-    /// Returns the propagators over a step of h seconds.
-    pub fn propagator(&self, h: f64) -> Propagator {
-        let over = |m: &Mat<f64>| exponential((faer::Scale(h) * m).as_ref());
+    /// Returns the propagators over a step of h seconds. With more squarings than needed they are the same numbers with
+    /// another rounding.
+    pub fn propagator(&self, h: f64, more: i32) -> Propagator {
+        let over = |m: &Mat<f64>| exponential_by((faer::Scale(h) * m).as_ref(), more);
         let rows = |m: &Mat<f64>, first_row: usize| -> Vec<f64> {
             (first_row..m.nrows())
                 .flat_map(|i| (0..m.ncols()).map(move |j| m[(i, j)]))

@@ -28,6 +28,9 @@ pub struct Start {
 pub struct Run<'a, R> {
     cascade: &'a Cascade,
     refine: usize,
+    /// The squarings of its exponentials beyond those needed. Each of the runs that are compared has its own, so that
+    /// their rounding differs, which is seen in the differences then.
+    squarings: i32,
     /// Whether all of the summary is wanted; else its accuracy alone, without entries into the band.
     whole: bool,
     /// Whether the integrals of least squares are.
@@ -55,14 +58,16 @@ pub struct Run<'a, R> {
 }
 
 impl<'a, R: Real> Run<'a, R> {
-    /// Starts a run at t = 0, with each base step divided into `refine` parts.
+    /// Starts a run at t = 0, with each base step divided into `refine` parts; `coarser` is its number from the finest
+    /// on, of the runs that are compared.
     pub fn start(
         lanes: &[&'a Cascade],
         refine: usize,
-        whole: bool,
+        coarser: usize,
         known: &mut Propagators,
         oscillators: &mut Oscillators,
     ) -> Self {
+        let (whole, squarings) = (coarser == 0, coarser as i32);
         let cascade = lanes[0];
         let n = cascade.n;
         let lengths = std::array::from_fn(|lane| {
@@ -83,10 +88,11 @@ impl<'a, R: Real> Run<'a, R> {
         let mut run = Self {
             cascade,
             refine,
+            squarings,
             whole,
             integrals: whole || cascade.specs.iter().any(squared),
             lengths: [lengths[0]; MOST_LANES],
-            half: Propagator::splat(&known.get(&cascade.system, h / 2.0)),
+            half: Propagator::splat(&known.get(&cascade.system, h / 2.0, squarings)),
             h: R::splat(h),
             taken: 0,
             linear: cascade.system.initial(),
@@ -139,8 +145,8 @@ impl<'a, R: Real> Run<'a, R> {
             let bits = same.fold(0, |bits, other| bits | 1 << other);
             let mask = R::Mask::from_bits(bits);
             let h = length / self.refine as f64;
-            self.half
-                .set(mask, &known.get(&self.cascade.system, h / 2.0));
+            let half = known.get(&self.cascade.system, h / 2.0, self.squarings);
+            self.half.set(mask, &half);
             self.h = R::select(mask, R::splat(h), self.h);
             for other in mask.lanes() {
                 self.lengths[other] = length;

@@ -67,7 +67,7 @@ impl<'a, R: Real> Runs<'a, R> {
         let runs = refinements
             .iter()
             .enumerate()
-            .map(|(k, &refine)| Run::start(&lanes, refine, k == finest, known, &mut oscillators));
+            .map(|(k, &refine)| Run::start(&lanes, refine, finest - k, known, &mut oscillators));
         Self {
             refined: runs.collect(),
             places: (0..lanes.len()).map(place).collect(),

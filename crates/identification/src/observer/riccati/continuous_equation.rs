@@ -3,6 +3,7 @@
 use super::check::{check, check_column, check_covariance};
 use super::equation::{Equation, RiccatiError, double, symmetric};
 use crate::observer::lyapunov::sum_of_powers;
+use crate::plant::eigenvalues;
 use faer::linalg::solvers::Solve;
 use faer::{Col, Mat, MatRef, Scale};
 
@@ -52,7 +53,7 @@ impl Continuous {
     /// It also lies to the right of A's spectrum, where the transform always exists.
     fn gamma(&self, hamiltonian: &Mat<f64>) -> Option<f64> {
         let (small, large) = moduli(hamiltonian)?;
-        let right = self.a.eigenvalues().ok()?;
+        let right = eigenvalues(self.a.as_ref())?;
         let right = right.iter().map(|z| z.re).fold(0.0, f64::max);
         let gamma = (small.max(1e-6 * large) * large).sqrt().max(1.25 * right);
         Some(if gamma > 0.0 { gamma } else { 1.0 })
@@ -66,7 +67,7 @@ impl Continuous {
 
 /// Returns the smallest and the largest modulus of the eigenvalues. `None` if they cannot be computed.
 fn moduli(m: &Mat<f64>) -> Option<(f64, f64)> {
-    let eigenvalues = m.eigenvalues().ok()?;
+    let eigenvalues = eigenvalues(m.as_ref())?;
     let moduli = eigenvalues.iter().map(|z| z.norm());
     Some(moduli.fold((f64::INFINITY, 0.0), |(s, l), z| (s.min(z), l.max(z))))
 }
@@ -106,7 +107,7 @@ impl Equation for Continuous {
     }
 
     fn margin(&self, gain: &Col<f64>) -> f64 {
-        let Ok(poles) = self.closed_loop(gain).eigenvalues() else {
+        let Some(poles) = eigenvalues(self.closed_loop(gain).as_ref()) else {
             return f64::NAN;
         };
         let right = poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);

@@ -1,8 +1,10 @@
 use super::super::lyapunov::{lyapunov, spectral_radius};
 use super::equation::symmetric;
 use super::*;
+use crate::observer::{parse_poles, place};
 use RiccatiError as E;
 use faer::{ColRef, Scale, Side, c64, mat};
+use serde_json::Value;
 
 /// A reproducible source of uniform (Knuth's MMIX congruence, high 53 bits) and normal (Box-Muller) numbers.
 pub(in crate::observer) struct Random(pub u64);
@@ -428,4 +430,55 @@ fn lyapunov_values() {
     assert!((p[(0, 0)] / variance - 1.0).abs() < 1e-13);
     let unstable = lyapunov(mat![[1.0]].as_ref(), mat![[1.0]].as_ref());
     assert_eq!(unstable.unwrap_err(), RiccatiError::Unstable(1.0));
+}
+
+fn numbers(of: &Value) -> Vec<f64> {
+    let all = of.as_array().unwrap().iter();
+    all.map(|x| x.as_f64().unwrap()).collect()
+}
+
+/// `reference.py`: 50 filters, discrete and continuous, of plants in units of states and time from 1e-9 to 1e9, to 60
+/// digits. Errors in the plants' own units are those that the conditions of the problems allow.
+#[test]
+fn as_mpmath_in_any_units() {
+    let all: Value = serde_json::from_str(include_str!("reference.json")).unwrap();
+    let cases = all["filters"].as_array().unwrap();
+    assert_eq!(cases.len(), 50);
+    for case in cases {
+        let [units, a, c, q, p, gain] =
+            ["units", "a", "c", "q", "p", "gain"].map(|key| numbers(&case[key]));
+        let (n, r) = (units.len(), case["r"].as_f64().unwrap());
+        let square = |m: &[f64]| Mat::from_fn(n, n, |i, j| m[i * n + j]);
+        let (a, q) = (square(&a), square(&q));
+        let found = if case["discrete"] == true {
+            dare(a.as_ref(), &c, q.as_ref(), &vec![0.0; n], r)
+        } else {
+            care(a.as_ref(), &c, q.as_ref(), r)
+        };
+        let found = found.unwrap();
+        let own = |m: &Mat<f64>| Mat::from_fn(n, n, |i, j| m[(i, j)] / units[i] / units[j]);
+        let tolerance = 10.0 * n as f64 * f64::EPSILON * case["condition"].as_f64().unwrap();
+        assert_close(&own(&found.p), &own(&square(&p)), tolerance);
+        let column = |v: &[f64]| Mat::from_fn(n, 1, |i, _| v[i] / units[i]);
+        assert_close(&column(&found.gain), &column(&gain), 10.0 * tolerance);
+        assert!(found.residual <= 1e-12, "{found:?}");
+    }
+}
+
+/// `reference.py`: 50 placements of such plants, heat rods and lags among them.
+#[test]
+fn placements_as_mpmath_in_any_units() {
+    let all: Value = serde_json::from_str(include_str!("reference.json")).unwrap();
+    let cases = all["placements"].as_array().unwrap();
+    assert_eq!(cases.len(), 50);
+    for case in cases {
+        let [units, a, c, gain] = ["units", "a", "c", "gain"].map(|key| numbers(&case[key]));
+        let n = units.len();
+        let a = Mat::from_fn(n, n, |i, j| a[i * n + j]);
+        let poles = parse_poles(case["poles"].as_str().unwrap()).unwrap();
+        let found = place(a.as_ref(), &c, &poles).unwrap();
+        let column = |v: &[f64]| Mat::from_fn(n, 1, |i, _| v[i] / units[i]);
+        let tolerance = 10.0 * n as f64 * f64::EPSILON * case["condition"].as_f64().unwrap();
+        assert_close(&column(&found), &column(&gain), tolerance);
+    }
 }

@@ -24,7 +24,7 @@ pub use fed::FedObserver;
 pub use filters::StateFilters;
 pub use joint::{JointEkf, JointEkfSettings};
 pub use kreisselmeier::{Kreisselmeier, KreisselmeierSettings};
-pub use options::{JointEkfOptions, KreisselmeierOptions, ZhangOptions};
+pub use options::{JointEkfOptions, KreisselmeierOptions, TuningUnits, ZhangOptions};
 pub use zhang::{Zhang, ZhangSettings};
 
 use crate::estimator::recursive::Diverged;

@@ -12,8 +12,9 @@ use crate::estimator::{
     Estimator, FailureKind, MethodKind, OptionError, Pass, Problem, SetupError, Visit, Window,
 };
 use crate::model::Units;
+use crate::names::named_enum;
 use crate::plant::canonical::{multiply_toeplitz, reverse_negated};
-use crate::plant::polynomial_from_poles;
+use crate::plant::{polynomial_from_poles, power_of_two};
 use faer::c64;
 
 /// Defines the options of an adaptive observer, each a number with its default and its range.
@@ -26,6 +27,10 @@ macro_rules! adaptive_options {
             $(#[$about])*
             pub struct $name {
                 $($(#[$option_about])* pub $option: f64 = $default,)*
+                /// The units of u and y to which these numbers apply: record (the root mean squares of the first 3n
+                /// samples, or of the 3n from the first on that is not zero; the default), given (those of the data,
+                /// so that other units of u or y ask for other numbers).
+                pub units: TuningUnits,
                 /// The initial state of the model that is left at the end: estimate (stage 6), or zero.
                 pub initial_state: StartState,
             }
@@ -45,10 +50,21 @@ macro_rules! adaptive_options {
                 problem.shape.check()?;
                 let observer = $observer(self, problem.shape.order);
                 let order = problem.shape.order;
-                Ok(Box::new(Adapted::new(observer, order, self.initial_state)))
+                let adapted = Adapted::new(observer, order, self.units, self.initial_state);
+                Ok(Box::new(adapted))
             }
         }
     };
+}
+
+named_enum! {
+    /// The units of u and y to which the tuning of an adaptive observer applies.
+    TuningUnits, "units" {
+        /// The sizes of the record's first samples (the default).
+        Record = "record",
+        /// Those of the data.
+        Given = "given",
+    }
 }
 
 fn in_range(key: &str, value: f64, low: f64, high: f64) -> Result<(), OptionError> {
@@ -78,7 +94,7 @@ adaptive_options! {
     pole = 0.0, -0.999 to 0.999,
     /// The forgetting factor lambda.
     forgetting = 1.0, 0.01 to 1.0,
-    /// P(0) is p0 times the identity, where u and y are in units of the root mean squares of their first 3n samples.
+    /// P(0) is p0 times the identity.
     p0 = 1e4, 1e-12 to 1e12,
 }
 
@@ -86,8 +102,7 @@ adaptive_options! {
     /// The options of `joint-ekf`, which starts from a = b = x0 = 0. The defaults are for a constant plant, and
     /// measurement noise of 10 % of the output.
     JointEkfOptions = joint_ekf;
-    /// The variance of the measurement noise, where u and y are in units of the root mean squares of their first 3n
-    /// samples, as for all that follow.
+    /// The variance of the measurement noise.
     measurement_noise = 0.01, 1e-12 to 1e12,
     /// The variance of the errors of x(0).
     state_variance = 1.0, 1e-12 to 1e12,
@@ -138,13 +153,33 @@ fn joint_ekf(options: &JointEkfOptions, order: usize) -> JointEkf {
     })
 }
 
+/// Returns the root mean square of the first samples of a signal, so many; of those from the first on that is not zero,
+/// if they are. 1 for a signal of zeros.
+fn size(signal: &[f64], count: usize) -> f64 {
+    let first = |from: usize| &signal[from..signal.len().min(from + count)];
+    let some = |part: &[f64]| part.iter().any(|x| *x != 0.0);
+    let begin = signal.iter().position(|x| *x != 0.0).unwrap_or_default();
+    let part = if some(first(0)) {
+        first(0)
+    } else {
+        first(begin)
+    };
+    // In a unit near them no square overflows or vanishes.
+    let unit = power_of_two(part.iter().fold(0.0, |most: f64, x| most.max(x.abs())));
+    let squares: f64 = part.iter().map(|x| (x / unit) * (x / unit)).sum();
+    let size = unit * (squares / part.len() as f64).sqrt();
+    if size.is_normal() { size } else { 1.0 }
+}
+
 /// An adaptive observer on a whole window: the model that it has found after the last sample. `iterations` of the pass
 /// is the number of samples taken.
 ///
-/// It sees u and y divided by the root mean squares of their first 3n samples: gradients, and the first variances of a
-/// and of b, would otherwise depend on what u and y are measured in.
+/// With [`TuningUnits::Record`] it sees u and y divided by the root mean squares of their first 3n samples: gradients,
+/// and the first variances of a and of b, would otherwise depend on what u and y are measured in. Where these samples
+/// are all zero, as before a step, the 3n from the first on that is not zero serve; nothing is learnt before it.
 struct Adapted<O> {
     observer: O,
+    tuning: TuningUnits,
     units: Units,
     order: usize,
     state: StateEstimate,
@@ -154,9 +189,10 @@ struct Adapted<O> {
 }
 
 impl<O: AdaptiveObserver> Adapted<O> {
-    fn new(observer: O, order: usize, start: StartState) -> Self {
+    fn new(observer: O, order: usize, tuning: TuningUnits, start: StartState) -> Self {
         Self {
             observer,
+            tuning,
             units: Units::ONE,
             order,
             state: StateEstimate::new(order, start),
@@ -166,15 +202,12 @@ impl<O: AdaptiveObserver> Adapted<O> {
     }
 
     fn restart(&mut self, window: Window<'_>) {
-        let unit = |signal: &[f64]| {
-            let first = &signal[..signal.len().min(3 * self.order)];
-            let squares: f64 = first.iter().map(|x| x * x).sum();
-            let size = (squares / first.len() as f64).sqrt();
-            if size.is_normal() { size } else { 1.0 }
-        };
-        self.units = Units {
-            input: unit(window.u),
-            output: unit(window.y),
+        self.units = match self.tuning {
+            TuningUnits::Given => Units::ONE,
+            TuningUnits::Record => Units {
+                input: size(window.u, 3 * self.order),
+                output: size(window.y, 3 * self.order),
+            },
         };
         self.observer.restart();
     }
