@@ -48,7 +48,16 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         alone: false,
     };
     let table = files::read_record(path, arguments.sheet.as_deref(), &options);
-    let table = table.map_err(|error| bad(format!("{error}{}", ways_on(&error))))?;
+    let table = table.map_err(|error| match error {
+        RecordError::NotThere { column, .. } if column.contains(',') => {
+            let of_input = arguments.input.as_ref() == Some(&column);
+            let flag = if of_input { "input" } else { "output" };
+            Error::Input(format!(
+                "{file}: --{flag} {column}: one {flag}; this program is for single-input single-output systems"
+            ))
+        }
+        error => bad(format!("{error}{}", ways_on(&error))),
+    })?;
     let Table {
         mut record,
         times,
