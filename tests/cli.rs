@@ -927,8 +927,6 @@ fn help_texts() {
         ("help", vec!["--help"]),
         ("help_reproduce", vec!["reproduce", "--help"]),
         ("help_estimate", vec!["estimate", "--help"]),
-        ("help_estimate_short", vec!["estimate", "-h"]),
-        ("help_observe_short", vec!["observe", "-h"]),
         ("help_run", vec!["run", "--help"]),
         ("help_check", vec!["check", "--help"]),
         ("help_new", vec!["new", "--help"]),

@@ -155,12 +155,12 @@ fn observe<'a>(arguments: &'a Arguments, report: &'a Report) -> Result<Observed<
         _ => None,
     };
     let kind = match choice {
-        Choice::OfModel(kind) => kind,
-        Choice::Adaptive(_) if noise.is_some() => {
+        Choice::OfModel(ObserverKind::Gpebo(_)) | Choice::Adaptive(_) if noise.is_some() => {
             return Err(Error::Input(format!(
-                "--process-covariance: --observer {choice} has options of its own for its noise; expected none"
+                "--process-covariance: --observer {choice} takes no covariances; expected none"
             )));
         }
+        Choice::OfModel(kind) => kind,
         Choice::Adaptive(name) => {
             let mut options = estimate.options.clone();
             options.retain(|_, value| !value.is_null());

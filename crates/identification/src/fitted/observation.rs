@@ -142,6 +142,9 @@ impl Fitted {
         if self.pass.progress < Progress::InitialState {
             return Err(ObservationError::NoStart);
         }
+        if let Some(r) = noise.map(|noise| noise.measurement).filter(|r| !(*r > 0.0)) {
+            return Err(RiccatiError::Variance(r).into());
+        }
         let orders = self.model.orders();
         let mut observer = ModelObserver {
             a: a.clone(),
