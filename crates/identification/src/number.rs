@@ -11,14 +11,14 @@ pub fn uncertain(value: f64, error: f64) -> String {
     uncertain_within(value, error, 17)
 }
 
-/// The most digits of a value, whatever its standard error is: later ones are rounding.
-const MOST: i32 = 15;
+/// The most digits of a value, however small its standard error is: a row of numbers has 80 columns.
+const MOST: i32 = 9;
 /// The digits of a number without a standard error.
 const DIGITS: usize = 6;
 
 /// Formats a value and its standard error: two significant digits of the error, and the value to the same place, as in
-/// `81.1` and `3.6`, `2.30018e-10` and `1.2e-14`. Without an error (it is zero or undefined) the value has six significant
-/// digits, and the error is empty.
+/// `81.1` and `3.6`, `2.30018e-10` and `1.2e-14`; at most nine digits of the value. Without an error (it is zero or
+/// undefined) the value has six significant digits, and the error is empty.
 pub fn measured(value: f64, error: f64) -> [String; 2] {
     if !(value.is_finite() && error > 0.0 && error.is_finite()) {
         return [rounded(value, DIGITS), String::new()];
@@ -166,11 +166,7 @@ mod tests {
             (-0.000_2, 0.034, "0.000 +- 0.034"),
             (0.000_2, 34.0, "0 +- 34"),
             (0.0, 0.25, "0.00 +- 0.25"),
-            (
-                1.596_816_674_321_012,
-                1.2e-20,
-                "1.59681667432101 +- 1.2e-20",
-            ),
+            (1.596_816_674_321_012, 1.2e-20, "1.59681667 +- 1.2e-20"),
             (10.0, 1.02e-6, "10.0000000 +- 1.0e-6"),
             (1.0, 0.0, "1"),
             (f64::INFINITY, f64::NAN, "inf"),

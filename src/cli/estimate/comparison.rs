@@ -102,16 +102,16 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
     }
     writeln!(text)?;
     text.push_str(&wrap(&reason(report, ranked), 80, ""));
-    for estimate in ranked.iter().take(1) {
-        for hint in &estimate.hints {
-            text.push_str(&wrap(
-                &format!("hint on {}: {hint}", estimate.name),
-                80,
-                "  ",
-            ));
-        }
-    }
     Ok(())
+}
+
+/// The hints on the model that is not printed whole.
+pub(super) fn hints(best: &Estimate) -> String {
+    let lines = best.hints.iter().map(|hint| {
+        let line = format!("hint on {}: {hint}", best.name);
+        wrap(&line, 80, "  ")
+    });
+    lines.collect()
 }
 
 /// Says what the order of the table is by, and how far the first is from the second.

@@ -379,7 +379,8 @@ impl Observed<'_> {
             self.write_states(path)?;
             written(path, "the states, k = 0 ... K");
         }
-        let figure = picture::states(self);
+        let (name, shift) = (self.choice.to_string(), self.estimate().shift());
+        let figure = picture::states(self.report, &name, shift, &self.states);
         if let Some(path) = &arguments.plot {
             let content = drawn("--plot", path, &figure.wide)?;
             write_whole("--plot", path, Kind::Figure, |to| to.write_all(&content))?;

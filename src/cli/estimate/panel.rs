@@ -241,6 +241,7 @@ impl Panel<'_> {
         let Some(best) = self.rows.first() else {
             return Ok(());
         };
+        text.push_str(&comparison::hints(&best.estimate));
         if best.n == order.last && order.is_range() {
             writeln!(
                 text,

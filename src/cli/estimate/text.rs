@@ -62,11 +62,12 @@ fn write_report(text: &mut String, report: &Report, details: bool) -> fmt::Resul
         ranked.sort_by(|a, b| comparison::is_better(a, b, report));
         comparison::write(text, report, &ranked)?;
         if !details {
-            let best = ranked[0].name;
-            let command = comparison::command(&["--estimator", "--format"]);
+            let best = ranked[0];
+            text.push_str(&comparison::hints(best));
+            let (name, command) = (best.name, comparison::command(&["--estimator", "--format"]));
             return writeln!(
                 text,
-                "All of {best}, and with --details of each:\n  {command} --estimator {best}"
+                "All of {name}, and with --details of each:\n  {command} --estimator {name}"
             );
         }
     }
@@ -302,11 +303,12 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
         );
         // Of a real pole the damping is 1 whatever its error.
         let damping = plus_minus(mode.damping, mode.damping_se);
-        writeln!(
-            text,
-            "  {name:<18} {frequency}\n  {:<18} damping {damping}, {decay}",
-            ""
-        )?;
+        writeln!(text, "  {name:<18} {frequency}")?;
+        let mut line = format!("damping {damping}, {decay}");
+        if line.len() > 80 - 21 {
+            line = format!("damping {damping},\n{:21}{decay}", "");
+        }
+        writeln!(text, "{:21}{line}", "")?;
     }
     Ok(())
 }

@@ -1,16 +1,20 @@
 //! The picture of an observer: y, its prediction, and the states.
 
-use super::Observed;
 use crate::cli::estimate::pictures::{over_time, points};
+use crate::cli::estimate::report::Report;
 use crate::report::plot::{Picture, Plot, Point, Series, Sharing, Style, small_multiples};
+use asobench_identification::Observation;
 
 /// Standard deviations on each side of a band.
 const WIDTH: f64 = 2.0;
 
-/// Draws y with its prediction, and below each state with its band.
-pub(super) fn states(observed: &Observed<'_>) -> Picture {
-    let Observed { report, states, .. } = observed;
-    let shift = observed.estimate().shift();
+/// Draws y with its prediction, and below each state with its band; y is advanced by `shift`.
+pub(super) fn states(
+    report: &Report,
+    observer: &str,
+    shift: usize,
+    states: &Observation,
+) -> Picture {
     let line = |label: &str, values: &[f64], slot: usize| {
         Series::new(label, Style::Line, points(report, 0, values)).slot(slot)
     };
@@ -39,7 +43,7 @@ pub(super) fn states(observed: &Observed<'_>) -> Picture {
     };
     let panels: Vec<Plot> = [outputs].into_iter().chain((0..n).map(panel)).collect();
     let name = report.file.file_name().unwrap_or(report.file.as_os_str());
-    let title = format!("States of {}, observer {}", name.display(), observed.choice);
+    let title = format!("States of {}, observer {observer}", name.display());
     let description =
         "Above: the measured output and its prediction from the samples before. Below: the states.";
     let sharing = Sharing { x: true, y: false };
