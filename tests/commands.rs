@@ -199,7 +199,7 @@ fn tells_results_in_the_unit_of_the_file(path: &Path, estimate: &dyn Fn(f64) -> 
         let json: serde_json::Value = serde_json::from_str(&stdout(&output)).expect("JSON");
         let output = asobench(path)
             .args(["estimate", "r.csv", "--order", "2", "--detrend", "mean"])
-            .args(["--estimator", "arx,oe,riv,bj"])
+            .args(["--estimator", "arx,oe,riv,bj", "--details"])
             .output()
             .expect("it runs");
         let page = std::fs::read_to_string(path.join("r.html")).expect("a page");

@@ -23,6 +23,7 @@ mod lanes;
 mod large_samples;
 mod meant_commands;
 mod meant_values;
+mod observe;
 mod observers;
 mod panel;
 mod paper;

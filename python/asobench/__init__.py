@@ -9,6 +9,7 @@ from ._estimators import estimate, estimators
 from ._method import Method, method
 from ._model import Continuous, Fit, FrequencyResponse, Model, Offset, ResidualTests, Roots, StepResponse
 from ._native import VERSION as __version__
+from ._observer import ModelObserver, Observation
 from ._orders import Observer, OrderTable, observer, orders
 from ._results import Picture, Replay, Results, Verdict
 from ._study import Study, run, simulate
@@ -23,6 +24,8 @@ __all__ = [
     "FrequencyResponse",
     "Method",
     "Model",
+    "ModelObserver",
+    "Observation",
     "Observer",
     "Offset",
     "OrderTable",

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._arrays import Vector, real, signal, whole
-from ._native import Native
+from ._native import Native, measured
+from ._observer import ModelObserver, covariance
 
 Z_95 = 1.959963984540054
 PARTS = ("A", "B", "C", "D", "F")
@@ -515,6 +516,53 @@ class Model:
         white, past, future, loop = (float("nan") if value is None else float(value) for value in (*p, feedback))
         return ResidualTests(white, past, future, loop, read)
 
+    # The states.
+
+    def observer(
+        self,
+        kind: str = "dead-beat",
+        *,
+        Q: ArrayLike | None = None,
+        r: float | None = None,
+        P0: ArrayLike | None = None,
+        u: ArrayLike | None = None,
+        y: ArrayLike | None = None,
+    ) -> ModelObserver:
+        """The observer of this model, with its gain and poles; its ``run`` gives the states of a record.
+
+        Parameters
+        ----------
+        kind : str
+            ``"dead-beat"``, ``"scaled:RHO"``, ``"poles:LIST"``, ``"kalman"``, ``"kalman-coloured"`` (measurement noise
+            of the model's colour), ``"kalman-varying"`` (from `P0`), ``"gpebo-drem:GAMMA"`` or ``"gpebo-squares:RHO"``.
+        Q : array_like, optional
+            The covariance of the noise that drives the states: a number q for q I, (n,) for a diagonal, or (n, n).
+        r : float, optional
+            The variance of the noise that y is measured with. Without Q and r Kalman filters identify them by maximum
+            likelihood, Q = rho r I.
+        P0 : array_like, optional
+            The covariance of x(0) about its estimate, as Q.
+        u, y : array_like, (K,), optional
+            The record on which they are identified; left out: that of the estimate.
+
+        Examples
+        --------
+        >>> import asobench as ab
+        >>> model = ab.Model(A=[1, -0.5], B=[1.0], nk=1)
+        >>> model.observer("kalman", Q=0.875, r=1.0).gain.round(12)
+        array([0.25])
+        """
+        if not isinstance(kind, str):
+            raise TypeError(f"kind: {kind!r}; expected text such as 'kalman' or 'dead-beat'")
+        if (Q is None) != (r is None):
+            raise TypeError("Q, r: expected both, or neither")
+        n = len(self._native.canonical()[0][0])
+        q, p0 = covariance("Q", Q, n), covariance("P0", P0, n)
+        identified = q is None and kind.startswith("kalman")
+        record = self._of_record(u, y) if identified else ([0.0], [0.0])
+        noise = None if q is None or r is None else (q, float(r), p0)
+        return ModelObserver(self._native.observer(kind, noise, *record), kind)
+
     # Other packages.
 
     def _in_z(self) -> tuple[Vector, Vector]:
@@ -542,13 +590,12 @@ class Model:
         lines = [f"{self.estimator or 'model'}: {self.orders}", *self.equation().splitlines(), ""]
         lines.append(f"{'parameter':<10}{'estimate':>14}{'std. error':>14}{'95 % from':>14}{'to':>14}")
         rows = zip(self.names, self.params, self.se, self.conf_int())
-        lines += [f"{name:<10}{p:>14.6g}{se:>14.3g}{low:>14.6g}{high:>14.6g}" for name, p, se, (low, high) in rows]
-        lines += [
-            f"{'offset':<10}{mu.value:>14.6g}{mu.se:>14.3g}{mu.value - Z_95 * mu.se:>14.6g}{mu.value + Z_95 * mu.se:>14.6g}"
-            for mu in self.offsets
-        ]
+        rows = [*rows, *(("offset", mu.value, mu.se, (mu.value - Z_95 * mu.se, mu.value + Z_95 * mu.se)) for mu in self.offsets)]
+        for name, p, se, ends in rows:
+            numbers = [*measured(p, se), *(measured(end, se)[0] for end in ends)]
+            lines.append(f"{name:<10}" + "".join(f"{text:>14}" for text in numbers))
         lines += ["", f"noise variance  {self.noise_variance:.6g}"]
-        lines.append(f"static gain     {self.gain:.6g} +- {self.gain_se:.3g}")
+        lines.append("static gain     " + " +- ".join(filter(None, measured(self.gain, self.gain_se))))
         lines.append("poles           " + ", ".join(f"{pole:.4g}" for pole in self.poles))
         if self._record is not None:
             lines += [f"FIT             {self.fit().simulated:.3f} % simulated, {self.fit().one_step:.3f} % one-step"]
@@ -590,6 +637,7 @@ ELSEWHERE = {
     "rsquared": "fit()", "aic": "orders(u, y, n)", "bic": "orders(u, y, n)", "forecast": "predict(u, y, k)",
     "G": "B and F, or to_control()", "H": "C and D", "Yid": "predict(u, y)", "Vn": "loss", "NUMERATOR": "B",
     "DENOMINATOR": "F or A", "dcgain": "gain", "damp": "poles", "pole": "poles", "zero": "zeros", "save": "pickle.dump",
+    "kalman": "observer('kalman')", "observe": "observer(...).run(u, y)",
 }  # fmt: skip
 
 #: Of a polynomial, the delay's zeros among them: matrices of a model have as many rows and columns.

@@ -122,12 +122,12 @@ class Observer:
 
         They are in the coordinates of :meth:`Model.state_space`.
         """
-        return self.model._native.observe(self.gain, u, y)[0]
+        return self.model.observer(self.gain).run(u, y).x
 
     @property
     def g(self) -> Vector:
         """The gain, (n,)."""
-        return self.model._native.observe(self.gain, [0.0], [0.0])[1]
+        return self.model.observer(self.gain).gain
 
 
 def observer(model: Model, gain: str = "dead-beat") -> Observer:

@@ -339,6 +339,32 @@ class Models(unittest.TestCase):
             self.assertEqual(row["fit"], other["fit_percent"]["window"])
         self.assertEqual(table.best["bic"]["na"], printed["best"]["bic"]["na"])
 
+    def test_states(self):
+        """Kalman filters by NumPy's own recursions, to their limit; the other observers without covariances."""
+        model = ab.estimate(self.u, self.y, "arx", na=2, nb=2)
+        a, b, c, _ = model.state_space()
+        q, r, x, p = np.array([[0.3, 0.1], [0.1, 0.2]]), 0.4, model.x0, np.diag([2.0, 3.0])
+        states, sds = [x], [np.sqrt(np.diag(p))]
+        for u, y in zip(self.u, self.y):
+            gain = a @ p @ c / (c @ p @ c + r)
+            x = a @ x + b * u + gain * (y - c @ x)
+            p = a @ p @ a.T + q - np.outer(gain, gain) * (c @ p @ c + r)
+            states, sds = [*states, x], [*sds, np.sqrt(np.diag(p))]
+        varying = model.observer("kalman-varying", Q=q, r=r, P0=[2.0, 3.0])
+        observed = varying.run(self.u, self.y)
+        np.testing.assert_allclose(observed.x, states, rtol=1e-10, atol=1e-10)
+        np.testing.assert_allclose(observed.sd, sds, rtol=1e-10)
+        np.testing.assert_allclose(observed.y + observed.innovations, self.y, rtol=1e-12, atol=1e-12)
+        steady = model.observer("kalman", Q=q, r=r)
+        np.testing.assert_allclose(steady.gain, gain, rtol=1e-10)
+        np.testing.assert_allclose(steady.P, p, rtol=1e-10)
+        np.testing.assert_allclose(np.poly(steady.poles), np.poly(a - np.outer(steady.gain, c)), atol=1e-10)
+        self.assertIsNone(model.observer("scaled:0.5").run(self.u, self.y).sd)
+        identified = model.observer("kalman")
+        np.testing.assert_allclose(identified.Q, identified.Q[0, 0] * np.eye(2))
+        self.assertEqual(identified.run(self.u, self.y).sd.shape, (301, 2))
+        self.assertEqual(repr(identified), "ModelObserver('kalman')")
+
     def test_words_and_picture(self):
         model = ab.estimate(self.u, self.y, "oe", nb=2, nf=2, starts=1)
         for part in ("b_1", "f_2", "white p =", "status          ok"):

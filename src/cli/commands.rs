@@ -46,6 +46,7 @@ enum Command {
     Theory(theory::Arguments),
     Suite(suite::Arguments),
     Estimate(estimate::Arguments),
+    Observe(estimate::observe::Arguments),
     StudyFrom(estimate::study_from::Arguments),
     Throughput(throughput::Arguments),
     Plan(plan::Arguments),
@@ -107,6 +108,7 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::Theory(arguments) => theory::run(&arguments),
             Command::Suite(arguments) => suite::run(&arguments),
             Command::Estimate(arguments) => estimate::run(arguments),
+            Command::Observe(arguments) => estimate::observe::run(&arguments),
             Command::StudyFrom(arguments) => estimate::study_from::run(arguments),
             Command::TestMethod(arguments) => test_method::run(&arguments),
             Command::Guard => {

@@ -16,11 +16,13 @@ use span::Span;
 use std::process::ExitCode;
 
 mod arguments;
+mod comparison;
 mod drawing;
 mod flags;
 mod hints;
 mod json;
 mod load;
+pub(super) mod observe;
 mod one_estimator;
 mod orders;
 mod outputs;
@@ -87,7 +89,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         || page::render(&report),
     )?;
     match arguments.format {
-        Format::Text => print(&text::render(&report))?,
+        Format::Text => print(&text::render(&report, arguments.details || !is_chosen))?,
         Format::Json => print_json(&json::render(&report))?,
     }
     let failed = report.estimates.iter().any(|estimate| {

@@ -189,7 +189,8 @@ fn flags(commands: &clap::Command) -> Vec<Entry> {
     let mut all: Vec<(&str, String, Vec<&str>)> = Vec::new();
     for command in commands.get_subcommands() {
         for argument in command.get_arguments() {
-            let (Some(flag), Some(about)) = (argument.get_long(), argument.get_help()) else {
+            let about = argument.get_long_help().or(argument.get_help());
+            let (Some(flag), Some(about)) = (argument.get_long(), about) else {
                 continue;
             };
             let about = about.to_string();

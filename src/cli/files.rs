@@ -72,6 +72,14 @@ pub(super) fn page_path(path: PathBuf) -> Result<PathBuf, String> {
     path_in(path, &["html"])
 }
 
+/// The path of a table of numbers.
+///
+/// # Errors
+/// The ends that its name may have.
+pub(super) fn table_path(path: PathBuf) -> Result<PathBuf, String> {
+    path_in(path, &["csv", "parquet"])
+}
+
 /// A path whose name ends in one of some forms.
 fn path_in(path: PathBuf, forms: &[&str]) -> Result<PathBuf, String> {
     let own = path.extension().unwrap_or_default();

@@ -1,5 +1,7 @@
 //! A model of a record, or of several of one plant, in one call.
 
+pub(crate) mod observation;
+
 use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::initial_state::InitialState;
 use crate::estimator::{Failure, FailureKind};

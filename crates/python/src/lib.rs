@@ -18,7 +18,7 @@ mod _native {
     #[pymodule_export]
     use super::estimate::estimate;
     #[pymodule_export]
-    use super::model::Native;
+    use super::model::{Native, NativeObserver, measured};
     #[pymodule_export]
     use super::registry::{check_gain, describe, estimators};
 

@@ -1,7 +1,6 @@
 //! A model as a class of Python, on which `asobench.Model` stands.
 
 use super::arrays::{Signal, matrix, record, vector};
-use asobench_identification::Fitted;
 use asobench_identification::diagnosis::{
     Root, feedback_p_value, frequency_response, step_response,
 };
@@ -9,7 +8,9 @@ use asobench_identification::estimator::{Failure, FailureKind, Offset, Pass, Pro
 use asobench_identification::metric::errors_ahead;
 use asobench_identification::model::{ContinuousModel, LinearModel};
 use asobench_identification::names::UnknownName;
-use asobench_identification::observer::{Gain, Observer};
+use asobench_identification::observer::ObserverKind;
+use asobench_identification::{Fitted, ModelObserver, NoiseCovariances};
+use faer::Mat;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -428,29 +429,97 @@ impl Native {
         Ok((found.simulated, found.one_step, ahead))
     }
 
-    /// The states of the observer, k = 0 ... K, and its gain.
-    fn observe<'py>(
+    /// The observer of the model, with Q by rows, r and P(0) by rows where they are known, or identified on a record.
+    fn observer(
         &self,
-        py: Python<'py>,
-        gain: &str,
-        u: &Bound<'py, PyAny>,
-        y: &Bound<'py, PyAny>,
-    ) -> PyResult<(Matrix<'py>, Bound<'py, PyArray1<f64>>)> {
-        let gain: Gain = gain.parse().map_err(|error| refused(format!("{error}")))?;
+        py: Python<'_>,
+        kind: &str,
+        noise: Option<(Vec<f64>, f64, Option<Vec<f64>>)>,
+        u: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+    ) -> PyResult<NativeObserver> {
+        let kind: ObserverKind = kind.parse().map_err(|error| refused(format!("{error}")))?;
         let n = self.0.pass.a.len();
-        gain.check(n).map_err(|error| refused(error.to_string()))?;
+        let square = |rows: &Vec<f64>| Mat::from_fn(n, n, |i, j| rows[i * n + j]);
+        let wrong = noise.iter().flat_map(|(q, _, p0)| p0.iter().chain([q]));
+        if let Some(rows) = wrong.into_iter().find(|rows| rows.len() != n * n) {
+            let found = rows.len();
+            return Err(refused(format!(
+                "Q, P0: {found} numbers; expected {n} x {n}"
+            )));
+        }
+        let noise = noise.map(|(q, measurement, p0)| NoiseCovariances {
+            process: square(&q),
+            measurement,
+            start: p0.as_ref().map(square),
+        });
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
-        let [u, y] = self.0.shifted(u, y);
-        let y = &self.0.less_offset(y);
-        let model = self.0.pass.observed().ok_or_else(|| {
-            refused("the observer needs a delay nk of at least 1 and an initial state; this model has not both")
-        })?;
-        let mut states = Vec::with_capacity((y.len() + 1) * n);
-        let mut observer = Observer::new(gain, n);
-        let observed = py.detach(|| observer.run(model, u, y, |_, x| states.extend_from_slice(x)));
-        observed.map_err(|kind| refused(format!("the observer's state is {kind}")))?;
-        states.extend_from_slice(observer.state());
-        Ok((matrix(py, states, n)?, vector(py, observer.g().to_vec())))
+        let found = py.detach(|| self.0.observer(&kind, noise.as_ref(), u, y));
+        found
+            .map(NativeObserver)
+            .map_err(|error| refused(error.to_string()))
     }
+}
+
+/// An observer of a model.
+#[pyclass(frozen, module = "asobench._native")]
+pub(crate) struct NativeObserver(ModelObserver);
+
+#[pymethods]
+impl NativeObserver {
+    /// The gain, and the poles as rows of real and imaginary part.
+    fn gain<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, Matrix<'py>)> {
+        let poles = self.0.poles.iter().flat_map(|pole| [pole.re, pole.im]);
+        let poles = matrix(py, poles.collect(), 2)?;
+        Ok((vector(py, self.0.gain.clone()), poles))
+    }
+
+    /// Q, r, the covariance of the states' errors in the steady state, and the variance of the innovations.
+    #[expect(clippy::type_complexity, reason = "what Python unpacks")]
+    fn noise<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Option<Matrix<'py>>, Option<f64>, Option<Matrix<'py>>, f64)> {
+        let square = |m: &Mat<f64>| {
+            let n = m.nrows();
+            let rows = (0..n).flat_map(|i| (0..n).map(move |j| m[(i, j)]));
+            matrix(py, rows.collect(), n)
+        };
+        let noise = self.0.noise.as_ref();
+        Ok((
+            noise.map(|noise| square(&noise.process)).transpose()?,
+            noise.map(|noise| noise.measurement),
+            self.0.covariance.as_ref().map(square).transpose()?,
+            self.0.innovation,
+        ))
+    }
+
+    /// xhat(k), k = 0 ... K, their standard deviations, predictions, innovations and the p-value of their test.
+    #[expect(clippy::type_complexity, reason = "what Python unpacks")]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        u: &Bound<'py, PyAny>,
+        y: &Bound<'py, PyAny>,
+    ) -> PyResult<(Matrix<'py>, Option<Matrix<'py>>, Arrays<'py, 2>, f64)> {
+        let (u, y) = record(u, y)?;
+        let (u, y) = (u.samples()?, y.samples()?);
+        let found = py.detach(|| self.0.run(u, y));
+        let found = found.map_err(|error| refused(error.to_string()))?;
+        let n = found.order;
+        let known = (!found.deviations.is_empty()).then_some(found.deviations);
+        Ok((
+            matrix(py, found.states, n)?,
+            known.map(|known| matrix(py, known, n)).transpose()?,
+            [vector(py, found.predictions), vector(py, found.innovations)],
+            found.white.map_or(f64::NAN, |white| white.p_value),
+        ))
+    }
+}
+
+/// A value and its standard error as text, both to the place of the error's second digit.
+#[pyfunction]
+pub(crate) fn measured(value: f64, error: f64) -> [String; 2] {
+    asobench_identification::number::measured(value, error)
 }

@@ -9,53 +9,104 @@ use crate::data::Detrend;
 use crate::data::csv::{Decimal, Missing};
 use crate::estimator::EstimatorName;
 use crate::names::UnknownName;
-use crate::observer::Gain;
+use crate::observer::{Gain, GainError, ObserverKind};
 use clap::builder::{PathBufValueParser, TypedValueParser as _};
 use std::path::PathBuf;
 
-/// Estimate a plant, its initial state and its observer from a CSV file with columns u and y.
+/// The sections of the help.
+const RECORD: &str = "The record";
+const MODEL: &str = "The model";
+const OUTPUT: &str = "What is printed and written";
+/// The section of the options of estimators.
+pub(super) const ESTIMATORS: &str = "Options of the estimators";
+
+/// Estimate a plant, its initial state and its observer from a CSV file with columns u and y
 #[derive(clap::Args)]
 #[command(
-    after_help = "Gains: dead-beat, scaled:RHO (eigenvalues RHO * eig(A-hat)), poles:LIST (such as \
-                        poles:0.2,0.1+0.3i,0.1-0.3i)"
+    after_help = "All options, those of each estimator too: asobench estimate --help",
+    after_long_help = "Gains: dead-beat, scaled:RHO (eigenvalues RHO * eig(A-hat)), poles:LIST (such as \
+                       poles:0.2,0.1+0.3i,0.1-0.3i). Kalman filters, bands of the states: asobench observe"
 )]
 pub(in crate::cli) struct Arguments {
     #[command(flatten)]
     pub(super) record: RecordArguments,
-    /// More records of the same plant: one model is fitted to all, each from a start of its own
+    /// More records of the same plant
+    ///
+    /// One model is fitted to all, each from a start of its own.
     #[arg(value_name = "MORE.csv", value_parser = further_record)]
     pub(super) more: Vec<PathBuf>,
-    /// Estimators, separated by commas; `asobench methods` prints them [default: ls,iv; arx for orders of its own
-    /// and for a range of orders]
+    /// Estimators by commas; asobench methods
+    ///
+    /// Estimators, separated by commas; `asobench methods` prints them. Of several a table is printed, best first
+    /// [default: ls,iv; arx for orders of its own and for a range of orders].
     #[arg(
         long,
         aliases = ["method", "methods", "estimators"],
         value_name = "LIST",
         value_delimiter = ',',
-        value_parser = estimator
+        value_parser = estimator,
+        help_heading = MODEL
     )]
     pub(super) estimator: Vec<EstimatorName>,
     /// The observer's gain: dead-beat, scaled:RHO, poles:LIST
-    #[arg(long, value_name = "GAIN", default_value_t)]
+    #[arg(
+        long,
+        value_name = "GAIN",
+        default_value_t,
+        value_parser = gain,
+        hide_short_help = true,
+        help_heading = MODEL
+    )]
     pub(super) gain: Gain,
-    /// Write the last estimator's observer states, k = 0 ... K, to a CSV file
-    #[arg(long, value_name = "STATES.csv")]
-    pub(super) states: Option<PathBuf>,
-    /// Draw a picture: output (measured and simulated, and prediction errors; of a range of orders the criteria), bode,
-    /// step, poles or residuals. A file alone is that of output, a kind alone draws KIND.svg; may be repeated
-    #[arg(long, value_name = "KIND=FILE.svg|KIND|FILE.svg|FILE.pdf")]
-    pub(super) plot: Vec<Drawing>,
-    /// Write a page: the record, models with intervals, residuals, poles and zeros, responses
-    #[arg(long, value_name = "FILE.html", value_parser = PathBufValueParser::new().try_map(page_path))]
-    pub(super) report: Option<PathBuf>,
-    /// A second record, on which the models are validated instead of the samples after the window
-    #[arg(long, alias = "validation", value_name = "FILE.csv", value_parser = second_record)]
+    /// A second record, for validation
+    ///
+    /// The models are validated on it instead of the samples after the window.
+    #[arg(
+        long,
+        alias = "validation",
+        value_name = "FILE",
+        value_parser = second_record,
+        help_heading = MODEL
+    )]
     pub(super) validate: Option<PathBuf>,
-    /// Time between samples, seconds [default: that of the column of times, if there is one]
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
+    /// Print each of several models too
+    ///
+    /// Below the table, which stands alone without it.
+    #[arg(long, help_heading = OUTPUT)]
+    pub(super) details: bool,
+    /// Write the last estimator's observer states, k = 0 ... K, to a CSV file
+    #[arg(long, value_name = "STATES.csv", hide_short_help = true, help_heading = OUTPUT)]
+    pub(super) states: Option<PathBuf>,
+    /// FILE.svg, bode, step, poles, residuals
+    ///
+    /// Draw a picture: output (measured and simulated, and prediction errors; of a range of orders the criteria), bode,
+    /// step, poles or residuals. KIND=FILE.svg (or .pdf) names both; a file alone is that of output, a kind alone draws
+    /// KIND.svg; may be repeated.
+    #[arg(long, value_name = "PICTURE", help_heading = OUTPUT)]
+    pub(super) plot: Vec<Drawing>,
+    /// Write a page with pictures and intervals
+    ///
+    /// Of the record, models with intervals, residuals, poles and zeros, responses, the observer.
+    #[arg(
+        long,
+        value_name = "FILE.html",
+        value_parser = PathBufValueParser::new().try_map(page_path),
+        help_heading = OUTPUT
+    )]
+    pub(super) report: Option<PathBuf>,
+    /// Time between samples, seconds
+    ///
+    /// By default that of the column of times, if there is one.
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        allow_negative_numbers = true,
+        value_parser = seconds,
+        help_heading = RECORD
+    )]
     pub(super) ts: Option<f64>,
     /// Frequencies in Hz instead of rad/s, where the time between samples is known
-    #[arg(long)]
+    #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(super) hz: bool,
     /// Print the FIT of predictions K steps ahead too, which know u up to their sample and y up to K samples before
     #[arg(
@@ -65,17 +116,43 @@ pub(in crate::cli) struct Arguments {
         default_value_t = 1,
         hide_default_value = true,
         allow_negative_numbers = true,
-        value_parser = whole
+        value_parser = whole,
+        hide_short_help = true,
+        help_heading = OUTPUT
     )]
     pub(super) horizon: usize,
     /// Form of the output: text or json
-    #[arg(long, value_name = "FORMAT", default_value_t)]
+    #[arg(long, value_name = "FORMAT", default_value_t, hide_default_value = true, help_heading = OUTPUT)]
     pub(super) format: Format,
-    #[command(flatten, next_help_heading = "Options of the estimators")]
+    #[command(flatten, next_help_heading = ESTIMATORS)]
     pub(super) options: OptionFlags,
 }
 
 impl Arguments {
+    /// What is given of one estimator, and nothing else.
+    pub(super) fn of_one(
+        record: RecordArguments,
+        estimator: EstimatorName,
+        options: OptionFlags,
+    ) -> Self {
+        Self {
+            more: Vec::new(),
+            record,
+            estimator: vec![estimator],
+            gain: Gain::default(),
+            states: None,
+            plot: Vec::new(),
+            report: None,
+            validate: None,
+            details: false,
+            ts: None,
+            hz: false,
+            horizon: 1,
+            format: Format::Text,
+            options,
+        }
+    }
+
     /// Whether all estimators take the signals before the record as zero.
     pub(super) fn begins_at_rest(&self) -> bool {
         self.estimator.iter().all(|name| {
@@ -88,31 +165,39 @@ impl Arguments {
 /// A record, and the orders of its models.
 #[derive(Clone, clap::Args)]
 pub(super) struct RecordArguments {
-    /// CSV file, .parquet or .xlsx, or - for standard input: columns u, y and perhaps k or t (time), or those that --input and
-    /// --output choose; lines beginning with # are comments
+    /// CSV, .parquet, .xlsx, or - for a pipe
+    ///
+    /// - is standard input. Columns u, y and perhaps k or t (time), or those that --input and --output choose; lines beginning with # are
+    /// comments.
     #[arg(value_name = "FILE.csv")]
     pub(super) file: PathBuf,
     /// Worksheet of a workbook [default: the first one that has the columns]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = RECORD)]
     pub(super) sheet: Option<String>,
-    /// Column of u, by its name or its number from 1 [default: u, input or in]
-    #[arg(long, value_name = "COLUMN")]
+    /// Column of u, by name or number
+    ///
+    /// Its number counts from 1 [default: u, input or in].
+    #[arg(long, value_name = "COLUMN", help_heading = RECORD)]
     pub(super) input: Option<String>,
-    /// Column of y, by its name or its number [default: y, output or out]
-    #[arg(long, value_name = "COLUMN")]
+    /// Column of y, by name or number
+    ///
+    /// [default: y, output or out]
+    #[arg(long, value_name = "COLUMN", help_heading = RECORD)]
     pub(super) output: Option<String>,
     /// Column of a closed loop's reference r, by its name or its number [default: r or reference, if there is one]
-    #[arg(long, value_name = "COLUMN")]
+    #[arg(long, value_name = "COLUMN", hide_short_help = true, help_heading = RECORD)]
     pub(super) reference: Option<String>,
-    /// Column of the times, by its name or its number, or none [default: t or time, if there is one]
-    #[arg(long, value_name = "COLUMN")]
+    /// Column of the times, or none
+    ///
+    /// By its name or its number [default: t or time, if there is one].
+    #[arg(long, value_name = "COLUMN", help_heading = RECORD)]
     pub(super) time: Option<String>,
     /// Mark before decimals: point or comma [default: the one that the numbers show]
-    #[arg(long, value_name = "MARK")]
+    #[arg(long, value_name = "MARK", hide_short_help = true, help_heading = RECORD)]
     pub(super) decimal: Option<Decimal>,
     /// What is done about missing samples: refuse, longest-run (the longest part without a gap is the record), equations
     /// (only the equations that touch a gap are left out; arx, iv, oe, armax, bj)
-    #[arg(long, value_name = "WHAT", default_value_t)]
+    #[arg(long, value_name = "WHAT", default_value_t, hide_short_help = true, help_heading = RECORD)]
     pub(super) missing: Missing,
     /// Leave out the first N samples
     #[arg(
@@ -120,22 +205,45 @@ pub(super) struct RecordArguments {
         value_name = "N",
         default_value_t = 0,
         hide_default_value = true,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        hide_short_help = true,
+        help_heading = RECORD
     )]
     pub(super) skip: usize,
+    /// Order of the plant; 1:8 compares orders
+    ///
     /// Order n of the plant: na = nb = n; or --orders, for estimators that take it. A range such as 1:8 compares
-    /// models of these orders, of arx unless --estimator names others
-    #[arg(long, value_name = "n", allow_negative_numbers = true)]
+    /// models of these orders, of arx unless --estimator names others.
+    #[arg(long, value_name = "n", allow_negative_numbers = true, help_heading = MODEL)]
     pub(super) order: Option<Given>,
-    /// Delay nk of the input, samples, or a range, beside --order [default: 1]
-    #[arg(long, value_name = "nk", allow_negative_numbers = true)]
+    /// Delay of the input, samples
+    ///
+    /// nk, or a range, beside --order [default: 1].
+    #[arg(long, value_name = "nk", allow_negative_numbers = true, help_heading = MODEL)]
     pub(super) delay: Option<Span>,
-    /// Samples used for estimation, from the first, or their share such as 70% [default: all]; the rest is for
-    /// validation
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = part)]
+    /// Samples for estimation, or a share: 70%
+    ///
+    /// From the first; the rest is for validation [default: all].
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = part,
+        help_heading = MODEL
+    )]
     pub(super) window: Option<Part>,
-    /// Trend to subtract from u and y, fitted on the window: none, mean (also --detrend alone), linear
-    #[arg(long, value_name = "WHAT", default_value_t, num_args = 0..=1, default_missing_value = "mean")]
+    /// Subtract a trend: none, mean, linear
+    ///
+    /// Trend to subtract from u and y, fitted on the window: none, mean (also --detrend alone), linear.
+    #[arg(
+        long,
+        value_name = "WHAT",
+        default_value_t,
+        hide_default_value = true,
+        num_args = 0..=1,
+        default_missing_value = "mean",
+        help_heading = RECORD
+    )]
     pub(super) detrend: Detrend,
     /// Subtract U from u and Y from y instead, the point about which the record moves
     #[arg(
@@ -143,7 +251,9 @@ pub(super) struct RecordArguments {
         value_name = "U,Y",
         conflicts_with = "detrend",
         allow_hyphen_values = true,
-        value_parser = pair
+        value_parser = pair,
+        hide_short_help = true,
+        help_heading = RECORD
     )]
     pub(super) operating_point: Option<[f64; 2]>,
 }
@@ -213,11 +323,24 @@ fn part(text: &str) -> Result<Part, String> {
     }
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(number) if number > 0.0 && f64::is_finite(number) => Ok(number),
         _ => Err("expected a number of seconds above 0".to_owned()),
     }
+}
+
+/// A gain with placed poles.
+fn gain(given: &str) -> Result<Gain, String> {
+    given.parse().map_err(|error: GainError| {
+        let other: Result<ObserverKind, _> = given.parse();
+        match other {
+            Ok(_) => format!(
+                "asobench observe RECORD.csv --order 2 --observer {given} has this observer"
+            ),
+            Err(_) => format!("{error}; asobench observe has Kalman filters"),
+        }
+    })
 }
 
 /// An estimator, in capitals or not.

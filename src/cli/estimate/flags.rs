@@ -198,6 +198,7 @@ impl clap::Args for OptionFlags {
                 .long(flag.long.as_str())
                 .value_name("VALUE")
                 .help(flag.help.as_str())
+                .hide_short_help(true)
                 .allow_negative_numbers(true)
                 .value_parser(|text: &str| flag.read(text));
             command.arg(match flag.key {

@@ -6,12 +6,12 @@ use crate::cli::equation::broken;
 use crate::diagnosis::{Mode, Precision, Root, Z_95};
 use crate::estimator::Offset;
 use crate::metric::Fit;
+use crate::number::measured;
 use crate::report::html::{CellText, Column, Page, Section, Table};
 use crate::text::{rounded, visible};
 
-/// Significant digits of values and of standard errors.
+/// Significant digits of values without standard errors.
 const DIGITS: usize = 6;
-const ERROR_DIGITS: usize = 3;
 
 /// Begins the page of a record, without its sections about models.
 pub(super) fn begin(report: &Report) -> Page {
@@ -29,6 +29,11 @@ pub(super) fn begin(report: &Report) -> Page {
 }
 
 pub(super) fn render(report: &Report) -> String {
+    of_models(report).html()
+}
+
+/// The page of a record and its models.
+pub(super) fn of_models(report: &Report) -> Page {
     let mut page = begin(report);
     page.section("outputs", "Measured and simulated output", |section| {
         section.table(&fits(report));
@@ -60,9 +65,25 @@ pub(super) fn render(report: &Report) -> String {
         let name = estimate.name.name();
         page.section(name, &words::heading(estimate), |section| {
             write(section, i + 1, estimate, report.frequency());
+            if let Some(observer) = &estimate.observer {
+                let list = |values: &[f64]| {
+                    values
+                        .iter()
+                        .map(|x| rounded(*x, DIGITS))
+                        .collect::<Vec<_>>()
+                        .join(", ")
+                };
+                section.heading("Observer");
+                section.settings(&[
+                    ("poles", report.gain.to_string()),
+                    ("gain g", list(&observer.g)),
+                    ("state after the window", list(&observer.at_window)),
+                    ("last state", list(&observer.last)),
+                ]);
+            }
         });
     }
-    page.html()
+    page
 }
 
 /// Returns the page's title, by which the program recognises the page as its own.
@@ -190,6 +211,18 @@ fn number(value: f64, digits: usize) -> CellText {
     }
 }
 
+/// A number and its standard error, as [`measured`] has them.
+fn pair(value: f64, error: f64) -> [CellText; 2] {
+    if value.is_nan() || !(error > 0.0 && error.is_finite()) {
+        return [number(value, DIGITS), number(f64::NAN, DIGITS)];
+    }
+    let [text, of_error] = measured(value, error);
+    [
+        CellText::number(text, value),
+        CellText::number(of_error, error),
+    ]
+}
+
 /// Returns each parameter with its standard error and its 95 % interval.
 fn parameters(report: &PassReport) -> Table {
     let model = &report.fitted.model;
@@ -214,13 +247,10 @@ fn parameters(report: &PassReport) -> Table {
     let offsets = words::offsets(&report.fitted.pass);
     let offsets = offsets.map(|(name, Offset { value, se })| (name, value, se));
     for (name, theta, error) in parameters.chain(offsets) {
-        table.row([
-            CellText::text(name),
-            number(theta, DIGITS),
-            number(error, ERROR_DIGITS),
-            number(theta - Z_95 * error, DIGITS),
-            number(theta + Z_95 * error, DIGITS),
-        ]);
+        let [low, high] = [theta - Z_95 * error, theta + Z_95 * error];
+        let ends = [low, high].map(|end| pair(end, error)).into_iter();
+        let row = [CellText::text(name)].into_iter().chain(pair(theta, error));
+        table.row(row.chain(ends.map(|[end, _]| end)));
     }
     table
 }
@@ -239,22 +269,19 @@ fn roots(precision: &Precision) -> Table {
     let mut table = Table::new("Poles, zeros and static gain", columns);
     for (name, roots) in [("pole", &precision.poles), ("zero", &precision.zeros)] {
         for Root { at, error } in roots {
-            table.row([
-                CellText::text(name),
-                number(at.re, DIGITS),
-                number(error.re, ERROR_DIGITS),
-                number(at.im, DIGITS),
-                number(error.im, ERROR_DIGITS),
-                number(at.norm(), DIGITS),
-                number(error.modulus, ERROR_DIGITS),
-            ]);
+            let parts = [
+                (at.re, error.re),
+                (at.im, error.im),
+                (at.norm(), error.modulus),
+            ];
+            let parts = parts
+                .into_iter()
+                .flat_map(|(value, error)| pair(value, error));
+            table.row([CellText::text(name)].into_iter().chain(parts));
         }
     }
-    table.row([
-        CellText::text("static gain"),
-        number(precision.static_gain, DIGITS),
-        number(precision.static_gain_se, ERROR_DIGITS),
-    ]);
+    let gain = pair(precision.static_gain, precision.static_gain_se);
+    table.row([CellText::text("static gain")].into_iter().chain(gain));
     table
 }
 
@@ -270,14 +297,17 @@ fn modes(modes: &[Mode], unit: Frequency) -> Table {
     ];
     let mut table = Table::new("Poles in continuous time, a pair as one", columns);
     for mode in modes {
-        table.row([
-            number(unit.of(mode.frequency), DIGITS),
-            number(unit.of(mode.frequency_se), ERROR_DIGITS),
-            number(mode.damping, DIGITS),
-            number(mode.damping_se, ERROR_DIGITS),
-            number(mode.time_constant.unwrap_or(f64::NAN), DIGITS),
-            number(mode.time_constant_se, ERROR_DIGITS),
-        ]);
+        let time = mode.time_constant.unwrap_or(f64::NAN);
+        let numbers = [
+            (unit.of(mode.frequency), unit.of(mode.frequency_se)),
+            (mode.damping, mode.damping_se),
+            (time, mode.time_constant_se),
+        ];
+        table.row(
+            numbers
+                .into_iter()
+                .flat_map(|(value, error)| pair(value, error)),
+        );
     }
     table
 }

@@ -7,13 +7,13 @@ use super::record;
 use super::report::{Estimate, Report};
 use super::scan::scan;
 use super::span::{Given, Span};
-use super::{hints, orders, words};
+use super::{comparison, hints, orders, words};
 use crate::cli::error::Error;
 use crate::cli::output::{Format, print, print_json};
 use crate::data::csv::Record;
 use crate::estimator::{Criterion, EstimatorName, OrderComparison};
 use crate::model::Orders;
-use crate::text::{shell_word, visible, wrap};
+use crate::text::{visible, wrap};
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use std::process::ExitCode;
@@ -36,7 +36,6 @@ struct Row {
     method: EstimatorName,
     n: usize,
     nk: usize,
-    bic: Option<f64>,
     estimate: Estimate,
     /// The command that prints all of this model.
     command: String,
@@ -57,6 +56,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         ("--report", arguments.report.is_some()),
         ("--states", arguments.states.is_some()),
         ("MORE.csv", !arguments.more.is_empty()),
+        ("--details", arguments.details),
     ];
     if let Some((flag, _)) = drawn.iter().find(|(_, given)| *given) {
         return Err(Error::Input(format!(
@@ -95,13 +95,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
             None => without.push(method.name()),
         }
     }
-    let fit = |row: &Row| {
-        let fits = row.estimate.fit.as_ref();
-        let fit = fits.map(|fits| fits.validation.unwrap_or(fits.window).simulated);
-        fit.filter(|fit| fit.is_finite())
-            .unwrap_or(f64::NEG_INFINITY)
-    };
-    rows.sort_by(|a, b| fit(b).total_cmp(&fit(a)));
+    rows.sort_by(|a, b| comparison::is_better(&a.estimate, &b.estimate, &report));
     hints::warn_of_offset(&report, arguments.options.has("offset"));
     let panel = Panel {
         report: &report,
@@ -169,12 +163,8 @@ fn row(
     arguments.record.delay = Some(one(nk));
     report.orders = Orders::arx(n, n, nk);
     let estimate = estimate(arguments, method, report)?;
-    let fitted = &estimate.last().fitted;
-    let parameters = fitted.model.orders().parameters() + fitted.pass.start_numbers;
-    let loss = fitted.pass.loss * report.told_unit().powi(2);
-    let bic = Criterion::Bic.value(loss, report.window, parameters);
     // Writing to a string cannot fail.
-    let mut command = command();
+    let mut command = comparison::command(&["--estimator", "--delay", "--format"]);
     if is_default {
         let _ = write!(command, " --window {WINDOW}%");
     }
@@ -182,12 +172,10 @@ fn row(
     if nk > 1 {
         let _ = write!(command, " --delay {nk}");
     }
-    let bic = Some(bic).filter(|bic| bic.is_finite());
     Ok(Some(Row {
         method,
         n,
         nk,
-        bic,
         estimate,
         command,
     }))
@@ -197,34 +185,6 @@ fn row(
 fn is_subspace(method: EstimatorName) -> bool {
     let orders = |text: &str| method.parse(Map::from_iter([("orders".to_owned(), json!(text))]));
     orders("n=1,nk=2").is_err() && orders("n=1,nk=1").is_ok()
-}
-
-/// The command that was given, without its choice of methods and delays.
-fn command() -> String {
-    let mut words = std::env::args_os().skip(1);
-    let mut command = "asobench".to_owned();
-    while let Some(word) = words.next() {
-        let word = word.to_string_lossy();
-        let (flag, value) = word
-            .split_once('=')
-            .map_or((&*word, None), |(flag, value)| (flag, Some(value)));
-        let is_chosen = [
-            "--estimator",
-            "--estimators",
-            "--method",
-            "--methods",
-            "--delay",
-            "--format",
-        ];
-        if is_chosen.contains(&flag) {
-            if value.is_none() {
-                words.next();
-            }
-        } else {
-            let _ = write!(command, " {}", shell_word(word));
-        }
-    }
-    command
 }
 
 /// The table, best model first.
@@ -271,63 +231,17 @@ impl Panel<'_> {
         );
         text.push_str(&wrap(&about, 80, ""));
         text.push_str(&words::record(report));
-        writeln!(
-            text,
-            "\nmethod  n nk  FIT %   valid.   1 step         BIC  residuals  status"
-        )?;
-        for row in &self.rows {
-            let Row {
-                method,
-                n,
-                nk,
-                estimate,
-                bic,
-                ..
-            } = row;
-            write!(text, "{:<6} {n:>2} {nk:>2}", method.name())?;
-            let fits = estimate.fit.as_ref();
-            let validation = fits.and_then(|fits| fits.validation);
-            for fit in [
-                fits.map(|fits| fits.window.simulated),
-                validation.map(|fit| fit.simulated),
-                validation.map(|fit| fit.one_step),
-            ] {
-                let fit = fit.filter(|fit| fit.is_finite());
-                let told = fit.map_or("-".to_owned(), |fit| {
-                    if fit.abs() < 1e4 {
-                        format!("{fit:.2}")
-                    } else {
-                        format!("{fit:.0e}")
-                    }
-                });
-                write!(text, " {told:>8}")?;
-            }
-            let bic = bic.map_or("-".to_owned(), |bic| format!("{bic:.1}"));
-            let white = white(row).map_or(
-                "not tested",
-                |white| if white { "white" } else { "NOT white" },
-            );
-            writeln!(text, " {bic:>11}  {white:<10} {}", status(estimate))?;
+        let ranked: Vec<&Estimate> = self.rows.iter().map(|row| &row.estimate).collect();
+        if !ranked.is_empty() {
+            comparison::write(text, report, &ranked)?;
         }
         if !self.without.is_empty() {
             writeln!(text, "No model at any order: {}", self.without.join(", "))?;
         }
-        let of = if report.validation.is_some() {
-            "the record for validation"
-        } else {
-            "samples after the window"
-        };
-        let legend = format!(
-            "Best first by FIT of the simulated output on {of} (valid.), then one step ahead there; FIT: on the window."
-        );
-        writeln!(text)?;
-        text.push_str(&wrap(&legend, 80, ""));
         let Some(best) = self.rows.first() else {
             return Ok(());
         };
-        for hint in &best.estimate.hints {
-            text.push_str(&wrap(&format!("hint on {}: {hint}", best.method), 80, "  "));
-        }
+        text.push_str(&comparison::hints(&best.estimate));
         if best.n == order.last && order.is_range() {
             writeln!(
                 text,
@@ -340,6 +254,7 @@ impl Panel<'_> {
     }
 
     fn json(&self) -> Value {
+        let report = self.report;
         let row = |row: &Row| {
             let fits = row.estimate.fit.as_ref();
             json!({
@@ -351,14 +266,13 @@ impl Panel<'_> {
                     "window": fits.map(|fits| fits.window),
                     "validation": fits.map(|fits| fits.validation),
                 },
-                "bic": row.bic,
-                "white": white(row),
-                "status": status(&row.estimate),
+                "bic": comparison::bic(&row.estimate, report),
+                "white": comparison::white(&row.estimate),
+                "status": comparison::status(&row.estimate),
                 "hints": row.estimate.hints,
                 "command": row.command,
             })
         };
-        let report = self.report;
         json!({
             "file": report.file.display().to_string(),
             "samples": report.record.y.len(),
@@ -371,19 +285,5 @@ impl Panel<'_> {
             "panel": self.rows.iter().map(row).collect::<Vec<_>>(),
             "without_model": self.without,
         })
-    }
-}
-
-/// Whether the residuals are white; `None` where there are too few.
-fn white(row: &Row) -> Option<bool> {
-    let residuals = row.estimate.last().residuals.as_ref()?;
-    Some(residuals.white.passed)
-}
-
-fn status(estimate: &Estimate) -> String {
-    match estimate.failure() {
-        Some(failure) => failure.kind.to_string(),
-        None if estimate.last().fitted.pass.unstable => "unstable".to_owned(),
-        None => "ok".to_owned(),
     }
 }

@@ -23,7 +23,7 @@ const CIRCLE_SLOT: usize = 2;
 const FARTHEST: f64 = 2.0;
 
 /// Makes a plot over the samples of the record, with the end of the window marked.
-fn over_time(report: &Report, title: &str, label: &str) -> Plot {
+pub(super) fn over_time(report: &Report, title: &str, label: &str) -> Plot {
     let plot = Plot::new(title, time_axis(report), PlotAxis::linear(label));
     if report.window < report.record.y.len() {
         let end = Course::Vertical(report.time(report.window));
@@ -103,7 +103,7 @@ fn cut_unstable(plot: &mut Plot, report: &Report) {
     }
 }
 
-fn points(report: &Report, first: usize, values: &[f64]) -> Vec<Point> {
+pub(super) fn points(report: &Report, first: usize, values: &[f64]) -> Vec<Point> {
     let samples = values.iter().enumerate();
     let points = samples.map(|(k, value)| Point::new(report.time(first + k), *value));
     points.filter(|point| point.y.is_finite()).collect()

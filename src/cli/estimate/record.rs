@@ -48,7 +48,18 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         alone: false,
     };
     let table = files::read_record(path, arguments.sheet.as_deref(), &options);
-    let table = table.map_err(|error| bad(format!("{error}{}", ways_on(&error))))?;
+    // Of the input or the output.
+    let is_several = |column: &String| {
+        let chosen = [&arguments.input, &arguments.output];
+        column.contains(',') && chosen.into_iter().flatten().any(|of| of == column)
+    };
+    let table = table.map_err(|error| match error {
+        RecordError::NotThere { column, .. } if is_several(&column) => Error::Input(format!(
+            "{file}: --{flag} {column}: one {flag}; this program is for single-input single-output systems",
+            flag = if arguments.input.as_ref() == Some(&column) { "input" } else { "output" }
+        )),
+        error => bad(format!("{error}{}", ways_on(&error))),
+    })?;
     let Table {
         mut record,
         times,

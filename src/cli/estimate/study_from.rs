@@ -2,8 +2,7 @@
 
 use crate::cli::error::Error;
 use crate::cli::estimate::{self, orders};
-use crate::cli::output::{Format, note, print};
-use crate::observer::Gain;
+use crate::cli::output::{note, print};
 use crate::text::{rounded, shell_word, visible, wrap};
 use case::Case;
 use places::Places;
@@ -19,21 +18,8 @@ pub(in crate::cli) use arguments::Arguments;
 
 pub(in crate::cli) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     let places = Places::new(&arguments.out)?;
-    let mut estimator = estimate::Arguments {
-        more: Vec::new(),
-        record: arguments.record.clone(),
-        estimator: vec![arguments.estimator],
-        gain: Gain::default(),
-        states: None,
-        plot: Vec::new(),
-        report: None,
-        validate: None,
-        ts: None,
-        hz: false,
-        horizon: 1,
-        format: Format::Text,
-        options: arguments.options.clone(),
-    };
+    let (record, options) = (arguments.record.clone(), arguments.options.clone());
+    let mut estimator = estimate::Arguments::of_one(record, arguments.estimator, options);
     orders::understand(&mut estimator)?;
     arguments.record.clone_from(&estimator.record);
     arguments.options.clone_from(&estimator.options);

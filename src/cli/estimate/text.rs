@@ -1,12 +1,13 @@
 //! Prints the estimates for people, at most 80 columns wide.
 
 use super::report::{Estimate, Frequency, PassReport, Report};
-use super::words;
+use super::{comparison, words};
 use crate::cli::equation::broken;
 use crate::diagnosis::{Mode, Residuals, Root, Z_95};
 use crate::estimator::Progress;
 use crate::metric::Fit;
 use crate::model::{ContinuousModel, Orders};
+use crate::number::{measured, plus_minus};
 use crate::text::{rounded, visible, wrap};
 use asobench_identification::Fitted;
 use std::fmt::{self, Write};
@@ -14,14 +15,15 @@ use std::fmt::{self, Write};
 /// Significant digits.
 const DIGITS: usize = 6;
 
-pub(super) fn render(report: &Report) -> String {
+/// Several models begin with a table of them; `details` is whether each follows.
+pub(super) fn render(report: &Report, details: bool) -> String {
     let mut text = String::new();
-    write_report(&mut text, report).expect("writing to a string does not fail");
+    write_report(&mut text, report, details).expect("writing to a string does not fail");
     text
 }
 
 /// The orders as one number and a delay where that says all.
-fn asked(orders: Orders) -> String {
+pub(super) fn asked(orders: Orders) -> String {
     let Orders { na, nk, .. } = orders;
     if orders == Orders::arx(na, na, nk) {
         format!("order {na}, delay {nk}")
@@ -30,7 +32,7 @@ fn asked(orders: Orders) -> String {
     }
 }
 
-fn write_report(text: &mut String, report: &Report) -> fmt::Result {
+fn write_report(text: &mut String, report: &Report, details: bool) -> fmt::Result {
     if report.parts.is_empty() {
         writeln!(
             text,
@@ -54,6 +56,20 @@ fn write_report(text: &mut String, report: &Report) -> fmt::Result {
     text.push_str(&words::record(report));
     if let Some(unit) = report.unit_in_words() {
         text.push_str(&wrap(&unit, 80, ""));
+    }
+    if let estimates @ [_, _, ..] = report.estimates.as_slice() {
+        let mut ranked: Vec<&Estimate> = estimates.iter().collect();
+        ranked.sort_by(|a, b| comparison::is_better(a, b, report));
+        comparison::write(text, report, &ranked)?;
+        if !details {
+            let best = ranked[0];
+            text.push_str(&comparison::hints(best));
+            let (name, command) = (best.name, comparison::command(&["--estimator", "--format"]));
+            return writeln!(
+                text,
+                "All of {name}, and with --details of each:\n  {command} --estimator {name}"
+            );
+        }
     }
     for estimate in &report.estimates {
         write_estimate(text, estimate, report.frequency())?;
@@ -211,10 +227,9 @@ fn write_pass(
         }
         writeln!(
             text,
-            "  {:<18} {:.6}{}",
+            "  {:<18} {}",
             "static gain",
-            precision.static_gain,
-            plus_minus(precision.static_gain_se)
+            plus_minus(precision.static_gain, precision.static_gain_se)
         )?;
     }
     if let Some(radius) = report.radius {
@@ -223,7 +238,8 @@ fn write_pass(
             true => " (unstable)",
             false => "",
         };
-        writeln!(text, "  {:<18} {radius:.6}{note}", "spectral radius")?;
+        let radius = rounded(radius, DIGITS);
+        writeln!(text, "  {:<18} {radius}{note}", "spectral radius")?;
     }
     match &report.residuals {
         Some(residuals) => write_residuals(text, residuals, report.feedback)?,
@@ -233,12 +249,7 @@ fn write_pass(
         None => {}
     }
     if pass.condition.is_finite() {
-        writeln!(
-            text,
-            "  {:<18} {}",
-            "condition",
-            scientific(pass.condition, 3).trim()
-        )?;
+        writeln!(text, "  {:<18} {}", "condition", rounded(pass.condition, 3))?;
     }
     Ok(())
 }
@@ -286,15 +297,12 @@ fn write_roots(text: &mut String, name: &str, roots: &[Root]) -> fmt::Result {
         let imaginary = if at.im == 0.0 {
             String::new()
         } else {
-            format!(" {:+.6} i", at.im)
+            let [size, _] = measured(at.im.abs(), error.im);
+            format!(" {} {size} i", if at.im < 0.0 { '-' } else { '+' })
         };
-        let position = format!("{:.6}{imaginary}", at.re);
-        writeln!(
-            text,
-            "  {name:<18} {position:<30} modulus {:.6}{}",
-            at.norm(),
-            plus_minus(error.modulus)
-        )?;
+        let position = format!("{}{imaginary}", measured(at.re, error.re)[0]);
+        let modulus = plus_minus(at.norm(), error.modulus);
+        writeln!(text, "  {name:<18} {position:<26} modulus {modulus}")?;
     }
     Ok(())
 }
@@ -305,19 +313,25 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
         let name = if i == 0 { "frequencies" } else { "" };
         let frequency = format!(
             "{} {unit}",
-            measured(unit.of(mode.frequency), unit.of(mode.frequency_se))
+            plus_minus(unit.of(mode.frequency), unit.of(mode.frequency_se))
         );
         let decay = mode.time_constant.map_or_else(
             || "does not decay".to_owned(),
-            |time| format!("time constant {} s", measured(time, mode.time_constant_se)),
+            |time| {
+                format!(
+                    "time constant {} s",
+                    plus_minus(time, mode.time_constant_se)
+                )
+            },
         );
         // Of a real pole the damping is 1 whatever its error.
-        let damping = measured(mode.damping, mode.damping_se);
-        writeln!(
-            text,
-            "  {name:<18} {frequency}\n  {:<18} damping {damping}, {decay}",
-            ""
-        )?;
+        let damping = plus_minus(mode.damping, mode.damping_se);
+        writeln!(text, "  {name:<18} {frequency}")?;
+        let mut line = format!("damping {damping}, {decay}");
+        if line.len() > 80 - 21 {
+            line = format!("damping {damping},\n{:21}{decay}", "");
+        }
+        writeln!(text, "{:21}{line}", "")?;
     }
     Ok(())
 }
@@ -335,40 +349,15 @@ fn write_parameters(
         "parameter", "estimate", "std. error"
     )?;
     for ((name, theta), error) in names.iter().zip(values).zip(errors) {
+        let [estimate, se] = measured(theta, *error);
+        let [low, high] = [theta - Z_95 * error, theta + Z_95 * error];
+        let [[low, _], [high, _]] = [low, high].map(|end| measured(end, *error));
         writeln!(
             text,
-            "  {name:<18} {} {} {} ...{}",
-            scientific(theta, DIGITS - 1),
-            scientific(error, 2),
-            scientific(theta - Z_95 * error, 3).split_off(2),
-            scientific(theta + Z_95 * error, 3).split_off(2)
+            "  {name:<18} {estimate:>13} {se:>13}   {low} ... {high}"
         )?;
     }
     Ok(())
-}
-
-/// Formats " +- 0.01"; nothing if there is no standard error.
-fn plus_minus(error: f64) -> String {
-    if error.is_finite() {
-        format!(" +- {error:.2e}")
-    } else {
-        String::new()
-    }
-}
-
-/// Formats "81.1 +- 3.6": two digits of the error, and the value to the same place. Without an error six digits, and
-/// where that place is far from the point, as [`plus_minus`] does.
-fn measured(value: f64, error: f64) -> String {
-    if !(error.is_finite() && error > 0.0) {
-        return rounded(value, DIGITS);
-    }
-    let place = 1 - error.log10().floor() as i32;
-    match usize::try_from(place.max(0)) {
-        Ok(decimals @ 0..=4) if value.abs() < 1e6 && error < 1e6 => {
-            format!("{value:.decimals$} +- {error:.decimals$}")
-        }
-        _ => format!("{}{}", rounded(value, DIGITS), plus_minus(error)),
-    }
 }
 
 /// Writes the results of the residual tests in words.
@@ -401,26 +390,16 @@ fn write_fit(text: &mut String, on: &str, fit: Fit, has_noise_model: bool) -> fm
 fn write_vector(text: &mut String, name: &str, values: &[f64]) -> fmt::Result {
     for (i, line) in values.chunks(4).enumerate() {
         let name = if i == 0 { name } else { "" };
-        let numbers: Vec<String> = line
-            .iter()
-            .map(|value| scientific(*value, DIGITS - 1))
-            .collect();
+        // Adding 0 turns -0 into 0.
+        let numbers = line.iter().map(|value| rounded(value + 0.0, DIGITS));
+        let numbers: Vec<String> = numbers.map(|number| format!("{number:>13}")).collect();
         writeln!(text, "  {name:<18} {}", numbers.join(" "))?;
     }
     Ok(())
 }
 
-/// Formats a number like C's `%13.5e`, so that columns line up: a signed exponent of at least two digits.
-fn scientific(value: f64, digits: usize) -> String {
-    // Adding 0 turns -0 into 0.
-    let text = format!("{:.digits$e}", value + 0.0);
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    format!("{:>13}", format!("{mantissa}e{exponent:+03}"))
-}
-
 /// Formats a FIT; "undefined" if it is undefined or overflows.
-fn percent(fit: f64) -> String {
+pub(super) fn percent(fit: f64) -> String {
     if fit.abs() < 1e6 {
         format!("{fit:.3}")
     } else if fit.is_finite() {

@@ -86,6 +86,20 @@ impl Whiteness {
         }
     }
 
+    /// Tests whether numbers of mean zero are white, by Ljung and Box's statistic over up to 25 lags less the
+    /// parameters that were fitted to them. `None` of fewer than four numbers, or if they are all 0 or not finite.
+    pub fn of(e: &[f64], fitted: usize) -> Option<Self> {
+        let (lags, m) = (LAGS.min(e.len() / 4), e.len() as f64);
+        let r = covariances(e, e, lags + 1);
+        if lags == 0 || !(r[0] > 0.0 && r[0].is_finite()) {
+            return None;
+        }
+        let terms = (1..=lags).map(|lag| (r[lag] / r[0]).powi(2) / (m - lag as f64));
+        let degrees = lags.saturating_sub(fitted).max(1);
+        let statistic = m * (m + 2.0) * terms.sum::<f64>();
+        Some(Self::new(degrees, chi_square_above(statistic, degrees)))
+    }
+
     /// Tests the largest of covariances with mean zero and standard deviation `unit`, by Sidak's inequality.
     fn largest(covariances: &[f64], unit: f64) -> Self {
         let largest = covariances.iter().fold(0.0_f64, |m, r| m.max(r.abs()));

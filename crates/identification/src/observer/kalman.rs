@@ -18,6 +18,8 @@ pub struct GainSequence {
     gains: Vec<f64>,
     /// `h'P(k) h + r`.
     variances: Vec<f64>,
+    /// The diagonal of P(k), as the gains are stored.
+    diagonals: Vec<f64>,
     /// P one step after the last gain.
     p: Mat<f64>,
     settled: bool,
@@ -37,6 +39,7 @@ impl GainSequence {
             order: model.order(),
             gains: riccati.gain,
             variances: vec![riccati.innovation],
+            diagonals: (0..model.order()).map(|i| riccati.p[(i, i)]).collect(),
             p: riccati.p,
             settled: true,
         })
@@ -64,6 +67,7 @@ impl GainSequence {
             order: m,
             gains: Vec::new(),
             variances: Vec::new(),
+            diagonals: Vec::new(),
             p: check_covariance("the initial covariance", p0, m)?,
             settled: false,
         };
@@ -98,6 +102,7 @@ impl GainSequence {
             order: m,
             gains: Vec::new(),
             variances: Vec::new(),
+            diagonals: Vec::new(),
             p,
             settled: false,
         };
@@ -115,6 +120,7 @@ impl GainSequence {
             }
             sequence.gains.drain(..sequence.gains.len() - m);
             sequence.variances.drain(..sequence.variances.len() - 1);
+            sequence.diagonals.drain(..sequence.diagonals.len() - m);
         }
         Ok(sequence)
     }
@@ -139,6 +145,7 @@ impl GainSequence {
         };
         self.variances.push(equation.innovation(&self.p));
         self.gains.extend(gain);
+        self.diagonals.extend((0..m).map(|i| self.p[(i, i)]));
         self.p = p;
         Ok(())
     }
@@ -160,6 +167,15 @@ impl GainSequence {
     #[inline]
     pub fn variance(&self, k: usize) -> f64 {
         self.variances[self.index(k)]
+    }
+
+    /// Returns the diagonal of P(k), the variances of the errors of xhat(k|k-1); m numbers.
+    ///
+    /// # Panics
+    /// As for [`Self::gain`].
+    pub fn state_variances(&self, k: usize) -> &[f64] {
+        let k = self.index(k);
+        &self.diagonals[k * self.order..(k + 1) * self.order]
     }
 
     /// Returns the covariance P(k) one step after the last stored gain; if the sequence has settled, that of the steady
@@ -292,7 +308,7 @@ impl Kalman {
 
     /// Runs the filter and calls `step(k, xhat(k|k-1), y(k) - h'xhat(k|k-1))` for every k.
     #[inline]
-    pub(super) fn filter(
+    pub(crate) fn filter(
         &mut self,
         u: &[f64],
         y: &[f64],

@@ -161,6 +161,27 @@ pub fn maximum_likelihood_ratio(
     search.best
 }
 
+impl Kalman {
+    /// Returns the steady-state filter of a model whose noise is identified, and the model and the ratio that it is of.
+    /// The process noise has the covariance `rho I`, the measurement noise `noise` a deviation of 1, both times the
+    /// common `sigma2` of the ratio; rho maximises the likelihood of the record as in [`maximum_likelihood_ratio`].
+    ///
+    /// # Errors
+    /// As for [`maximum_likelihood_ratio`].
+    pub fn identified(
+        model: ObservedModel<'_>,
+        noise: MeasurementNoise<'_>,
+        u: &[f64],
+        y: &[f64],
+    ) -> Result<(Self, StochasticModel, VarianceRatio), RatioError> {
+        let states = ProcessNoise::States;
+        let ratio = maximum_likelihood_ratio(model, u, y, states, noise, None)?;
+        let process = states.covariance(model.b, ratio.rho);
+        let stochastic = StochasticModel::new(model.a, model.b, process.as_ref(), noise)?;
+        Ok((Self::steady(&stochastic)?, stochastic, ratio))
+    }
+}
+
 /// The likelihood of a record in the steady state of filters of one plant.
 struct SteadyLikelihood<'a> {
     model: ObservedModel<'a>,

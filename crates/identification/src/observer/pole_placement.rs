@@ -100,6 +100,17 @@ impl Gain {
         }
     }
 
+    /// Returns the poles of F, largest modulus first, for a model with these poles of its own in that order.
+    pub fn placed(&self, own: &[c64]) -> Vec<c64> {
+        let mut poles = match self {
+            Self::DeadBeat => vec![c64::new(0.0, 0.0); own.len()],
+            Self::Scaled(rho) => own.iter().map(|pole| pole * *rho).collect(),
+            Self::Poles(Poles { poles, .. }) => poles.clone(),
+        };
+        poles.sort_by(|p, q| q.norm().total_cmp(&p.norm()).then(q.im.total_cmp(&p.im)));
+        poles
+    }
+
     /// Returns whether a placed pole lies on or outside the unit circle for every model.
     pub fn places_unstable_pole(&self) -> bool {
         match self {

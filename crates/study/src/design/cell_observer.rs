@@ -6,7 +6,6 @@ use asobench_identification::model::polynomial::multiply;
 use asobench_identification::observer::{
     DiscreteGpebo, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind,
     ProcessNoise, RiccatiError, StochasticModel, ThetaEstimator, VarianceRatio,
-    maximum_likelihood_ratio,
 };
 use asobench_identification::signal::LevelOver;
 use faer::{Mat, MatRef};
@@ -255,37 +254,28 @@ fn known_filter(
     }
 }
 
-/// Makes the steady-state Kalman filter of a model with process noise of covariance `rho I` and measurement noise
-/// driven by white noise of variance 1: white, or `C / (A D) e` of the model `A y = B/F u + C/D e` of a pass. rho >= 0
-/// maximises the likelihood in a window.
+/// Makes the steady-state Kalman filter of a model whose measurement noise is white, or `C / (A D) e` of the model `A y =
+/// B/F u + C/D e` of a pass, with the process noise that is the most likely in a window.
 fn identified_filter(
     coloured: Option<&Pass>,
     model: ObservedModel<'_>,
     u: &[f64],
     y: &[f64],
 ) -> Result<Filter, FailureKind> {
-    let states = ProcessNoise::States;
-    let denominator;
-    let noise = if let Some(pass) = coloured {
-        denominator = multiply(&pass.model.a, &pass.model.d);
-        MeasurementNoise {
+    let denominator = coloured.map(|pass| multiply(&pass.model.a, &pass.model.d));
+    let noise = match (coloured, &denominator) {
+        (Some(pass), Some(denominator)) => MeasurementNoise {
             numerator: &pass.model.c,
-            denominator: &denominator,
+            denominator,
             deviation: 1.0,
-        }
-    } else {
-        MeasurementNoise::white(1.0)
+        },
+        _ => MeasurementNoise::white(1.0),
     };
-    let ratio = maximum_likelihood_ratio(model, u, y, states, noise, None);
-    let ratio = ratio.map_err(|_| FailureKind::NoFilter)?;
-    let process = states.covariance(model.b, ratio.rho);
-    let stochastic = StochasticModel::new(model.a, model.b, process.as_ref(), noise);
-    let filter = stochastic.and_then(|model| {
-        Ok(Filter {
-            kalman: Kalman::steady(&model)?,
-            model,
-            ratio: Some(ratio),
-        })
-    });
-    filter.map_err(|_| FailureKind::NoFilter)
+    let identified = Kalman::identified(model, noise, u, y);
+    let (kalman, model, ratio) = identified.map_err(|_| FailureKind::NoFilter)?;
+    Ok(Filter {
+        model,
+        kalman,
+        ratio: Some(ratio),
+    })
 }

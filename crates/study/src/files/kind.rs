@@ -35,7 +35,7 @@ pub enum Kind {
     Signal,
     /// A record `k,u,y`.
     Record,
-    /// Observer states of `estimate --states`.
+    /// Observer states of `estimate --states` and of `observe --out`, as CSV or Parquet.
     States,
     /// `manifest.json`.
     Manifest,
@@ -204,7 +204,9 @@ impl Kind {
             Self::Log => text.starts_with(WORKERS_TITLE),
             Self::Agreed => text.starts_with(AGREED_TITLE),
             Self::Block => head.starts_with(b"asobench"),
-            Self::Parquet => head.starts_with(b"PAR1") && has_own_columns(file)?,
+            Self::Parquet => {
+                head.starts_with(b"PAR1") && has_columns(file, &["claim", "estimator", "window"])?
+            }
             Self::Figure => {
                 text.starts_with(PLOTTERS)
                     || text.starts_with("%PDF-") && text.contains("/Creator (asobench)")
@@ -222,6 +224,9 @@ impl Kind {
             Self::Latex => text.starts_with(LATEX_TITLE),
             Self::Simulated => text.starts_with(SIMULATED_TITLE),
             Self::Record => text.starts_with("# asobench re") && text.contains("\n# order: "),
+            Self::States if head.starts_with(b"PAR1") => {
+                has_columns(file, &["x1", "y_predicted", "innovation"])?
+            }
             Self::States => {
                 let (first, rest) = text.split_once('\n').unwrap_or_default();
                 first.starts_with("# observer ") && rest.starts_with("k,x1")
@@ -257,8 +262,8 @@ const TABLES: [&str; 18] = [
     "method,scenarios,lost (%),",
 ];
 
-/// Whether the footer of a Parquet file, which names its columns, has the columns of all tables of results.
-fn has_own_columns(file: &mut File) -> io::Result<bool> {
+/// Whether the footer of a Parquet file, which names its columns, has columns with these names.
+fn has_columns(file: &mut File, names: &[&str]) -> io::Result<bool> {
     let length = file.seek(SeekFrom::End(0))?;
     let mut end = [0; 8];
     if length < 16 {
@@ -274,8 +279,12 @@ fn has_own_columns(file: &mut File) -> io::Result<bool> {
     file.seek(SeekFrom::Start(length - 8 - size))?;
     let mut footer = Vec::new();
     file.by_ref().take(size).read_to_end(&mut footer)?;
-    let has = |name: &[u8]| footer.windows(name.len()).any(|part| part == name);
-    Ok(has(b"claim") && has(b"estimator") && has(b"window"))
+    let has = |name: &&str| {
+        footer
+            .windows(name.len())
+            .any(|part| part == name.as_bytes())
+    };
+    Ok(names.iter().all(has))
 }
 
 pub(super) fn too_large(kind: Kind) -> io::Error {

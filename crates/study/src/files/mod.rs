@@ -13,6 +13,7 @@
 )]
 
 mod kind;
+mod numbers;
 mod parquet;
 #[cfg(target_os = "linux")]
 mod pipes;
@@ -23,6 +24,7 @@ mod staged;
 mod workbook;
 
 pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
+pub use numbers::numbers_as_parquet;
 use parquet::ParquetText;
 pub(crate) use parquet::{Column, Table, Values};
 #[cfg(target_os = "linux")]

@@ -9,6 +9,7 @@ use super::options::{Decimal, Missing, ReadOptions};
 use super::runs::{Break, Pieces, Row, Run, Segment};
 use super::seen::{Seen, each_row};
 use super::table::{Record, Table};
+use super::times::shortest;
 use super::unused_times::Followed;
 
 /// A part of a table is the record only if it has at least one in so many of its rows.
@@ -211,7 +212,7 @@ impl<'a> Rows<'a> {
         let (unit, words) = self
             .clock
             .unit(&layout.columns, run.times.ends()[0], layout.line)?;
-        let times = run.times.step().map(|step| {
+        let times = run.times.seconds(unit).map(|step| {
             let [first, last] = run.times.ends();
             let first = if falls { -last } else { first };
             let first = if self.clock.form.is_some() {
@@ -219,7 +220,8 @@ impl<'a> Rows<'a> {
             } else {
                 first
             };
-            [first * unit, step * unit]
+            let first = first * unit;
+            [shortest(first, f64::EPSILON * first.abs()), step]
         });
         let mut form = self.form(marks, seen);
         form.extend(words);

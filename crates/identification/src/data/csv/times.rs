@@ -85,6 +85,15 @@ impl Times {
         (self.count > 1).then(|| (self.last - self.first) / (self.count - 1) as f64)
     }
 
+    /// Returns the mean step in seconds, of which a unit of the times has so many: the shortest number within its
+    /// rounding. The binary fractions of times such as 0.01 and 0.99 do not tell more.
+    pub(super) fn seconds(&self, unit: f64) -> Option<f64> {
+        let step = self.step()?;
+        let ends = (self.first.abs() + self.last.abs()) / (self.count - 1) as f64;
+        let rounding = f64::EPSILON * (2.0 * step.abs() + ends) * unit;
+        Some(shortest(step * unit, rounding))
+    }
+
     /// Checks that the times of another run have the same step, if both have one; takes them if these have none.
     pub(super) fn same_step(&mut self, other: &Self, line: u64) -> Result<(), Unequal> {
         match (self.step(), other.step()) {
@@ -150,6 +159,13 @@ impl Times {
     }
 }
 
+/// The number with the fewest digits that is no further away than this.
+pub(super) fn shortest(value: f64, within: f64) -> f64 {
+    let shorter = (0..17).filter_map(|digits| format!("{value:.digits$e}").parse().ok());
+    let mut near = shorter.filter(|short: &f64| (short - value).abs() <= within);
+    near.next().unwrap_or(value)
+}
+
 /// The number of digits before the decimal point.
 fn class(time: f64) -> usize {
     let digits = time.abs().log10().floor() + 1.0;
@@ -158,7 +174,7 @@ fn class(time: f64) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use crate::data::csv::read;
+    use crate::data::csv::{ReadOptions, read, read_table};
 
     fn error(text: &str) -> String {
         read(text.as_bytes()).unwrap_err().to_string()
@@ -201,6 +217,31 @@ mod tests {
             t.to_string()
         });
         assert!(read(timed(sums).as_bytes()).is_ok());
+    }
+
+    /// The step of times that are multiples of a decimal is that decimal, whatever their binary fractions are.
+    #[test]
+    fn steps_are_as_short_as_they_are_known() {
+        for (step, in_ms, start) in [
+            (0.01, 1e-5, 0.0),
+            (0.01, 1e-5, 0.99),
+            (1.1, 0.0011, 5.0),
+            (0.05, 5e-5, 1e4),
+            (7.0, 0.007, -3.0),
+        ] {
+            for count in [2, 3, 100, 301] {
+                let times = (0..count).map(|k| (start + step * f64::from(k)).to_string());
+                let text = timed(times);
+                for (text, expected) in [
+                    (text.clone(), step),
+                    (text.replacen("t,", "t [ms],", 1), in_ms),
+                ] {
+                    let read = read_table(text.as_bytes(), &ReadOptions::default());
+                    let found = read.unwrap().times.unwrap()[1];
+                    assert_eq!(found, expected, "from {start}, {count} samples");
+                }
+            }
+        }
     }
 
     /// Sample i is on line i + 2.

@@ -1,0 +1,171 @@
+//! Several models of a record in one table, best first.
+
+use super::report::{Estimate, Report};
+use crate::estimator::Criterion;
+use crate::metric::Fit;
+use crate::text::{shell_word, wrap};
+use std::cmp::Ordering;
+use std::fmt::{self, Write};
+
+/// The FIT that counts: on the samples for validation; on the window where there are none.
+fn fit(estimate: &Estimate) -> Option<Fit> {
+    let fits = estimate.fit.as_ref()?;
+    Some(fits.validation.unwrap_or(fits.window))
+}
+
+/// Whether samples are left for validation.
+fn is_validated(report: &Report) -> bool {
+    report.validation.is_some() || report.window < report.record.y.len()
+}
+
+/// BIC over the window, of the parameters and of the start where it was fitted; `None` without a loss.
+pub(super) fn bic(estimate: &Estimate, report: &Report) -> Option<f64> {
+    let pass = &estimate.last().fitted.pass;
+    let parameters = estimate.last().fitted.model.orders().parameters() + pass.start_numbers;
+    let loss = pass.loss * report.told_unit().powi(2);
+    let bic = Criterion::Bic.value(loss, report.window, parameters);
+    bic.is_finite().then_some(bic)
+}
+
+/// The better of two comes first: by FIT of the simulated output on samples that the models have not seen; where there
+/// are none, by BIC.
+pub(super) fn is_better(a: &Estimate, b: &Estimate, report: &Report) -> Ordering {
+    let merit = |estimate: &Estimate| {
+        let merit = if is_validated(report) {
+            fit(estimate).map(|fit| fit.simulated)
+        } else {
+            bic(estimate, report).map(|bic| -bic)
+        };
+        merit
+            .filter(|merit| merit.is_finite())
+            .unwrap_or(f64::NEG_INFINITY)
+    };
+    merit(b).total_cmp(&merit(a))
+}
+
+/// Whether the residuals are white; `None` where they are not tested.
+pub(super) fn white(estimate: &Estimate) -> Option<bool> {
+    let residuals = estimate.last().residuals.as_ref();
+    let white = residuals.map(|residuals| residuals.white);
+    Some(white.or(estimate.white)?.passed)
+}
+
+pub(super) fn status(estimate: &Estimate) -> String {
+    match estimate.failure() {
+        Some(failure) => failure.kind.to_string(),
+        None if estimate.last().fitted.pass.unstable => "unstable".to_owned(),
+        None => "ok".to_owned(),
+    }
+}
+
+/// Writes models in their order, and why the first is the best.
+pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) -> fmt::Result {
+    let orders = |estimate: &Estimate| {
+        let known = estimate.last().known_model();
+        known.map_or("-".to_owned(), |model| model.orders().to_string())
+    };
+    let widest = |width: usize, of: &dyn Fn(&Estimate) -> usize| {
+        ranked
+            .iter()
+            .map(|estimate| of(estimate))
+            .fold(width, usize::max)
+    };
+    let names = widest("method".len(), &|estimate| estimate.name.name().len());
+    let shapes = widest("orders".len(), &|estimate| orders(estimate).len());
+    let (method, shape) = ("method", "orders");
+    writeln!(
+        text,
+        "\n{method:<names$} {shape:<shapes$}  FIT % 1 step        BIC white? status"
+    )?;
+    for estimate in ranked {
+        let told = |fit: Option<f64>| match fit.filter(|fit| fit.is_finite()) {
+            None => "-".to_owned(),
+            Some(fit) if fit.abs() < 1e3 => format!("{fit:.2}"),
+            Some(fit) => format!("{fit:.0e}"),
+        };
+        let fit = fit(estimate);
+        writeln!(
+            text,
+            "{:<names$} {:<shapes$} {:>6} {:>6} {:>10} {:<6} {}",
+            estimate.name.name(),
+            orders(estimate),
+            told(fit.map(|fit| fit.simulated)),
+            told(fit.map(|fit| fit.one_step)),
+            bic(estimate, report).map_or("-".to_owned(), |bic| format!("{bic:.1}")),
+            match white(estimate) {
+                None => "-",
+                Some(true) => "yes",
+                Some(false) => "NO",
+            },
+            status(estimate)
+        )?;
+    }
+    writeln!(text)?;
+    text.push_str(&wrap(&reason(report, ranked), 80, ""));
+    Ok(())
+}
+
+/// The hints on the model that is not printed whole.
+pub(super) fn hints(best: &Estimate) -> String {
+    let lines = best.hints.iter().map(|hint| {
+        let line = format!("hint on {}: {hint}", best.name);
+        wrap(&line, 80, "  ")
+    });
+    lines.collect()
+}
+
+/// Says what the order of the table is by, and how far the first is from the second.
+fn reason(report: &Report, ranked: &[&Estimate]) -> String {
+    let by_fit = "FIT of the simulated output there";
+    let (place, by) = match (&report.validation, is_validated(report)) {
+        (Some(_), _) => ("the record for validation", by_fit),
+        (None, true) => ("the samples after the window", by_fit),
+        (None, false) => (
+            "the window",
+            "BIC, since no samples are left for validation (--window 70% leaves some)",
+        ),
+    };
+    let ahead = match ranked {
+        [first, second, ..] => {
+            let numbers = if is_validated(report) {
+                let of = |estimate: &Estimate| fit(estimate).map(|fit| fit.simulated);
+                of(first).zip(of(second)).map(|(a, b)| (a - b, 2, " %"))
+            } else {
+                let of = |estimate: &Estimate| bic(estimate, report);
+                of(first).zip(of(second)).map(|(a, b)| (b - a, 1, ""))
+            };
+            let told = numbers.filter(|(by, ..)| by.is_finite());
+            told.map_or_else(String::new, |(by, digits, unit)| {
+                format!(", {by:.digits$}{unit} ahead of {}", second.name)
+            })
+        }
+        _ => String::new(),
+    };
+    let first = ranked.first().map_or("none", |first| first.name.name());
+    format!("FIT % (simulated) and 1 step: on {place}. Best first by {by}: {first}{ahead}.")
+}
+
+/// The command that was given, without some of its flags and their values.
+pub(super) fn command(without: &[&str]) -> String {
+    let mut words = std::env::args_os().skip(1);
+    let mut command = "asobench".to_owned();
+    while let Some(word) = words.next() {
+        let word = word.to_string_lossy();
+        let (flag, value) = word
+            .split_once('=')
+            .map_or((&*word, None), |(flag, value)| (flag, Some(value)));
+        let flag = match flag {
+            "--estimators" | "--method" | "--methods" => "--estimator",
+            flag => flag,
+        };
+        if without.contains(&flag) {
+            if value.is_none() {
+                words.next();
+            }
+        } else {
+            // Writing to a string cannot fail.
+            let _ = write!(command, " {}", shell_word(word));
+        }
+    }
+    command
+}

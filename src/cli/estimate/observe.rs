@@ -1,0 +1,498 @@
+//! `asobench observe`: the states of a record, by an observer of a model that is fitted to it.
+
+use super::one_estimator::estimate;
+use super::report::{Estimate, Report};
+use super::{load::load, orders, record, text, words};
+use crate::cli::equation::broken;
+use crate::cli::error::Error;
+use crate::cli::files::{check_output, drawn, write_whole};
+use crate::cli::output::{Format, note, print, print_json};
+use crate::data::csv;
+use crate::estimator::{EstimatorName, Progress};
+use crate::files::{Kind, numbers_as_parquet};
+use crate::observer::{ObserverKind, RiccatiError};
+use crate::report::plot::Picture;
+use crate::text::{rounded, visible, wrap};
+use arguments::{Choice, Numbers};
+use asobench_identification::{
+    ModelObserver, NoiseCovariances, Observation, ObservationError, observe_adaptively,
+};
+use faer::{Mat, c64};
+use serde_json::{Value, json};
+use std::io::Write as _;
+use std::path::Path;
+use std::process::ExitCode;
+
+mod arguments;
+mod picture;
+
+pub(in crate::cli) use arguments::Arguments;
+
+/// Significant digits.
+const DIGITS: usize = 6;
+
+/// An observer, and what it made of a record.
+struct Observed<'a> {
+    report: &'a Report,
+    choice: &'a Choice,
+    /// `None` of an adaptive one.
+    observer: Option<ModelObserver>,
+    states: Observation,
+    /// Whether the covariances were given.
+    is_known: bool,
+}
+
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    check_output("--out", arguments.out.as_deref(), Kind::States)?;
+    check_output("--plot", arguments.plot.as_deref(), Kind::Figure)?;
+    check_output("--report", arguments.report.as_deref(), Kind::Page)?;
+    let (mut report, name) = fitted(arguments)?;
+    report.tell_in_unit_of_file();
+    super::warn(&report);
+    let pass = &report.estimates[0].last().fitted.pass;
+    if pass.progress < Progress::InitialState {
+        let why = pass.failure.map(|failure| failure.to_string());
+        let why = why.unwrap_or_else(|| "there is no initial state".to_owned());
+        return Err(Error::Failed(format!("--estimator {name}: {why}")));
+    }
+    let observed = observe(arguments, &report)?;
+    observed.write(arguments)?;
+    match arguments.format {
+        Format::Text => print(&observed.text())?,
+        Format::Json => print_json(&observed.json())?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reads the record and fits the model.
+fn fitted(arguments: &Arguments) -> Result<(Report, EstimatorName), Error> {
+    let name = match (&arguments.observer, arguments.estimator) {
+        (Choice::Adaptive(name), Some(other)) if other != *name => {
+            return Err(Error::Input(format!(
+                "--estimator {other}: --observer {name} estimates its own model; expected no --estimator"
+            )));
+        }
+        (Choice::Adaptive(name), _) => *name,
+        (Choice::OfModel(_), given) => given.unwrap_or(EstimatorName::InstrumentalVariables),
+    };
+    let (record, options) = (arguments.record.clone(), arguments.options.clone());
+    let mut of = super::Arguments::of_one(record, name, options);
+    of.ts = arguments.ts;
+    if let Choice::OfModel(ObserverKind::Luenberger(gain)) = &arguments.observer {
+        of.gain = gain.clone();
+    }
+    orders::understand(&mut of)?;
+    if orders::ranges(&of).is_some() {
+        orders::refuse("--order", true)?;
+    }
+    let orders = orders::orders(&of)?;
+    let recognised = record::read(&of.record.file, &of.record)?;
+    let recognised = recognised.whole(&of.record.file, "observe")?;
+    let mut report = load(&of, orders, recognised)?;
+    let model = estimate(&of, name, &report)?;
+    report.estimates.push(model);
+    Ok((report, name))
+}
+
+/// Returns a covariance of order n, in the unit of the report.
+fn covariance(
+    flag: &str,
+    Numbers(numbers): &Numbers,
+    n: usize,
+    unit: f64,
+) -> Result<Mat<f64>, Error> {
+    let of = |at: &dyn Fn(usize, usize) -> f64| Mat::from_fn(n, n, |i, j| at(i, j) / (unit * unit));
+    Ok(match numbers.len() {
+        1 => of(&|i, j| numbers[0] * f64::from(i == j)),
+        count if count == n => of(&|i, j| if i == j { numbers[i] } else { 0.0 }),
+        count if count == n * n => of(&|i, j| numbers[i * n + j]),
+        count => {
+            return Err(Error::Input(format!(
+                "{flag}: {count} numbers; expected 1, {n} or {}, for {n} states",
+                n * n
+            )));
+        }
+    })
+}
+
+/// Makes the observer and runs it over the record.
+fn observe<'a>(arguments: &'a Arguments, report: &'a Report) -> Result<Observed<'a>, Error> {
+    let choice = &arguments.observer;
+    let wrong = |error: ObservationError| {
+        let line = format!("--observer {choice}: {error}");
+        match error {
+            ObservationError::NoCovariances => Error::Input(format!(
+                "{line}: --process-covariance, --measurement-variance and --start-covariance"
+            )),
+            ObservationError::Riccati(
+                RiccatiError::NotStabilising { .. } | RiccatiError::NoConvergence { .. },
+            ) => Error::Failed(line),
+            ObservationError::Gain(_)
+            | ObservationError::Setup(_)
+            | ObservationError::Riccati(_) => Error::Input(line),
+            _ => Error::Failed(line),
+        }
+    };
+    let estimate = &report.estimates[0];
+    let fitted = &estimate.last().fitted;
+    let (u, y) = (&report.record.u, &report.record.y);
+    let n = fitted.pass.a.len();
+    let given = |flag: &str, numbers: &Numbers| covariance(flag, numbers, n, report.unit);
+    let noise = match (
+        &arguments.process_covariance,
+        arguments.measurement_variance,
+    ) {
+        (Some(process), Some(measurement)) => {
+            let start = arguments.start_covariance.as_ref();
+            Some(NoiseCovariances {
+                process: given("--process-covariance", process)?,
+                measurement: measurement / (report.unit * report.unit),
+                start: start
+                    .map(|start| given("--start-covariance", start))
+                    .transpose()?,
+            })
+        }
+        _ => None,
+    };
+    let kind = match choice {
+        Choice::OfModel(ObserverKind::Gpebo(_)) | Choice::Adaptive(_) if noise.is_some() => {
+            return Err(Error::Input(format!(
+                "--process-covariance: --observer {choice} takes no covariances; expected none"
+            )));
+        }
+        Choice::OfModel(kind) => kind,
+        Choice::Adaptive(name) => {
+            let mut options = estimate.options.clone();
+            options.retain(|_, value| !value.is_null());
+            let options = name
+                .parse(options)
+                .map_err(|error| Error::Input(error.to_string()))?;
+            let [u, y] = fitted.shifted(u, y);
+            return Ok(Observed {
+                report,
+                choice,
+                observer: None,
+                states: observe_adaptively(options, n, u, y).map_err(wrong)?,
+                is_known: false,
+            });
+        }
+    };
+    let window = report.window;
+    let observer = fitted.observer(kind, noise.as_ref(), &u[..window], &y[..window]);
+    let observer = observer.map_err(wrong)?;
+    Ok(Observed {
+        report,
+        choice,
+        states: observer.run(u, y).map_err(wrong)?,
+        observer: Some(observer),
+        is_known: noise.is_some(),
+    })
+}
+
+/// The rows of a matrix.
+fn rows(m: &Mat<f64>) -> Vec<Vec<f64>> {
+    let row = |i: usize| (0..m.ncols()).map(|j| m[(i, j)]).collect();
+    (0..m.nrows()).map(row).collect()
+}
+
+impl Observed<'_> {
+    fn estimate(&self) -> &Estimate {
+        &self.report.estimates[0]
+    }
+
+    /// The samples that are observed.
+    fn samples(&self) -> usize {
+        self.states.innovations.len()
+    }
+
+    /// Returns the observer in words.
+    fn about(&self) -> String {
+        let of = match self.choice {
+            Choice::OfModel(ObserverKind::Luenberger(_)) => "placed poles",
+            Choice::OfModel(ObserverKind::Kalman) => "steady state, white measurement noise",
+            Choice::OfModel(ObserverKind::KalmanColoured) => {
+                "steady state, measurement noise C/(A D) e"
+            }
+            Choice::OfModel(ObserverKind::KalmanVarying) => "from P(0)",
+            Choice::OfModel(ObserverKind::Gpebo(_)) => "no feedback, the start is estimated",
+            Choice::Adaptive(_) => "state and parameters, sample by sample",
+        };
+        let has_noise = self.noise().is_some();
+        let covariances = match (has_noise, self.is_known) {
+            (false, _) => "",
+            (true, true) => ", covariances as given",
+            (true, false) => ", covariances identified by maximum likelihood",
+        };
+        format!("{}: {of}{covariances}", self.choice)
+    }
+
+    fn noise(&self) -> Option<&NoiseCovariances> {
+        self.observer.as_ref()?.noise.as_ref()
+    }
+
+    /// Returns names and values of the gain, the noise and the last state.
+    fn numbers(&self) -> Vec<(&'static str, Vec<String>)> {
+        let told = |x: &f64| rounded(x + 0.0, DIGITS);
+        let all = |values: &[f64]| values.iter().map(told).collect::<Vec<String>>();
+        let pole = |pole: &c64| match pole.im {
+            0.0 => told(&pole.re),
+            im if im < 0.0 => format!("{} - {}i", told(&pole.re), told(&-im)),
+            im => format!("{} + {}i", told(&pole.re), told(&im)),
+        };
+        let mut numbers = Vec::new();
+        if let Some(observer) = self.observer.as_ref().filter(|of| !of.gain.is_empty()) {
+            numbers.push(("gain", all(&observer.gain)));
+            numbers.push(("its poles", observer.poles.iter().map(pole).collect()));
+        }
+        if let Some(noise) = self.noise() {
+            numbers.push(("Q, by rows", all(&rows(&noise.process).concat())));
+            numbers.push(("r", all(&[noise.measurement])));
+        }
+        if let Some(p) = self.observer.as_ref().and_then(|of| of.covariance.as_ref()) {
+            let deviations = (0..p.nrows()).map(|i| p[(i, i)].max(0.0).sqrt());
+            numbers.push(("sd of the states", all(&deviations.collect::<Vec<f64>>())));
+        }
+        let last = self.samples() * self.states.order;
+        numbers.push(("xhat(K)", all(&self.states.states[last..])));
+        numbers
+    }
+
+    /// Returns what the innovations say.
+    fn innovations(&self) -> String {
+        let e = &self.states.innovations;
+        let square = e.iter().map(|e| e * e).sum::<f64>() / e.len() as f64;
+        let expected = self.observer.as_ref().map(|observer| observer.innovation);
+        let expected = expected
+            .filter(|of| of.is_finite())
+            .map_or_else(String::new, |of| format!(", expected {}", rounded(of, 4)));
+        let white = self.states.white.map_or_else(
+            || "not tested".to_owned(),
+            |white| {
+                let verdict = if white.passed { "white" } else { "NOT white" };
+                format!("{verdict} ({})", words::chance(white.p_value))
+            },
+        );
+        format!("{white}; mean square {}{expected}", rounded(square, 4))
+    }
+
+    fn text(&self) -> String {
+        let Self { report, .. } = self;
+        let estimate = self.estimate();
+        let mut text = wrap(
+            &format!(
+                "{}: {}, window {} of {} samples, detrend {}",
+                visible(report.file.display()),
+                text::asked(report.orders),
+                report.window,
+                report.record.y.len(),
+                report.detrend
+            ),
+            80,
+            "",
+        );
+        text += &words::record(report);
+        if let Some(unit) = report.unit_in_words() {
+            text += &wrap(&unit, 80, "");
+        }
+        text += &format!("\n{}\n", words::heading(estimate));
+        for hint in &estimate.hints {
+            text += &wrap(&format!("  {:<18} {hint}", "hint"), 80, &" ".repeat(21));
+        }
+        let model = &estimate.last().fitted.model;
+        for line in model.equation().rounded(DIGITS).to_string().lines() {
+            text += &format!("  {}\n", broken(line, 2, 6));
+        }
+        if let Some(fit) = &estimate.fit {
+            let fit = fit.window;
+            text += &format!(
+                "  {:<18} {} simulated, {} one-step\n",
+                "FIT %, window",
+                text::percent(fit.simulated),
+                text::percent(fit.one_step)
+            );
+        }
+        text += &wrap(&format!("\nobserver {}", self.about()), 80, "  ");
+        for (name, values) in self.numbers() {
+            for (i, line) in values.chunks(4).enumerate() {
+                let name = if i == 0 { name } else { "" };
+                let cells: Vec<String> = line.iter().map(|cell| format!("{cell:>13}")).collect();
+                text += &format!("  {name:<18} {}\n", cells.join(" "));
+            }
+        }
+        text += &wrap(
+            &format!("  {:<18} {}", "innovations", self.innovations()),
+            80,
+            &" ".repeat(21),
+        );
+        if !self.states.deviations.is_empty() {
+            text += &wrap(&format!("  {:<18} {}", "bands", BANDS), 80, &" ".repeat(21));
+        }
+        text += &format!("\n{}", wrap(&self.form(), 80, ""));
+        text
+    }
+
+    /// Says what the states are of.
+    fn form(&self) -> String {
+        let shift = self.estimate().shift();
+        let of = if shift > 0 {
+            format!("; y(k) here is y(k + {shift}) of the file")
+        } else {
+            String::new()
+        };
+        format!(
+            "x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; xhat(k) knows u and y up to k - 1{of}"
+        )
+    }
+
+    fn json(&self) -> Value {
+        let observer = self.observer.as_ref();
+        let noise = self.noise();
+        let pole = |pole: &c64| json!({ "re": pole.re, "im": pole.im });
+        let poles = observer.map(|of| of.poles.iter().map(pole).collect::<Vec<_>>());
+        let n = self.states.order;
+        let by_rows =
+            |values: &[f64]| -> Vec<Vec<f64>> { values.chunks(n).map(<[f64]>::to_vec).collect() };
+        let mut value = super::json::render(self.report);
+        value["observer"] = json!({
+            "observer": self.choice.to_string(),
+            "gain": observer.map(|of| &of.gain),
+            "poles": poles,
+            "process_covariance": noise.map(|of| rows(&of.process)),
+            "measurement_variance": noise.map(|of| of.measurement),
+            "covariances_given": self.is_known,
+            "covariance": observer.and_then(|of| of.covariance.as_ref()).map(rows),
+            "innovation_variance": observer.map(|of| of.innovation),
+            "white": self.states.white,
+            "states": by_rows(&self.states.states),
+            "deviations": by_rows(&self.states.deviations),
+            "predictions": self.states.predictions,
+            "innovations": self.states.innovations,
+        });
+        value
+    }
+
+    /// Writes the files that were requested, and says what was written.
+    fn write(&self, arguments: &Arguments) -> Result<(), Error> {
+        let written =
+            |path: &Path, about: &str| note(&format!("wrote {}: {about}", path.display()));
+        if let Some(path) = &arguments.out {
+            self.write_states(path)?;
+            written(path, "the states, k = 0 ... K");
+        }
+        let (name, shift) = (self.choice.to_string(), self.estimate().shift());
+        let figure = picture::states(self.report, &name, shift, &self.states);
+        if let Some(path) = &arguments.plot {
+            let content = drawn("--plot", path, &figure.wide)?;
+            write_whole("--plot", path, Kind::Figure, |to| to.write_all(&content))?;
+            written(path, "y, its prediction and the states");
+        }
+        if let Some(path) = &arguments.report {
+            let page = self.page(&figure);
+            write_whole("--report", path, Kind::Page, |to| {
+                to.write_all(page.as_bytes())
+            })?;
+            written(path, "a page, for a browser");
+        }
+        Ok(())
+    }
+
+    /// Returns the page of the model with a section of the observer.
+    fn page(&self, figure: &Picture) -> String {
+        let mut page = super::page::of_models(self.report);
+        page.section("observer", "The observer", |section| {
+            section.paragraph(&format!("{}.", words::capitalised(&self.about())));
+            let numbers = self
+                .numbers()
+                .into_iter()
+                .map(|(name, values)| (name, values.join(", ")));
+            section.settings(&numbers.collect::<Vec<_>>());
+            section.paragraph(&format!("Innovations: {}.", self.innovations()));
+            let bands = if self.states.deviations.is_empty() {
+                String::new()
+            } else {
+                format!(" Bands: {BANDS}.")
+            };
+            section.figure(
+                figure,
+                &format!(
+                    "Above: y and its prediction; below: the states. {}.{bands}",
+                    words::capitalised(&self.form())
+                ),
+            );
+        });
+        page.html()
+    }
+
+    /// The columns of the states' table, and whether a cell is empty.
+    fn columns(&self) -> Vec<(String, Vec<f64>)> {
+        let (n, samples, shift) = (self.states.order, self.samples(), self.estimate().shift());
+        let column = |values: &[f64], i: usize| values.iter().skip(i).step_by(n).copied().collect();
+        let of_samples = |values: &[f64]| {
+            let values = values.iter().copied();
+            values.chain([f64::NAN]).collect::<Vec<f64>>()
+        };
+        let mut columns = vec![("k".to_owned(), (0..=samples).map(|k| k as f64).collect())];
+        for i in 0..n {
+            columns.push((format!("x{}", i + 1), column(&self.states.states, i)));
+        }
+        if !self.states.deviations.is_empty() {
+            for i in 0..n {
+                columns.push((format!("x{}_sd", i + 1), column(&self.states.deviations, i)));
+            }
+        }
+        if self.report.clock.is_some() {
+            columns.push((
+                "t".to_owned(),
+                (0..=samples).map(|k| self.report.time(k)).collect(),
+            ));
+        }
+        columns.extend([
+            ("y".to_owned(), of_samples(&self.report.record.y[shift..])),
+            (
+                "y_predicted".to_owned(),
+                of_samples(&self.states.predictions),
+            ),
+            (
+                "innovation".to_owned(),
+                of_samples(&self.states.innovations),
+            ),
+        ]);
+        columns
+    }
+
+    fn write_states(&self, path: &Path) -> Result<(), Error> {
+        let columns = self.columns();
+        if path
+            .extension()
+            .is_some_and(|form| form.eq_ignore_ascii_case("parquet"))
+        {
+            return write_whole("--out", path, Kind::States, |to| {
+                to.write_all(&numbers_as_parquet(&columns)?)
+            });
+        }
+        write_whole("--out", path, Kind::States, |to| {
+            let unit = self
+                .report
+                .unit_in_words()
+                .map_or_else(String::new, |words| format!("; {words}"));
+            let comment = format!("observer {}; {}{unit}", self.choice, self.form());
+            writeln!(to, "{}", csv::comment(&comment))?;
+            writeln!(
+                to,
+                "{}",
+                csv::line(columns.iter().map(|(name, _)| csv::Cell::Text(name)))
+            )?;
+            for k in 0..=self.samples() {
+                let cells = columns.iter().map(|(_, values)| match values[k] {
+                    value if value.is_nan() => csv::Cell::Text(""),
+                    value => csv::Cell::Number(value),
+                });
+                writeln!(to, "{}", csv::line(cells))?;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// What the bands are, and are not.
+const BANDS: &str = "two standard deviations of x(k) - xhat(k) by the covariances above, as if the model were the plant";
