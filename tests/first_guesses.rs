@@ -338,7 +338,7 @@ fn flags_have_the_names_of_other_commands() {
         &["explain", "detrend", "time constant", "offset"],
     ));
     assert!(
-        text.contains("detrend (flag of estimate, study-from): Trend to subtract")
+        text.contains("detrend (flag of estimate, observe, study-from): Subtract a trend")
             && text.contains("time constant (glossary)"),
         "{text}"
     );

@@ -193,7 +193,7 @@ fn flags(commands: &clap::Command) -> Vec<Entry> {
             let (Some(flag), Some(about)) = (argument.get_long(), about) else {
                 continue;
             };
-            let about = about.to_string();
+            let about = about.to_string().replace("\n\n", ". ");
             match all.iter_mut().find(|of| of.0 == flag && of.1 == about) {
                 Some((_, _, commands)) => commands.push(command.get_name()),
                 None => all.push((flag, about, vec![command.get_name()])),
