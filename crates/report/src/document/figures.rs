@@ -86,7 +86,7 @@ fn nested(study: &Study, measure: Measure) -> Option<Drawn> {
 
 /// The quantiles of a measure. One that falls among trials without the measure lies beyond the axis.
 pub(super) fn quantiles(at: f64, statistics: &Statistics, measure: Measure) -> Point {
-    let worst = match (measure.better(), measure.scale()) {
+    let worst = match (measure.entry().better, measure.entry().scale) {
         (Better::Smaller, measure::Scale::Log) => BEYOND,
         _ => f64::NAN,
     };
@@ -116,7 +116,7 @@ pub(super) fn open_end(
             found.is_some_and(|of| of.q95.lost && !of.q50.lost)
         })
     });
-    if is_open && measure.better() == Better::Smaller && measure.scale() == measure::Scale::Log {
+    if is_open && measure.entry().better == Better::Smaller && measure.entry().scale == measure::Scale::Log {
         " Where it runs off the top, more than 5 % of the trials failed and rank as the worst."
     } else {
         ""
@@ -173,7 +173,7 @@ pub(super) fn style(
     let is_wanted = spread.or(study.file.spread).unwrap_or(outputs <= most);
     match (is_wanted, layout.has_names) {
         (true, true) => Style::Boxes,
-        (true, false) if measure.scale() != measure::Scale::Percent => Style::Band,
+        (true, false) if measure.entry().scale != measure::Scale::Percent => Style::Band,
         _ => Style::ErrorBars,
     }
 }
@@ -387,7 +387,7 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
         )
     };
     let name = measure.label();
-    let better = match measure.better() {
+    let better = match measure.entry().better {
         Better::Smaller => "; below 1 the first is better",
         Better::Larger => "; above 1 the first is better",
         Better::Neither => "",

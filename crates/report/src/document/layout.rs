@@ -34,17 +34,17 @@ pub(super) fn x_key(study: &Study) -> Option<Key> {
     let count = |key: &Key| study.values(*key).len();
     let most = varying.iter().map(count).max()?;
     let candidates = varying.into_iter().filter(|key| count(key) == most);
-    candidates.min_by_key(|key| key.along())
+    candidates.min_by_key(|key| key.entry().along)
 }
 
 /// The setting along x for a measure. Settings of the observer do not affect measures of parameters.
 pub(super) fn x_of(study: &Study, measure: Measure) -> Option<Key> {
     let usual = x_key(study);
-    if measure.is_of_state() || usual.is_none_or(|key| !key.is_of_observer()) {
+    if measure.entry().of_state || usual.is_none_or(|key| !key.entry().of_observer) {
         return usual;
     }
     let mut others = study.varying();
-    others.retain(|key| !key.is_of_observer() && *key != Key::Claim);
+    others.retain(|key| !key.entry().of_observer && *key != Key::Claim);
     let most = others
         .iter()
         .rev()
@@ -55,7 +55,7 @@ pub(super) fn x_of(study: &Study, measure: Measure) -> Option<Key> {
 impl Layout {
     /// The layout with a given x; `used` are settings shown in another way, such as by colour.
     pub(super) fn new(study: &Study, x: Option<Key>, used: &[Key]) -> Self {
-        Self::by(study, x, used, Key::held)
+        Self::by(study, x, used, |key| key.entry().held)
     }
 
     /// The layout with a given order in which settings get panels.

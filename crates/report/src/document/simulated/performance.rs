@@ -39,7 +39,7 @@ pub(super) fn part(study: &Study) -> Part {
 }
 
 fn measure(measure: Measure) -> Row {
-    let better = match measure.better() {
+    let better = match measure.entry().better {
         Better::Smaller => " Smaller is better.",
         Better::Larger => " Larger is better.",
         Better::Neither => "",
