@@ -21,11 +21,7 @@ pub(super) fn part(study: &Study) -> Part {
     rows.extend(at_most(continuous(file)));
     rows.extend(grid(study));
     rows.extend(trials(study));
-    Part {
-        heading: "Data-generating mechanisms",
-        rows,
-        defaults,
-    }
+    Part::new("Data-generating mechanisms", rows, defaults)
 }
 
 /// Whether a setting says what the methods do with a record, not how it is drawn.

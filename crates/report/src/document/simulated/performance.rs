@@ -31,11 +31,7 @@ pub(super) fn part(study: &Study) -> Part {
         row(format!("claim {}", of.id), claim(of, judged))
     });
     rows.extend(at_most(claims.collect()));
-    Part {
-        heading: "Performance measures",
-        rows,
-        defaults,
-    }
+    Part::new("Performance measures", rows, defaults)
 }
 
 fn measure(measure: Measure) -> Row {
