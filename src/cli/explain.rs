@@ -132,7 +132,7 @@ fn entries() -> Vec<Entry> {
         ));
     }
     for measure in Measure::ALL {
-        let unit = measure.unit();
+        let unit = measure.entry().unit;
         let unit = if unit.is_empty() {
             String::new()
         } else {
@@ -263,8 +263,7 @@ fn unknown(word: &str, all: &[Entry]) -> String {
         let listed = having[..having.len().min(5)].join("', '");
         return format!("unknown word '{word}'; the texts of these have it: '{listed}'");
     }
-    let words: Vec<&str> = all.iter().map(|entry| entry.word.as_str()).collect();
-    let error = UnknownName::new("word", word, &words).to_string();
+    let error = UnknownName::new("word", word, all.iter().map(|entry| &entry.word)).to_string();
     let nearest = error.split("; expected").next().unwrap_or_default();
     format!(
         "{nearest}; expected a key, a measure, a method, a failure, a flag or a word of docs/glossary.md"

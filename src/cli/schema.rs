@@ -145,7 +145,7 @@ fn measures(text: &mut String, title: &str, kind: StudyKind) {
         let _ = writeln!(
             text,
             "| `{measure}` | {} | {} |",
-            measure.unit(),
+            measure.entry().unit,
             cell(measure.about())
         );
     }

@@ -251,8 +251,11 @@ impl FromStr for FailureKind {
                 return Ok(Self::External(reason));
             }
         }
-        let valid: Vec<&str> = known().map(FailureKind::name).collect();
-        Err(UnknownName::new("failure", given, &valid))
+        Err(UnknownName::new(
+            "failure",
+            given,
+            known().map(FailureKind::name),
+        ))
     }
 }
 

@@ -7,6 +7,7 @@ use crate::text::{NAME_LIMIT, beginning};
 pub use schemars;
 #[doc(hidden)]
 pub use serde;
+use std::fmt::Display;
 
 /// A name that is not one of the valid ones.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -22,11 +23,15 @@ pub struct UnknownName {
 
 impl UnknownName {
     /// The error for `given` if one of `valid` was expected.
-    pub fn new(what: &str, given: &str, valid: &[&str]) -> Self {
+    pub fn new(
+        what: impl Display,
+        given: impl Display,
+        valid: impl IntoIterator<Item: Display>,
+    ) -> Self {
         Self {
-            what: what.to_owned(),
-            given: given.to_owned(),
-            valid: valid.iter().map(|&name| name.to_owned()).collect(),
+            what: what.to_string(),
+            given: given.to_string(),
+            valid: valid.into_iter().map(|name| name.to_string()).collect(),
         }
     }
 }
@@ -230,10 +235,7 @@ macro_rules! named_enum {
 
             fn from_str(given: &str) -> Result<Self, Self::Err> {
                 let found = Self::ALL.iter().find(|value| value.name() == given);
-                found.copied().ok_or_else(|| {
-                    let valid: Vec<&str> = Self::ALL.iter().map(|value| value.name()).collect();
-                    $crate::names::UnknownName::new($what, given, &valid)
-                })
+                found.copied().ok_or_else(|| $crate::names::UnknownName::new($what, given, Self::ALL))
             }
         }
 
@@ -284,7 +286,7 @@ macro_rules! named_table {
             }
 
             /// The entry of the table.
-            const fn entry(self) -> $entry {
+            pub const fn entry(self) -> $entry {
                 match self {
                     Self::$first => $first_entry,
                     $(Self::$variant => $value,)*

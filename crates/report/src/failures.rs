@@ -21,11 +21,10 @@ pub fn failures(study: &Study, method: Option<&str>) -> Result<String, UnknownNa
                 .any(|own| folded(own) == folded(name))
         })
     };
-    let labels: Vec<&str> = study.labels().iter().map(String::as_str).collect();
     let all = study.all_outputs().filter(|of| is_asked(of.1));
     let all: Vec<(&CellSummary, &OutputSummary)> = all.collect();
     if let (Some(name), true) = (method, all.is_empty()) {
-        return Err(UnknownName::new("output", name, &labels));
+        return Err(UnknownName::new("output", name, study.labels()));
     }
     let mut found: Vec<(u64, String)> = Vec::new();
     for (cell, output) in &all {

@@ -1,7 +1,9 @@
 //! Figures 1 to 3 of Nikolov et al.: e_x(k), e_a and e_b from k = N on, as distributions with median and 5-95 % band,
 //! and of one realisation.
 
-use super::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
+use super::plot::{
+    Course, Plot, PlotAxis, Point, Series, Sharing, Style, extent, points, small_multiples,
+};
 use asobench_identification::metric::Statistics;
 use asobench_study::study::{CellSummary, CurveQuantiles, Measure};
 
@@ -165,19 +167,14 @@ fn panel(cell: &CellSummary, error: &Error, what: &str) -> Plot {
 
 /// Gives the plots of a row the range of their values.
 fn same_range(plots: &mut [Plot]) {
-    let series = plots.iter().flat_map(|plot| &plot.series);
-    let values = series
-        .flat_map(|series| &series.points)
-        .flat_map(|point| [point.low, point.y, point.high]);
+    let values = points(plots).flat_map(|point| [point.low, point.y, point.high]);
     let references = plots.iter().flat_map(|plot| &plot.references);
     let bounds = references.filter_map(|reference| match reference.course {
         Course::Horizontal(value) => Some(value),
         _ => None,
     });
     let positive = values.chain(bounds).filter(|y| *y > 0.0 && y.is_finite());
-    let (least, most) = positive.fold((f64::INFINITY, 0.0_f64), |(least, most), y| {
-        (least.min(y), most.max(y))
-    });
+    let (least, most) = extent(positive);
     if least < most {
         for plot in plots {
             plot.y.range = Some((least / 1.1, most * 1.1));

@@ -1,6 +1,7 @@
 //! The example of Bobtsov et al. (2023) as a table: theta and the state of every observer.
 
 use super::number::uncertain;
+use super::plot::extent;
 use super::table::{CellText, Column, Table};
 use asobench_study::study::{CellSummary, Measure, OutputTrace, Summary, Traces};
 
@@ -61,8 +62,7 @@ fn course(traces: &Traces, trace: &OutputTrace, i: usize, from: f64) -> [String;
     let late = traces.times.iter().zip(values).filter(|(t, _)| **t >= from);
     let late: Vec<f64> = late.map(|(_, value)| *value).collect();
     let mean = late.iter().sum::<f64>() / late.len() as f64;
-    let low = late.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = late.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (low, high) = extent(late);
     [mean, (high - low) / 2.0].map(|x| format!("{x:.4}"))
 }
 

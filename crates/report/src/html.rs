@@ -150,17 +150,10 @@ impl Section {
         let body = self.inside(write);
         self.verdicts.push(verdict);
         let id = escape(&format!("{}:{id}", self.id));
-        self.add(&[
-            "<article id=\"",
-            &id,
-            "\">\n<h3>",
-            &inline(heading),
-            " ",
-            &verdict.badge(),
-            "</h3>\n",
-            &body,
-            "</article>\n",
-        ]);
+        let (heading, badge) = (inline(heading), verdict.badge());
+        self.add(&[&format!(
+            "<article id=\"{id}\">\n<h3>{heading} {badge}</h3>\n{body}</article>\n"
+        )]);
     }
 
     /// Adds a heading inside the section.
@@ -214,32 +207,20 @@ impl Section {
     /// Adds a figure: unchanged SVG documents above its number and caption. A narrow screen shows the narrow one.
     pub fn figure(&mut self, picture: &Picture, caption: &str) {
         self.figures += 1;
-        let (number, caption) = (self.figures.to_string(), inline(caption));
+        let (number, caption) = (self.figures, inline(caption));
         let wide = inline_svg(&picture.wide.svg());
-        self.add(&["<figure>\n"]);
-        match &picture.narrow {
-            Some(narrow) => self.add(&[
-                "<div class=\"broad\">\n",
-                &wide,
-                "\n</div>\n<div class=\"narrow\">\n",
-                &inline_svg(&narrow.svg()),
-                "\n</div>\n",
-            ]),
-            None => self.add(&[
-                "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"Figure ",
-                &number,
-                "\">\n",
-                &wide,
-                "\n</div>\n",
-            ]),
-        }
-        self.add(&[
-            "<figcaption><b>Figure ",
-            &number,
-            ".</b> ",
-            &caption,
-            "</figcaption>\n</figure>\n",
-        ]);
+        let (first, second) = match &picture.narrow {
+            Some(narrow) => {
+                let narrow = inline_svg(&narrow.svg());
+                let second = format!("<div class=\"narrow\">\n{narrow}\n</div>\n");
+                ("class=\"broad\"".to_owned(), second)
+            }
+            None => (scrolled(&format!("Figure {number}")), String::new()),
+        };
+        self.add(&[&format!(
+            "<figure>\n<div {first}>\n{wide}\n</div>\n{second}\
+             <figcaption><b>Figure {number}.</b> {caption}</figcaption>\n</figure>\n"
+        )]);
     }
 
     /// Adds code or a command, unchanged.
@@ -252,13 +233,9 @@ impl Section {
     pub fn details(&mut self, summary: &str, write: impl FnOnce(&mut Self)) {
         let body = self.inside(write);
         let summary = inline(summary);
-        self.add(&[
-            "<details>\n<summary>",
-            &summary,
-            "</summary>\n",
-            &body,
-            "</details>\n",
-        ]);
+        self.add(&[&format!(
+            "<details>\n<summary>{summary}</summary>\n{body}</details>\n"
+        )]);
     }
 
     /// Collects what is written into a part of the section, and updates the numbers of tables and figures.
@@ -291,6 +268,11 @@ impl Section {
         let class = if first { " class=\"first\"" } else { "" };
         format!("<section id=\"{id}\"{class}>\n<h2>{heading}</h2>\n{body}</section>\n")
     }
+}
+
+/// The attributes of a part that scrolls by itself.
+fn scrolled(label: &str) -> String {
+    format!("class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"{label}\"")
 }
 
 /// An SVG document for a page, which contains its style once.

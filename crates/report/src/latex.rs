@@ -14,76 +14,8 @@ const PROSE: f64 = 0.45;
 const WIDE: usize = 7;
 
 /// Characters that are commands in LaTeX, or that its fonts have elsewhere, or that could be read as the argument of
-/// the `\\` before them.
-const SYMBOLS: [(char, &str); 67] = [
-    ('\\', "\\textbackslash{}"),
-    ('{', "\\{"),
-    ('}', "\\}"),
-    ('$', "\\$"),
-    ('&', "\\&"),
-    ('#', "\\#"),
-    ('%', "\\%"),
-    ('_', "\\_"),
-    ('^', "\\textasciicircum{}"),
-    ('~', "\\textasciitilde{}"),
-    ('<', "\\textless{}"),
-    ('>', "\\textgreater{}"),
-    ('|', "\\textbar{}"),
-    ('`', "\\textasciigrave{}"),
-    ('[', "{[}"),
-    ('*', "{*}"),
-    ('\u{a0}', "~"),
-    ('\u{b0}', "$^\\circ$"),
-    ('\u{b1}', "$\\pm$"),
-    ('\u{b2}', "$^2$"),
-    ('\u{b5}', "$\\mu$"),
-    ('\u{b7}', "$\\cdot$"),
-    ('\u{d7}', "$\\times$"),
-    ('\u{2013}', "--"),
-    ('\u{2014}', "---"),
-    ('\u{2018}', "`"),
-    ('\u{2019}', "'"),
-    ('\u{201c}', "``"),
-    ('\u{201d}', "''"),
-    ('\u{2026}', "\\ldots{}"),
-    ('\u{2212}', "$-$"),
-    ('\u{221a}', "$\\surd$"),
-    ('\u{221e}', "$\\infty$"),
-    ('\u{2264}', "$\\leq$"),
-    ('\u{2265}', "$\\geq$"),
-    ('\u{3b1}', "$\\alpha$"),
-    ('\u{3b2}', "$\\beta$"),
-    ('\u{3b3}', "$\\gamma$"),
-    ('\u{3b4}', "$\\delta$"),
-    ('\u{3b5}', "$\\varepsilon$"),
-    ('\u{3b6}', "$\\zeta$"),
-    ('\u{3b7}', "$\\eta$"),
-    ('\u{3b8}', "$\\theta$"),
-    ('\u{3b9}', "$\\iota$"),
-    ('\u{3ba}', "$\\kappa$"),
-    ('\u{3bb}', "$\\lambda$"),
-    ('\u{3bc}', "$\\mu$"),
-    ('\u{3bd}', "$\\nu$"),
-    ('\u{3be}', "$\\xi$"),
-    ('\u{3c0}', "$\\pi$"),
-    ('\u{3c1}', "$\\rho$"),
-    ('\u{3c3}', "$\\sigma$"),
-    ('\u{3c4}', "$\\tau$"),
-    ('\u{3c5}', "$\\upsilon$"),
-    ('\u{3c6}', "$\\varphi$"),
-    ('\u{3c7}', "$\\chi$"),
-    ('\u{3c8}', "$\\psi$"),
-    ('\u{3c9}', "$\\omega$"),
-    ('\u{393}', "$\\Gamma$"),
-    ('\u{394}', "$\\Delta$"),
-    ('\u{398}', "$\\Theta$"),
-    ('\u{39b}', "$\\Lambda$"),
-    ('\u{3a0}', "$\\Pi$"),
-    ('\u{3a3}', "$\\Sigma$"),
-    ('\u{3a6}', "$\\Phi$"),
-    ('\u{3a8}', "$\\Psi$"),
-    ('\u{3a9}', "$\\Omega$"),
-];
+/// the `\\` before them: a line for each, with what is written instead.
+const SYMBOLS: &str = include_str!("latex/symbols.txt");
 
 /// Escapes a text, on one line. Invisible characters are written out, as on the page. Letters of other scripts stay:
 /// pdfLaTeX knows those of Latin alphabets, XeLaTeX and LuaLaTeX those of their fonts.
@@ -92,8 +24,10 @@ fn escaped(text: &str) -> String {
     let mut latex = String::with_capacity(line.len());
     let mut before = ' ';
     for c in text::visible(line).chars() {
-        match SYMBOLS.iter().find(|(symbol, _)| *symbol == c) {
-            Some((_, command)) => latex.push_str(command),
+        let mut lines = SYMBOLS.lines();
+        match lines.find_map(|line| line.strip_prefix(c)?.strip_prefix(' ')) {
+            Some(command) => latex.push_str(command),
+            None if c == '\u{a0}' => latex.push('~'),
             None if c == '"' && (before.is_whitespace() || "([".contains(before)) => {
                 latex.push_str("``");
             }

@@ -134,29 +134,16 @@ fn first_failed(study: &Study) -> Option<String> {
     Some(visible(format!("To see a failed trial: {command}")) + "\n")
 }
 
-/// A group of columns: the medians of a measure, or the lost trials.
-#[derive(Clone, Copy, PartialEq)]
-enum Group {
-    Median(Measure),
-    Lost,
-}
+/// A group of columns: the medians of a measure, or without one the lost trials.
+type Group = Option<Measure>;
 
-impl Group {
-    fn heading(self) -> String {
-        match self {
-            Self::Median(measure) => format!("median {}", measure.name()),
-            Self::Lost => "lost, %".to_owned(),
-        }
-    }
-
-    fn number(self, output: Option<&OutputSummary>) -> String {
-        match (self, output) {
-            (_, None) => "-".to_owned(),
-            (Self::Lost, Some(output)) => per_cent(lost(output)),
-            (Self::Median(measure), Some(output)) => {
-                let statistics = output.measures.get(&measure);
-                quantile(statistics.map_or(Quantile::UNDEFINED, |of| of.q50))
-            }
+fn number(group: Group, output: Option<&OutputSummary>) -> String {
+    match (group, output) {
+        (_, None) => "-".to_owned(),
+        (None, Some(output)) => per_cent(lost(output)),
+        (Some(measure), Some(output)) => {
+            let statistics = output.measures.get(&measure);
+            quantile(statistics.map_or(Quantile::UNDEFINED, |of| of.q50))
         }
     }
 }
@@ -164,12 +151,9 @@ impl Group {
 /// The first measures, and the lost trials if there are any.
 fn groups(study: &Study) -> Vec<Group> {
     let measures = shown_at_the_end(study).into_iter();
-    let mut groups: Vec<Group> = measures.map(Group::Median).collect();
-    if study
-        .all_outputs()
-        .any(|(_, output)| lost(output).count > 0)
-    {
-        groups.insert(groups.len().min(1), Group::Lost);
+    let mut groups: Vec<Group> = measures.map(Some).collect();
+    if study.all_outputs().any(|(_, of)| lost(of).count > 0) {
+        groups.insert(groups.len().min(1), None);
     }
     groups
 }
@@ -191,13 +175,7 @@ impl Name {
 
 /// Names; those of more than `most` characters are replaced by the letters A, B, ..., Z, A2, ...
 fn short(names: Vec<String>, most: usize) -> Vec<Name> {
-    let turns = (1..).map(|turn: usize| {
-        if turn > 1 {
-            turn.to_string()
-        } else {
-            String::new()
-        }
-    });
+    let turns = std::iter::once(String::new()).chain((2..).map(|turn: usize| turn.to_string()));
     let letters = turns.flat_map(|turn| ('A'..='Z').map(move |letter| format!("{letter}{turn}")));
     let taken = names.clone();
     let mut free = letters.filter(|letter| !taken.contains(letter));
@@ -283,11 +261,12 @@ fn table(study: &Study, room: usize) -> (String, String) {
     let mut sheet = Sheet::new(heading, rows, columns, room);
     let mut count = 0;
     for group in groups(study) {
-        let added = sheet.add(&group.heading(), |row, column| {
+        let heading = group.map_or("lost, %".to_owned(), |measure| format!("median {measure}"));
+        let added = sheet.add(&heading, |row, column| {
             let (cell, label) = if turned { (column, row) } else { (row, column) };
-            group.number(study.output(&cells[cell], &labels[label]))
+            number(group, study.output(&cells[cell], &labels[label]))
         });
-        count += usize::from(added && group != Group::Lost);
+        count += usize::from(added && group.is_some());
     }
     let mut shown = [sheet.rows.len(), sheet.columns.len()];
     if turned {

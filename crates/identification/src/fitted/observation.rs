@@ -321,7 +321,10 @@ impl ModelObserver {
         let shift = self.shift.min(y.len());
         let u = &u[..u.len() - shift];
         let y = y[shift..].iter().zip(u);
-        (u, y.map(|(y, u)| y - self.direct * u - self.offset).collect())
+        (
+            u,
+            y.map(|(y, u)| y - self.direct * u - self.offset).collect(),
+        )
     }
 
     /// Observes a record, whose y is advanced by the model's shift.

@@ -53,7 +53,7 @@ fn extremes(study: &Study, measure: Measure, output: &str) -> String {
 
 /// The value on the main axis at which the measure is best, over the combinations of the other settings.
 fn best(study: &Study, measure: Measure, output: &str) -> String {
-    if measure.better() == Better::Neither {
+    if measure.entry().better == Better::Neither {
         return String::new();
     }
     let Some(key) = x_key(study).filter(|key| *key != Key::Claim && study.values(*key).len() > 2)
@@ -79,7 +79,7 @@ fn best(study: &Study, measure: Measure, output: &str) -> String {
                 Some((cell, statistics.q50.value))
             })
             .filter(|(_, x)| x.is_finite());
-        let compared = |a: f64, b: f64| match measure.better() {
+        let compared = |a: f64, b: f64| match measure.entry().better {
             Better::Larger => b.total_cmp(&a),
             _ => a.total_cmp(&b),
         };

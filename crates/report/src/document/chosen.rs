@@ -1,11 +1,11 @@
 //! One figure of a study, with the measure, statistic, setting along x and outputs that are asked for.
 
 use super::figure::{Drawn, Figure, is_shown, left_out, quantile_note, series_of, y_axis};
-use super::figures::{
-    at_one_place, estimate, how, limits, open_end, quantiles, references, style, theory, title,
-};
 use super::layout::{Form, Layout, x_of};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
+use super::medians::{
+    at_one_place, estimate, how, limits, open_end, quantiles, references, style, theory, title,
+};
 use super::nested_loop::nested_loop;
 use super::zip_plot::{Zipped, zip_plot};
 use crate::plot::{Drawing, Plot, Point, Scale, Series, Style};
@@ -119,13 +119,9 @@ pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<(String, Drawing,
                 "nothing to draw: a nested-loop plot needs at least one setting that varies and at most 400 cells",
             )?
         }
-        Kind::Over => over_setting(study, chosen)?,
+        Kind::Over => over_setting(study, chosen, 0)?,
     };
-    let name = if chosen.kind == Kind::Over {
-        drawn.name
-    } else {
-        format!("{}-{}", study.name, drawn.name)
-    };
+    let name = format!("{}-{}", study.name, drawn.name);
     Ok((name, drawn.picture.wide, drawn.caption))
 }
 
@@ -137,8 +133,7 @@ fn measure_of(study: &Study, chosen: &Chosen) -> Result<Measure, String> {
         .or(lead)
         .ok_or("the study has no measure with results")?;
     if !study.file.measures.contains(&measure) {
-        let known: Vec<&str> = study.file.measures.iter().map(|of| of.name()).collect();
-        return Err(UnknownName::new("measure", measure.name(), &known).to_string());
+        return Err(UnknownName::new("measure", measure, &study.file.measures).to_string());
     }
     Ok(measure)
 }
@@ -146,10 +141,9 @@ fn measure_of(study: &Study, chosen: &Chosen) -> Result<Measure, String> {
 /// Checks that the study has the held values.
 fn check_held(study: &Study, held: &[(Key, String)]) -> Result<(), String> {
     for (key, value) in held {
-        let known: Vec<&str> = study.values(*key).iter().map(String::as_str).collect();
-        if !known.contains(&value.as_str()) {
-            let what = format!("value of {}", key.name());
-            return Err(UnknownName::new(&what, value, &known).to_string());
+        let known = study.values(*key);
+        if !known.contains(value) {
+            return Err(UnknownName::new(format!("value of {key}"), value, known).to_string());
         }
     }
     Ok(())
@@ -185,13 +179,13 @@ fn zip(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
     zip_plot(study, &wanted)
 }
 
-/// A measure over a setting.
-fn over_setting(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
+/// A measure over a setting. Where bars have less than `few` trials, they are the quartiles, because the interval of a
+/// median says little there.
+pub(super) fn over_setting(study: &Study, chosen: &Chosen, few: u64) -> Result<Drawn, String> {
     let measure = measure_of(study, chosen)?;
     let varying = study.varying();
     if let Some(key) = chosen.over.filter(|key| !varying.contains(key)) {
-        let known: Vec<&str> = varying.iter().map(|key| key.name()).collect();
-        return Err(UnknownName::new("setting that varies", key.name(), &known).to_string());
+        return Err(UnknownName::new("setting that varies", key, &varying).to_string());
     }
     check_held(study, &chosen.held)?;
     let outputs = outputs(study, &chosen.outputs)?;
@@ -208,27 +202,24 @@ fn over_setting(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
         Some(_) => Style::ErrorBars,
         None => style(study, measure, &layout, outputs.len(), chosen.spread),
     };
+    let are_few = study.summary.cells.iter().all(|cell| cell.trials < few);
     let what = match chosen.statistic {
         Some(statistic) => format!("{} over trials with 95 % intervals.", statistic.title()),
+        None if style == Style::ErrorBars && are_few => {
+            "Medians with the middle half of the trials.".to_owned()
+        }
         None => how(style, &layout, outputs.len()).to_owned(),
     };
     let of_medians = chosen.statistic.is_none_or(|of| of == Statistic::Q50);
     let (words, name, end) = match chosen.statistic {
         Some(statistic) => (
             format!("{} of {}", statistic.title(), measure.label()),
-            format!("{}-{measure}-{statistic}", study.name),
-            if statistic.is_quantile() {
-                quantiles_from(study)
-            } else {
-                String::new()
-            },
+            format!("{measure}-{statistic}"),
+            statistic.is_quantile(),
         ),
-        None => (
-            title(measure, style, &layout),
-            format!("{}-{measure}", study.name),
-            quantiles_from(study),
-        ),
+        None => (title(measure, style, &layout), measure.to_string(), true),
     };
+    let end = end.then(|| format!(" {}", quantile_note(study)));
     let point = |i: usize, cell: &CellSummary, at: f64| {
         let label = &outputs[i].1;
         let statistics = study.statistics(cell, label, measure)?;
@@ -236,6 +227,11 @@ fn over_setting(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
             Some(statistic) => {
                 let found = statistic.of(statistics);
                 Point::uncertain(at, found.value, found.mcse)
+            }
+            None if style == Style::ErrorBars && are_few => {
+                let [low, middle, high] =
+                    [statistics.q25, statistics.q50, statistics.q75].map(|quantile| quantile.value);
+                Point::interval(at, middle, low, high)
             }
             None if style == Style::ErrorBars => estimate(at, statistics.q50, &y.scale),
             None => quantiles(at, statistics, measure),
@@ -256,7 +252,7 @@ fn over_setting(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
         of: &format!("{} by output. ", measure.label()),
         what: &what,
         left_out: &format!("{open}{limits}{}", left_out(study, &outputs)),
-        end: &end,
+        end: end.as_deref().unwrap_or_default(),
         series: series_of(&outputs, style),
         points: &|i, cell, at| point(i, cell, at).into_iter().collect(),
         guides: &|cells, plot| {
@@ -282,11 +278,6 @@ fn over_setting(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
     }
     .draw(study);
     drawn.ok_or_else(|| format!("nothing to draw: no output has {measure} in two cells or more"))
-}
-
-/// The end of a caption of quantiles.
-fn quantiles_from(study: &Study) -> String {
-    format!(" {}", quantile_note(study))
 }
 
 /// Adds the points from elsewhere to the panel of some cells.
@@ -350,8 +341,7 @@ fn outputs(study: &Study, names: &[String]) -> Result<Vec<(usize, String)>, Stri
         };
         let of_name: Vec<&String> = labels.iter().filter(is).collect();
         if of_name.is_empty() {
-            let known: Vec<&str> = labels.iter().map(String::as_str).collect();
-            return Err(UnknownName::new("output", name, &known).to_string());
+            return Err(UnknownName::new("output", name, labels).to_string());
         }
         found.extend(of_name.into_iter().cloned());
     }

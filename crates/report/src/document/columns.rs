@@ -35,7 +35,7 @@ impl<'a, I: Iterator> Columns<'a, I> {
     ) -> Self {
         for key in keys.iter().copied() {
             let column = if study.is_numeric(key) {
-                Column::number(key.title(), key.unit())
+                Column::number(key.title(), key.entry().unit)
             } else {
                 Column::text(key.title())
             };

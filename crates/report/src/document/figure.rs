@@ -243,7 +243,7 @@ pub(super) fn quantile_note(study: &Study) -> String {
 /// The y axis of a measure.
 pub(super) fn y_axis(measure: Measure) -> PlotAxis {
     let label = measure.axis_label();
-    match measure.scale() {
+    match measure.entry().scale {
         measure::Scale::Log => PlotAxis::log(label),
         measure::Scale::Linear => PlotAxis::linear(label),
         measure::Scale::Percent => PlotAxis::linear(label).range(-20.0, 100.0),

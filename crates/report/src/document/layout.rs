@@ -2,8 +2,8 @@
 
 use super::extremes::{crowded, extremes};
 use crate::plot::{
-    Course, Drawing, Picture, Plot, PlotAxis, Scale, Sharing, Style, multiples_of_width,
-    small_multiples,
+    Course, Drawing, Picture, Plot, PlotAxis, Point, Scale, Sharing, Style, extent,
+    multiples_of_width, points, small_multiples,
 };
 use crate::results::{Study, axis_label, place, value_name, words};
 use asobench_study::study::file::Key;
@@ -34,17 +34,17 @@ pub(super) fn x_key(study: &Study) -> Option<Key> {
     let count = |key: &Key| study.values(*key).len();
     let most = varying.iter().map(count).max()?;
     let candidates = varying.into_iter().filter(|key| count(key) == most);
-    candidates.min_by_key(|key| key.along())
+    candidates.min_by_key(|key| key.entry().along)
 }
 
 /// The setting along x for a measure. Settings of the observer do not affect measures of parameters.
 pub(super) fn x_of(study: &Study, measure: Measure) -> Option<Key> {
     let usual = x_key(study);
-    if measure.is_of_state() || usual.is_none_or(|key| !key.is_of_observer()) {
+    if measure.entry().of_state || usual.is_none_or(|key| !key.entry().of_observer) {
         return usual;
     }
     let mut others = study.varying();
-    others.retain(|key| !key.is_of_observer() && *key != Key::Claim);
+    others.retain(|key| !key.entry().of_observer && *key != Key::Claim);
     let most = others
         .iter()
         .rev()
@@ -55,7 +55,7 @@ pub(super) fn x_of(study: &Study, measure: Measure) -> Option<Key> {
 impl Layout {
     /// The layout with a given x; `used` are settings shown in another way, such as by colour.
     pub(super) fn new(study: &Study, x: Option<Key>, used: &[Key]) -> Self {
-        Self::by(study, x, used, Key::held)
+        Self::by(study, x, used, |key| key.entry().held)
     }
 
     /// The layout with a given order in which settings get panels.
@@ -166,13 +166,9 @@ fn cut(plots: &mut [Plot]) {
         .iter()
         .all(|plot| plot.y.scale == Scale::Log && plot.y.range.is_none());
     let all = || plots.iter().flat_map(|plot| &plot.series);
-    let positive = |y: &f64| y.is_finite() && *y > 0.0;
-    let mut values: Vec<f64> = all()
-        .flat_map(|series| series.points.iter().map(|point| point.y))
-        .filter(positive)
-        .collect();
-    values.sort_by(f64::total_cmp);
-    let Some(middle) = values.get(values.len() / 2).filter(|_| logarithmic) else {
+    let points = || all().flat_map(|series| &series.points);
+    let (values, middle) = positive_values(points());
+    let Some(middle) = middle.filter(|_| logarithmic) else {
         return;
     };
     let references = plots.iter().flat_map(|plot| &plot.references);
@@ -184,25 +180,14 @@ fn cut(plots: &mut [Plot]) {
         .collect();
     let bounds = 10_f64.powf(DECADES) * middle;
     let kept = values.iter().chain(&references).copied();
-    let (low, high) = kept
-        .filter(|y| *y <= bounds)
-        .fold((f64::INFINITY, 0.0_f64), |(low, high), y| {
-            (low.min(y), high.max(y))
-        });
-    let ends = all()
-        .filter(|series| series.style != Style::Line)
-        .flat_map(|series| {
-            series
-                .points
-                .iter()
-                .flat_map(|point| [point.low, point.high])
-        })
-        .filter(|y| positive(y) && *y < BEYOND);
-    let (least, most) = ends
-        .chain(values.iter().copied())
-        .fold((low, high), |(least, most), y| (least.min(y), most.max(y)));
+    let (low, high) = extent(kept.filter(|y| *y <= bounds));
+    let barred = all().filter(|series| series.style != Style::Line);
+    let ends = barred
+        .flat_map(|series| &series.points)
+        .flat_map(|point| [point.low, point.high])
+        .filter(|y| *y > 0.0 && *y < BEYOND);
+    let (least, most) = extent(ends.chain(values.iter().copied()).chain([low, high]));
     let (above, below) = (most > WIDE * high, least * WIDE < low);
-    let points = || all().flat_map(|series| &series.points);
     let open = points().any(|point| point.high >= BEYOND || point.quartiles[1] >= BEYOND);
     if above || below || open {
         let top = if above {
@@ -217,22 +202,19 @@ fn cut(plots: &mut [Plot]) {
     }
 }
 
+/// The values above 0 in order, and their median.
+fn positive_values<'a>(points: impl Iterator<Item = &'a Point>) -> (Vec<f64>, Option<f64>) {
+    let values = points.map(|point| point.y);
+    let mut values: Vec<f64> = values.filter(|y| y.is_finite() && *y > 0.0).collect();
+    values.sort_by(f64::total_cmp);
+    let middle = values.get(values.len() / 2).copied();
+    (values, middle)
+}
+
 /// Whether the values of the panels differ so much that a common y axis would flatten them all.
 fn apart(plots: &[Plot]) -> bool {
-    let middle = |plot: &Plot| {
-        let points = plot.series.iter().flat_map(|series| &series.points);
-        let mut values: Vec<f64> = points
-            .map(|point| point.y)
-            .filter(|y| y.is_finite() && *y > 0.0)
-            .collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied()
-    };
-    let middles = || plots.iter().filter_map(middle);
-    let (least, most) = (
-        middles().fold(f64::INFINITY, f64::min),
-        middles().fold(0.0, f64::max),
-    );
+    let middle = |plot: &Plot| positive_values(points(std::slice::from_ref(plot))).1;
+    let (least, most) = extent(plots.iter().filter_map(middle));
     plots
         .iter()
         .all(|plot| plot.y.scale == Scale::Log && plot.y.range.is_none())
@@ -259,11 +241,7 @@ fn is_wide(numbers: &[f64]) -> bool {
 
 /// The smallest and the largest positive number.
 fn positive_ends(numbers: &[f64]) -> (f64, f64) {
-    let positive = || numbers.iter().copied().filter(|x| *x > 0.0);
-    (
-        positive().fold(f64::INFINITY, f64::min),
-        positive().fold(0.0, f64::max),
-    )
+    extent(numbers.iter().copied().filter(|x| *x > 0.0))
 }
 
 /// Whether an axis shows values as names: texts, one or two numbers, and numbers including zero if a linear axis would
@@ -362,9 +340,7 @@ pub(super) fn sheet(
 
 /// Removes names from the x axes at which no panel has a point.
 fn drop_unused_names(plots: &mut [Plot]) {
-    let points = plots.iter().flat_map(|plot| &plot.series);
-    let points = points.flat_map(|series| &series.points);
-    let mut used: Vec<usize> = points.map(|point| point.x as usize).collect();
+    let mut used: Vec<usize> = points(plots).map(|point| point.x as usize).collect();
     used.sort_unstable();
     used.dedup();
     for plot in plots {

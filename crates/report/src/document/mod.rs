@@ -15,6 +15,7 @@ mod figures;
 mod judged;
 mod layout;
 pub(crate) mod lead;
+mod medians;
 mod method_times;
 mod nested_loop;
 mod paper;

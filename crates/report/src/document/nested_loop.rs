@@ -24,7 +24,7 @@ fn loops(study: &Study, measure: Measure) -> Vec<Key> {
     let inner = x_of(study, measure);
     let mut keys = study.varying();
     keys.retain(|key| Some(*key) != inner);
-    keys.sort_by_key(|key| key.held());
+    keys.sort_by_key(|key| key.entry().held);
     keys.extend(inner);
     keys
 }

@@ -3,7 +3,7 @@
 use super::figure::{Drawn, Figure, over, quantile_note, series_of, share_point, subject, y_axis};
 use super::layout::{Layout, x_key};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
-use crate::plot::{PlotAxis, Point, Series, Style};
+use crate::plot::{PlotAxis, Point, Series, Style, points};
 use crate::results::Study;
 use asobench_identification::metric::Share;
 use asobench_study::study::{CellSummary, OutputSummary};
@@ -125,8 +125,7 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
             }
         },
         finish: &|plots| {
-            let mut series = plots.iter().flat_map(|plot| &plot.series);
-            series.any(|series| series.points.iter().any(|point| point.y >= LEAST))
+            points(plots).any(|point| point.y >= LEAST)
         },
         ..Figure::new(
             &layout,

@@ -88,7 +88,7 @@ pub(super) fn overview(study: &Study) -> LongTable {
                 .get(measure)
                 .map_or_else(CellText::default, cell)
         };
-        let (name, unit) = (measure.label(), measure.unit());
+        let (name, unit) = (measure.label(), measure.entry().unit);
         columns = columns
             .number(format!("median {name}"), unit, move |item| {
                 of(item.1, |statistics| quantile(statistics.q50))

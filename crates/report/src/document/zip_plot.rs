@@ -4,7 +4,7 @@
 use super::figure::{Drawn, WHOSE};
 use super::layout::{Form, sheet};
 use super::lead::lead_outputs;
-use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style};
+use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style, extent, points};
 use crate::results::{Study, place};
 use asobench_identification::metric::{Share, Z};
 use asobench_study::study::{CellSummary, StoreError};
@@ -119,24 +119,12 @@ const WIDER: f64 = 3.0;
 /// Gives each panel its own range of x where one range would make the intervals of some too short to be seen; says so.
 fn own_ranges(plots: &mut [Plot]) -> &'static str {
     let range = |plot: &Plot| {
-        let points = plot.series.iter().flat_map(|series| &series.points);
-        let ends = points.flat_map(|point| [point.low, point.high]);
-        ends.filter(|end| end.is_finite())
-            .fold((0.0_f64, 0.0_f64), |(low, high), end| {
-                (low.min(end), high.max(end))
-            })
+        let ends = points(std::slice::from_ref(plot)).flat_map(|point| [point.low, point.high]);
+        extent(ends.filter(|end| end.is_finite()).chain([0.0]))
     };
     let ranges: Vec<(f64, f64)> = plots.iter().map(range).collect();
-    let widths = || {
-        ranges
-            .iter()
-            .map(|(low, high)| high - low)
-            .filter(|width| *width > 0.0)
-    };
-    let (least, most) = (
-        widths().fold(f64::INFINITY, f64::min),
-        widths().fold(0.0, f64::max),
-    );
+    let widths = ranges.iter().map(|(low, high)| high - low);
+    let (least, most) = extent(widths.filter(|width| *width > 0.0));
     if most <= WIDER * least {
         return "";
     }

@@ -4,7 +4,7 @@
 
 use super::backend::TICK;
 use super::metrics::{widest, width, wrap};
-use super::{PlotAxis, Scale};
+use super::{PlotAxis, Scale, extent};
 use plotters::coord::combinators::{IntoLogRange, LogCoord};
 use plotters::coord::ranged1d::{
     KeyPointHint, KeyPointWeight, NoDefaultFormatting, Ranged, ValueFormatter,
@@ -229,8 +229,7 @@ pub(super) fn range(axis: &PlotAxis, values: impl Iterator<Item = f64>, room: f6
     let places = values
         .filter(drawn)
         .map(|value| if log { value.log10() } else { value });
-    let none = (f64::INFINITY, f64::NEG_INFINITY);
-    let (low, high) = places.fold(none, |(low, high), at| (low.min(at), high.max(at)));
+    let (low, high) = extent(places);
     if low > high {
         return if log { (0.1, 10.0) } else { (0.0, 1.0) };
     }

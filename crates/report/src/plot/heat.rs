@@ -5,7 +5,7 @@ use super::axis::{Span, WIDEST_NAME};
 use super::backend::{Canvas, Drawn, LABEL, TICK, TITLE, WIDTH, bold, finish, plain, px};
 use super::legend::{EDGE, Look};
 use super::metrics::{LINE, widest, wrap};
-use super::{Drawing, PlotAxis, Scale};
+use super::{Drawing, PlotAxis, Scale, extent};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -104,13 +104,9 @@ impl Heat {
     fn shades(&self) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
         const FAINTEST: f64 = 0.04;
         const STRONGEST: f64 = 0.55;
-        let values = || {
-            self.cells()
-                .map(|cell| cell.value)
-                .filter(|value| value.is_finite())
-        };
-        let low = values().fold(f64::INFINITY, f64::min);
-        let span = values().fold(f64::NEG_INFINITY, f64::max) - low;
+        let values = self.cells().map(|cell| cell.value);
+        let (low, high) = extent(values.filter(|value| value.is_finite()));
+        let span = high - low;
         let known = self
             .places()
             .filter_map(|(place, cell)| Some((place, cell?.value)));

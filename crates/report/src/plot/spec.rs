@@ -190,6 +190,19 @@ pub struct Reference {
     pub course: Course,
 }
 
+/// All points of some plots.
+pub(crate) fn points(plots: &[Plot]) -> impl Iterator<Item = &Point> {
+    let series = plots.iter().flat_map(|plot| &plot.series);
+    series.flat_map(|series| &series.points)
+}
+
+/// The smallest and the largest of some numbers.
+pub(crate) fn extent(numbers: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let numbers = numbers.into_iter();
+    numbers.fold(none, |(low, high), x| (low.min(x), high.max(x)))
+}
+
 /// A plot of series over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {

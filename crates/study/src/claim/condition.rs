@@ -1,6 +1,6 @@
 //! Where a claim holds: settings that separate the cells where it holds from those where it does not.
 
-use crate::design::file::key::Key;
+use crate::design::file::Key;
 use crate::outcome::place::{Place, axis_label, values, varying, words};
 use asobench_identification::number::listed;
 

@@ -6,7 +6,7 @@ use crate::claim::one_sided::More;
 use crate::claim::scale::Scale;
 use crate::claim::statistics::number::Number;
 use crate::claim::statistics::{Members, Results};
-use crate::design::file::claim_test::{ClaimTest, Limit};
+use crate::design::file::{ClaimTest, Limit};
 
 /// One number that a test looks at.
 #[derive(Clone, Debug, PartialEq)]

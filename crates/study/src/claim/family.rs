@@ -14,8 +14,7 @@
 
 use crate::claim::decision_rule::Verdict;
 use crate::claim::judged::{Judged, undecided};
-use crate::design::file::ClaimTable;
-use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::{ClaimTable, ExperimentFile};
 
 /// The claims of a file whose verdicts are corrected together.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@
 use crate::claim::evidence::Part;
 use crate::claim::known::{Known, slope_end};
 use crate::claim::one_sided::Side;
-use crate::design::file::claim::Holds;
+use crate::design::file::Holds;
 
 /// The outcome of a cell that certainly passes, that certainly fails, and that is not judged.
 pub(crate) const PASS: &str = "pass";

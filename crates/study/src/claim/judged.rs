@@ -4,8 +4,7 @@ use crate::claim::decision_rule::Verdict;
 use crate::claim::needed::Needed;
 use crate::claim::scale::Scale;
 use crate::claim::sentence;
-use crate::design::file::claim::ClaimTable;
-use crate::design::file::claim_test::ClaimTest;
+use crate::design::file::{ClaimTable, ClaimTest};
 use asobench_identification::names::named_enum;
 use serde::Serialize;
 named_enum! {

@@ -1,6 +1,6 @@
 //! The number of trials that would decide a claim, in words and as numbers.
 
-use crate::design::file::rule::TRIAL_LIMIT;
+use crate::design::file::TRIAL_LIMIT;
 use serde::Serialize;
 use std::fmt;
 

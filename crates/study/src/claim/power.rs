@@ -4,8 +4,7 @@ use crate::claim::decision_rule::level_of_each;
 use crate::claim::evidence::Evidence;
 use crate::claim::needed::Needed;
 use crate::claim::one_sided::More;
-use crate::design::file::claim::Holds;
-use crate::design::file::rule::TRIAL_LIMIT;
+use crate::design::file::{Holds, TRIAL_LIMIT};
 use asobench_identification::metric::tails::normal_above;
 
 /// The required chance of a decision.

@@ -1,7 +1,7 @@
 //! The values of all trials in order, to the bins of a sketch: all that a claim about a quantile looks at.
 
 use crate::claim::one_sided::Side;
-use crate::design::measure::Measure;
+use crate::design::Measure;
 use asobench_identification::metric::tails::{binomial_at_least, binomial_at_most};
 use asobench_identification::metric::{PairedStatistics, Sketch, Statistics, Worse};
 

@@ -1,7 +1,6 @@
 //! The scale on which the numbers of a test are compared.
 
-use crate::design::file::claim_statistic::CoefficientStatistic;
-use crate::design::file::claim_test::{ClaimTest, TestKind};
+use crate::design::file::{ClaimTest, CoefficientStatistic, TestKind};
 use serde::Serialize;
 
 /// The scale on which the numbers of a test are compared.

@@ -7,10 +7,10 @@ use crate::claim::decision_rule::Verdict;
 use crate::claim::evidence::{Evidence, Part};
 use crate::claim::needed::Needed;
 use crate::claim::scale::is_share;
-use crate::design::file::claim::Holds;
-use crate::design::file::claim_statistic::{CoefficientStatistic, RatioStatistic};
-use crate::design::file::claim_test::{Assumption, ClaimTest, Limit, Outcome, TestKind};
-use crate::design::file::theory_reference::TheoryReference;
+use crate::design::file::{
+    Assumption, ClaimTest, CoefficientStatistic, Holds, Limit, Outcome, RatioStatistic, TestKind,
+    TheoryReference,
+};
 use crate::outcome::looks::Look;
 use crate::outcome::place::Place;
 use asobench_identification::metric::SlopeOf;

@@ -2,8 +2,7 @@
 
 use crate::claim::family::Family;
 use crate::claim::judged::{Judged, Standing};
-use crate::design::file::ClaimTable;
-use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::file::{ClaimTable, ExperimentFile};
 use crate::outcome::looks::Look;
 use asobench_identification::text::rounded;
 

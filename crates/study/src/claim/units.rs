@@ -1,11 +1,10 @@
 //! The cells to which a claim applies.
 
 use crate::claim::statistics::Members;
-use crate::design::file::ClaimTable;
-use crate::design::file::claim_test::{ClaimTest, TestKind, TestUnit};
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::grid::{Conditions, Settings, conditions, matches, partners};
-use crate::design::file::key::Key;
+use crate::design::file::{
+    ClaimTable, ClaimTest, Conditions, ExperimentFile, Key, Settings, TestKind, TestUnit,
+    conditions, matches, partners,
+};
 use crate::outcome::place::Place;
 use crate::outcome::summary::{CellSummary, Summary};
 

@@ -1,17 +1,14 @@
 //! Makes a cell from its settings: plant, noise, feedback and the process that draws records.
 
 use crate::design::build_continuous_cell::continuous_cell;
-use crate::design::cell::{Cell, DiscreteCell, ScoredFrom, Source};
-use crate::design::curve_bins::{CURVES_LIMIT, curve_bytes};
-use crate::design::file::axis::Scalar;
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::input_table::{InputTable, LAWS};
-use crate::design::file::key::Key;
-use crate::design::file::tables::{FeedbackTable, NoiseTable, PlantTable};
-use crate::design::measure::Measure;
-use crate::design::settings_reader::{LARGEST_COUNT, SettingsReader, named};
-use crate::design::state_feedback::StateFeedback;
+use crate::design::file::{
+    At, ExperimentFile, FeedbackTable, FileError, InputTable, Key, LAWS, NoiseTable, PlantTable,
+    Scalar, wrong,
+};
+use crate::design::{
+    CURVES_LIMIT, Cell, DiscreteCell, LARGEST_COUNT, Measure, ScoredFrom, SettingsReader, Source,
+    StateFeedback, curve_bytes, named,
+};
 use asobench_identification::data::{
     Change, ChangedPlant, Feedback, NoiseColour, OutputFeedback, PlantSource, Process,
     ProcessSettings,
@@ -61,10 +58,7 @@ impl SettingsReader<'_> {
                 PlantSource::Random { .. } => Key::PlantOrder.name().to_owned(),
                 PlantSource::Fixed(_) => format!("plants.{}", self.text(Key::Plant)),
             };
-            return Err(FileError::key(
-                &place,
-                SetupError::LargeOrder(n).to_string(),
-            ));
+            return wrong(place, SetupError::LargeOrder(n));
         }
         let order = self.count_or(Key::Order, n)?;
         let window = match self.settings.get(&Key::L) {
@@ -76,43 +70,40 @@ impl SettingsReader<'_> {
                 SetupError::ZeroOrder | SetupError::LargeOrder(_) => Key::Order,
                 _ => Key::Window,
             };
-            FileError::key(key.name(), error.to_string())
+            FileError::key(key, error)
         })?;
         let process = self.process(plant)?;
         let most = self.given_samples(&process, window)?;
         let horizon = self.count_or(Key::Horizon, most.unwrap_or(400.max(window + 200)))?;
         if let Some(most) = most.filter(|most| *most < horizon) {
             let message = format!("K = {horizon} samples; the input has {most}");
-            return Err(FileError::key("horizon", message));
+            return wrong("horizon", message);
         }
         if horizon < window {
             let message = format!(
                 "the record of K = {horizon} samples is shorter than the window N = {window}"
             );
-            return Err(FileError::key("horizon", message));
+            return wrong("horizon", message);
         }
         if let Some(change) = &process.settings().change
             && change.at >= horizon
         {
             let place = format!("changes.{}.at", self.text(Key::Change));
             let message = format!("{}; the record has K = {horizon} samples", change.at);
-            return Err(FileError::key(&place, message));
+            return wrong(place, message);
         }
         if horizon as f64 > LARGEST_COUNT {
             let message =
                 format!("a record of K = {horizon} samples; expected at most {LARGEST_COUNT}");
-            return Err(FileError::key("horizon", message));
+            return wrong("horizon", message);
         }
         let eta = self.number(Key::Eta)?;
         if eta < 0.0 {
-            return Err(FileError::key(
-                "eta",
-                format!("{}; expected a percentage of at least 0", number(eta)),
-            ));
+            let eta = number(eta);
+            return wrong("eta", format!("{eta}; expected a percentage of at least 0"));
         }
         let gain: Gain = self.name(Key::Gain)?;
-        gain.check(order)
-            .map_err(|e| FileError::key("gain", e.to_string()))?;
+        gain.check(order).at("gain")?;
         let cell = DiscreteCell {
             process,
             eta,
@@ -132,7 +123,7 @@ impl SettingsReader<'_> {
         };
         if cell.ahead == 0 {
             let message = "0; expected a number of samples from 1 on".to_owned();
-            return Err(FileError::key("ahead", message));
+            return wrong("ahead", message);
         }
         is_scored(&cell, self.file)?;
         level_exists(&cell, &self.text(Key::Noise))?;
@@ -156,7 +147,7 @@ impl SettingsReader<'_> {
                 number(reference),
                 self.text(Key::Input)
             );
-            return Err(FileError::key(&place, message));
+            return wrong(place, message);
         }
         let settings = ProcessSettings {
             x0,
@@ -173,7 +164,7 @@ impl SettingsReader<'_> {
             change: self.change(&plant)?,
             plant,
         };
-        Process::from_settings(settings).map_err(|e| FileError::key("settings", e.to_string()))
+        Process::from_settings(settings).at("settings")
     }
 
     /// Returns how many samples a record may have if the input is given sample by sample; `None` if it is unlimited.
@@ -198,7 +189,7 @@ impl SettingsReader<'_> {
                 "N = {window} samples; the input '{}' has {most}",
                 self.text(Key::Input)
             );
-            return Err(FileError::key(key.name(), message));
+            return wrong(key, message);
         }
         Ok(Some(most))
     }
@@ -213,11 +204,9 @@ impl SettingsReader<'_> {
         }
         if let Some(table) = self.file.inputs.get(&name) {
             let place = format!("inputs.{name}");
-            let period = table.period().map_err(|e| FileError::key(&place, e))?;
-            if let Some(period) = period {
-                return Ok(Input::Samples(
-                    period.iter().map(|u| amplitude * u).collect(),
-                ));
+            if let Some(period) = table.period().at(&place)? {
+                let samples = period.iter().map(|u| amplitude * u);
+                return Ok(Input::Samples(samples.collect()));
             }
             if let InputTable::Binary { filter } = table {
                 let place = format!("{place}.filter");
@@ -235,11 +224,11 @@ impl SettingsReader<'_> {
             let message = format!(
                 "'{name}' is a law; expected the name of a table [inputs.NAME] with law = \"{law}\"{also}"
             );
-            return Err(FileError::key(key, message));
+            return wrong(key, message);
         }
-        let laws: Vec<&str> = InputLaw::ALL.iter().map(|law| law.name()).collect();
+        let laws = InputLaw::ALL.iter().map(|law| law.name());
         let inputs = self.file.inputs.keys().map(String::as_str);
-        let others: Vec<&str> = laws.into_iter().chain(inputs).collect();
+        let others: Vec<&str> = laws.chain(inputs).collect();
         let filter = self.input_filter(key, &name, &others)?;
         Ok(Input::Filtered { filter, amplitude })
     }
@@ -251,15 +240,16 @@ impl SettingsReader<'_> {
         name: &str,
         others: &[&str],
     ) -> Result<NoiseFilter, FileError> {
-        let noises = self.file.noises.keys().map(String::as_str);
-        let known: Vec<&str> = others.iter().copied().chain(noises).collect();
-        let table = self.file.noises.get(name).ok_or_else(|| {
-            let unknown = UnknownName::new(Key::Input.name(), name, &known);
-            FileError::key(place, unknown.to_string())
-        })?;
+        let noises = &self.file.noises;
+        let known = others
+            .iter()
+            .copied()
+            .chain(noises.keys().map(String::as_str));
+        let unknown = || UnknownName::new(Key::Input, name, known);
+        let table = noises.get(name).ok_or_else(unknown).at(place)?;
         if table.residuals.is_some() || table.student_t.is_some() {
             let message = format!("noise '{name}' is not Gaussian; expected one that is");
-            return Err(FileError::key(place, message));
+            return wrong(place, message);
         }
         filter(name, table)
     }
@@ -278,19 +268,19 @@ impl SettingsReader<'_> {
             _ => {
                 let table = named(Key::Plant, name, &PLANTS, &self.file.plants)?;
                 let place = format!("plants.{name}");
-                let wrong = |e: String| FileError::key(&place, e);
                 // Before anything is computed of them.
                 if table.order() > ORDER_LIMIT {
-                    return Err(wrong(SetupError::LargeOrder(table.order()).to_string()));
+                    return wrong(place, SetupError::LargeOrder(table.order()));
                 }
-                let plant = table.plant().map_err(wrong)?;
+                let plant = table.plant().at(&place)?;
                 if !plant.is_stable() && !table.unstable {
                     let model = LinearModel::from(&plant);
                     let equation = model.equation().rounded(4);
-                    return Err(wrong(format!(
+                    let message = format!(
                         "the plant is not stable: {equation}; expected other signs, or 'unstable = true' if that is \
                          intended"
-                    )));
+                    );
+                    return wrong(place, message);
                 }
                 Ok(plant.into())
             }
@@ -307,7 +297,7 @@ impl SettingsReader<'_> {
             return Ok(None);
         }
         let table = named(Key::Change, &name, &CHANGES, &self.file.changes)?;
-        let wrong = |message: &str| Err(FileError::key(&format!("changes.{name}"), message));
+        let wrong = |message: &str| wrong(format_args!("changes.{name}"), message);
         let to = match (&table.plant, table.gain, table.poles) {
             (Some(to), None, None) => match self.plant_named(to)? {
                 PlantSource::Fixed(plant) => ChangedPlant::Plant(plant),
@@ -345,12 +335,9 @@ impl SettingsReader<'_> {
             Scalar::Text(text) if text == "plant" => {
                 let table = self.file.plants.get(&self.text(Key::Plant));
                 let x0 = table.and_then(|table| table.x0.clone());
-                x0.ok_or_else(|| FileError::key("x0", "the plant's table has no x0"))
+                x0.ok_or("the plant's table has no x0").at("x0")
             }
-            Scalar::Text(text) => Err(FileError::key(
-                "x0",
-                format!("'{text}'; expected a number or \"plant\""),
-            )),
+            Scalar::Text(text) => wrong("x0", format!("'{text}'; expected a number or \"plant\"")),
         }
     }
 
@@ -365,8 +352,7 @@ impl SettingsReader<'_> {
                     ..
                 }) => {
                     let filter = NoiseFilter::new(&[1.0], a.as_deref().unwrap_or(&[1.0]));
-                    let filter = filter.map_err(|e| FileError::key("noise", e.to_string()));
-                    Ok(filter?.into())
+                    Ok(filter.at("noise")?.into())
                 }
                 _ => Ok(NoiseColour::InverseDenominator),
             },
@@ -375,22 +361,17 @@ impl SettingsReader<'_> {
                 let table = named(Key::Noise, &name, &NOISES, &self.file.noises)?;
                 let white = filter(&name, table)?;
                 if let Some(freedom) = table.student_t {
-                    let place = format!("noises.{name}.student_t");
                     let heavy = white.student_t(freedom);
-                    return Ok(heavy
-                        .map_err(|error| FileError::key(&place, error.to_string()))?
-                        .into());
+                    return Ok(heavy.at(format_args!("noises.{name}.student_t"))?.into());
                 }
                 let Some(column) = &table.residuals else {
                     return Ok(white.into());
                 };
                 let place = format!("noises.{name}.residuals");
-                let wrong = |message: String| FileError::key(&place, message);
-                let residuals = self.file.column(&place, column);
-                let residuals = residuals
-                    .ok_or_else(|| wrong(format!("'{column}'; expected \"file:PATH#COLUMN\"")))??;
-                let drawn = white.drawn_from(residuals);
-                Ok(drawn.map_err(|e| wrong(e.to_string()))?.into())
+                let Some(residuals) = self.file.column(&place, column) else {
+                    return wrong(place, format!("'{column}'; expected \"file:PATH#COLUMN\""));
+                };
+                Ok(white.drawn_from(residuals?).at(&place)?.into())
             }
         }
     }
@@ -403,7 +384,6 @@ impl SettingsReader<'_> {
         }
         let table = named(Key::Feedback, &name, &FEEDBACKS, &self.file.feedbacks)?;
         let place = format!("feedbacks.{name}");
-        let wrong = |message: String| FileError::key(&place, message);
         let FeedbackTable {
             numerator,
             denominator,
@@ -415,19 +395,17 @@ impl SettingsReader<'_> {
         let feedback = match (numerator, state_gain, identify) {
             (Some(numerator), None, None) if model.is_none() => {
                 let denominator = denominator.as_deref().unwrap_or(&[1.0]);
-                let law = OutputFeedback::new(numerator, denominator);
-                Feedback::Output(law.map_err(|e| wrong(e.to_string()))?)
+                Feedback::Output(OutputFeedback::new(numerator, denominator).at(&place)?)
             }
             (None, Some(gain), Some(identify)) if denominator.is_none() => {
                 if gain.len() != order {
-                    return Err(wrong(format!(
-                        "state_gain must be {order} numbers, one per state"
-                    )));
+                    let message = format!("state_gain must be {order} numbers, one per state");
+                    return wrong(place, message);
                 }
                 if *identify as f64 > LARGEST_COUNT {
-                    return Err(wrong(format!(
-                        "identify = {identify}; expected at most {LARGEST_COUNT}"
-                    )));
+                    let message =
+                        format!("identify = {identify}; expected at most {LARGEST_COUNT}");
+                    return wrong(place, message);
                 }
                 let law = StateFeedback {
                     k: gain.clone(),
@@ -436,7 +414,7 @@ impl SettingsReader<'_> {
                     gain: self.name(Key::Gain)?,
                     solver: Solver::default(),
                 };
-                let law = law.law().map_err(|e| wrong(e.to_string()))?;
+                let law = law.law().at(&place)?;
                 if table.reference == Some(0.0) {
                     // The model is always identified with a reference.
                     return Ok((Feedback::Controlled(law.without_reference()), None));
@@ -445,7 +423,7 @@ impl SettingsReader<'_> {
             }
             _ => {
                 let message = "expected numerator (and denominator), or state_gain and identify";
-                return Err(wrong(message.to_owned()));
+                return wrong(place, message);
             }
         };
         Ok((feedback, table.reference))
@@ -455,8 +433,7 @@ impl SettingsReader<'_> {
 /// Makes the filter of a table of `[noises]`.
 pub(crate) fn filter(name: &str, table: &NoiseTable) -> Result<NoiseFilter, FileError> {
     let (numerator, denominator) = table.filter();
-    let filter = NoiseFilter::new(numerator, denominator);
-    filter.map_err(|e| FileError::key(&format!("noises.{name}"), e.to_string()))
+    NoiseFilter::new(numerator, denominator).at(format_args!("noises.{name}"))
 }
 
 /// Checks that a measure of the state has at least one scored sample.
@@ -466,7 +443,7 @@ pub(crate) fn is_scored(cell: &DiscreteCell, file: &ExperimentFile) -> Result<()
         Some(table) => match table.points(cell.window).last() {
             None => {
                 let message = format!("no point within the window N = {}", cell.window);
-                return Err(FileError::key("course.at", message));
+                return wrong("course.at", message);
             }
             last => last,
         },
@@ -476,10 +453,10 @@ pub(crate) fn is_scored(cell: &DiscreteCell, file: &ExperimentFile) -> Result<()
             "the record of K = {} samples has no true state after {last}, the last point of [course]; expected more",
             cell.horizon
         );
-        return Err(FileError::key("horizon", message));
+        return wrong("horizon", message);
     }
     let mut measures = file.measures.iter();
-    let measure = measures.find(|measure| measure.is_of_state() || **measure == Measure::FitAhead);
+    let measure = measures.find(|of| of.entry().of_state || **of == Measure::FitAhead);
     match measure {
         Some(measure) if cell.horizon <= cell.first_scored() => {
             let message = format!(
@@ -487,7 +464,7 @@ pub(crate) fn is_scored(cell: &DiscreteCell, file: &ExperimentFile) -> Result<()
                  more samples, scored_from = \"start\", or measures without it",
                 cell.horizon
             );
-            Err(FileError::key("horizon", message))
+            wrong("horizon", message)
         }
         _ => Ok(()),
     }
@@ -507,7 +484,7 @@ pub(crate) fn level_exists(cell: &DiscreteCell, noise: &str) -> Result<(), FileE
             cell.eta,
             filter.variance()
         );
-        return Err(FileError::key(&format!("noises.{noise}"), message));
+        return wrong(format_args!("noises.{noise}"), message);
     }
     if process.settings().level.of == LevelOf::Measured && cell.eta >= 100.0 {
         let message = format!(
@@ -515,14 +492,14 @@ pub(crate) fn level_exists(cell: &DiscreteCell, noise: &str) -> Result<(), FileE
              \"noise-free\"",
             cell.eta
         );
-        return Err(FileError::key("eta", message));
+        return wrong("eta", message);
     }
     match process.common_scale(cell.eta) {
-        Some(scale) if !scale.is_finite() => Err(FileError::key(
+        Some(scale) if !scale.is_finite() => wrong(
             "eta_over",
             "\"nominal\", but the output has no variance of which noise could be a share (the plant is not \
              stable); expected \"exact\", or eta = 0",
-        )),
+        ),
         _ => Ok(()),
     }
 }
@@ -536,7 +513,7 @@ pub(crate) fn fits_into_memory(cell: &DiscreteCell, curves: bool) -> Result<(), 
             bytes.div_ceil(1 << 20),
             limit >> 20
         );
-        Err(FileError::key(Key::Horizon.name(), message))
+        wrong(Key::Horizon, message)
     };
     let record = cell.record_bytes();
     if record > RECORD_LIMIT {

@@ -1,12 +1,10 @@
 //! Makes a cell in continuous time from its settings.
 
-use crate::design::continuous_cell::{ContinuousCell, Term};
-use crate::design::file::continuous_tables::{
-    ContinuousPlantTable, ContinuousTable, WaveName, WaveTable, operators,
+use crate::design::file::{
+    At, ContinuousPlantTable, ContinuousTable, FileError, Key, WaveName, WaveTable, operators,
+    wrong,
 };
-use crate::design::file::error::FileError;
-use crate::design::file::key::Key;
-use crate::design::settings_reader::{SettingsReader, named};
+use crate::design::{ContinuousCell, SettingsReader, Term, named};
 use crate::text;
 use asobench_identification::observer::gpebo::{
     CascadeError, GpeboOptions, ObserverSpec, Operator,
@@ -47,7 +45,7 @@ pub(crate) fn continuous_cell(
         .map(|(i, table)| {
             let place = format!("observers[{i}] ({})", table.observer.name());
             let spec = table.observer.spec(&plant, &xi0, scale);
-            spec.map_err(|message| FileError::key(&place, message))
+            spec.at(place)
         })
         .collect();
     let cell = ContinuousCell {
@@ -73,12 +71,10 @@ pub(crate) fn continuous_cell(
 fn placed(error: CascadeError) -> FileError {
     match error {
         CascadeError::Observer { number, source } => {
-            FileError::key(&format!("observers[{}]", number - 1), source.to_string())
+            FileError::key(format_args!("observers[{}]", number - 1), source)
         }
-        CascadeError::Signal { source, .. } => {
-            FileError::key(Key::Disturbance.name(), source.to_string())
-        }
-        other => FileError::key("continuous", other.to_string()),
+        CascadeError::Signal { source, .. } => FileError::key(Key::Disturbance, source),
+        other => FileError::key("continuous", other),
     }
 }
 
@@ -87,7 +83,7 @@ fn times(table: &ContinuousTable) -> Result<(), FileError> {
     let positive = |x: f64| x > 0.0 && x.is_finite();
     let wrong = |key: &str, value: f64, expected: &str| {
         let message = format!("{}; expected {expected}", text::number(value));
-        Err(FileError::key(&format!("continuous.{key}"), message))
+        wrong(format_args!("continuous.{key}"), message)
     };
     if !positive(table.until) {
         return wrong("until", table.until, "a time above 0, in seconds");
@@ -120,7 +116,7 @@ fn plant(build: &SettingsReader<'_>) -> Result<(ContinuousPlant, Vec<f64>, Vec<f
     let tables = &build.file.continuous_plants;
     let table = named(Key::Plant, &name, &CONTINUOUS_PLANTS, tables)?;
     let ContinuousPlantTable { a, b, c, x0, xi0 } = table;
-    let wrong = |message: String| FileError::key(&format!("continuous_plants.{name}"), message);
+    let wrong = |message: String| FileError::key(format_args!("continuous_plants.{name}"), message);
     let plant = ContinuousPlant::new(a, b.clone(), c.clone()).map_err(|e| wrong(e.to_string()))?;
     let n = plant.order();
     if n > MOST_STATES {
@@ -142,10 +138,10 @@ fn positive(build: &SettingsReader<'_>, key: Key) -> Result<f64, FileError> {
     if number > 0.0 {
         return Ok(number);
     }
-    Err(FileError::key(
-        key.name(),
+    wrong(
+        key,
         format!("{}; expected a number above 0", text::number(number)),
-    ))
+    )
 }
 
 /// Returns the terms of the disturbance. Random terms with amplitude zero are left out, so that nothing is drawn for
@@ -178,7 +174,7 @@ fn terms(build: &SettingsReader<'_>, until: f64) -> Result<Vec<Term>, FileError>
             let place = |i: usize| format!("signals.{name}.waves[{i}]");
             if table.waves.len() > MOST_TERMS {
                 let message = format!("{} waves; expected at most {MOST_TERMS}", table.waves.len());
-                return Err(FileError::key(&format!("signals.{name}"), message));
+                return wrong(format_args!("signals.{name}"), message);
             }
             let waves = table.waves.iter().enumerate();
             return waves
@@ -203,9 +199,9 @@ fn term(
 ) -> Result<Term, FileError> {
     let level = build.number(Key::Level)?;
     let amplitude = table.amplitude * level;
-    let wrong = |message: String| Err(FileError::key(place, message));
+    let refused = |message: String| wrong(place, message);
     if !amplitude.is_finite() {
-        return wrong(format!(
+        return refused(format!(
             "amplitude {}; expected a finite number",
             table.amplitude
         ));
@@ -219,7 +215,7 @@ fn term(
             if until / hold > MOST_HOLDS {
                 let hold = text::number(hold);
                 let message = format!("{hold}; expected at most {MOST_HOLDS} holds in a trial");
-                return Err(FileError::key(Key::NoiseHold.name(), message));
+                return wrong(Key::NoiseHold, message);
             }
             Ok(Term::White {
                 deviation: amplitude.abs(),
@@ -228,7 +224,7 @@ fn term(
         }
         WaveName::File => {
             let (Some(interval), Some(values)) = (table.interval, &table.values) else {
-                return wrong("expected file = \"NAME.csv\" beside wave = \"file\"".to_owned());
+                return refused("expected file = \"NAME.csv\" beside wave = \"file\"".to_owned());
             };
             Ok(Term::Fixed(Wave::Samples {
                 interval,
@@ -256,7 +252,7 @@ fn periodic(
         None => build.number(Key::Phase).map_err(|_| {
             let phase = build.text(Key::Phase);
             let message = format!("'{phase}'; expected a number or \"random\"");
-            FileError::key(Key::Phase.name(), message)
+            FileError::key(Key::Phase, message)
         })?,
     };
     let wave = if table.wave == WaveName::Sine {

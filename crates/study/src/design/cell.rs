@@ -1,8 +1,7 @@
 //! A cell: one combination of settings under which trials are drawn.
 
-use crate::design::continuous_cell::ContinuousCell;
-use crate::design::file::grid::Settings;
-use crate::design::file::key::StudyKind;
+use crate::design::ContinuousCell;
+use crate::design::file::{Settings, StudyKind};
 use crate::worker::Record;
 use crate::worker::seed_of;
 use asobench_identification::data::{Process, Realisation, Truth};

@@ -1,6 +1,6 @@
 //! The observer that scores the outputs of a method in a cell.
 
-use crate::design::cell::{DiscreteCell, ObserverStart};
+use crate::design::{DiscreteCell, ObserverStart};
 use asobench_identification::estimator::{FailureKind, Method, Pass, SetupError};
 use asobench_identification::model::polynomial::multiply;
 use asobench_identification::observer::{

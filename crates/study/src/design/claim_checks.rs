@@ -1,16 +1,10 @@
 //! Checks that the claims of a file can be judged by its results.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::ClaimTable;
-use crate::design::file::axis::Axis;
-use crate::design::file::claim_test::{ClaimTest, TestKind, TestUnit};
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::grid::{Settings, cells, conditions, matches};
-use crate::design::file::key::{Key, StudyKind};
-use crate::design::file::rule::TrialRule;
-use crate::design::file::theory_reference::TheoryReference;
-use crate::design::theory::smooth;
+use crate::design::file::{
+    Axis, ClaimTable, ClaimTest, ExperimentFile, FileError, Key, Settings, StudyKind, TestKind,
+    TestUnit, TheoryReference, TrialRule, cells, conditions, matches, wrong,
+};
+use crate::design::{Experiment, smooth};
 use crate::text::folded;
 use asobench_identification::names::UnknownName;
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,8 +18,7 @@ pub(crate) fn check(experiment: &Experiment) -> Result<(), FileError> {
     let claims = &experiment.file.claims;
     for (i, claim) in claims.iter().enumerate() {
         let place = format!("claims[{i}]");
-        let at =
-            |key: &str, message: String| Err(FileError::key(&format!("{place}.{key}"), message));
+        let at = |key: &str, message: String| wrong(format_args!("{place}.{key}"), message);
         if claim.test.is_empty() {
             continue;
         }
@@ -53,21 +46,21 @@ pub(crate) fn check(experiment: &Experiment) -> Result<(), FileError> {
 fn check_kind(file: &ExperimentFile) -> Result<(), FileError> {
     if file.family && file.claims.iter().all(|claim| claim.test.is_empty()) {
         let message = "there is no claim with a test to correct over; expected [[claims]]";
-        return Err(FileError::key("family", message));
+        return wrong("family", message);
     }
     if file.confirms == Some(file.seed) {
         let message = format!(
             "{} is the seed itself; expected the seed of other trials, which this study confirms",
             file.seed
         );
-        return Err(FileError::key("confirms", message));
+        return wrong("confirms", message);
     }
     Ok(())
 }
 
 /// Checks that the planned number of looks means something.
 fn check_looks(file: &ExperimentFile) -> Result<(), FileError> {
-    let wrong = |message: &str| Err(FileError::key("looks", message.to_owned()));
+    let wrong = |message: &str| wrong("looks", message);
     match (file.looks, &file.trials) {
         (Some(0), _) => wrong("0; expected at least 1"),
         (Some(_), TrialRule::Until(_) | TrialRule::Decided(_)) => wrong(
@@ -79,12 +72,11 @@ fn check_looks(file: &ExperimentFile) -> Result<(), FileError> {
 
 /// Checks that the claim that ends the trials is one that their results can decide.
 pub(crate) fn check_target(file: &ExperimentFile, id: &str) -> Result<(), FileError> {
-    let wrong = |message: String| Err(FileError::key("trials.until", message));
+    let wrong = |message: String| wrong("trials.until", message);
     let Some(claim) = file.claims.iter().find(|claim| claim.id == id) else {
         let ids = file.claims.iter().map(|claim| claim.id.as_str());
         let measures = file.measures.iter().map(|measure| measure.name());
-        let names: Vec<&str> = ids.chain(measures).collect();
-        return wrong(UnknownName::new("claim or measure", id, &names).to_string());
+        return wrong(UnknownName::new("claim or measure", id, ids.chain(measures)).to_string());
     };
     if claim.test.is_empty() {
         return wrong(format!("the claim '{id}' has no test"));
@@ -129,7 +121,7 @@ fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Resu
             if unit.as_ref().is_some_and(|unit| *unit != test.unit()) {
                 let message =
                     "is about other cells than the test before it; expected a claim for each";
-                return Err(FileError::key(&place, message));
+                return wrong(&place, message);
             }
             unit = Some(test.unit());
         }
@@ -141,7 +133,6 @@ fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Resu
 fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileError> {
     let kind = experiment.file.kind();
     let continuous = kind == StudyKind::Continuous;
-    let wrong = |key: &str, message: String| Err(FileError::key(key, message));
     if let Some(other) = test.measures().iter().find(|measure| !measure.is_of(kind)) {
         return wrong(
             "",
@@ -173,10 +164,9 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
         TestKind::Time { to } => {
             let methods = experiment.file.methods.iter();
             let names: Vec<String> = methods.map(|method| method.output_name(1)).collect();
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
             for (key, name) in [("of", &test.output), ("to", to)] {
-                if !names.contains(&name.as_str()) {
-                    return wrong(key, UnknownName::new("method", name, &names).to_string());
+                if !names.contains(name) {
+                    return wrong(key, UnknownName::new("method", name, &names));
                 }
             }
         }
@@ -218,7 +208,7 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
 fn check_coefficient(experiment: &Experiment, name: Option<&str>) -> Result<(), FileError> {
     if experiment.file.kind() == StudyKind::Continuous {
         let message = "coefficients of a and h mean nothing in a study in continuous time";
-        return Err(FileError::key("value", message));
+        return wrong("value", message);
     }
     let least = experiment
         .cells
@@ -229,7 +219,7 @@ fn check_coefficient(experiment: &Experiment, name: Option<&str>) -> Result<(), 
     match name {
         Some(name) if name[2..].parse().is_ok_and(|i: usize| i > least) => {
             let message = format!("'{name}'; expected a coefficient up to {least}, the order");
-            Err(FileError::key("value", message))
+            wrong("value", message)
         }
         _ => Ok(()),
     }
@@ -261,21 +251,17 @@ fn check_where(table: &BTreeMap<Key, Axis>, all: &[Settings]) -> Result<(), File
     for (key, wanted) in &conditions {
         let values = all.iter().filter_map(|cell| cell.get(key));
         let names: BTreeSet<String> = values.map(ToString::to_string).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let wanted = wanted.iter().map(ToString::to_string);
-        if let Some(other) = wanted
-            .into_iter()
-            .find(|name| !names.contains(&name.as_str()))
-        {
-            let unknown = UnknownName::new("value", &other, &names);
-            return Err(FileError::key(&format!("where.{key}"), unknown.to_string()));
+        let mut wanted = wanted.iter().map(ToString::to_string);
+        if let Some(other) = wanted.find(|name| !names.contains(name)) {
+            let unknown = UnknownName::new("value", other, names);
+            return wrong(format_args!("where.{key}"), unknown);
         }
     }
     if all.iter().any(|cell| matches(cell, &conditions)) {
         return Ok(());
     }
     let message = "no cell has these values; expected values from [settings]";
-    Err(FileError::key("where", message))
+    wrong("where", message)
 }
 
 /// Checks that the settings named by a test vary in the file.
@@ -284,7 +270,6 @@ fn check_unit(
     claim: &ClaimTable,
     test: &ClaimTest,
 ) -> Result<(), FileError> {
-    let wrong = |key: &str, message: String| Err(FileError::key(key, message));
     let twice = |key: Key| format!("'{key}' is also in the claim's 'where'");
     match (&test.kind, test.unit()) {
         (_, TestUnit::Cell) => Ok(()),
@@ -303,17 +288,14 @@ fn check_unit(
             let Some(Axis::Many(values)) = file.settings.get(&axis) else {
                 return wrong("axis", format!("'{axis}' has no list in [settings]"));
             };
-            let names: Vec<String> = values.iter().map(ToString::to_string).collect();
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
             let to = to.iter().flatten().map(|value| ("to", value));
             for (key, value) in std::iter::once(("from", &from)).chain(to) {
                 if !values.contains(value) {
-                    let unknown = UnknownName::new("value", &value.to_string(), &names);
-                    return wrong(key, unknown.to_string());
+                    return wrong(key, UnknownName::new("value", value, values));
                 }
             }
             if test.unit().steps(&file.settings).is_empty() {
-                return wrong("to", "no other value than 'from'".to_owned());
+                return wrong("to", "no other value than 'from'");
             }
             Ok(())
         }
@@ -337,7 +319,7 @@ impl ExperimentFile {
             let conditions = conditions(table);
             if !all.iter().any(|cell| matches(cell, &conditions)) {
                 let message = "no cell has these values; expected values from [settings]";
-                return Err(FileError::key(&format!("exclude[{i}]"), message));
+                return wrong(format_args!("exclude[{i}]"), message);
             }
         }
         crate::design::claim_checks::check_cells(&resolved, &all)?;
@@ -347,7 +329,7 @@ impl ExperimentFile {
             if !all.iter().any(|cell| of(cell).as_ref() == Some(claim)) {
                 let message =
                     format!("no cell has the claim '{claim}'; expected one of the setting 'claim'");
-                return Err(FileError::key(&format!("bounds[{i}].claim"), message));
+                return wrong(format_args!("bounds[{i}].claim"), message);
             }
         }
         Ok(())

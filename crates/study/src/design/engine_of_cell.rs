@@ -1,10 +1,7 @@
 //! Which engine computes the trials of a cell.
 
-use crate::design::cell::Cell;
-use crate::design::experiment::Experiment;
-use crate::design::file::engine::Engine;
-use crate::design::file::error::FileError;
-use crate::design::lane_plan::covered;
+use crate::design::file::{Engine, FileError};
+use crate::design::{Cell, Experiment, covered};
 use asobench_lanes::Isa;
 
 impl Experiment {

@@ -1,15 +1,10 @@
 //! The experiment: its cells, each with a process, and its methods.
 
-use crate::design::cell::Cell;
-use crate::design::file::axis::{Axis, Scalar};
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::key::Key;
-use crate::design::file::rule::Until;
-use crate::design::measure::Measure;
-use crate::design::theory::{FoundTheory, Theories};
+use crate::design::file::{Axis, ExperimentFile, FileError, Key, Scalar, Until};
+use crate::design::{Cell, FoundTheory, Measure, Theories};
 use crate::worker::Program;
 use asobench_identification::estimator::{Method, Output};
+use asobench_identification::names::UnknownName;
 use asobench_identification::theory::{CellTheory, NoTheory};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -72,7 +67,7 @@ impl Experiment {
         Key::ALL
             .iter()
             .copied()
-            .filter(|key| varies(key) && !key.is_always_a_column())
+            .filter(|key| varies(key) && !key.entry().column)
             .collect()
     }
 
@@ -105,11 +100,8 @@ impl Experiment {
         let outputs = self.outputs();
         let found = outputs.iter().position(|output| output.label() == label);
         found.ok_or_else(|| {
-            let labels: Vec<String> = outputs.iter().map(Output::label).collect();
-            let labels: Vec<&str> = labels.iter().map(String::as_str).collect();
-            let unknown =
-                asobench_identification::names::UnknownName::new("output", label, &labels);
-            FileError::key(key, unknown.to_string())
+            let labels = outputs.iter().map(Output::label);
+            FileError::key(key, UnknownName::new("output", label, labels))
         })
     }
 

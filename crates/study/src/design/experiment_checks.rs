@@ -1,19 +1,13 @@
 //! An experiment is made from its file, and every part is checked against the others.
 
-use crate::design::cell::{Cell, DiscreteCell};
-use crate::design::cell_observer::CellObserver;
-use crate::design::experiment::{Experiment, design_of};
-use crate::design::file::axis::Axis;
-use crate::design::file::axis::Scalar;
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::grid::cells;
-use crate::design::file::key::{Key, StudyKind};
-use crate::design::file::limits::at_most;
-use crate::design::file::method::MethodTable;
-use crate::design::file::rule::TrialRule;
-use crate::design::name_checks::{check_labels, check_names};
-use crate::design::settings_reader::SettingsReader;
+use crate::design::file::{
+    At, Axis, ExperimentFile, FileError, Key, MethodTable, Scalar, StudyKind, TrialRule, at_most,
+    cells, wrong,
+};
+use crate::design::{
+    Cell, CellObserver, DiscreteCell, Experiment, SettingsReader, check_labels, check_names,
+    design_of,
+};
 use crate::worker::Program;
 use asobench_identification::estimator::{Method, Output, Shape};
 use asobench_identification::observer::ObserverKind;
@@ -79,7 +73,7 @@ pub(crate) fn traces_fit(file: &ExperimentFile, cells: usize) -> Result<(), File
         return Ok(());
     }
     let message = format!("{points:.0} points over all cells; expected at most {MOST}");
-    Err(FileError::key("continuous.trace_every", message))
+    wrong("continuous.trace_every", message)
 }
 
 impl Experiment {
@@ -93,17 +87,14 @@ impl Experiment {
             .as_ref()
             .and_then(|quick| TrialRule::Fixed(quick.trials).fault())
         {
-            return Err(FileError::key("quick.trials", fault));
+            return wrong("quick.trials", fault);
         }
         let file = file.resolve()?;
         if let Some(fault) = file.trials.fault() {
-            return Err(FileError::key("trials", fault));
+            return wrong("trials", fault);
         }
         if file.measures.is_empty() {
-            return Err(FileError::key(
-                "measures",
-                "an empty list; expected at least one measure",
-            ));
+            return wrong("measures", "an empty list; expected at least one measure");
         }
         check_names(&file)?;
         if let Some(table) = &file.course {
@@ -162,10 +153,7 @@ impl Experiment {
                 self.output("compare", second)?,
             ];
             if first == second {
-                return Err(FileError::key(
-                    "compare",
-                    format!("'{first}' is compared with itself"),
-                ));
+                return wrong("compare", format!("'{first}' is compared with itself"));
             }
             self.compare.push(pair);
         }
@@ -181,21 +169,18 @@ impl Experiment {
         for slope in &self.file.slopes {
             self.measure("slopes", slope.measure)?;
             let checked = slope.check(&self.file.settings);
-            checked.map_err(|message| FileError::key("slopes.over", message))?;
+            checked.at("slopes.over")?;
         }
         for bound in &self.file.bounds {
             self.measure("bounds", bound.measure)?;
             let limits = [bound.below, bound.rounding];
             if limits == [None; 2] {
                 let message = "expected 'below', 'rounding' or both";
-                return Err(FileError::key("bounds", message));
+                return wrong("bounds", message);
             }
             let mut limits = limits.into_iter().flatten();
             if let Some(limit) = limits.find(|limit| !limit.is_finite()) {
-                return Err(FileError::key(
-                    "bounds",
-                    format!("{limit} is not a finite number"),
-                ));
+                return wrong("bounds", format!("{limit} is not a finite number"));
             }
         }
         Ok(())
@@ -208,10 +193,7 @@ impl Experiment {
             StudyKind::Discrete => "methods",
         };
         if self.output_count() == 0 {
-            return Err(FileError::key(
-                place,
-                "an empty list; expected at least one",
-            ));
+            return wrong(place, "an empty list; expected at least one");
         }
         at_most(place, self.output_count(), "outputs", OUTPUT_LIMIT)?;
         let labels: Vec<String> = self.outputs().iter().map(Output::label).collect();
@@ -230,7 +212,7 @@ impl Experiment {
             }
             for shape in &shapes {
                 let prepared = method.prepare(*shape);
-                prepared.map_err(|e| FileError::key(&format!("methods[{i}]"), e.to_string()))?;
+                prepared.at(format_args!("methods[{i}]"))?;
             }
         }
         self.check_observers()
@@ -253,7 +235,7 @@ impl Experiment {
                 };
                 let observer = model.and_then(|()| CellObserver::new(cell, method));
                 observer.map_err(|e| {
-                    FileError::key(&format!("methods[{i}]"), format!("{e} (cell {number})"))
+                    FileError::key(format_args!("methods[{i}]"), format!("{e} (cell {number})"))
                 })?;
             }
         }
@@ -263,17 +245,17 @@ impl Experiment {
     /// Checks what `[course]` asks for.
     fn check_course(&self) -> Result<(), FileError> {
         let mut measures = self.file.measures.iter();
-        let asked = measures.find(|measure| measure.is_of_course());
+        let asked = measures.find(|measure| measure.entry().of_course);
         if self.file.course.is_none() {
             return asked.map_or(Ok(()), |measure| {
                 let message = "is taken from the points of [course]; expected that table";
-                Err(FileError::key(&format!("measures: '{measure}'"), message))
+                wrong(format_args!("measures: '{measure}'"), message)
             });
         }
         for (i, method) in self.methods.iter().enumerate() {
             if method.options().is_none() {
                 let message = "a program or method of your own has no course; expected a file without [course]";
-                return Err(FileError::key(&format!("methods[{i}]"), message));
+                return wrong(format_args!("methods[{i}]"), message);
             }
             if let Some(kind) = method.observer()
                 && !matches!(kind, ObserverKind::Luenberger(_))
@@ -282,7 +264,7 @@ impl Experiment {
                     "'{kind}' is made from the whole window; beside [course] expected dead-beat, scaled:RHO or \
                      poles:LIST"
                 );
-                return Err(FileError::key(&format!("methods[{i}].observer"), message));
+                return wrong(format_args!("methods[{i}].observer"), message);
             }
         }
         Ok(())
@@ -298,7 +280,7 @@ impl Experiment {
                 if given.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref()) {
                     let message = "no cell has plant = \"random\", so it has no effect; expected a random plant or \
                                    no such key";
-                    return Err(FileError::key(key.name(), message));
+                    return wrong(key, message);
                 }
             }
         }
@@ -311,7 +293,7 @@ impl Experiment {
                 let axis = self.file.settings.get(&key);
                 if axis.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref()) {
                     let message = "the input is a file's in every cell, so it means nothing; expected no such key";
-                    return Err(FileError::key(key.name(), message));
+                    return wrong(key, message);
                 }
             }
         }
@@ -320,7 +302,7 @@ impl Experiment {
         let mut measures = self.file.measures.iter();
         if let Some(measure) = measures.find(|measure| measure.least_order() > most) {
             let message = format!("no plant has so many states; expected at most 'rms_x{most}'");
-            return Err(FileError::key(&format!("measures: '{measure}'"), message));
+            return wrong(format_args!("measures: '{measure}'"), message);
         }
         let open = |cell: &Cell| cell.settings.get(&Key::Feedback) == Some(&"none".into());
         if self.cells.iter().all(open) {
@@ -335,7 +317,7 @@ impl Experiment {
                         "\"{value}\" where no cell has feedback, so there is no reference; expected {other} \
                          feedback in [settings]"
                     );
-                    return Err(FileError::key(&format!("methods[{i}].{key}"), message));
+                    return wrong(format_args!("methods[{i}].{key}"), message);
                 }
             }
         }

@@ -1,7 +1,6 @@
 //! The part of an experiment that the lanes can run.
 
-use crate::design::cell::{Cell, DiscreteCell, ObserverStart, ScoredFrom};
-use crate::design::experiment::Experiment;
+use crate::design::{Cell, DiscreteCell, Experiment, ObserverStart, ScoredFrom};
 use asobench_identification::data::{
     Feedback, NoiseColour, PlantSource, Process, ProcessSettings, Truth,
 };
@@ -80,7 +79,7 @@ impl<'e> Plan<'e> {
             },
             methods: methods.collect(),
             wanted_condition: any(&[F::Condition]),
-            wanted_states: file.curves || asked.iter().any(|of| of.is_of_state()),
+            wanted_states: file.curves || asked.iter().any(|of| of.entry().of_state),
             wanted: Wanted {
                 states_as_printed: any(&[F::ExMaxPrinted, F::ExRmsPrinted]),
                 states_absolute: any(&[F::RmsState]),
@@ -111,7 +110,7 @@ pub(crate) fn covered<'e>(
     let open_loop = open_loop.ok_or("disturbances of the state")?;
     covers_cell(cell, open_loop.0.order())?;
     let asked = experiment.measures_asked();
-    if let Some(measure) = asked.iter().find(|measure| !measure.is_in_lanes()) {
+    if let Some(measure) = asked.iter().find(|measure| !measure.entry().in_lanes) {
         return Err(format!("the measure {measure}"));
     }
     if experiment.file.course.is_some() {

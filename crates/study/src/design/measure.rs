@@ -1,28 +1,30 @@
 //! The measures of an output of a trial. Each has one entry of one table.
 
-use crate::design::file::key::{StudyKind, Time};
+use crate::design::file::{StudyKind, Time};
 use asobench_identification::metric::Worse;
 use asobench_identification::names::named_table;
 
 /// The properties of a measure, other than its name and description.
 #[expect(clippy::struct_excessive_bools, reason = "each is one property")]
-struct Entry {
+pub struct Entry {
     /// Its name in texts and pictures, without its unit.
     label: &'static str,
     /// Its unit; empty if it has none.
-    unit: &'static str,
+    pub unit: &'static str,
     /// Whether it is an error relative to the true value.
     relative: bool,
-    better: Better,
-    scale: Scale,
+    /// Which of two values is the better one.
+    pub better: Better,
+    /// How an axis of it is drawn.
+    pub scale: Scale,
     /// Which studies have it.
     time: Time,
     /// Whether it measures the state's error over the scored samples.
-    of_state: bool,
+    pub of_state: bool,
     /// Whether it is taken from the points of `[course]`.
-    of_course: bool,
+    pub of_course: bool,
     /// Whether lanes compute it, or it is undefined in the cells that they cover.
-    in_lanes: bool,
+    pub in_lanes: bool,
 }
 
 /// Which of two values is the better one.
@@ -275,11 +277,6 @@ impl Measure {
         self.entry().label
     }
 
-    /// Returns its unit; empty if it has none.
-    pub const fn unit(self) -> &'static str {
-        self.entry().unit
-    }
-
     /// Returns the label of an axis: with its unit, or "relative".
     pub fn axis_label(self) -> String {
         let Entry {
@@ -295,14 +292,9 @@ impl Measure {
         }
     }
 
-    /// Returns which of two values is the better one.
-    pub const fn better(self) -> Better {
-        self.entry().better
-    }
-
     /// Returns the worse end of the order, where failed trials rank.
     pub const fn worse(self) -> Worse {
-        match self.better() {
+        match self.entry().better {
             Better::Larger => Worse::Smaller,
             Better::Smaller | Better::Neither => Worse::Larger,
         }
@@ -316,30 +308,10 @@ impl Measure {
     /// The number above which it cannot be: a FIT is at most 100 %, and has no least value. All other measures are at
     /// least 0 and have no largest value: an estimate may be arbitrarily wrong.
     pub const fn highest(self) -> Option<f64> {
-        match self.scale() {
+        match self.entry().scale {
             Scale::Percent => Some(100.0),
             Scale::Log | Scale::Linear => None,
         }
-    }
-
-    /// Returns how an axis of the measure is drawn.
-    pub const fn scale(self) -> Scale {
-        self.entry().scale
-    }
-
-    /// Whether it measures the state's error over the scored samples.
-    pub const fn is_of_state(self) -> bool {
-        self.entry().of_state
-    }
-
-    /// Whether it is taken from the points of `[course]`.
-    pub(crate) const fn is_of_course(self) -> bool {
-        self.entry().of_course
-    }
-
-    /// Whether lanes compute it.
-    pub(crate) const fn is_in_lanes(self) -> bool {
-        self.entry().in_lanes
     }
 
     /// Whether studies of this kind have the measure.

@@ -1,11 +1,7 @@
 //! Checks the names in a file: every name is visible and distinguishable from the others.
 
-use crate::design::build_cell::{CHANGES, FEEDBACKS, NOISES, PLANTS};
-use crate::design::build_continuous_cell::{CONTINUOUS_PLANTS, SIGNALS};
-use crate::design::file::axis::Scalar;
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::key::Key;
+use crate::design::file::{ExperimentFile, FileError, Key, Scalar, wrong};
+use crate::design::{CHANGES, CONTINUOUS_PLANTS, FEEDBACKS, NOISES, PLANTS, SIGNALS};
 use crate::text::{alike, folded, name_fault};
 use asobench_identification::signal::InputLaw;
 
@@ -49,7 +45,7 @@ pub(crate) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
         if other && ["iv", "ls"].contains(&estimator.as_str()) {
             let message =
                 format!("'{name}' is the name of another estimator; expected a different one");
-            return Err(FileError::key(&place, message));
+            return wrong(&place, message);
         }
     }
     Ok(())
@@ -61,9 +57,9 @@ pub(crate) fn check_labels(place: &str, labels: &[String]) -> Result<(), FileErr
         None => Ok(()),
         Some([name, other]) if name == other => {
             let message = format!("two outputs are called '{name}'; expected different names");
-            Err(FileError::key(place, message))
+            wrong(place, message)
         }
-        Some(pair) => Err(FileError::key(place, not_apart(pair))),
+        Some(pair) => wrong(place, not_apart(pair)),
     }
 }
 
@@ -75,7 +71,7 @@ fn not_apart([name, other]: [&str; 2]) -> String {
 }
 
 fn own_name(name: &str, place: &str) -> Result<(), FileError> {
-    name_fault(name).map_or(Ok(()), |fault| Err(FileError::key(place, fault)))
+    name_fault(name).map_or(Ok(()), |fault| wrong(place, fault))
 }
 
 /// Checks the name of a method or an observer. A label adds the pass to it in parentheses.
@@ -83,7 +79,7 @@ fn method(name: &str, place: &str) -> Result<(), FileError> {
     own_name(name, place)?;
     if name.contains(['(', ')']) {
         let message = format!("'{name}'; expected a name without parentheses");
-        return Err(FileError::key(place, message));
+        return wrong(place, message);
     }
     Ok(())
 }
@@ -98,9 +94,8 @@ fn tables<'a>(
         own_name(name, table)?;
         if built_in.contains(&folded(name).as_str()) {
             let message = "the name is built in; expected another";
-            return Err(FileError::key(&format!("{table}.{name}"), message));
+            return wrong(format_args!("{table}.{name}"), message);
         }
     }
-    alike(names.map(String::as_str))
-        .map_or(Ok(()), |pair| Err(FileError::key(table, not_apart(pair))))
+    alike(names.map(String::as_str)).map_or(Ok(()), |pair| wrong(table, not_apart(pair)))
 }

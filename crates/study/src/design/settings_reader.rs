@@ -1,10 +1,6 @@
 //! Reads the settings of a cell, with errors that name the key.
 
-use crate::design::file::axis::Scalar;
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::grid::Settings;
-use crate::design::file::key::{AUTOMATIC, Key};
+use crate::design::file::{AUTOMATIC, At, ExperimentFile, FileError, Key, Scalar, Settings, wrong};
 use asobench_identification::names::UnknownName;
 use asobench_identification::text::number;
 use std::collections::BTreeMap;
@@ -24,15 +20,15 @@ pub(crate) struct SettingsReader<'a> {
 pub(crate) fn named<'a, T>(
     key: Key,
     name: &str,
-    built_in: &[&'a str],
+    built_in: &[&str],
     tables: &'a BTreeMap<String, T>,
 ) -> Result<&'a T, FileError> {
-    tables.get(name).ok_or_else(|| {
-        let names = tables.keys().map(String::as_str);
-        let known: Vec<&str> = built_in.iter().copied().chain(names).collect();
-        let unknown = UnknownName::new(key.name(), name, &known);
-        FileError::key(key.name(), unknown.to_string())
-    })
+    let names = tables.keys().map(String::as_str);
+    let known = built_in.iter().copied().chain(names);
+    let table = tables.get(name);
+    table
+        .ok_or_else(|| UnknownName::new(key, name, known))
+        .at(key)
 }
 
 impl SettingsReader<'_> {
@@ -47,10 +43,7 @@ impl SettingsReader<'_> {
             Some(Scalar::Number(number)) => Ok(*number),
             other => {
                 let given = other.map_or_else(String::new, Scalar::to_string);
-                Err(FileError::key(
-                    key.name(),
-                    format!("'{given}'; expected a number"),
-                ))
+                wrong(key, format!("'{given}'; expected a number"))
             }
         }
     }
@@ -70,7 +63,7 @@ impl SettingsReader<'_> {
         } else {
             let count = number(count);
             let message = format!("{count}; expected a whole number of 0 to {LARGEST_COUNT}");
-            Err(FileError::key(key.name(), message))
+            wrong(key, message)
         }
     }
 
@@ -86,8 +79,6 @@ impl SettingsReader<'_> {
         &self,
         key: Key,
     ) -> Result<T, FileError> {
-        let text = self.text(key);
-        text.parse()
-            .map_err(|e: T::Err| FileError::key(key.name(), e.to_string()))
+        self.text(key).parse::<T>().at(key)
     }
 }

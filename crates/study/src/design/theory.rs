@@ -1,7 +1,6 @@
 //! Theoretical results for an experiment's cells.
 
-use crate::design::cell::Cell;
-use crate::design::measure::Measure;
+use crate::design::{Cell, Measure};
 use asobench_identification::theory::{CellTheory, NoTheory, SmoothMeasure};
 use std::collections::HashMap;
 use std::sync::OnceLock;

@@ -1,9 +1,7 @@
 //! The memory that a thread takes before its first trial.
 
-use crate::design::cell::Source;
-use crate::design::curve_bins::curve_bytes;
-use crate::design::experiment::Experiment;
-use crate::design::file::engine::Engine;
+use crate::design::file::Engine;
+use crate::design::{Experiment, Source, curve_bytes};
 use asobench_identification::real::MOST_LANES;
 
 impl Experiment {

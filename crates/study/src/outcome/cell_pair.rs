@@ -1,8 +1,7 @@
 //! Two cells that claims compare, trial by trial.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::grid::{Settings, partners};
-use crate::design::file::needs::SeriesTable;
+use crate::design::Experiment;
+use crate::design::file::{SeriesTable, Settings, partners};
 use crate::outcome::tally::CellSeries;
 use asobench_identification::metric::{Paired, PairedStatistics, Sketch};
 use serde::{Deserialize, Serialize};

@@ -2,8 +2,8 @@
 //! `a_1 ... a_n, h_1 ... h_n`. With `coverage = true` there are also columns for the standard errors and for both ends
 //! of the 95 % intervals of the error.
 
-use crate::design::cell::Cell;
-use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::Cell;
+use crate::design::file::ExperimentFile;
 use asobench_identification::data::Realisation;
 use asobench_identification::estimator::{Pass, Progress};
 use asobench_identification::metric::Z;

@@ -1,7 +1,6 @@
 //! Quantiles of the errors of an output over `[course]`.
 
-use crate::design::cell::Cell;
-use crate::design::experiment::Experiment;
+use crate::design::{Cell, Experiment};
 use crate::outcome::curves::CurveQuantiles;
 use asobench_identification::metric::{Quantile, Sample, Worse};
 use serde::{Deserialize, Serialize};

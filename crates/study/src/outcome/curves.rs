@@ -4,7 +4,7 @@
 //! per octave from 2^-64 to 2^16. Counts are integers, so merging is exact in any order. A quantile is read as the
 //! middle of its bin; its relative error is at most [`CURVE_BIN_ERROR`].
 
-use crate::design::curve_bins::{
+use crate::design::{
     BINS, BINS_PER_OCTAVE_LOG2, CURVE_TRIALS, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes,
 };
 use asobench_identification::real::{MOST_LANES, Real};

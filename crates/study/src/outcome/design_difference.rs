@@ -1,7 +1,7 @@
 //! In which keys the designs of two studies differ.
 
-use crate::design::experiment::design_of;
-use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::design_of;
+use crate::design::file::ExperimentFile;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 

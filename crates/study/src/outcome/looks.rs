@@ -11,11 +11,8 @@
 //! are the same trials, and to judge them again is no new look. Looks in other folders beside this one count too: those
 //! at one of its claims by trials of the same seed, and where it confirms claims, other confirmations of one of them.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::claim::ClaimTable;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::rule::TrialRule;
-use crate::design::file::test_table::TestTable;
+use crate::design::Experiment;
+use crate::design::file::{ClaimTable, ExperimentFile, TestTable, TrialRule};
 use crate::files;
 use crate::files::Kind;
 use crate::outcome::folder_error::FolderError;

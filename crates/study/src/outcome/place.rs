@@ -1,6 +1,6 @@
 //! Which settings tell cells apart, and descriptions of cells in words.
 
-use crate::design::file::key::{Key, StudyKind};
+use crate::design::file::{Key, StudyKind};
 use crate::outcome::summary::CellSummary;
 use std::collections::{BTreeMap, HashSet};
 
@@ -44,7 +44,7 @@ impl Place {
     /// are not the default.
     pub fn words(&self, keys: &[Key]) -> String {
         let shown = keys.iter().filter(|key| {
-            self.values.contains_key(key) && !(key.is_reading() && self.is_default(**key))
+            self.values.contains_key(key) && !(key.entry().reading && self.is_default(**key))
         });
         shown
             .map(|key| words(*key, self.value(*key)))
@@ -106,7 +106,7 @@ pub fn words(key: Key, value: &str) -> String {
 
 /// Returns a value as the tick of an axis of names.
 pub fn value_name(key: Key, value: &str) -> String {
-    key.tick(value).to_owned()
+    (key.entry().tick)(value).to_owned()
 }
 
 /// Returns the label of an axis of a setting, with its unit.

@@ -2,7 +2,7 @@
 
 use super::folder_error::FolderError;
 use super::stored_results::{check_result, lists, read_announced, read_manifest, refuse_newer};
-use crate::design::experiment::design_of;
+use crate::design::design_of;
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;

@@ -1,6 +1,6 @@
 //! One line of results: one output of one method on one trial.
 
-use crate::design::measure::Measure;
+use crate::design::Measure;
 use asobench_identification::estimator::Failure;
 use std::ops::{Index, IndexMut};
 

@@ -1,8 +1,6 @@
 //! Rows of consecutive trials, stored by columns.
 
-use crate::design::cell::Cell;
-use crate::design::experiment::Experiment;
-use crate::design::measure::Measure;
+use crate::design::{Cell, Experiment, Measure};
 use crate::outcome::coefficients;
 use crate::outcome::row::Row;
 use asobench_identification::estimator::Failure;

@@ -1,7 +1,7 @@
 //! Reads the manifest of a folder of results, and checks results against it.
 
 use super::folder_error::FolderError;
-use crate::design::experiment::design_of;
+use crate::design::design_of;
 use crate::files;
 use crate::files::Kind;
 use crate::outcome::layout::{BLOCKS, DESIGN, MANIFEST, RESULTS, done_in};

@@ -1,6 +1,6 @@
 //! trials.parquet, read again: by replays, and by pictures of single trials.
 
-use crate::design::experiment::Experiment;
+use crate::design::Experiment;
 use crate::files::{self, Column, Table, Values};
 use crate::outcome::coefficients::Kept;
 use crate::outcome::publication::current;

@@ -1,16 +1,9 @@
 //! The summary of a study: all that a report shows, computed from tallies and stored in summary.json.
 
-use crate::design::cell::Cell;
-use crate::design::experiment::Experiment;
-use crate::design::file::axis::Scalar;
-use crate::design::file::bounds::BoundTable;
-use crate::design::file::grid::Settings;
-use crate::design::file::key::Key;
-use crate::design::file::needed_by_claims::Distributions;
-use crate::design::file::needs::MediansTable;
-use crate::design::file::tables::SlopeTable;
-use crate::design::measure::Measure;
-use crate::design::theory::smooth;
+use crate::design::file::{
+    BoundTable, Distributions, Key, MediansTable, Scalar, Settings, SlopeTable,
+};
+use crate::design::{Cell, Experiment, Measure, smooth};
 use crate::outcome::cell_pair::{CellPair, cell_pairs};
 use crate::outcome::coefficient_statistics;
 use crate::outcome::coefficients;

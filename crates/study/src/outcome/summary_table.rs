@@ -1,8 +1,7 @@
 //! summary.parquet: the summary as a table.
 
-use crate::design::cell::Cell;
-use crate::design::experiment::Experiment;
-use crate::design::file::axis::Scalar;
+use crate::design::file::Scalar;
+use crate::design::{Cell, Experiment};
 use crate::files::PathError;
 use crate::outcome::summary::{CellSummary, OutputSummary, Summary};
 use crate::outcome::trial_table::{GROUP_ROWS, Setting, StoreError, numeric_settings};

@@ -1,10 +1,7 @@
 //! The tally of a block: counts and accumulators that give the same bits in whatever order they are merged.
 
-use crate::design::cell::Cell;
-use crate::design::curve_bins::curve_bytes;
-use crate::design::experiment::Experiment;
-use crate::design::file::bounds::BoundTable;
-use crate::design::measure::Measure;
+use crate::design::file::BoundTable;
+use crate::design::{Cell, Experiment, Measure, curve_bytes};
 use crate::outcome::coefficients;
 use crate::outcome::curves::Curves;
 use crate::outcome::outcomes::Outcomes;

@@ -1,8 +1,7 @@
 //! The theory of the errors of a cell, beside its results.
 
-use crate::design::file::theory_reference::TheoryReference;
-use crate::design::measure::Measure;
-use crate::design::theory::smooth;
+use crate::design::file::TheoryReference;
+use crate::design::{Measure, smooth};
 use asobench_identification::metric::Statistics;
 use asobench_identification::theory::{CellTheory, Figure, Missing, Theory};
 use serde::{Deserialize, Serialize};

@@ -1,9 +1,7 @@
 //! trials.parquet: groups of rows, encoded on any thread and written in order.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::axis::Scalar;
-use crate::design::file::key::Key;
-use crate::design::measure::Measure;
+use crate::design::file::{Key, Scalar};
+use crate::design::{Experiment, Measure};
 use crate::files::PathError;
 use crate::outcome::coefficients::Kept;
 use crate::outcome::folder_error::FolderError;

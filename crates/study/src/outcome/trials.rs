@@ -1,7 +1,6 @@
 //! Trials of a cell as they are computed.
 
-use crate::design::cell::Cell;
-use crate::design::experiment::Experiment;
+use crate::design::{Cell, Experiment};
 use crate::outcome::curves::Curves;
 use crate::outcome::rows::Rows;
 use crate::outcome::spent::Spent;

@@ -9,10 +9,8 @@
 //! All numbers are little-endian. The checksum is XXH3 of everything before it. A block file may hold any range of
 //! trials: ranges within others are ignored, gaps are computed.
 
-use crate::design::cell::Cell;
-use crate::design::experiment::Experiment;
-use crate::design::file::experiment_file::Store;
-use crate::design::file::rule::TRIAL_LIMIT;
+use crate::design::file::{Store, TRIAL_LIMIT};
+use crate::design::{Cell, Experiment};
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;

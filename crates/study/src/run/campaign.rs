@@ -1,9 +1,7 @@
 //! A study in a folder: finds what is already computed (resumes), computes the rest, and writes the results.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::engine::Engine;
-use crate::design::file::experiment_file::Store;
-use crate::design::file::rule::TrialRule;
+use crate::design::Experiment;
+use crate::design::file::{Engine, Store, TrialRule};
 use crate::files::Kind;
 use crate::outcome::layout::LOOKS;
 use crate::outcome::looks::{Look, Looks};

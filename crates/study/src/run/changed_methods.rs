@@ -5,12 +5,8 @@
 //! `added` within the results. When all are there, each block is replaced by the new one; `design.json` names the
 //! design before, too, until the last one is. A kill at any moment leaves a folder that the same command continues.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::engine::Engine;
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::{ExperimentFile, Store};
-use crate::design::file::method::MethodTable;
-use crate::design::file::rule::TrialRule;
+use crate::design::Experiment;
+use crate::design::file::{Engine, ExperimentFile, FileError, MethodTable, Store, TrialRule};
 use crate::files::{self, Kind};
 use crate::outcome::design_difference::same_but_for_methods;
 use crate::outcome::layout::{BLOCKS, DESIGN, remove_own};

@@ -1,7 +1,7 @@
 //! Computes spans of trials into block files, for runs in a folder and for shards.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::experiment_file::Store;
+use crate::design::Experiment;
+use crate::design::file::Store;
 use crate::outcome::spent::{Spent, Watch};
 use crate::outcome::tally::CellTally;
 use crate::run::blocks::{BlockError, BlockFolder, Content, EncodedBlock, StoredBlock};

@@ -1,8 +1,6 @@
 //! Trials in continuous time: draw the disturbances, run every observer, measure.
 
-use crate::design::continuous_cell::ContinuousCell;
-use crate::design::experiment::Experiment;
-use crate::design::measure::Measure;
+use crate::design::{ContinuousCell, Experiment, Measure};
 use crate::outcome::row::Row;
 use crate::outcome::spent::Watch;
 use crate::outcome::traces::{Traces, append};

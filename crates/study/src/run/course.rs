@@ -1,10 +1,7 @@
 //! Errors of a method after several numbers of samples, `[course]`.
 
-use crate::design::cell::DiscreteCell;
-use crate::design::cell_observer::CellObserver;
-use crate::design::experiment::Experiment;
-use crate::design::file::course_table::CourseTable;
-use crate::design::measure::Measure;
+use crate::design::file::CourseTable;
+use crate::design::{CellObserver, DiscreteCell, Experiment, Measure};
 use crate::outcome::coefficients::COURSES;
 use crate::outcome::row::Row;
 use asobench_identification::data::Realisation;

@@ -1,6 +1,6 @@
 //! The events that a run tells, and why it ends early.
 
-use crate::design::file::error::FileError;
+use crate::design::file::FileError;
 use crate::files::PathError;
 use crate::outcome::folder_error::FolderError;
 use crate::outcome::spent::Spent;

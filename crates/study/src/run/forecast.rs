@@ -4,9 +4,8 @@
 //! Rows grow with the number of trials, and tallies with the number of bins of their sketches. In
 //! `tests/studies/needs.rs` a run writes and takes what was foretold to a factor of two.
 
-use crate::design::cell::{Cell, Source};
-use crate::design::experiment::Experiment;
-use crate::design::file::experiment_file::Store;
+use crate::design::file::Store;
+use crate::design::{Cell, Experiment, Source};
 use crate::outcome::nine_digits::stored;
 use crate::outcome::summary::{CellSummary, SlopeStatistics};
 use crate::outcome::summary_table::table_of;

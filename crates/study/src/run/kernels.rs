@@ -1,6 +1,6 @@
 //! Runs the kernels of a pack one at a time, for benches and examples that measure. Only with the feature `bench`.
 
-use crate::design::lane_plan::Plan;
+use crate::design::Plan;
 use crate::run::pack::Pack;
 use asobench_identification::names::named_enum;
 use asobench_identification::plant::radius::spectral_radius;

@@ -1,9 +1,6 @@
 //! A pack of trials of one cell: draws, estimates and measures them. The rows are as from [`super::Trial`].
 
-use crate::design::cell::RESPONSE_SAMPLES;
-use crate::design::curve_bins::CURVE_TRIALS;
-use crate::design::lane_plan::Plan;
-use crate::design::measure::Measure;
+use crate::design::{CURVE_TRIALS, Measure, Plan, RESPONSE_SAMPLES};
 use crate::outcome::curves::Waiting;
 use crate::outcome::rows::Flags;
 use crate::outcome::spent::Watch;

@@ -1,7 +1,7 @@
 //! The results of a run that has not ended: of the trials that are there.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::Experiment;
+use crate::design::file::ExperimentFile;
 use crate::outcome::stored_results::read_announced;
 use crate::outcome::summary::Summary;
 use crate::run::campaign::{Campaign, RunOptions};

@@ -1,7 +1,7 @@
 //! A pilot: a few trials of every cell, summarised in memory. It touches no folder, and its random numbers are none of
 //! the study's.
 
-use crate::design::experiment::Experiment;
+use crate::design::Experiment;
 use crate::outcome::summary::{CellSummary, SlopeStatistics, Summary};
 use crate::outcome::tally::{CellSeries, CellTally};
 use crate::run::runner::{Block, Keep, RunError, Span, run_spans};

@@ -3,7 +3,7 @@
 //! An intact block is never computed again. A damaged one ends the run, or is computed anew where the user asks for a
 //! repair.
 
-use crate::design::experiment::Experiment;
+use crate::design::Experiment;
 use crate::files;
 use crate::files::Kind;
 use crate::outcome::layout::{BLOCKS, DESIGN, Done, done_in};

@@ -1,7 +1,7 @@
 //! The number of trials that each cell should have, from the rule of the file and the stored blocks.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::rule::{TrialRule, Until, UntilDecided, UntilStatistic};
+use crate::design::Experiment;
+use crate::design::file::{TrialRule, Until, UntilDecided, UntilStatistic};
 use crate::run::blocks::{BlockFolder, StoredBlock};
 use crate::run::event::{CampaignError, go_on};
 use crate::run::resume::missing;

@@ -1,9 +1,7 @@
 //! The runner: computes blocks of trials on rayon's threads.
 
-use crate::design::cell::Source;
-use crate::design::experiment::Experiment;
-use crate::design::file::engine::Engine;
-use crate::design::file::experiment_file::Store;
+use crate::design::file::{Engine, Store};
+use crate::design::{Experiment, Source};
 use crate::outcome::rows::Rows;
 use crate::outcome::spent::{Spent, Watch};
 use crate::outcome::tally::CellTally;

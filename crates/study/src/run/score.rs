@@ -1,10 +1,9 @@
 //! Measures passes against the truth.
 
-use crate::design::cell::{DiscreteCell, ObserverStart, RESPONSE_SAMPLES};
-use crate::design::cell_observer::CellObserver;
-use crate::design::experiment::Experiment;
-use crate::design::file::experiment_file::Unfinished;
-use crate::design::measure::Measure;
+use crate::design::file::Unfinished;
+use crate::design::{
+    CellObserver, DiscreteCell, Experiment, Measure, ObserverStart, RESPONSE_SAMPLES,
+};
 use crate::outcome::row::Row;
 use asobench_identification::data::{Realisation, Truth};
 use asobench_identification::estimator::{Failure, FailureKind, Pass, Progress, SetupError, Stage};
@@ -105,7 +104,7 @@ impl Scorer {
             fed_back: StateError::default(),
             wanted: Wanted {
                 states: comparable
-                    && (experiment.file.curves || measures.iter().any(|of| of.is_of_state())),
+                    && (experiment.file.curves || measures.iter().any(|of| of.entry().of_state)),
                 absolute: any(&[F::RmsState]),
                 radius: any(&[F::SpectralRadius]),
                 impulse_response: any(&[F::ImpulseResponse]),

@@ -1,9 +1,6 @@
 //! One trial: draw a record, run every method on it, measure every pass.
 
-use crate::design::cell::{Cell, DiscreteCell};
-use crate::design::curve_bins::CURVE_TRIALS;
-use crate::design::experiment::Experiment;
-use crate::design::measure::Measure;
+use crate::design::{CURVE_TRIALS, Cell, DiscreteCell, Experiment, Measure};
 use crate::outcome::coefficients;
 use crate::outcome::row::Row;
 use crate::outcome::spent::{Spent, Watch};

@@ -1,9 +1,7 @@
 //! The engines that compute a cell's trials: packs of [`asobench_lanes`], or [`Trial`] by faer.
 
-use crate::design::cell::{Cell, Source};
-use crate::design::experiment::Experiment;
-use crate::design::file::engine::Engine;
-use crate::design::lane_plan::Plan;
+use crate::design::file::Engine;
+use crate::design::{Cell, Experiment, Plan, Source};
 use crate::outcome::trials::Trials;
 use crate::run::continuous_trial::ContinuousTrial;
 use crate::run::pack::PackTrial;

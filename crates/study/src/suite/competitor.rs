@@ -1,7 +1,7 @@
 //! The methods that take part in the suite, and what they are told of a system.
 
 use super::manifest::Division;
-use crate::design::file::method::MethodTable;
+use crate::design::file::MethodTable;
 use crate::suite::IDEAL;
 use asobench_identification::estimator::{EstimatorName, Needs, OrderRule};
 use asobench_identification::model::Orders;

@@ -1,7 +1,6 @@
 //! `suite/suite.toml`: which systems, settings and sizes, in which tier; and the files that the program carries.
 
-use crate::design::file::axis::Axis;
-use crate::design::file::key::Key;
+use crate::design::file::{Axis, Key};
 use asobench_identification::names::{UnknownName, named_enum};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -117,8 +116,7 @@ impl Manifest {
     /// If there is no such edition.
     pub fn of_edition(mut self, edition: &str) -> Result<Self, UnknownName> {
         let Some(place) = self.place_of(edition) else {
-            let known: Vec<&str> = self.editions.iter().map(String::as_str).collect();
-            return Err(UnknownName::new("edition", edition, &known));
+            return Err(UnknownName::new("edition", edition, &self.editions));
         };
         let mut studies = std::mem::take(&mut self.studies);
         studies.retain(|of| {

@@ -6,8 +6,7 @@ use super::manifest::{self, Manifest, Tier};
 use super::records::{Estimates, drawn};
 use super::scenario::{Suite, SuiteError};
 use super::score::Estimated;
-use crate::design::cell::DiscreteCell;
-use crate::design::experiment::Experiment;
+use crate::design::{DiscreteCell, Experiment};
 use crate::run::runner::{Block, RunError, run};
 use asobench_identification::model::LinearModel;
 use asobench_identification::names::UnknownName;
@@ -149,7 +148,6 @@ impl PublishedTable {
         let all = Competitor::of(suite.division);
         let names: Vec<String> = all.iter().map(Competitor::name).collect();
         let Some(place) = names.iter().position(|name| *name == self.method) else {
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
             return Err(UnknownName::new("method", &self.method, &names).into());
         };
         let study = suite

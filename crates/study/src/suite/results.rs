@@ -3,8 +3,7 @@
 use super::competitor::Competitor;
 use super::manifest::{self, Division};
 use super::scenario::{Scenario, Suite, SuiteStudy};
-use crate::design::experiment::Experiment;
-use crate::design::measure::Measure;
+use crate::design::{Experiment, Measure};
 use crate::files::{self, Kind, PathError};
 use crate::outcome::layout::MANIFEST;
 use crate::outcome::rows::Rows;

@@ -2,15 +2,10 @@
 
 use super::competitor::{Competitor, Told};
 use super::manifest::{Division, Manifest, StudyEntry, Tier, system, systems};
-use crate::design::cell::DiscreteCell;
-use crate::design::experiment::Experiment;
-use crate::design::file::axis::{Axis, Scalar};
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::{ExperimentFile, Store, Unfinished};
-use crate::design::file::key::Key;
-use crate::design::file::method::MethodTable;
-use crate::design::file::rule::TrialRule;
-use crate::design::measure::Measure;
+use crate::design::file::{
+    Axis, ExperimentFile, FileError, Key, MethodTable, Scalar, Store, TrialRule, Unfinished,
+};
+use crate::design::{DiscreteCell, Experiment, Measure};
 use crate::files::checksum;
 use asobench_identification::data::{Feedback, NoiseColour, Process};
 use asobench_identification::model::Orders;
@@ -132,9 +127,8 @@ impl Suite {
         for wanted in only {
             let names = |study: &SuiteStudy| study.names();
             if !studies.iter().flat_map(names).any(|name| name == *wanted) {
-                let known: Vec<String> = studies.iter().flat_map(names).collect();
-                let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                return Err(UnknownName::new("system or scenario", wanted, &known).into());
+                let known = studies.iter().flat_map(names);
+                return Err(UnknownName::new("system or scenario", wanted, known).into());
             }
         }
         if !only.is_empty() {
@@ -192,8 +186,7 @@ impl SuiteStudy {
             error,
         };
         let text = system(&entry.system);
-        let known: Vec<&str> = systems().collect();
-        let text = text.ok_or_else(|| UnknownName::new("system", &entry.system, &known))?;
+        let text = text.ok_or_else(|| UnknownName::new("system", &entry.system, systems()))?;
         let mut file = ExperimentFile::parse(text).map_err(wrong)?;
         file.settings.extend(entry.settings.clone());
         file.seed = manifest.seed;

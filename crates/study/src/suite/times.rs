@@ -5,7 +5,7 @@ use super::manifest;
 use super::results::{ResultsError, parsed};
 use super::scenario::Scenario;
 use super::score::Estimated;
-use crate::design::experiment::Experiment;
+use crate::design::Experiment;
 use crate::files;
 use crate::run::trial::Trial;
 use crate::text::visible;

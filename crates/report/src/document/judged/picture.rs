@@ -3,7 +3,7 @@
 use super::words::{heading, levels, place, unit};
 use crate::document::figure::Drawn;
 use crate::document::layout::{BEYOND, Choice, Form, Layout, panel_title, sheet};
-use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
+use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style, extent};
 use crate::results::Study;
 use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compared};
 use asobench_study::study::CellSummary;
@@ -141,7 +141,7 @@ impl<'a> Picture<'a> {
     /// The smallest and the largest of the values and limits.
     fn core(&self) -> (f64, f64) {
         let values = self.marks.iter().map(|mark| mark.value);
-        span(values.chain(self.limits()))
+        extent(values.chain(self.limits()))
     }
 
     /// The smallest and the largest number drawn. The levels of many cells are so small that bars can be very long: a
@@ -151,7 +151,7 @@ impl<'a> Picture<'a> {
         let back = |x: f64| if self.log { x.exp() } else { x };
         let (low, high) = self.core();
         let room = place(high) - place(low);
-        let (least, most) = span(self.marks.iter().flat_map(|mark| mark.interval));
+        let (least, most) = extent(self.marks.iter().flat_map(|mark| mark.interval));
         if room > 0.0 && self.test.scale != Compared::Share {
             let edges = [place(low) - room, place(high) + room].map(back);
             (least.clamp(edges[0], low), most.clamp(high, edges[1]))
@@ -423,11 +423,4 @@ pub(super) fn different(text: &str, all: &[&str]) -> String {
     let last = shared(&|words, i| words.iter().rev().nth(i).cloned());
     let end = mine.len().saturating_sub(last).max(first);
     mine[first..end].join(" ")
-}
-
-/// The smallest and the largest of some numbers.
-fn span(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
-    numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (low.min(x), high.max(x))
-    })
 }

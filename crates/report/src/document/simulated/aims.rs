@@ -31,9 +31,5 @@ pub(super) fn part(study: &Study) -> Part {
     if rows.is_empty() {
         rows.push(row("aims", "the file states none"));
     }
-    Part {
-        heading: "Aims",
-        rows,
-        defaults: Vec::new(),
-    }
+    Part::new("Aims", rows, Vec::new())
 }

@@ -26,11 +26,7 @@ pub(super) fn part(study: &Study) -> Part {
     }
     let (given, defaults) = settings(study, is_of_truth);
     rows.extend(given);
-    Part {
-        heading: "Estimands",
-        rows,
-        defaults,
-    }
+    Part::new("Estimands", rows, defaults)
 }
 
 /// The estimand of a measure: its name, and what it is in a simulated trial.

@@ -21,16 +21,12 @@ pub(super) fn part(study: &Study) -> Part {
     rows.extend(at_most(continuous(file)));
     rows.extend(grid(study));
     rows.extend(trials(study));
-    Part {
-        heading: "Data-generating mechanisms",
-        rows,
-        defaults,
-    }
+    Part::new("Data-generating mechanisms", rows, defaults)
 }
 
 /// Whether a setting says what the methods do with a record, not how it is drawn.
 pub(super) fn is_of_methods(key: Key) -> bool {
-    key.is_of_observer() || matches!(key, Key::Order | Key::GainScale)
+    key.entry().of_observer || matches!(key, Key::Order | Key::GainScale)
 }
 
 /// Whether a setting says what the estimates are compared with.
@@ -64,7 +60,7 @@ pub(super) fn settings(study: &Study, wanted: fn(Key) -> bool) -> (Vec<Row>, Vec
         let Some(axis) = set.cloned().or_else(|| default.clone().map(Axis::One)) else {
             continue;
         };
-        let values = axis.values(key.is_count());
+        let values = axis.values(key.entry().count);
         let mut text = listed(values.iter().map(ToString::to_string), " \u{b7} ");
         if text == AUTOMATIC {
             let found = study.values(key).iter().cloned();
@@ -88,7 +84,7 @@ pub(super) fn settings(study: &Study, wanted: fn(Key) -> bool) -> (Vec<Row>, Vec
 fn values(file: &ExperimentFile, key: Key) -> Vec<String> {
     let axis = file.settings.get(&key).cloned();
     let axis = axis.or_else(|| key.default_of(file.kind()).map(Axis::One));
-    let values = axis.map(|axis| axis.values(key.is_count()));
+    let values = axis.map(|axis| axis.values(key.entry().count));
     values.iter().flatten().map(ToString::to_string).collect()
 }
 
@@ -206,7 +202,7 @@ fn continuous(file: &ExperimentFile) -> Vec<Row> {
 fn grid(study: &Study) -> Vec<Row> {
     let file = &study.file;
     let axis = |key: &Key| {
-        let count = file.settings.get(key)?.values(key.is_count()).len();
+        let count = file.settings.get(key)?.values(key.entry().count).len();
         // Settings that move together are one axis, told at the first of them.
         let group = file.zip.iter().find(|group| group.contains(key));
         let group = group.map_or(std::slice::from_ref(key), Vec::as_slice);

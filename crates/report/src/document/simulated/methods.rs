@@ -25,11 +25,7 @@ pub(super) fn part(study: &Study) -> Part {
     ));
     let (given, defaults) = settings(study, is_of_methods);
     rows.extend(given);
-    Part {
-        heading: "Methods",
-        rows,
-        defaults,
-    }
+    Part::new("Methods", rows, defaults)
 }
 
 /// A method: what differs from the defaults of its estimator, then the defaults.

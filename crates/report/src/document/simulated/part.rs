@@ -15,6 +15,16 @@ pub(super) struct Part {
     pub(super) defaults: Vec<Row>,
 }
 
+impl Part {
+    pub(super) fn new(heading: &'static str, rows: Vec<Row>, defaults: Vec<Row>) -> Self {
+        Self {
+            heading,
+            rows,
+            defaults,
+        }
+    }
+}
+
 pub(super) fn row(term: impl Into<String>, value: impl Into<String>) -> Row {
     (term.into(), value.into())
 }

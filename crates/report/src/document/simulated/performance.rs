@@ -31,15 +31,11 @@ pub(super) fn part(study: &Study) -> Part {
         row(format!("claim {}", of.id), claim(of, judged))
     });
     rows.extend(at_most(claims.collect()));
-    Part {
-        heading: "Performance measures",
-        rows,
-        defaults,
-    }
+    Part::new("Performance measures", rows, defaults)
 }
 
 fn measure(measure: Measure) -> Row {
-    let better = match measure.better() {
+    let better = match measure.entry().better {
         Better::Smaller => " Smaller is better.",
         Better::Larger => " Larger is better.",
         Better::Neither => "",

@@ -6,11 +6,11 @@ use crate::claim::statistics::of_output::{count_of, kept, moment, number, quanti
 use crate::claim::statistics::ratio::{
     median_ratio, over_theory, ratio_of_medians, ratio_of_rms, wins,
 };
-use crate::design::file::bounds::BoundTable;
-use crate::design::file::claim_statistic::{CoefficientStatistic, RatioStatistic, ValueStatistic};
-use crate::design::file::claim_test::{ClaimTest, Outcome, TestKind};
-use crate::design::file::theory_reference::TheoryReference;
-use crate::design::measure::Measure;
+use crate::design::Measure;
+use crate::design::file::{
+    BoundTable, ClaimTest, CoefficientStatistic, Outcome, RatioStatistic, TestKind,
+    TheoryReference, ValueStatistic,
+};
 use crate::outcome::summary::{CellSummary, OutputSummary};
 use asobench_identification::metric::{Estimate, Share};
 

@@ -3,8 +3,8 @@
 use crate::claim::known::{Bound, Known};
 use crate::claim::ranked::{Group, Ranked};
 use crate::claim::statistics::number::{Missing, Number, not_kept};
-use crate::design::file::claim_test::{Assumption, ClaimTest};
-use crate::design::measure::Measure;
+use crate::design::Measure;
+use crate::design::file::{Assumption, ClaimTest};
 use crate::outcome::summary::{CellSummary, OutputSummary};
 use asobench_identification::metric::{Estimate, Quantile, Statistics, Worse};
 

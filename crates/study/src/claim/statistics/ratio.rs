@@ -4,10 +4,8 @@ use crate::claim::known::{Bound, Known};
 use crate::claim::ranked::Ranked;
 use crate::claim::statistics::number::{Missing, Number, not_kept};
 use crate::claim::statistics::of_output::{count_of, kept, moment, number, quantile, statistics};
-use crate::design::file::claim_statistic::RatioStatistic;
-use crate::design::file::claim_test::{Assumption, ClaimTest};
-use crate::design::file::theory_reference::TheoryReference;
-use crate::design::measure::Measure;
+use crate::design::Measure;
+use crate::design::file::{Assumption, ClaimTest, RatioStatistic, TheoryReference};
 use crate::outcome::summary::{CellSummary, ComparisonSummary, Joint, OutputSummary};
 use asobench_identification::metric::{
     Estimate, PairedStatistics, Sketch, Worse, correlation_of_medians,

@@ -1,29 +1,24 @@
 //! Bounds: limits that a share of trials is to meet, `[[bounds]]`.
 
-use crate::design::measure::Measure;
+use crate::design::Measure;
+use crate::design::file::table::tables;
 use asobench_identification::text::number;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-/// A bound: of every cell, or of those whose `claim` is given.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BoundTable {
-    /// The cells' claim; all cells if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub claim: Option<String>,
-    /// The measure.
-    #[serde(rename(serialize = "figure"), alias = "figure")]
-    pub measure: Measure,
-    /// The bound's name in a table.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub label: Option<String>,
-    /// The measure must be below this.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub below: Option<f64>,
-    /// Or below this multiple of eps times the condition number: "zero".
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rounding: Option<f64>,
+tables! {
+    /// A bound: of every cell, or of those whose `claim` is given.
+    pub struct BoundTable {
+        /// The cells' claim; all cells if absent.
+        claim?: String,
+        /// The measure.
+        #[serde(rename(serialize = "figure"), alias = "figure")]
+        measure: Measure,
+        /// The bound's name in a table.
+        label?: String,
+        /// The measure must be below this.
+        below?: f64,
+        /// Or below this multiple of eps times the condition number: "zero".
+        rounding?: f64,
+    }
 }
 
 impl BoundTable {

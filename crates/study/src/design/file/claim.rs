@@ -1,15 +1,11 @@
 //! Claims: what the results of a study should show, and the tests that decide it.
 
-use crate::design::file::axis::{Axis, Scalar};
-use crate::design::file::claim_test::ClaimTest;
-use crate::design::file::error::FileError;
-use crate::design::file::key::Key;
-use crate::design::file::test_table::TestTable;
+use crate::design::file::table::tables;
+use crate::design::file::{Axis, ClaimTest, FileError, Key, Scalar, TestTable, wrong};
 use asobench_identification::names::named_enum;
-use schemars::JsonSchema;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserializer, Serializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -36,44 +32,43 @@ fn own() -> String {
     "own".to_owned()
 }
 
-/// A claim with the test that decides it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ClaimTable {
-    /// Its name in the file: letters, digits, ".", "-" and "_", not a number.
-    pub id: String,
-    /// The claim, in words.
-    #[serde(default)]
-    pub text: String,
-    /// Who claims it: "own", or the words and the place of a paper.
-    #[serde(default = "own")]
-    pub source: String,
-    /// "everywhere" (in every cell of `where`), "typically" (in more than half of them) or
-    /// "somewhere" (in at least one).
-    #[serde(default)]
-    pub holds: Holds,
-    /// The one-sided error rate of either verdict, above 0 and below 0.5.
-    #[serde(default = "level")]
-    pub level: f64,
-    /// Whether it was written after results of the same kind were seen. Its error rates then mean nothing, and its
-    /// verdict says so; `run --confirm` judges it by fresh trials.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub exploratory: bool,
-    /// The cells to which it applies: those with one of the given values of every given setting; all
-    /// cells if absent.
-    #[serde(default, rename = "where", skip_serializing_if = "BTreeMap::is_empty")]
-    pub cells: BTreeMap<Key, Axis>,
-    /// A condition on results: only cells in which this test certainly passes are judged.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub given: Option<TestTable>,
-    /// The test, or a list of tests that must all pass in a cell.
-    #[serde(deserialize_with = "tests_of_a_cell::deserialize")]
-    #[schemars(schema_with = "tests_of_a_cell::schema")]
-    pub test: Vec<TestTable>,
-    /// Whether it was written after the results were there; `run` sets it in what it stores.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    #[schemars(skip)]
-    pub added_after_run: bool,
+tables! {
+    /// A claim with the test that decides it.
+    pub struct ClaimTable {
+        /// Its name in the file: letters, digits, ".", "-" and "_", not a number.
+        id: String,
+        /// The claim, in words.
+        #[serde(default)]
+        text: String,
+        /// Who claims it: "own", or the words and the place of a paper.
+        #[serde(default = "own")]
+        source: String,
+        /// "everywhere" (in every cell of `where`), "typically" (in more than half of them) or
+        /// "somewhere" (in at least one).
+        #[serde(default)]
+        holds: Holds,
+        /// The one-sided error rate of either verdict, above 0 and below 0.5.
+        #[serde(default = "level")]
+        level: f64,
+        /// Whether it was written after results of the same kind were seen. Its error rates then mean nothing, and its
+        /// verdict says so; `run --confirm` judges it by fresh trials.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        exploratory: bool,
+        /// The cells to which it applies: those with one of the given values of every given setting; all
+        /// cells if absent.
+        #[serde(default, rename = "where", skip_serializing_if = "BTreeMap::is_empty")]
+        cells: BTreeMap<Key, Axis>,
+        /// A condition on results: only cells in which this test certainly passes are judged.
+        given?: TestTable,
+        /// The test, or a list of tests that must all pass in a cell.
+        #[serde(deserialize_with = "tests_of_a_cell::deserialize")]
+        #[schemars(schema_with = "tests_of_a_cell::schema")]
+        test: Vec<TestTable>,
+        /// Whether it was written after the results were there; `run` sets it in what it stores.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        #[schemars(skip)]
+        added_after_run: bool,
+    }
 }
 
 impl ClaimTable {
@@ -120,7 +115,7 @@ impl ClaimTable {
                 };
                 if names.is_empty() || found.as_ref().is_some_and(|found| found != names) {
                     let message = "the lists of a claim's tests must be the same, and not empty";
-                    return Err(FileError::key(&key, message));
+                    return wrong(key, message);
                 }
                 found = Some(names.clone());
             }
@@ -150,7 +145,7 @@ impl ClaimTable {
 
     /// Returns the value that the claim wants of a setting; `None` unless it names exactly one.
     pub(crate) fn single(&self, key: Key) -> Option<String> {
-        let values = self.cells.get(&key)?.values(key.is_count());
+        let values = self.cells.get(&key)?.values(key.entry().count);
         let [value] = values.as_slice() else {
             return None;
         };

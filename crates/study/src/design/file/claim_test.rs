@@ -1,17 +1,11 @@
 //! The tests of claims: converts a table of an experiment file to one of the kinds of test.
 
-use crate::design::file::axis::{Axis, Scalar};
-use crate::design::file::bounds::BoundTable;
-use crate::design::file::claim_statistic::{
-    CoefficientStatistic, RatioStatistic, SLOPE_STATISTICS, ValueStatistic,
+use crate::design::Measure;
+use crate::design::file::{
+    At, Axis, BoundTable, CoefficientStatistic, FileError, Key, MediansTable, RatioStatistic,
+    SLOPE_STATISTICS, Scalar, SlopeTable, TestTable, TheoryReference, TimeOf, ValueStatistic,
+    wrong,
 };
-use crate::design::file::error::FileError;
-use crate::design::file::key::Key;
-use crate::design::file::needs::MediansTable;
-use crate::design::file::tables::SlopeTable;
-use crate::design::file::test_table::{TestTable, TimeOf};
-use crate::design::file::theory_reference::TheoryReference;
-use crate::design::measure::Measure;
 use asobench_identification::names::{UnknownName, named_enum};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -201,21 +195,21 @@ impl TestTable {
             (_, Some(x), ..) => Limit::Above(x),
             (_, _, Some([low, high]), _) if !(low < high) => {
                 let message = format!("[{low}, {high}]; expected the lower limit first");
-                return Err(FileError::key(name, message));
+                return wrong(name, message);
             }
             (_, _, Some([low, high]), _) => Limit::Between(low, high),
             (.., factor) => match factor.unwrap_or_default() {
                 factor if factor > 1.0 => Limit::Within(factor),
                 factor => {
                     let message = format!("{factor}; expected a factor above 1");
-                    return Err(FileError::key(name, message));
+                    return wrong(name, message);
                 }
             },
         };
         let [low, high] = self.between.unwrap_or_default();
         let all = [self.below, self.above, self.within, Some(low), Some(high)];
         if !all.into_iter().flatten().all(f64::is_finite) {
-            return Err(FileError::key(name, "expected a finite number"));
+            return wrong(name, "expected a finite number");
         }
         Ok(limit)
     }
@@ -226,21 +220,17 @@ impl TestTable {
             return Ok(known[0].1);
         };
         let found = known.iter().find(|(name, _)| name == given);
-        found.map(|(_, statistic)| *statistic).ok_or_else(|| {
-            let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-            let unknown = UnknownName::new("statistic of this test", given, &names);
-            FileError::key("statistic", unknown.to_string())
-        })
+        let names = known.iter().map(|(name, _)| name);
+        let unknown = || UnknownName::new("statistic of this test", given, names);
+        let found = found.map(|(_, statistic)| *statistic);
+        found.ok_or_else(unknown).at("statistic")
     }
 
     /// Returns `of` or `to` as the name of an output or method.
     fn name(key: &str, given: Option<&Axis>, expected: &str) -> Result<String, FileError> {
         match given {
             Some(Axis::One(Scalar::Text(label))) => Ok(label.clone()),
-            Some(_) => Err(FileError::key(
-                key,
-                "expected a name, a text, or a list of names",
-            )),
+            Some(_) => wrong(key, "expected a name, a text, or a list of names"),
             None => Err(missing(key, expected)),
         }
     }
@@ -253,10 +243,10 @@ impl TestTable {
         if let Ok(outcome) = share.parse::<Outcome>() {
             let written = self.written();
             return match SHARES.into_iter().find(|key| written.contains_key(*key)) {
-                Some(name) => Err(FileError::key(
+                Some(name) => wrong(
                     name,
                     format!("means nothing with share = \"{outcome}\"; expected a measure there"),
-                )),
+                ),
                 None => Ok(TestKind::Outcome(outcome)),
             };
         }
@@ -266,7 +256,7 @@ impl TestTable {
         let is_bound = self.bound.or(self.rounding).is_some();
         if is_bound == self.to.is_some() {
             let message = "share of a measure: expected exactly one of bound, rounding, to";
-            return Err(FileError::key(if is_bound { "to" } else { "" }, message));
+            return wrong(if is_bound { "to" } else { "" }, message);
         }
         if self.to.is_some() {
             let to = self.other()?;
@@ -275,7 +265,7 @@ impl TestTable {
         for (key, limit) in [("bound", self.bound), ("rounding", self.rounding)] {
             if let Some(limit) = limit.filter(|limit| !limit.is_finite()) {
                 let message = format!("{limit} is not a finite number");
-                return Err(FileError::key(key, message));
+                return wrong(key, message);
             }
         }
         Ok(TestKind::Bound(BoundTable {
@@ -308,38 +298,35 @@ impl TestTable {
         let [_, high] = limit.ends();
         match (self.cap, self.kurtosis) {
             (None, None) => Ok(None),
-            (Some(_), Some(_)) => Err(FileError::key(
+            (Some(_), Some(_)) => wrong(
                 "kurtosis",
                 "with cap nothing is assumed; expected one of the two",
-            )),
-            (Some(_), _) if !can_cap => Err(FileError::key(
+            ),
+            (Some(_), _) if !can_cap => wrong(
                 "cap",
                 "belongs to the mean or rms of an error; expected statistic = \"mean\" or \"rms\"",
-            )),
-            (_, Some(_)) if !can_have_kurtosis => Err(FileError::key(
+            ),
+            (_, Some(_)) if !can_have_kurtosis => wrong(
                 "kurtosis",
                 "belongs to the rms of one output; expected statistic = \"rms\"",
-            )),
+            ),
             (Some(cap), _)
                 if matches!(kind, TestKind::Value { .. })
                     && !(cap > high.max(0.0))
                     && high.is_finite() =>
             {
                 let message = format!("{cap}; expected a number above the limit, {high}");
-                Err(FileError::key("cap", message))
+                wrong("cap", message)
             }
             (Some(cap), _) if cap > 0.0 && cap.is_finite() => Ok(Some(Assumption::Cap(cap))),
             (_, Some(most)) if most >= 1.0 && most.is_finite() => {
                 Ok(Some(Assumption::Kurtosis(most)))
             }
-            (Some(cap), _) => Err(FileError::key(
-                "cap",
-                format!("{cap}; expected a number above 0"),
-            )),
-            (_, Some(most)) => Err(FileError::key(
+            (Some(cap), _) => wrong("cap", format!("{cap}; expected a number above 0")),
+            (_, Some(most)) => wrong(
                 "kurtosis",
                 format!("{most}; expected a number of at least 1"),
-            )),
+            ),
         }
     }
 
@@ -366,7 +353,7 @@ impl TestTable {
         if self.measure_of_to.is_some() && statistic == RatioStatistic::Rms {
             let message = "two different measures cannot be compared by their rms; expected statistic = \
                 \"paired-median\" or \"median\"";
-            return Err(FileError::key("measure_of_to", message));
+            return wrong("measure_of_to", message);
         }
         Ok(TestKind::Ratio {
             measure,
@@ -379,7 +366,7 @@ impl TestTable {
     fn cells_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
         let axis = self.axis.ok_or_else(|| missing("axis", "a setting"))?;
         let from = self.from.clone();
-        let to = self.to.as_ref().map(|to| to.values(axis.is_count()));
+        let to = self.to.as_ref().map(|to| to.values(axis.entry().count));
         Ok(TestKind::Cells {
             measure,
             axis,
@@ -392,7 +379,7 @@ impl TestTable {
         let from = match self.from {
             None => 0.0,
             Some(Scalar::Number(from)) => from,
-            Some(_) => return Err(FileError::key("from", "expected a number")),
+            Some(_) => return wrong("from", "expected a number"),
         };
         Ok(TestKind::Slope(SlopeTable {
             measure,
@@ -419,7 +406,7 @@ impl ClaimTest {
                 "means nothing in a test of '{name}'; it belongs to {}",
                 kinds.join(", ")
             );
-            return Err(FileError::key(key, message));
+            return wrong(key, message);
         }
         let limit = table.limit()?;
         let kind = table.kind(name)?;
@@ -437,10 +424,7 @@ impl ClaimTest {
         );
         let beyond = |end: f64| end.is_finite() && !(0.0..=1.0).contains(&end);
         if shares && limit.ends().into_iter().any(beyond) {
-            return Err(FileError::key(
-                name,
-                "its limit is not a share; expected one from 0 to 1",
-            ));
+            return wrong(name, "its limit is not a share; expected one from 0 to 1");
         }
         Ok(Self {
             output,
@@ -522,7 +506,7 @@ impl TestUnit {
         };
         let all = settings
             .get(axis)
-            .map(|values| values.values(axis.is_count()));
+            .map(|values| values.values(axis.entry().count));
         let mut others = all.unwrap_or_default();
         if !others.contains(from) {
             return Vec::new();
@@ -560,7 +544,7 @@ fn only_of(written: &Map<String, Value>, keys: &[&'static str]) -> Result<&'stat
         (Some(key), None) => Ok(key),
         (_, second) => {
             let message = format!("expected exactly one of {}", keys.join(", "));
-            Err(FileError::key(second.copied().unwrap_or_default(), message))
+            wrong(second.copied().unwrap_or_default(), message)
         }
     }
 }
@@ -573,13 +557,11 @@ fn measure<'a>(
 ) -> Result<Measure, FileError> {
     name.parse::<Measure>().map_err(|_| {
         let names = Measure::ALL.iter().map(|measure| measure.name());
-        let names: Vec<&str> = others.into_iter().chain(names).collect();
-        FileError::key(key, UnknownName::new(key_of(key), name, &names).to_string())
+        FileError::key(
+            key,
+            UnknownName::new(key, name, others.into_iter().chain(names)),
+        )
     })
-}
-
-fn key_of(key: &str) -> &'static str {
-    if key == "share" { "share" } else { "value" }
 }
 
 /// Whether a name is that of a coefficient: "a_1", "h_2".

@@ -1,10 +1,7 @@
 //! Columns of CSV files from which a study takes its input or its noise. Their numbers become part of the file. So
 //! results can be replayed, extended and merged without the CSV file, and are not mixed with those of a changed one.
 
-use crate::design::file::axis::{Axis, Scalar};
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::key::Key;
+use crate::design::file::{Axis, ExperimentFile, FileError, Key, Scalar};
 use crate::files;
 use asobench_identification::data::csv::ReadOptions;
 use std::path::Path;

@@ -1,6 +1,7 @@
 //! The tables of a study in continuous time.
 
-use crate::design::file::error::FileError;
+use crate::design::file::FileError;
+use crate::design::file::table::tables;
 use crate::files;
 use crate::files::Kind;
 use asobench_identification::names::named_enum;
@@ -9,28 +10,77 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// A study of observers in continuous time: x' = A x + B u, y = C'x + delta. A file with this table is such a study.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ContinuousTable {
-    /// The end T of a trial, seconds.
-    pub until: f64,
-    /// Root mean squares are taken from this time on, seconds.
-    #[serde(default)]
-    pub scored_from: f64,
-    /// The input u: a constant from t = 0 on.
-    #[serde(default = "unit")]
-    pub input: f64,
-    /// The n - 1 filters that extend regression (9): numbers a for lags a / (p + a), or delays such as { delay = 0.5 };
-    /// 1, 2, ..., n - 1 if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub filters: Option<Vec<FilterTable>>,
-    /// A trial whose relative error by step halving is estimated above this has failed.
-    #[serde(default = "error_limit")]
-    pub error_limit: f64,
-    /// Seconds between the points of the first trial's course that are kept for figures; none if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub trace_every: Option<f64>,
+tables! {
+    /// A study of observers in continuous time: x' = A x + B u, y = C'x + delta. A file with this table is such a
+    /// study.
+    pub struct ContinuousTable {
+        /// The end T of a trial, seconds.
+        until: f64,
+        /// Root mean squares are taken from this time on, seconds.
+        #[serde(default)]
+        scored_from: f64,
+        /// The input u: a constant from t = 0 on.
+        #[serde(default = "unit")]
+        input: f64,
+        /// The n - 1 filters that extend regression (9): numbers a for lags a / (p + a), or delays such as { delay =
+        /// 0.5 }; 1, 2, ..., n - 1 if absent.
+        filters?: Vec<FilterTable>,
+        /// A trial whose relative error by step halving is estimated above this has failed.
+        #[serde(default = "error_limit")]
+        error_limit: f64,
+        /// Seconds between the points of the first trial's course that are kept for figures; none if absent.
+        trace_every?: f64,
+    }
+
+    /// A delay: v(t - delay), and 0 before t = delay.
+    #[derive(Copy)]
+    pub struct DelayTable {
+        /// Seconds, a whole number of steps.
+        delay: f64,
+    }
+
+    /// A plant in continuous time.
+    pub struct ContinuousPlantTable {
+        /// A, n rows of n numbers.
+        a: Vec<Vec<f64>>,
+        /// B, n numbers.
+        b: Vec<f64>,
+        /// C, n numbers.
+        c: Vec<f64>,
+        /// x(0), n numbers.
+        x0: Vec<f64>,
+        /// xi(0), n numbers; zeros if absent.
+        xi0?: Vec<f64>,
+    }
+
+    /// One term of a disturbance; the setting `level` multiplies all of them.
+    #[derive(Default)]
+    pub struct WaveTable {
+        /// The shape.
+        wave: WaveName,
+        /// Value, slope, amplitude or standard deviation at level 1.
+        #[serde(default = "unit")]
+        amplitude: f64,
+        /// Radians per second, of a sine or square; the setting `frequency` if absent.
+        frequency?: f64,
+        /// Radians, of a sine or square; the setting `phase` if absent.
+        phase?: f64,
+        /// A CSV file with the header `t,delta`, relative to this file.
+        file?: String,
+        /// The signal between the file's samples.
+        #[serde(default)]
+        hold: HoldName,
+        /// Seconds between samples, taken from the file.
+        interval?: f64,
+        /// The samples, taken from the file.
+        values?: Vec<f64>,
+    }
+
+    /// A disturbance: the sum of its terms.
+    pub struct SignalTable {
+        /// The terms.
+        waves: Vec<WaveTable>,
+    }
 }
 
 fn unit() -> f64 {
@@ -52,31 +102,6 @@ pub enum FilterTable {
     Pole(f64),
     /// A delay.
     Delay(DelayTable),
-}
-
-/// A delay: v(t - delay), and 0 before t = delay.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct DelayTable {
-    /// Seconds, a whole number of steps.
-    pub delay: f64,
-}
-
-/// A plant in continuous time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ContinuousPlantTable {
-    /// A, n rows of n numbers.
-    pub a: Vec<Vec<f64>>,
-    /// B, n numbers.
-    pub b: Vec<f64>,
-    /// C, n numbers.
-    pub c: Vec<f64>,
-    /// x(0), n numbers.
-    pub x0: Vec<f64>,
-    /// xi(0), n numbers; zeros if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub xi0: Option<Vec<f64>>,
 }
 
 named_enum! {
@@ -105,43 +130,6 @@ named_enum! {
         /// The straight line between them.
         Linear = "linear",
     }
-}
-
-/// One term of a disturbance; the setting `level` multiplies all of them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WaveTable {
-    /// The shape.
-    pub wave: WaveName,
-    /// Value, slope, amplitude or standard deviation at level 1.
-    #[serde(default = "unit")]
-    pub amplitude: f64,
-    /// Radians per second, of a sine or square; the setting `frequency` if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub frequency: Option<f64>,
-    /// Radians, of a sine or square; the setting `phase` if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub phase: Option<f64>,
-    /// A CSV file with the header `t,delta`, relative to this file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// The signal between the file's samples.
-    #[serde(default)]
-    pub hold: HoldName,
-    /// Seconds between samples, taken from the file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub interval: Option<f64>,
-    /// The samples, taken from the file.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub values: Option<Vec<f64>>,
-}
-
-/// A disturbance: the sum of its terms.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SignalTable {
-    /// The terms.
-    pub waves: Vec<WaveTable>,
 }
 
 impl SignalTable {

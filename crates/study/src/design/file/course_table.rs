@@ -1,27 +1,25 @@
 //! Errors over the number of samples seen: `[course]`.
 
-use crate::design::file::error::FileError;
-use crate::design::file::limits::at_most;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::design::file::table::tables;
+use crate::design::file::{FileError, at_most, wrong};
 
 /// The largest number of points of a course.
 const POINTS: usize = 200;
 
-/// After which numbers of samples k the errors e_a(k), e_b(k) and e_x(k) are taken of every output. A recursive method
-/// or an adaptive observer runs once along the record; any other is run anew on the first k samples, or on the last of
-/// them (`last`).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CourseTable {
-    /// The numbers of samples k, ascending. A cell has those up to its window N.
-    pub at: Vec<usize>,
-    /// The bound below which errors are to stay, for `k_a`, `k_b` and `k_x`.
-    #[serde(default = "bound")]
-    pub bound: f64,
-    /// The measures `e_a_course` to `k_x` are taken from this number of samples on.
-    #[serde(default)]
-    pub from: usize,
+tables! {
+    /// After which numbers of samples k the errors e_a(k), e_b(k) and e_x(k) are taken of every output. A recursive
+    /// method or an adaptive observer runs once along the record; any other is run anew on the first k samples, or on
+    /// the last of them (`last`).
+    pub struct CourseTable {
+        /// The numbers of samples k, ascending. A cell has those up to its window N.
+        at: Vec<usize>,
+        /// The bound below which errors are to stay, for `k_a`, `k_b` and `k_x`.
+        #[serde(default = "bound")]
+        bound: f64,
+        /// The measures `e_a_course` to `k_x` are taken from this number of samples on.
+        #[serde(default)]
+        from: usize,
+    }
 }
 
 fn bound() -> f64 {
@@ -31,8 +29,7 @@ fn bound() -> f64 {
 impl CourseTable {
     /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), FileError> {
-        let wrong =
-            |key: &str, message: String| Err(FileError::key(&format!("course.{key}"), message));
+        let wrong = |key: &str, message: String| wrong(format_args!("course.{key}"), message);
         at_most("course.at", self.at.len(), "points", POINTS)?;
         let ascends = self.at.windows(2).all(|pair| pair[0] < pair[1]);
         let last = match (self.at.first(), self.at.last()) {

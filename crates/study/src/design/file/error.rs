@@ -1,5 +1,7 @@
 //! Errors in an experiment file, with their places.
 
+use std::fmt::Display;
+
 /// An error in an experiment file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FileError {
@@ -36,10 +38,10 @@ pub enum FileError {
 
 impl FileError {
     /// Makes the error of a key with a wrong value.
-    pub fn key(key: &str, message: impl Into<String>) -> Self {
+    pub fn key(key: impl Display, message: impl Display) -> Self {
         Self::Key {
-            key: key.to_owned(),
-            message: message.into(),
+            key: key.to_string(),
+            message: message.to_string(),
         }
     }
 
@@ -47,8 +49,25 @@ impl FileError {
     pub(crate) fn within(self, place: &str) -> Self {
         match self {
             Self::Key { key, message } if key.is_empty() => Self::key(place, message),
-            Self::Key { key, message } => Self::key(&format!("{place}.{key}"), message),
+            Self::Key { key, message } => Self::key(format_args!("{place}.{key}"), message),
             other => other,
         }
+    }
+}
+
+/// Refuses the value of a key.
+pub(crate) fn wrong<T>(key: impl Display, message: impl Display) -> Result<T, FileError> {
+    Err(FileError::key(key, message))
+}
+
+/// A result whose error does not know its place in the file.
+pub(crate) trait At<T> {
+    /// Returns the result with the key that the error is of.
+    fn at(self, key: impl Display) -> Result<T, FileError>;
+}
+
+impl<T, E: Display> At<T> for Result<T, E> {
+    fn at(self, key: impl Display) -> Result<T, FileError> {
+        self.map_err(|error| FileError::key(key, error))
     }
 }

@@ -1,9 +1,6 @@
 //! The grid: the product of all axes, with zipped axes moving together and some cells left out.
 
-use crate::design::file::axis::{Axis, Scalar};
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::key::Key;
+use crate::design::file::{Axis, ExperimentFile, FileError, Key, Scalar, wrong};
 use std::collections::BTreeMap;
 
 /// The settings of one cell.
@@ -30,10 +27,10 @@ pub fn cells(
         .iter()
         .fold(1_u128, |size, d| size.saturating_mul(length(d) as u128));
     if size > CELL_LIMIT {
-        return Err(FileError::key(
+        return wrong(
             "settings",
             format!("a grid of {size} cells; expected at most {CELL_LIMIT}"),
-        ));
+        );
     }
     let exclude: Vec<Conditions> = exclude.iter().map(conditions).collect();
     let mut cells = Vec::new();
@@ -44,7 +41,7 @@ pub fn cells(
         }
     }
     if cells.is_empty() {
-        return Err(FileError::key("exclude", "no cell of the grid is left"));
+        return wrong("exclude", "no cell of the grid is left");
     }
     Ok(cells)
 }
@@ -62,17 +59,17 @@ fn dimensions(
     for (i, group) in zip.iter().enumerate() {
         for key in group {
             if zipped.insert(*key, i).is_some() {
-                return Err(FileError::key("zip", format!("'{key}' is given twice")));
+                return wrong("zip", format!("'{key}' is given twice"));
             }
             if !settings.contains_key(key) {
                 let message = format!("'{key}' has no list in [settings]");
-                return Err(FileError::key("zip", message));
+                return wrong("zip", message);
             }
         }
     }
     let mut of_group: BTreeMap<usize, usize> = BTreeMap::new();
     for (key, axis) in settings {
-        let values = axis.values(key.is_count());
+        let values = axis.values(key.entry().count);
         let Some(group) = zipped.get(key) else {
             dimensions.push(vec![(*key, values)]);
             continue;
@@ -88,7 +85,7 @@ fn dimensions(
                 others.len(),
                 values.len()
             );
-            return Err(FileError::key("zip", message));
+            return wrong("zip", message);
         }
         dimension.push((*key, values));
     }
@@ -143,7 +140,7 @@ pub type Conditions = BTreeMap<Key, Vec<Scalar>>;
 
 /// Returns the conditions of a table, with ranges written out.
 pub fn conditions(table: &BTreeMap<Key, Axis>) -> Conditions {
-    let values = |(key, axis): (&Key, &Axis)| (*key, axis.values(key.is_count()));
+    let values = |(key, axis): (&Key, &Axis)| (*key, axis.values(key.entry().count));
     table.iter().map(values).collect()
 }
 

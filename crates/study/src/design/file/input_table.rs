@@ -1,6 +1,6 @@
 //! Inputs of a file's own: `[inputs.NAME]`.
 
-use crate::design::file::limits::at_most;
+use crate::design::file::at_most;
 use asobench_identification::signal::periodic_input;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! The settings of a study. Each is a scalar and may be an axis of the grid. Each has one entry of one table.
 
-use crate::design::file::axis::Scalar;
+use crate::design::file::Scalar;
 use Given::{Number, Text};
 use InWords::{Template, Words};
 use asobench_identification::names::named_table;
@@ -64,7 +64,7 @@ enum InWords {
 
 /// The properties of a setting, other than its name and description.
 #[expect(clippy::struct_excessive_bools, reason = "each is one property")]
-struct Entry {
+pub struct Entry {
     /// The value if a file gives none.
     default: Given,
     /// The default in continuous time, if it differs.
@@ -73,28 +73,28 @@ struct Entry {
     /// The heading of a table's column; the setting's name if empty.
     title: &'static str,
     /// The unit beside the heading.
-    unit: &'static str,
+    pub unit: &'static str,
     /// The label of an axis, with its unit; heading and unit if empty.
     axis: &'static str,
     words: InWords,
     /// Shortens a value for the ticks of an axis of names.
-    tick: fn(&str) -> &str,
+    pub tick: fn(&str) -> &str,
     /// The setting's rank among those that may tell cells apart.
     telling: usize,
     /// The setting's rank among those that may be the axis of a picture.
-    along: usize,
+    pub along: usize,
     /// The setting's rank among those that get panels of a picture; the last are held at one value.
-    held: usize,
+    pub held: usize,
     /// Whether a resolved file omits the setting if it has its default.
-    left_out: bool,
+    pub left_out: bool,
     /// Whether the value is a count, a whole number.
-    count: bool,
+    pub count: bool,
     /// Whether results have a column of the setting even if it does not vary.
-    column: bool,
+    pub column: bool,
     /// Whether the setting is a reading of the paper, named only if it is not the default.
-    reading: bool,
+    pub reading: bool,
     /// Whether the setting changes only the observer, and no parameter.
-    of_observer: bool,
+    pub of_observer: bool,
 }
 
 const DISCRETE: Entry = Entry {
@@ -459,22 +459,12 @@ impl Key {
         }
     }
 
-    /// Returns a value as the tick of an axis of names.
-    pub fn tick(self, value: &str) -> &str {
-        (self.entry().tick)(value)
-    }
-
     /// Returns the heading of a table's column, without its unit.
     pub fn title(self) -> String {
         match self.entry().title {
             "" => self.name().replace('_', " "),
             title => title.to_owned(),
         }
-    }
-
-    /// Returns the unit beside the heading; empty if there is none.
-    pub const fn unit(self) -> &'static str {
-        self.entry().unit
     }
 
     /// Returns the label of an axis of this setting, with its unit.
@@ -492,42 +482,5 @@ impl Key {
         let mut all = Self::ALL.to_vec();
         all.sort_by_key(|key| key.entry().telling);
         all.into_iter()
-    }
-
-    /// Returns the setting's rank among those that may be the axis of a picture; the lowest is preferred.
-    pub const fn along(self) -> usize {
-        self.entry().along
-    }
-
-    /// Returns the setting's rank among those that get panels of a picture. Colours of noise come first; readings of
-    /// the errata and similar settings are held at one value if there is no room.
-    pub const fn held(self) -> usize {
-        self.entry().held
-    }
-
-    /// Whether the setting is a reading of the paper, named only if it is not the default.
-    pub const fn is_reading(self) -> bool {
-        self.entry().reading
-    }
-
-    /// Whether the setting changes only the observer, and no parameter.
-    pub const fn is_of_observer(self) -> bool {
-        self.entry().of_observer
-    }
-
-    /// Whether a resolved file omits the setting if it has its default. These settings were added later; omitting them
-    /// keeps the designs of older results unchanged.
-    pub const fn is_left_out(self) -> bool {
-        self.entry().left_out
-    }
-
-    /// Whether the value is a count, a whole number.
-    pub const fn is_count(self) -> bool {
-        self.entry().count
-    }
-
-    /// Whether results have a column of this setting even if it does not vary.
-    pub const fn is_always_a_column(self) -> bool {
-        self.entry().column
     }
 }

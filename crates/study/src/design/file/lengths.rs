@@ -1,8 +1,6 @@
 //! The lengths of texts and lists in a file are limited.
 
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::limits::{LIST_LIMIT, at_most};
+use crate::design::file::{ExperimentFile, FileError, LIST_LIMIT, at_most};
 
 /// The largest number of characters of a title, and of the other texts.
 pub(crate) const TITLE_LIMIT: usize = 200;

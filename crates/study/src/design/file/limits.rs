@@ -1,6 +1,6 @@
 //! Limits on the lengths of texts and lists in a file.
 
-use crate::design::file::error::FileError;
+use crate::design::file::{FileError, wrong};
 
 /// The largest number of entries in a list, such as methods (one for each combination of their options), bounds or
 /// comparisons.
@@ -12,5 +12,5 @@ pub(crate) fn at_most(key: &str, count: usize, things: &str, most: usize) -> Res
         return Ok(());
     }
     let message = format!("{count} {things}; expected at most {most}");
-    Err(FileError::key(key, message))
+    wrong(key, message)
 }

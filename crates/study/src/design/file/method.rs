@@ -1,7 +1,6 @@
 //! The methods of an experiment file: estimators of the registry with their options, or external programs.
 
-use crate::design::file::error::FileError;
-use crate::design::file::limits::{LIST_LIMIT, at_most};
+use crate::design::file::{At, FileError, LIST_LIMIT, at_most, wrong};
 use crate::worker;
 use crate::worker::CommandOptions;
 use crate::worker::Program;
@@ -234,11 +233,8 @@ impl MethodTable {
                 continue;
             };
             if values.is_empty() {
-                let place = format!("methods[{index}].{key}");
-                return Err(FileError::key(
-                    &place,
-                    "an empty list; expected at least one value",
-                ));
+                let place = format_args!("methods[{index}].{key}");
+                return wrong(place, "an empty list; expected at least one value");
             }
             let several = combinations.len().saturating_mul(values.len());
             at_most(
@@ -289,14 +285,14 @@ impl MethodTable {
             .as_deref()
             .and_then(|name| name.parse::<EstimatorName>().ok());
         match (self.estimator, named) {
-            (None, Some(named)) if named != EstimatorName::default() => Err(FileError::key(
-                &format!("methods[{index}].estimator"),
+            (None, Some(named)) if named != EstimatorName::default() => wrong(
+                format_args!("methods[{index}].estimator"),
                 format!(
                     "a method without an estimator is {}, but this one is named '{named}'; expected estimator = \
                      \"{named}\", or another name",
                     EstimatorName::default()
                 ),
-            )),
+            ),
             _ => Ok(()),
         }
     }
@@ -306,9 +302,8 @@ impl MethodTable {
         let Some(program) = &self.program else {
             return self.check_name(index);
         };
-        let wrong = |key: &str, message: &str| {
-            Err(FileError::key(&format!("methods[{index}].{key}"), message))
-        };
+        let wrong =
+            |key: &str, message: &str| wrong(format_args!("methods[{index}].{key}"), message);
         if self.name.is_none() {
             return wrong("name", "expected a name for the method that 'command' is");
         }
@@ -360,10 +355,9 @@ impl MethodTable {
             let takers: Vec<String> = takers.map(|name| format!("'{name}'")).collect();
             let takers = takers.join(" or ");
             let message = format!("'{other}' is an option of estimator {takers} only");
-            return Err(FileError::key(&place, message));
+            return wrong(&place, message);
         }
-        let parsed = estimator.parse(options);
-        parsed.map_err(|error| FileError::key(&place, error.to_string()))
+        estimator.parse(options).at(place)
     }
 
     /// Returns the options of an IV method of a resolved file; `None` for another method.
@@ -447,24 +441,20 @@ impl MethodTable {
             None => return Ok(None),
             Some(Value::String(text)) => text,
             Some(_) => {
-                return Err(FileError::key(
-                    &place,
-                    "expected a text, such as \"kalman\"",
-                ));
+                return wrong(&place, "expected a text, such as \"kalman\"");
             }
         };
-        let observer = text.parse::<ObserverKind>();
-        let observer = observer.map_err(|error| FileError::key(&place, error.to_string()))?;
+        let observer = text.parse::<ObserverKind>().at(&place)?;
         let known = self.estimator == Some(EstimatorName::Known);
         if observer == ObserverKind::KalmanVarying && !known {
             let message =
                 "'kalman-varying' is an observer of estimator 'known' only; expected kalman";
-            return Err(FileError::key(&place, message));
+            return wrong(&place, message);
         }
         if observer == ObserverKind::KalmanColoured && known {
             let message = "'kalman-coloured' is an observer of identified models; expected kalman, which knows the \
                 colour";
-            return Err(FileError::key(&place, message));
+            return wrong(&place, message);
         }
         Ok(Some(observer))
     }
@@ -485,10 +475,9 @@ impl MethodTable {
         }
         if let Some(last) = self.last {
             if last == 0 || program.is_some() {
-                let place = format!("methods[{index}].last");
                 let message =
                     format!("{last}; expected a number of samples above 0, of an estimator");
-                return Err(FileError::key(&place, message));
+                return wrong(format_args!("methods[{index}].last"), message);
             }
             method = method.on_last(last);
         }
@@ -498,7 +487,7 @@ impl MethodTable {
         let place = format!("methods[{index}].report");
         if passes.is_empty() {
             let message = "an empty list; expected at least one pass";
-            return Err(FileError::key(&place, message));
+            return wrong(&place, message);
         }
         at_most(&place, passes.len(), "passes", MOST_ITERATIONS + 1)?;
         let reporting = method.reporting(passes);

@@ -1,14 +1,10 @@
 //! The needs of a file's claims of a run.
 
-use crate::design::file::bounds::BoundTable;
-use crate::design::file::claim::ClaimTable;
-use crate::design::file::claim_statistic::{CoefficientStatistic, RatioStatistic};
-use crate::design::file::claim_test::{ClaimTest, TestKind};
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::key::Key;
-use crate::design::file::needs::{MediansTable, Needs, SeriesTable};
-use crate::design::file::theory_reference::TheoryReference;
-use crate::design::measure::Measure;
+use crate::design::Measure;
+use crate::design::file::{
+    BoundTable, ClaimTable, ClaimTest, CoefficientStatistic, ExperimentFile, Key, MediansTable,
+    Needs, RatioStatistic, SeriesTable, TestKind, TheoryReference,
+};
 
 /// Adds the items that the list does not have yet.
 pub(crate) fn extend<T: Clone + PartialEq>(list: &mut Vec<T>, items: &[T]) {

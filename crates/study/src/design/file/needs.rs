@@ -1,75 +1,67 @@
 //! The results that a run computes and keeps because of claims.
 
-use crate::design::file::axis::Scalar;
-use crate::design::file::bounds::BoundTable;
-use crate::design::file::key::Key;
-use crate::design::file::tables::SlopeTable;
-use crate::design::measure::Measure;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::design::Measure;
+use crate::design::file::table::tables;
+use crate::design::file::{BoundTable, Key, Scalar, SlopeTable};
 
-/// A measure of one output in two cells that differ in one setting, on the same trials.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SeriesTable {
-    /// The measure.
-    #[serde(rename(serialize = "figure"), alias = "figure")]
-    pub measure: Measure,
-    /// The output.
-    pub output: String,
-    /// The setting.
-    pub axis: Key,
-    /// Its value in the cell that others are compared with.
-    pub from: Scalar,
-    /// Its value in the others.
-    pub to: Scalar,
-}
+tables! {
+    /// A measure of one output in two cells that differ in one setting, on the same trials.
+    pub struct SeriesTable {
+        /// The measure.
+        #[serde(rename(serialize = "figure"), alias = "figure")]
+        measure: Measure,
+        /// The output.
+        output: String,
+        /// The setting.
+        axis: Key,
+        /// Its value in the cell that others are compared with.
+        from: Scalar,
+        /// Its value in the others.
+        to: Scalar,
+    }
 
-/// Two measures of a cell that a claim compares trial by trial: by their medians, or by capped mean squares.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MediansTable {
-    /// The output in the numerator.
-    pub output: String,
-    /// Its measure.
-    pub measure: Measure,
-    /// The output in the denominator.
-    pub to: String,
-    /// Its measure.
-    pub measure_of_to: Measure,
-}
+    /// Two measures of a cell that a claim compares trial by trial: by their medians, or by capped mean squares.
+    pub struct MediansTable {
+        /// The output in the numerator.
+        output: String,
+        /// Its measure.
+        measure: Measure,
+        /// The output in the denominator.
+        to: String,
+        /// Its measure.
+        measure_of_to: Measure,
+    }
 
-/// What claims need of a run.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Needs {
-    /// Measures.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub measures: Vec<Measure>,
-    /// The signed errors of every coefficient.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub parameters: bool,
-    /// Their standard errors and 95 % intervals.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub coverage: bool,
-    /// Pairs of outputs.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub compare: Vec<[String; 2]>,
-    /// Bounds whose share of trials is counted.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub bounds: Vec<BoundTable>,
-    /// Slopes.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub slopes: Vec<SlopeTable>,
-    /// Pairs of cells.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub series: Vec<SeriesTable>,
-    /// Ratios of two medians.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub medians: Vec<MediansTable>,
-    /// Times of the methods.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub timing: bool,
+    /// What claims need of a run.
+    pub struct Needs: Default {
+        /// Measures.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        measures: Vec<Measure>,
+        /// The signed errors of every coefficient.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        parameters: bool,
+        /// Their standard errors and 95 % intervals.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        coverage: bool,
+        /// Pairs of outputs.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        compare: Vec<[String; 2]>,
+        /// Bounds whose share of trials is counted.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        bounds: Vec<BoundTable>,
+        /// Slopes.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        slopes: Vec<SlopeTable>,
+        /// Pairs of cells.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        series: Vec<SeriesTable>,
+        /// Ratios of two medians.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        medians: Vec<MediansTable>,
+        /// Times of the methods.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        timing: bool,
+    }
 }
 
 impl Needs {

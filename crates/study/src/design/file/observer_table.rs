@@ -1,6 +1,7 @@
 //! The observers of an experiment file in continuous time: each with the options of its kind.
 
-use crate::design::file::continuous_tables::{FilterTable, operators};
+use crate::design::file::table::tables;
+use crate::design::file::{FilterTable, operators};
 use crate::text;
 use asobench_identification::names::named_enum;
 use asobench_identification::observer::gpebo::{Factor, ObserverSpec, Operator};
@@ -50,85 +51,66 @@ named_enum! {
     }
 }
 
-/// The options of `proposed`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ProposedOptions {
-    /// Adaptation gains, one for each component of theta, or one for all.
-    pub gains: Vec<f64>,
-    /// k of the filter k / (p + k), Eq. (11).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub pole: Option<f64>,
-    /// Order of the expansion of exp(delta), 1 or 2.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub expansion: Option<usize>,
-    /// Filters of the second mixing, poles or delays, as many as the expansion's order.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub filters: Option<Vec<FilterTable>>,
-    /// Keep (the paper's) or drop the common factor.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub factor: Option<FactorName>,
-}
+tables! {
+    /// The options of `proposed`.
+    pub struct ProposedOptions {
+        /// Adaptation gains, one for each component of theta, or one for all.
+        gains: Vec<f64>,
+        /// k of the filter k / (p + k), Eq. (11).
+        pole?: f64,
+        /// Order of the expansion of exp(delta), 1 or 2.
+        expansion?: usize,
+        /// Filters of the second mixing, poles or delays, as many as the expansion's order.
+        filters?: Vec<FilterTable>,
+        /// Keep (the paper's) or drop the common factor.
+        factor?: FactorName,
+    }
 
-/// The options of `gradient`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct GradientOptions {
-    /// Adaptation gains, one for each component of theta, or one for all.
-    pub gains: Vec<f64>,
-}
+    /// The options of `gradient`.
+    pub struct GradientOptions {
+        /// Adaptation gains, one for each component of theta, or one for all.
+        gains: Vec<f64>,
+    }
 
-/// The options of `finite-time`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FiniteTimeOptions {
-    /// Adaptation gains, one for each component of theta, or one for all.
-    pub gains: Vec<f64>,
-    /// The share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5 if absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub share: Option<f64>,
-}
+    /// The options of `finite-time`.
+    pub struct FiniteTimeOptions {
+        /// Adaptation gains, one for each component of theta, or one for all.
+        gains: Vec<f64>,
+        /// The share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5 if
+        /// absent.
+        share?: f64,
+    }
 
-/// The options of `ls-drem`; of `measurement` and `prior` the ratio r / p0 counts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LsDremOptions {
-    /// Adaptation gains, one for each component of theta, or one for all.
-    pub gains: Vec<f64>,
-    /// Intensity r of the measurement noise assumed.
-    pub measurement: f64,
-    /// Variance p0 of every component of theta, P(0) = p0 I.
-    pub prior: f64,
-}
+    /// The options of `ls-drem`; of `measurement` and `prior` the ratio r / p0 counts.
+    pub struct LsDremOptions {
+        /// Adaptation gains, one for each component of theta, or one for all.
+        gains: Vec<f64>,
+        /// Intensity r of the measurement noise assumed.
+        measurement: f64,
+        /// Variance p0 of every component of theta, P(0) = p0 I.
+        prior: f64,
+    }
 
-/// The options of `luenberger`: one of them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LuenbergerOptions {
-    /// L, n numbers.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gain: Option<Vec<f64>>,
-    /// The n poles of A - L C', such as "-1+2i,-1-2i".
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub poles: Option<String>,
-    /// All n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bandwidth: Option<f64>,
-}
+    /// The options of `luenberger`: one of them.
+    pub struct LuenbergerOptions {
+        /// L, n numbers.
+        gain?: Vec<f64>,
+        /// The n poles of A - L C', such as "-1+2i,-1-2i".
+        poles?: String,
+        /// All n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
+        bandwidth?: f64,
+    }
 
-/// The options of `kalman-bucy`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct KalmanBucyOptions {
-    /// Intensity q of the process noise assumed in every state, Q = q I.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub process: Option<f64>,
-    /// Intensity r of the measurement noise assumed.
-    pub measurement: f64,
-    /// For the time-varying filter: variance p0 of every component of theta, P(0) = p0 I. Without it the filter is in
-    /// its steady state, which needs process noise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub prior: Option<f64>,
+    /// The options of `kalman-bucy`.
+    pub struct KalmanBucyOptions {
+        /// Intensity q of the process noise assumed in every state, Q = q I.
+        process?: f64,
+        /// Intensity r of the measurement noise assumed.
+        measurement: f64,
+        /// For the time-varying filter: variance p0 of every component of theta, P(0) = p0 I. Without it the filter is
+        /// in its steady state, which needs process noise.
+        prior?: f64,
+    }
 }
 
 impl ObserverOptions {

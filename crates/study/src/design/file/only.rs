@@ -1,11 +1,8 @@
 //! A part of a file: some of its methods, and what can be said of them alone.
 
-use crate::design::file::axis::Axis;
-use crate::design::file::claim::ClaimTable;
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::key::StudyKind;
-use crate::design::file::method::MethodTable;
+use crate::design::file::{
+    Axis, ClaimTable, ExperimentFile, FileError, MethodTable, StudyKind, wrong,
+};
 use crate::text::folded;
 use asobench_identification::estimator::EstimatorName;
 use asobench_identification::names::UnknownName;
@@ -53,7 +50,7 @@ impl ExperimentFile {
         };
         let names: Vec<String> = names.iter().flat_map(parts).collect();
         if let Some(name) = names.iter().find(|name| !is_known(name)) {
-            return Err(FileError::key(name, unknown(name, &all)));
+            return wrong(name, unknown(name, &all));
         }
         let wanted = |of: &[String]| {
             names

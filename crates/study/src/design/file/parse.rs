@@ -1,9 +1,7 @@
 //! Reading experiment files. An error is one line with its place.
 
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::ExperimentFile;
-use crate::design::file::key::{Key, StudyKind};
-use crate::design::measure::Measure;
+use crate::design::Measure;
+use crate::design::file::{ExperimentFile, FileError, Key, StudyKind, wrong};
 use crate::files;
 use crate::files::Kind;
 use asobench_identification::names::UnknownName;
@@ -19,8 +17,7 @@ fn with_nearest(message: &str) -> String {
     let (Some((_, what)), Some(given)) = (what, quoted.next()) else {
         return with_table(&message.replace('\n', " "));
     };
-    let valid: Vec<&str> = quoted.collect();
-    UnknownName::new(what, given, &valid).to_string()
+    UnknownName::new(what, given, quoted).to_string()
 }
 
 /// Says which table is expected where serde says which type of Rust.
@@ -53,8 +50,7 @@ fn of_kind(message: &str, kind: StudyKind) -> Option<String> {
         .split('\'')
         .next()?;
     let of_kind = Key::ALL.iter().filter(|key| key.is_of(kind));
-    let names: Vec<&str> = of_kind.map(|key| key.name()).collect();
-    Some(UnknownName::new("setting", given, &names).to_string())
+    Some(UnknownName::new("setting", given, of_kind).to_string())
 }
 
 /// The kind of the study of a text that cannot be read.
@@ -151,7 +147,7 @@ impl ExperimentFile {
     /// If there is no such key, or the value does not fit.
     pub fn set(&self, assignment: &str) -> Result<Self, FileError> {
         let Some((path, text)) = assignment.split_once('=') else {
-            return Err(FileError::key(assignment, "expected KEY=VALUE"));
+            return wrong(assignment, "expected KEY=VALUE");
         };
         let path = path.trim();
         let wrong = |message: String| FileError::key(path, message);
@@ -177,9 +173,9 @@ impl ExperimentFile {
                     .as_object()
                     .into_iter()
                     .flat_map(|keys| keys.keys().map(String::as_str));
-                let all: Vec<&str> = settings.chain(keys).collect();
+                let all = settings.chain(keys);
                 return Err(wrong(
-                    UnknownName::new("setting or key", path, &all).to_string(),
+                    UnknownName::new("setting or key", path, all).to_string(),
                 ));
             }
             format!("settings.{path}")

@@ -1,12 +1,9 @@
 //! Writes out every default of a file, and refuses what belongs to another kind of study.
 
-use crate::design::file::axis::Axis;
-use crate::design::file::error::FileError;
-use crate::design::file::experiment_file::{ExperimentFile, Unfinished};
-use crate::design::file::key::{Key, StudyKind};
-use crate::design::file::method::MethodTable;
-use crate::design::file::rule::TrialRule;
-use crate::design::measure::Measure;
+use crate::design::Measure;
+use crate::design::file::{
+    Axis, ExperimentFile, FileError, Key, MethodTable, StudyKind, TrialRule, Unfinished, wrong,
+};
 
 impl ExperimentFile {
     /// Applies the changes of `[quick]` to the file.
@@ -26,9 +23,9 @@ impl ExperimentFile {
             StudyKind::Continuous => "continuous time (the file has [continuous])",
             StudyKind::Discrete => "discrete time (the file has no [continuous])",
         };
-        let wrong = |key: &str| {
+        let unused = |key: &str| {
             let message = format!("is not used in a study in {of_kind}");
-            Err(FileError::key(key, message))
+            wrong(key, message)
         };
         // The same error, with the names that this kind of study has.
         let instead = |key: &str, names: Vec<&str>| {
@@ -36,7 +33,7 @@ impl ExperimentFile {
                 "is not used in a study in {of_kind}; expected one of {}",
                 names.join(", ")
             );
-            Err(FileError::key(key, message))
+            wrong(key, message)
         };
         if let Some(key) = self.settings.keys().find(|key| !key.is_of(kind)) {
             let known = Key::ALL.iter().filter(|key| key.is_of(kind));
@@ -72,7 +69,7 @@ impl ExperimentFile {
             ],
         };
         match of_other.iter().find(|(_, given)| *given) {
-            Some((key, _)) => wrong(key),
+            Some((key, _)) => unused(key),
             None => Ok(()),
         }
     }
@@ -84,7 +81,7 @@ impl ExperimentFile {
     pub fn resolve(mut self) -> Result<Self, FileError> {
         if self.settings.contains_key(&Key::L) && self.settings.contains_key(&Key::Window) {
             let message = "cannot be set together with 'window' (N = 3n + 2l)";
-            return Err(FileError::key("l", message));
+            return wrong("l", message);
         }
         let kind = self.kind();
         self.check_kind()?;
@@ -108,7 +105,7 @@ impl ExperimentFile {
         }
         // Ranges and lists of counts become the values that they stand for.
         for (key, axis) in &mut self.settings {
-            let mut values = axis.values(key.is_count());
+            let mut values = axis.values(key.entry().count);
             *axis = match (axis.clone(), values.len()) {
                 (Axis::One(_), _) | (_, 1) => Axis::One(values.swap_remove(0)),
                 _ => Axis::Many(values),
@@ -116,12 +113,12 @@ impl ExperimentFile {
         }
         self.settings.retain(|key, axis| {
             let default = key.default().map(Axis::One);
-            !(key.is_left_out() && Some(&*axis) == default.as_ref())
+            !(key.entry().left_out && Some(&*axis) == default.as_ref())
         });
         self.drop_columns();
         for (name, noise) in &mut self.noises {
             let resolved = std::mem::take(noise).resolve();
-            let wrong = |message: String| FileError::key(&format!("noises.{name}"), message);
+            let wrong = |message: String| FileError::key(format_args!("noises.{name}"), message);
             *noise = resolved.map_err(wrong)?;
         }
         let methods = self.methods.iter().enumerate();

@@ -1,6 +1,6 @@
 //! The rule for the number of trials: a number, or until a measure is known well enough or a claim is decided.
 
-use crate::design::measure::Measure;
+use crate::design::Measure;
 use asobench_identification::names::named_enum;
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;

@@ -1,38 +1,30 @@
 //! A plant in continuous time with a sampling time.
 
-use crate::design::file::axis::Scalar;
-use crate::design::file::continuous_tables::HoldName;
+use crate::design::file::{HoldName, PlantTable, Scalar};
 use asobench_identification::plant::{Sampling, parse_pole, polynomial_from_poles, unmatched_pole};
 use asobench_identification::signal::Hold;
 use faer::c64;
 
-/// The keys of a plant in s.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SampledPlant<'a> {
-    pub(super) num: Option<&'a [f64]>,
-    pub(super) den: Option<&'a [f64]>,
-    pub(super) zeros: Option<&'a [Scalar]>,
-    pub(super) poles: Option<&'a [Scalar]>,
-    pub(super) gain: Option<f64>,
-    pub(super) interval: Option<f64>,
-    pub(super) delay: Option<f64>,
-    pub(super) hold: Option<HoldName>,
-}
+impl PlantTable {
+    /// Whether it has a key of a plant in s.
+    pub(super) fn is_in_s(&self) -> bool {
+        let [num, den] = [&self.num, &self.den].map(Option::is_some);
+        let [zeros, poles] = [&self.zeros, &self.poles].map(Option::is_some);
+        let numbers = [self.gain, self.sampling_time, self.delay];
+        num || den || zeros || poles || numbers != [None; 3] || self.hold.is_some()
+    }
 
-impl SampledPlant<'_> {
-    /// Returns the largest order that it can have.
-    pub(super) fn order(&self) -> usize {
-        let degree = self
-            .den
-            .map_or(0, <[f64]>::len)
-            .max(self.poles.map_or(0, <[Scalar]>::len));
-        let samples = self.delay.unwrap_or(0.0) / self.interval.unwrap_or(1.0);
+    /// Returns the largest order that it can have as a plant in s.
+    pub(super) fn order_in_s(&self) -> usize {
+        let degree = self.den.as_ref().map_or(0, Vec::len);
+        let degree = degree.max(self.poles.as_ref().map_or(0, Vec::len));
+        let samples = self.delay.unwrap_or(0.0) / self.sampling_time.unwrap_or(1.0);
         degree.saturating_add(samples.ceil() as usize)
     }
 
     /// Returns `A(q)` and `B(q)` of the sampled plant.
-    pub(super) fn polynomials(&self) -> Result<[Vec<f64>; 2], String> {
-        let interval = self.interval.ok_or(
+    pub(super) fn sampled(&self) -> Result<[Vec<f64>; 2], String> {
+        let interval = self.sampling_time.ok_or(
             "expected the sampling time Ts in seconds beside num and den, or zeros, poles and gain, which are in s; a \
              plant in q^-1 has the polynomials A and B",
         )?;
@@ -54,21 +46,13 @@ impl SampledPlant<'_> {
 
     /// Returns numerator and denominator in s, the highest power first.
     fn in_s(&self) -> Result<[Vec<f64>; 2], String> {
-        let Self {
-            num,
-            den,
-            zeros,
-            poles,
-            gain,
-            ..
-        } = *self;
-        match (num, den, poles) {
-            (Some(num), Some(den), None) if zeros.is_none() && gain.is_none() => {
-                Ok([num.to_vec(), den.to_vec()])
+        match (&self.num, &self.den, &self.poles) {
+            (Some(num), Some(den), None) if self.zeros.is_none() && self.gain.is_none() => {
+                Ok([num.clone(), den.clone()])
             }
             (None, None, Some(poles)) => {
-                let gain = gain.ok_or("gain: expected a number beside poles")?;
-                let num = monic_of("zeros", zeros.unwrap_or(&[]))?;
+                let gain = self.gain.ok_or("gain: expected a number beside poles")?;
+                let num = monic_of("zeros", self.zeros.as_deref().unwrap_or(&[]))?;
                 Ok([
                     num.iter().map(|x| gain * x).collect(),
                     monic_of("poles", poles)?,

@@ -1,71 +1,135 @@
 //! The smaller tables of an experiment file.
 
-use crate::design::file::axis::{Axis, Scalar};
-use crate::design::file::continuous_tables::HoldName;
-use crate::design::file::key::Key;
-use crate::design::file::sampled_plant::SampledPlant;
-use crate::design::measure::Measure;
-use crate::design::state_feedback::LoopModel;
+use crate::design::file::table::tables;
+use crate::design::file::{Axis, HoldName, Key, Scalar};
+use crate::design::{LoopModel, Measure};
 use asobench_identification::metric::SlopeOf;
 use asobench_identification::model::{LinearModel, Orders};
 use asobench_identification::plant::{StateSpace, TransferFunction};
 use asobench_identification::text::number;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A plant: the polynomials A, B, F of `A(q) y = B(q)/F(q) u` in the usual notation, the paper's a with b or h, or a
-/// transfer function in s with a sampling time.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct PlantTable {
-    /// `A = [1, a_1, ..., a_na]` in q^-1, such as `[1, -1.5, 0.7]`; 1 if absent.
-    #[serde(rename = "A", skip_serializing_if = "Option::is_none")]
-    pub output_polynomial: Option<Vec<f64>>,
-    /// `B = [0, b_1, ...]` in q^-1: as many zeros as samples of delay, at least one.
-    #[serde(rename = "B", skip_serializing_if = "Option::is_none")]
-    pub input_polynomial: Option<Vec<f64>>,
-    /// `F = [1, f_1, ..., f_nf]` in q^-1; 1 if absent.
-    #[serde(rename = "F", skip_serializing_if = "Option::is_none")]
-    pub transfer_polynomial: Option<Vec<f64>>,
-    /// Last row of the matrix A, `a_1 ... a_n`: `a_i` is minus the coefficient of `q^-(n+1-i)` in `A(q)`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub a: Option<Vec<f64>>,
-    /// Input vector b: the first n samples of the impulse response.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub b: Option<Vec<f64>>,
-    /// Numerator h of W(z), instead of b: `h_i` is the coefficient of `q^-i` in `B(q)`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub h: Option<Vec<f64>>,
-    /// Numerator in s, the highest power first, as in MATLAB's `tf`; with `den` and `Ts`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub num: Option<Vec<f64>>,
-    /// Denominator in s, the highest power first.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub den: Option<Vec<f64>>,
-    /// Zeros in rad/s, instead of `num`, as in MATLAB's `zpk`: numbers, or texts such as "-1+2i"; none if absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub zeros: Option<Vec<Scalar>>,
-    /// Poles in rad/s, instead of `den`; with `gain` and `Ts`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub poles: Option<Vec<Scalar>>,
-    /// The factor k of `k (s - z_1) ... / ((s - p_1) ...)`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gain: Option<f64>,
-    /// The sampling time in seconds of a plant in s.
-    #[serde(rename = "Ts", skip_serializing_if = "Option::is_none")]
-    pub sampling_time: Option<f64>,
-    /// The delay in seconds of a plant in s, a multiple of `Ts` or not; 0 if absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub delay: Option<f64>,
-    /// What u(t) is between two samples of a plant in s: "zero" (the last sample) or "linear".
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub hold: Option<HoldName>,
-    /// Initial state, used if the setting x0 is "plant".
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub x0: Option<Vec<f64>>,
-    /// Whether the plant is meant to be unstable.
-    pub unstable: bool,
+tables! {
+    /// A plant: the polynomials A, B, F of `A(q) y = B(q)/F(q) u` in the usual notation, the paper's a with b or h, or
+    /// a transfer function in s with a sampling time.
+    pub struct PlantTable: Default {
+        /// `A = [1, a_1, ..., a_na]` in q^-1, such as `[1, -1.5, 0.7]`; 1 if absent.
+        #[serde(rename = "A")]
+        output_polynomial?: Vec<f64>,
+        /// `B = [0, b_1, ...]` in q^-1: as many zeros as samples of delay, at least one.
+        #[serde(rename = "B")]
+        input_polynomial?: Vec<f64>,
+        /// `F = [1, f_1, ..., f_nf]` in q^-1; 1 if absent.
+        #[serde(rename = "F")]
+        transfer_polynomial?: Vec<f64>,
+        /// Last row of the matrix A, `a_1 ... a_n`: `a_i` is minus the coefficient of `q^-(n+1-i)` in `A(q)`.
+        a?: Vec<f64>,
+        /// Input vector b: the first n samples of the impulse response.
+        b?: Vec<f64>,
+        /// Numerator h of W(z), instead of b: `h_i` is the coefficient of `q^-i` in `B(q)`.
+        h?: Vec<f64>,
+        /// Numerator in s, the highest power first, as in MATLAB's `tf`; with `den` and `Ts`.
+        num?: Vec<f64>,
+        /// Denominator in s, the highest power first.
+        den?: Vec<f64>,
+        /// Zeros in rad/s, instead of `num`, as in MATLAB's `zpk`: numbers, or texts such as "-1+2i"; none if absent.
+        zeros?: Vec<Scalar>,
+        /// Poles in rad/s, instead of `den`; with `gain` and `Ts`.
+        poles?: Vec<Scalar>,
+        /// The factor k of `k (s - z_1) ... / ((s - p_1) ...)`.
+        gain?: f64,
+        /// The sampling time in seconds of a plant in s.
+        #[serde(rename = "Ts")]
+        sampling_time?: f64,
+        /// The delay in seconds of a plant in s, a multiple of `Ts` or not; 0 if absent.
+        delay?: f64,
+        /// What u(t) is between two samples of a plant in s: "zero" (the last sample) or "linear".
+        hold?: HoldName,
+        /// Initial state, used if the setting x0 is "plant".
+        x0?: Vec<f64>,
+        /// Whether the plant is meant to be unstable.
+        unstable: bool,
+    }
+
+    /// A change of the plant during the record, in open loop: to another plant, or by factors. Its last row of A and b
+    /// step at sample `at`, or move from there along straight lines.
+    #[derive(Default)]
+    pub struct ChangeTable {
+        /// The sample k of the step, or the last one before the drift: the first new state is x(k + 1).
+        at: usize,
+        /// The samples that the drift takes; 0 (the default): a step.
+        #[serde(default)]
+        over: usize,
+        /// The plant that it becomes, of the same order: as in the setting `plant`, but "random".
+        plant?: String,
+        /// Instead of a plant: the factor on b.
+        gain?: f64,
+        /// Instead of a plant: the factor on all poles.
+        poles?: f64,
+    }
+
+    /// A noise filter of white noise: the polynomials `C/D`, or numerator and denominator.
+    pub struct NoiseTable: Default {
+        /// `C = [1, c_1, ..., c_nc]` in q^-1; 1 if absent.
+        #[serde(rename = "C")]
+        moving_average?: Vec<f64>,
+        /// `D = [1, d_1, ..., d_nd]` in q^-1; 1 if absent.
+        #[serde(rename = "D")]
+        autoregression?: Vec<f64>,
+        /// `c_0 ... c_q`, with any first coefficient.
+        numerator?: Vec<f64>,
+        /// `1, d_1 ... d_p`; 1 if absent.
+        denominator?: Vec<f64>,
+        /// The white noise is drawn with replacement from a column of a CSV file, "file:PATH#COLUMN", its mean
+        /// subtracted and its variance made 1; Gaussian if absent.
+        residuals?: String,
+        /// The white noise has heavy tails: Student's t with so many degrees of freedom, 3 to 100, scaled to variance
+        /// 1; Gaussian if absent.
+        student_t?: u16,
+    }
+
+    /// A feedback: of the measured output, `u(k) = -K(q) y(k) + r(k)`, or of the adaptive observer's state,
+    /// `u(k) = -k'xhat(k) + r(k)` after the first `identify` samples.
+    pub struct FeedbackTable {
+        /// Numerator of K(q): `c_0 ... c_q`; one number is a static gain.
+        numerator?: Vec<f64>,
+        /// Denominator of K(q): `1, d_1 ... d_p`.
+        denominator?: Vec<f64>,
+        /// State feedback: k, one number per state.
+        state_gain?: Vec<f64>,
+        /// State feedback: samples of the open loop from which the observer's model is identified.
+        identify?: usize,
+        /// State feedback: "identified" (the default), or "true" for the plant itself as the observer's model, after
+        /// the same samples in open loop.
+        model?: LoopModel,
+        /// The reference's amplitude instead of the setting `amplitude`; 0 is r = 0, with state feedback once the
+        /// loop is closed.
+        reference?: f64,
+    }
+
+    /// A log-log slope: of a statistic of a measure over an axis, for every output and every value of the other axes.
+    pub struct SlopeTable {
+        /// The measure.
+        #[serde(rename(serialize = "figure"), alias = "figure")]
+        measure: Measure,
+        /// The axis.
+        over: Key,
+        /// "median" or "rmse".
+        #[serde(default)]
+        statistic: SlopeOf,
+        /// Only cells from this value of the axis on.
+        #[serde(default)]
+        from: f64,
+    }
+
+    /// What `--quick` changes.
+    pub struct QuickTable {
+        /// Trials in each cell.
+        trials: u64,
+        /// Settings instead of the file's.
+        #[serde(default)]
+        settings: BTreeMap<Key, Axis>,
+    }
 }
 
 impl PlantTable {
@@ -82,7 +146,7 @@ impl PlantTable {
         ];
         let rows = longest(&[&self.a, &self.b, &self.h, &self.x0]);
         let discrete = longest(&polynomials).saturating_sub(1).max(rows);
-        discrete.max(self.sampled().order())
+        discrete.max(self.order_in_s())
     }
 
     /// Returns the plant, from the notation in which it is given.
@@ -94,10 +158,10 @@ impl PlantTable {
         ];
         let polynomials = polynomials.into_iter().any(Option::is_some);
         let rows = [&self.a, &self.b, &self.h].into_iter().any(Option::is_some);
-        match (polynomials, rows, self.sampled() != Self::default().sampled()) {
+        match (polynomials, rows, self.is_in_s()) {
             (true, false, false) => self.plant_of_polynomials(),
             (false, false, true) => {
-                let [a, b] = self.sampled().polynomials()?;
+                let [a, b] = self.sampled()?;
                 let sampled = Self {
                     output_polynomial: Some(a),
                     input_polynomial: Some(b),
@@ -123,19 +187,6 @@ impl PlantTable {
                  expected one of them"
                     .to_owned(),
             ),
-        }
-    }
-
-    fn sampled(&self) -> SampledPlant<'_> {
-        SampledPlant {
-            num: self.num.as_deref(),
-            den: self.den.as_deref(),
-            zeros: self.zeros.as_deref(),
-            poles: self.poles.as_deref(),
-            gain: self.gain,
-            interval: self.sampling_time,
-            delay: self.delay,
-            hold: self.hold,
         }
     }
 
@@ -176,53 +227,6 @@ fn monic(name: &str, given: Option<&[f64]>) -> Result<Vec<f64>, String> {
             number(*first)
         )),
     }
-}
-
-/// A change of the plant during the record, in open loop: to another plant, or by factors. Its last row of A and b step
-/// at sample `at`, or move from there along straight lines.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ChangeTable {
-    /// The sample k of the step, or the last one before the drift: the first new state is x(k + 1).
-    pub at: usize,
-    /// The samples that the drift takes; 0 (the default): a step.
-    #[serde(default)]
-    pub over: usize,
-    /// The plant that it becomes, of the same order: as in the setting `plant`, but "random".
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub plant: Option<String>,
-    /// Instead of a plant: the factor on b.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gain: Option<f64>,
-    /// Instead of a plant: the factor on all poles.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub poles: Option<f64>,
-}
-
-/// A noise filter of white noise: the polynomials `C/D`, or numerator and denominator.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct NoiseTable {
-    /// `C = [1, c_1, ..., c_nc]` in q^-1; 1 if absent.
-    #[serde(rename = "C", skip_serializing_if = "Option::is_none")]
-    pub moving_average: Option<Vec<f64>>,
-    /// `D = [1, d_1, ..., d_nd]` in q^-1; 1 if absent.
-    #[serde(rename = "D", skip_serializing_if = "Option::is_none")]
-    pub autoregression: Option<Vec<f64>>,
-    /// `c_0 ... c_q`, with any first coefficient.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub numerator: Option<Vec<f64>>,
-    /// `1, d_1 ... d_p`; 1 if absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub denominator: Option<Vec<f64>>,
-    /// The white noise is drawn with replacement from a column of a CSV file, "file:PATH#COLUMN", its mean subtracted
-    /// and its variance made 1; Gaussian if absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub residuals: Option<String>,
-    /// The white noise has heavy tails: Student's t with so many degrees of freedom, 3 to 100, scaled to variance 1;
-    /// Gaussian if absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub student_t: Option<u16>,
 }
 
 impl NoiseTable {
@@ -274,50 +278,6 @@ impl NoiseTable {
     }
 }
 
-/// A feedback: of the measured output, `u(k) = -K(q) y(k) + r(k)`, or of the adaptive observer's state,
-/// `u(k) = -k'xhat(k) + r(k)` after the first `identify` samples.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FeedbackTable {
-    /// Numerator of K(q): `c_0 ... c_q`; one number is a static gain.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub numerator: Option<Vec<f64>>,
-    /// Denominator of K(q): `1, d_1 ... d_p`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub denominator: Option<Vec<f64>>,
-    /// State feedback: k, one number per state.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub state_gain: Option<Vec<f64>>,
-    /// State feedback: samples of the open loop from which the observer's model is identified.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub identify: Option<usize>,
-    /// State feedback: "identified" (the default), or "true" for the plant itself as the observer's model, after the
-    /// same samples in open loop.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub model: Option<LoopModel>,
-    /// The reference's amplitude instead of the setting `amplitude`; 0 is r = 0, with state feedback once the
-    /// loop is closed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reference: Option<f64>,
-}
-
-/// A log-log slope: of a statistic of a measure over an axis, for every output and every value of the other axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SlopeTable {
-    /// The measure.
-    #[serde(rename(serialize = "figure"), alias = "figure")]
-    pub measure: Measure,
-    /// The axis.
-    pub over: Key,
-    /// "median" or "rmse".
-    #[serde(default)]
-    pub statistic: SlopeOf,
-    /// Only cells from this value of the axis on.
-    #[serde(default)]
-    pub from: f64,
-}
-
 impl SlopeTable {
     /// Checks that the setting has values over which to take a slope.
     pub(crate) fn check(&self, settings: &BTreeMap<Key, Axis>) -> Result<(), String> {
@@ -338,17 +298,6 @@ impl SlopeTable {
         }
         Ok(())
     }
-}
-
-/// What `--quick` changes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct QuickTable {
-    /// Trials in each cell.
-    pub trials: u64,
-    /// Settings instead of the file's.
-    #[serde(default)]
-    pub settings: BTreeMap<Key, Axis>,
 }
 
 #[cfg(test)]

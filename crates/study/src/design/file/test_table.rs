@@ -1,95 +1,73 @@
 //! A test of a claim as it is written in a file.
 
-use crate::design::file::axis::{Axis, Scalar};
-use crate::design::file::claim_statistic::{
-    CoefficientStatistic, RatioStatistic, SLOPE_STATISTICS, ValueStatistic,
+use crate::design::Measure;
+use crate::design::file::table::tables;
+use crate::design::file::{
+    Axis, CoefficientStatistic, Key, RatioStatistic, SLOPE_STATISTICS, Scalar, ValueStatistic,
 };
-use crate::design::file::key::Key;
-use crate::design::measure::Measure;
 use asobench_identification::names::named_enum;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// A test of one cell. Exactly one of `share`, `value`, `ratio`, `cells`, `slope` and `time` says
-/// its kind, exactly one of `below`, `above`, `between` and `within` its limit.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct TestTable {
-    /// Share of the trials of `of`: "failed", "unstable" or "lost" (either), or a measure: the
-    /// trials whose measure is below `bound` or `rounding`, or in which `of` is better in it than
-    /// `to`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub share: Option<String>,
-    /// A statistic of a measure of `of`, or the bias or coverage of "parameters" (every coefficient), "a_1",
-    /// "h_2", ...
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub value: Option<String>,
-    /// A measure of `of` over that of `to`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ratio: Option<Measure>,
-    /// A measure of `of` in the cell with `axis` at `to` over that at `from`, on the same trials.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cells: Option<Measure>,
-    /// The log-log slope of a measure of `of` over a setting.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub slope: Option<Measure>,
-    /// "estimate": the median time of method `of` over that of `to`; it needs timing = true.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub time: Option<TimeOf>,
-    /// The output, such as "iv(4)"; of `time` the method. A list: each of them is judged by itself.
-    #[serde(rename = "of", skip_serializing_if = "Option::is_none")]
-    pub output: Option<Axis>,
-    /// The output or method that it is compared with, or a list, as for `of`; of `ratio` also "theory"
-    /// (the output's own), "bound:shared" or "bound:separate" (Cramer-Rao); of `cells` the value of
-    /// `axis`, or a list (every other value if absent).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub to: Option<Axis>,
-    /// ratio: the measure of `to`, if it differs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub measure_of_to: Option<Measure>,
-    /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; of a coefficient "bias" (default),
-    /// "share-above" (of trials with an estimate above the truth), "coverage"; ratio: "paired-median" (default; of theory "median"), "median" (of two medians), "rms"; slope:
-    /// "median" (default), "rms".
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(with = "Option<StatisticName>")]
-    pub statistic: Option<String>,
-    /// share: the measure must be below this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bound: Option<f64>,
-    /// share: or below this multiple of eps times the condition number.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rounding: Option<f64>,
-    /// cells: the setting in which the two cells differ.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub axis: Option<Key>,
-    /// cells: the value of `axis` that the others are compared with; slope: the first value of
-    /// `over` that is taken.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub from: Option<Scalar>,
-    /// slope: the setting.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub over: Option<Key>,
-    /// It must be below this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub below: Option<f64>,
-    /// It must be above this.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub above: Option<f64>,
-    /// It must be from the first to the second.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub between: Option<[f64; 2]>,
-    /// ratio, cells, time: it must be the same within this factor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub within: Option<f64>,
-    /// mean, rms: errors above this number, and lost trials, count as this number. Without it no number of trials
-    /// tells that a mean is small.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cap: Option<f64>,
-    /// rms of an output: the mean fourth power is assumed to be at most this multiple of the square of the mean
-    /// square (3 for the norm of a normal error).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub kurtosis: Option<f64>,
+tables! {
+    /// A test of one cell. Exactly one of `share`, `value`, `ratio`, `cells`, `slope` and `time` says
+    /// its kind, exactly one of `below`, `above`, `between` and `within` its limit.
+    pub struct TestTable: Default {
+        /// Share of the trials of `of`: "failed", "unstable" or "lost" (either), or a measure: the
+        /// trials whose measure is below `bound` or `rounding`, or in which `of` is better in it than
+        /// `to`.
+        share?: String,
+        /// A statistic of a measure of `of`, or the bias or coverage of "parameters" (every coefficient), "a_1",
+        /// "h_2", ...
+        value?: String,
+        /// A measure of `of` over that of `to`.
+        ratio?: Measure,
+        /// A measure of `of` in the cell with `axis` at `to` over that at `from`, on the same trials.
+        cells?: Measure,
+        /// The log-log slope of a measure of `of` over a setting.
+        slope?: Measure,
+        /// "estimate": the median time of method `of` over that of `to`; it needs timing = true.
+        time?: TimeOf,
+        /// The output, such as "iv(4)"; of `time` the method. A list: each of them is judged by itself.
+        #[serde(rename = "of")]
+        output?: Axis,
+        /// The output or method that it is compared with, or a list, as for `of`; of `ratio` also "theory"
+        /// (the output's own), "bound:shared" or "bound:separate" (Cramer-Rao); of `cells` the value of
+        /// `axis`, or a list (every other value if absent).
+        to?: Axis,
+        /// ratio: the measure of `to`, if it differs.
+        measure_of_to?: Measure,
+        /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; of a coefficient "bias" (default),
+        /// "share-above" (of trials with an estimate above the truth), "coverage"; ratio: "paired-median" (default; of
+        /// theory "median"), "median" (of two medians), "rms"; slope: "median" (default), "rms".
+        #[schemars(with = "Option<StatisticName>")]
+        statistic?: String,
+        /// share: the measure must be below this.
+        bound?: f64,
+        /// share: or below this multiple of eps times the condition number.
+        rounding?: f64,
+        /// cells: the setting in which the two cells differ.
+        axis?: Key,
+        /// cells: the value of `axis` that the others are compared with; slope: the first value of
+        /// `over` that is taken.
+        from?: Scalar,
+        /// slope: the setting.
+        over?: Key,
+        /// It must be below this.
+        below?: f64,
+        /// It must be above this.
+        above?: f64,
+        /// It must be from the first to the second.
+        between?: [f64; 2],
+        /// ratio, cells, time: it must be the same within this factor.
+        within?: f64,
+        /// mean, rms: errors above this number, and lost trials, count as this number. Without it no number of trials
+        /// tells that a mean is small.
+        cap?: f64,
+        /// rms of an output: the mean fourth power is assumed to be at most this multiple of the square of the mean
+        /// square (3 for the norm of a normal error).
+        kurtosis?: f64,
+    }
 }
 
 impl TestTable {

@@ -1,7 +1,7 @@
 //! A block of the new study, put together from that of the old one and the same trials of the new methods.
 
 use super::{ADDED, Change, Source, remove_added};
-use crate::design::file::experiment_file::Store;
+use crate::design::file::Store;
 use crate::files::{self, Kind};
 use crate::outcome::curves::Curves;
 use crate::outcome::layout::{BLOCKS, DESIGN, span_of};

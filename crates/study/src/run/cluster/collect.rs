@@ -1,6 +1,6 @@
 //! The files that processes left in folders: their blocks, and their records of themselves.
 
-use crate::design::experiment::Experiment;
+use crate::design::Experiment;
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;

@@ -1,8 +1,7 @@
 //! Computes a shard: the work of one process. Blocks that are already there are not computed again (resume).
 
-use crate::design::experiment::Experiment;
-use crate::design::file::engine::Engine;
-use crate::design::file::experiment_file::Store;
+use crate::design::Experiment;
+use crate::design::file::{Engine, Store};
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;

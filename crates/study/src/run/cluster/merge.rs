@@ -1,9 +1,7 @@
 //! Merges the blocks that processes left into results: the same bytes as those of one machine.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::engine::Engine;
-use crate::design::file::experiment_file::Store;
-use crate::design::file::rule::TrialRule;
+use crate::design::Experiment;
+use crate::design::file::{Engine, Store, TrialRule};
 use crate::files;
 use crate::files::Kind;
 use crate::outcome::looks::{Look, Looks};

@@ -1,8 +1,7 @@
 //! The plan of a study over many machines: which shard computes which trials, with all that a shard needs to know.
 
-use crate::design::experiment::Experiment;
-use crate::design::file::engine::Engine;
-use crate::design::file::experiment_file::ExperimentFile;
+use crate::design::Experiment;
+use crate::design::file::{Engine, ExperimentFile};
 use crate::files;
 use crate::files::Kind;
 use crate::run::cluster::ClusterError;
