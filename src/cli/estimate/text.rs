@@ -270,14 +270,9 @@ fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
         rounded(model.step, DIGITS),
     )?;
     if model.dead_time > 0.0 || model.dead_time_error().is_some() {
-        let seconds = rounded(model.dead_time * model.step, DIGITS);
-        let error = model.dead_time_error().map(plus_minus);
-        writeln!(
-            text,
-            "  {:<18} {seconds} s{}",
-            "dead time",
-            error.unwrap_or_default()
-        )?;
+        let error = model.dead_time_error().unwrap_or(f64::NAN);
+        let seconds = plus_minus(model.dead_time * model.step, error);
+        writeln!(text, "  {:<18} {seconds} s", "dead time")?;
     }
     let of_b = (0..nb).rev().map(|power| format!("B(s): s^{power}"));
     let of_a = (fixed..n).rev().map(|power| format!("A(s): s^{power}"));
@@ -349,9 +344,9 @@ fn write_parameters(
         "parameter", "estimate", "std. error"
     )?;
     for ((name, theta), error) in names.iter().zip(values).zip(errors) {
-        let [estimate, se] = measured(theta, *error);
+        let [estimate, se] = measured(theta, error);
         let [low, high] = [theta - Z_95 * error, theta + Z_95 * error];
-        let [[low, _], [high, _]] = [low, high].map(|end| measured(end, *error));
+        let [[low, _], [high, _]] = [low, high].map(|end| measured(end, error));
         writeln!(
             text,
             "  {name:<18} {estimate:>13} {se:>13}   {low} ... {high}"
