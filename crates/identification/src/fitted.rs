@@ -1,6 +1,8 @@
 //! A model of a record, or of several of one plant, in one call.
 
+use crate::data::Rounding;
 use crate::diagnosis::{Precision, Residuals};
+use crate::estimator::InitialCondition;
 use crate::estimator::initial_state::InitialState;
 use crate::estimator::{Failure, FailureKind};
 use crate::estimator::{
@@ -204,9 +206,22 @@ impl Fitted {
         Precision::new(self.linear(), &self.poles())
     }
 
-    /// Returns the one-step prediction errors over a record and their tests; `None` if they cannot be tested.
-    pub fn residuals(&self, u: &[f64], y: &[f64]) -> Option<Residuals> {
-        Residuals::new(self.linear(), u, y)
+    /// Returns the one-step prediction errors over a record and their tests; `None` if they cannot be tested. A record
+    /// that was fitted with x0 = 0 begins at rest, of others the start is free, as it is on `another` record.
+    pub fn residuals(
+        &self,
+        u: &[f64],
+        y: &[f64],
+        another: bool,
+        rounding: Rounding,
+    ) -> Option<Residuals> {
+        let rest = !another && self.pass.x0.iter().all(|x| *x == 0.0);
+        let start = if rest {
+            InitialCondition::Zero
+        } else {
+            InitialCondition::Estimate
+        };
+        Residuals::new(self.linear(), u, y, start, rounding)
     }
 
     /// Returns u(k) and y(k + shift) of a record, of which the pass is.

@@ -127,8 +127,8 @@ pub(super) struct RecordArguments {
     /// models of these orders, of arx unless --estimator names others
     #[arg(long, value_name = "n", allow_negative_numbers = true)]
     pub(super) order: Option<Given>,
-    /// Delay nk of the input, samples, or a range, beside --order [default: 1]
-    #[arg(long, value_name = "nk", allow_negative_numbers = true)]
+    /// Delay nk of the input, samples, or a range, beside --order; 0: u acts at once [default: 1]
+    #[arg(long, value_name = "nk", allow_negative_numbers = true, value_parser = Span::of_delays)]
     pub(super) delay: Option<Span>,
     /// Samples used for estimation, from the first, or their share such as 70% [default: all]; the rest is for
     /// validation

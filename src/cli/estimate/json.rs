@@ -31,7 +31,9 @@ pub(super) fn render(report: &Report) -> Value {
         "detrend": report.detrend,
         "subtracted": report.subtracted().map(|[u, y]| json!({ "u": u.line(), "y": y.line() })),
         "gain": report.gain,
-        "feedback_p_value": report.feedback,
+        "feedback_p_value": report.feedback.map(|test| test.p_value),
+        "feedback": report.feedback,
+        "excitation_order": report.excitation,
         "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the original record; \
                        x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; alpha_i = -a_(n+1-i), beta_i = \
                        h_i; for ls and iv with delay nk, y(k) there is y(k + nk - 1) of the file",
@@ -47,7 +49,8 @@ fn records(report: &Report) -> Option<Vec<Value>> {
             "file": part.file.display().to_string(),
             "lines": part.lines,
             "samples": part.samples,
-            "feedback_p_value": part.feedback,
+            "feedback_p_value": part.feedback.map(|test| test.p_value),
+            "feedback": part.feedback,
         })
     };
     (!report.parts.is_empty()).then(|| report.parts.iter().map(part).collect())

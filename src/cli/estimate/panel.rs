@@ -377,7 +377,7 @@ impl Panel<'_> {
 /// Whether the residuals are white; `None` where there are too few.
 fn white(row: &Row) -> Option<bool> {
     let residuals = row.estimate.last().residuals.as_ref()?;
-    Some(residuals.white.passed)
+    Some(residuals.white?.passed)
 }
 
 fn status(estimate: &Estimate) -> String {

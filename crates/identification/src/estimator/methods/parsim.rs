@@ -6,6 +6,7 @@
 use super::state_sequence::{Innovations, innovations_options, model_orders};
 use super::subspace::{block_rows, columns, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::excitation::excited_rows;
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
@@ -66,6 +67,7 @@ impl ParsimK {
             let longest = longest_rows(y.len()).max(n + 1);
             (2 * self.high.order()).clamp(n + 1, longest)
         });
+        let rows = excited_rows(u, rows, self.rows.unwrap_or(n + 1))?;
         let observability = observability(u, y, rows, self.orders.nk == 0, singular_values)?;
         if !(singular_values[n - 1] > 0.0) {
             return Err(FailureKind::RankDeficient);

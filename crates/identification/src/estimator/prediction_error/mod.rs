@@ -6,6 +6,7 @@
 
 mod descent;
 mod draws;
+mod gradient;
 mod instrumental;
 pub(in crate::estimator) mod kernels;
 mod predictor;
@@ -22,6 +23,7 @@ use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 pub(in crate::estimator) use descent::Descent;
 use descent::Found;
+pub(crate) use gradient::PredictionGradient;
 pub use predictor::initial_numbers;
 use search::Search;
 pub use search_starts::SearchStarts;

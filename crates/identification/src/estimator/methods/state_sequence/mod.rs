@@ -14,6 +14,7 @@ mod innovations;
 
 use super::subspace::{block_rows, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::excitation::excited_rows;
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::long_autoregression;
 use crate::estimator::option_error::OptionError;
@@ -195,6 +196,7 @@ impl StateSequence {
         let order = high.as_ref().map_or(0, |model| model.a.len() - 1);
         let longest = longest_rows(self.window).max(most + 1);
         let rows = self.rows.unwrap_or((2 * order).clamp(most + 1, longest));
+        let rows = excited_rows(u, rows, self.rows.unwrap_or(most + 1))?;
         let mut canonical = match (self.future, high) {
             (Future::Projected, _) => Canonical::projected(u, y, rows)?,
             (Future::Predicted, Some(high)) => Canonical::predicted(u, y, rows, &high)?,
