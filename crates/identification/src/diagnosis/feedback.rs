@@ -52,7 +52,7 @@ impl FeedbackTest {
     /// are too few samples, or y is told by its past to rounding.
     ///
     /// y(k) is regressed on 1, 2p values of its past (at most N/8) and max(2p + 5, p + L) of that of u (at most N/4), p
-    /// being the order of `A y = B u + e` by AIC (at most N/10 and 50, signals less their means) and L of [`lags_of`];
+    /// being the order of `A y = B u + e` by AIC (at most N/10 and 50, signals less their means) and L = 25 or N/8;
     /// of more than 20,000 samples the first are tested. So the result does not depend on the model that is being
     /// judged, whose own residuals can hide feedback.
     pub fn of(u: &[f64], y: &[f64], delay: usize, rounding: Rounding) -> Option<Self> {

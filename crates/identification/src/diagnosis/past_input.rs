@@ -48,7 +48,7 @@ pub(super) fn past_input(
         to
     };
     let first = first + noise.denominator().len() - 1;
-    let [e, u_whitened] = [&of.errors, u].map(|signal| whitened(signal));
+    let (e, u_whitened) = (whitened(&of.errors), whitened(u));
     let signals: Vec<Vec<f64>> = of
         .signals
         .iter()

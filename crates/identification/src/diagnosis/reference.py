@@ -23,19 +23,27 @@ def delayed(x, lag):
     return np.concatenate([np.zeros(lag), x[: len(x) - lag]])
 
 
-def gradient(model, u, y):
-    """e and psi with zeros before the record."""
+def gradient(model, u, y, rest=True):
+    """e and psi with zeros before the record, or with its effect P/(C F), whose P is fitted and a part of psi."""
     A, B, C, D, F, nk = (model[name] for name in ("A", "B", "C", "D", "F", "nk"))
     w = filtered(A, y) - divide(F, filtered(B, u))
     e = divide(C, filtered(D, w))
-    columns = []
+    columns, free = [], np.zeros(len(y))
+    na, nb, nc, nd, nf = len(A) - 1, len(B) - nk, len(C) - 1, len(D) - 1, len(F) - 1
+    start = np.zeros((len(y), 0))
+    if not rest and nc + nd + nf > 0:
+        count = max(nc + nf, nd + na + nf, nd + nb + nk - 1)
+        impulse = divide(C, divide(F, np.eye(len(y))[0]))
+        start = np.column_stack([delayed(impulse, i) for i in range(count)])
+        free = -start @ np.linalg.lstsq(start, e, rcond=None)[0]
+        e = e + free
     of_y, of_u = divide(C, filtered(D, y)), divide(F, divide(C, filtered(D, u)))
     columns += [delayed(of_y, i) for i in range(1, len(A))]
     columns += [delayed(of_u, i) for i in range(nk, len(B))]
     columns += [delayed(divide(C, e), i) for i in range(1, len(C))]
     columns += [delayed(divide(C, w), i) for i in range(1, len(D))]
-    columns += [delayed(divide(F, filtered(B, of_u)), i) for i in range(1, len(F))]
-    return e, columns
+    columns += [delayed(divide(F, filtered(B, of_u) - free), i) for i in range(1, len(F))]
+    return e, columns + list(start.T)
 
 
 def autoregression(v, most):
@@ -76,15 +84,12 @@ def of_two(tests):
 
 
 def past(model, u, y, rest):
-    e, psi = gradient(model, u, y)
+    e, psi = gradient(model, u, y, rest)
     n, nk = len(u), model["nk"]
     lags = min(25, n // 8)
-    first = 0 if rest else max(len(model["A"]) - 1, len(model["B"]) - 1, lags)
-    if not rest:
-        # The effect of the signals before the record, P/(C F).
-        C, D, F = model["C"], model["D"], model["F"]
-        if len(C) + len(D) + len(F) > 3:
-            raise ValueError("the start of a predictor with memory is not fitted here")
+    has_memory = len(model["C"]) + len(model["D"]) + len(model["F"]) > 3
+    reach = max(len(model["A"]) - 1, len(model["B"]) - 1)
+    first = 0 if rest else max(0 if has_memory else reach, lags)
     e = e - np.mean(e[first:])
     rows = n - first
     d = autoregression(e[first:], min(10, rows // 20))
@@ -214,11 +219,11 @@ def main():
     for name, model in models.items():
         for kind, make in inputs.items():
             n = 160
+            rest = name != "arx" and kind in ("step", "white")
             u, e = make(n), white(n)
             x = divide(model["F"], filtered(model["B"], u))
             v = divide(model["D"], filtered(model["C"], 0.5 * e))
             y = np.round(divide(model["A"], x + v), 6)
-            rest = name != "arx"
             cases.append({
                 "name": f"{name} {kind}", "rest": rest, "u": u.tolist(), "y": y.tolist(),
                 "orders": ",".join(f"n{c.lower()}={len(model[c]) - 1}" for c in "ACDF")

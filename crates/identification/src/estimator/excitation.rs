@@ -73,7 +73,7 @@ mod tests {
             assert_eq!(of(&|k| f64::from(k / 30 % 3), digits), 12, "{digits}");
             assert_eq!(
                 of(
-                    &|k| f64::from(k.wrapping_mul(2_654_435_761) >> 13 & 1),
+                    &|k| f64::from((k.wrapping_mul(2_654_435_761) >> 13) & 1),
                     digits
                 ),
                 12,

@@ -206,6 +206,7 @@ impl DiscreteCell {
             covariance: false,
             reported: None,
             runs: &[],
+            is_start: false,
         }
     }
 
