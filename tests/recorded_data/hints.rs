@@ -196,7 +196,7 @@ fn excitation_exactness_and_outliers_are_said() {
     let text = said(&outlier, &["--estimator", "arx", "--order", "2"]);
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(
-        text.contains("sample 60, line 61, y = -9999, has a residual of"),
+        text.contains("sample k = 59, line 61, y = -9999, has a residual of"),
         "{text}"
     );
     let direct = exact(binary, |k, y| y + errors[k] + 0.8 * binary(k));

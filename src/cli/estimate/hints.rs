@@ -154,9 +154,9 @@ fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
         count => format!("; {count} more are beyond that"),
     };
     Some(format!(
-        "sample {}{line} has a residual of {} robust standard deviations, as none of {} normal numbers has (1 %){others}: \
+        "sample k = {}{line} has a residual of {} robust standard deviations, as none of {} normal numbers has (1 %){others}: \
          an outlier, or a model that misses something there; with the cell left empty --missing equations fits without it",
-        first.sample + 1,
+        first.sample,
         rounded(first.deviations, 3),
         estimate.last().residuals.as_ref()?.rows
     ))

@@ -1,6 +1,8 @@
 //! Tests of responses, regions and cancellations against independent formulas, and over many records; F tests of
 //! added lags against numpy.
 
+mod levels;
+
 use super::past_input::past_input;
 use super::*;
 use crate::data::Rounding;

@@ -1,14 +1,15 @@
 //! False alarms and power of the tests of past input and of feedback, for inputs with long memory or a mean.
 //!
 //! Small numbers are held to binomial bounds by every run. The same of larger numbers is printed by
-//! `cargo test --release -p asobench-identification --test residual_tests -- --ignored --nocapture`.
+//! `cargo test --release -p asobench-identification --features json --lib levels::tables -- --ignored --nocapture`.
 
-use asobench_identification::data::Rounding;
-use asobench_identification::diagnosis::{FeedbackTest, LEVEL};
-use asobench_identification::estimator::{ArxOptions, MethodOptions, OeOptions};
-use asobench_identification::fit;
-use asobench_identification::metric::tails::binomial_at_least;
-use asobench_identification::signal::{Input, InputLaw, Purpose, Sequence, stream};
+use super::normal;
+use crate::data::Rounding;
+use crate::diagnosis::{FeedbackTest, LEVEL};
+use crate::estimator::{ArxOptions, MethodOptions, OeOptions};
+use crate::fit;
+use crate::metric::tails::binomial_at_least;
+use crate::signal::Purpose;
 
 const INPUTS: [&str; 7] = [
     "step",
@@ -19,13 +20,6 @@ const INPUTS: [&str; 7] = [
     "multisine",
     "white",
 ];
-
-fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
-    let mut signal = vec![0.0; n];
-    let input = Input::new(InputLaw::Gaussian, 1.0, Sequence::Independent);
-    input.fill(&mut stream(58, trial, purpose), &mut signal);
-    signal
-}
 
 /// An input of n samples: a step after a quarter of them, ten random levels, a ramp to 5, a binary signal held for
 /// three samples about 50, one sine of 8 periods, four of 3, 7, 13 and 19 periods, white noise.
