@@ -185,8 +185,12 @@ fn bad_settings_are_refused_by_flag() {
     refuse(&["--order", "14"], &["40 samples are too few for order 14"]);
     refuse(&["--order", "18446744073709551615"], &["too few"]);
     refuse(
-        &["--order", "1", "--delay", "0"],
-        &["--delay", "at least 1"],
+        &["--order", "1", "--delay", "-1"],
+        &["--delay", "at least 0"],
+    );
+    refuse(
+        &["--order", "1", "--delay", "0", "--estimator", "ls"],
+        &["--estimator ls", "no direct term for --delay 0"],
     );
     refuse(
         &["--order", "1", "--window", "41"],

@@ -154,3 +154,66 @@ fn hints_and_statuses() {
     ];
     insta::assert_snapshot!(text.concat());
 }
+
+/// A record of `y(k) = 1.5 y(k-1) - 0.7 y(k-2) + u(k-1) + 0.5 u(k-2)`, u with ten decimals, y with six.
+fn exact(input: impl Fn(usize) -> f64, change: impl Fn(usize, f64) -> f64) -> String {
+    let u: Vec<f64> = (0..200).map(|k| (input(k) * 1e10).round() / 1e10).collect();
+    let mut y = vec![0.0; u.len()];
+    let mut text = "u,y\n".to_owned();
+    for k in 0..u.len() {
+        let before = |signal: &[f64], lag: usize| k.checked_sub(lag).map_or(0.0, |k| signal[k]);
+        y[k] = 1.5 * before(&y, 1) - 0.7 * before(&y, 2) + before(&u, 1) + 0.5 * before(&u, 2);
+        writeln!(text, "{},{:.6}", u[k], change(k, y[k])).expect("a string");
+    }
+    text
+}
+
+/// One sine is refused in the same words by every subspace method, a record without noise is not tested, an outlier is
+/// named with its line, and a plant that acts at once is shown the way to nk = 0.
+#[test]
+fn excitation_exactness_and_outliers_are_said() {
+    let same = |_, y| y;
+    let mut noise = Noise(58);
+    let white: Vec<f64> = (0..200).map(|_| noise.next()).collect();
+    let sine = exact(|k| 2.0 * (0.4 * k as f64).sin(), same);
+    for method in ["n4sid", "moesp", "cva", "ssarx", "parsim-k"] {
+        let text = said(&sine, &["--estimator", method, "--order", "2"]);
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.contains("rank-deficient"), "{text}");
+        assert!(text.contains("u excites order 2,"), "{text}");
+    }
+    let binary = |k: usize| white[k].signum();
+    let oe = ["--estimator", "oe", "--order", "2"];
+    let text = said(&exact(binary, same), &oe);
+    assert!(
+        text.contains("fit to the rounding of the record's numbers"),
+        "{text}"
+    );
+    assert!(!text.contains("white") && !text.contains("hint"), "{text}");
+    let mut more = Noise(59);
+    let errors: Vec<f64> = (0..200).map(|_| 0.1 * more.next()).collect();
+    let outlier = exact(binary, |k, y| if k == 59 { -9999.0 } else { y + errors[k] });
+    let text = said(&outlier, &["--estimator", "arx", "--order", "2"]);
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        text.contains("sample k = 59, line 61, y = -9999, has a residual of"),
+        "{text}"
+    );
+    let direct = exact(binary, |k, y| y + errors[k] + 0.8 * binary(k));
+    let text = said(&direct, &oe);
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        text.contains("u acts at once (nk = 0: --delay 0), or a controller"),
+        "{text}"
+    );
+    let with_direct = said(
+        &direct,
+        &["--estimator", "oe", "--order", "2", "--delay", "0"],
+    );
+    assert!(with_direct.contains("no sign of feedback"), "{with_direct}");
+    let table = said(
+        &direct,
+        &["--estimator", "oe", "--order", "2", "--delay", "0:2"],
+    );
+    assert!(table.contains("exit 0"), "{table}");
+}

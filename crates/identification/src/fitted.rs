@@ -2,7 +2,9 @@
 
 pub(crate) mod observation;
 
+use crate::data::Rounding;
 use crate::diagnosis::{Precision, Residuals};
+use crate::estimator::InitialCondition;
 use crate::estimator::initial_state::InitialState;
 use crate::estimator::{Failure, FailureKind};
 use crate::estimator::{
@@ -216,9 +218,22 @@ impl Fitted {
         precision
     }
 
-    /// Returns the one-step prediction errors over a record and their tests; `None` if they cannot be tested.
-    pub fn residuals(&self, u: &[f64], y: &[f64]) -> Option<Residuals> {
-        Residuals::new(self.linear(), u, &self.less_offset(y))
+    /// Returns the one-step prediction errors over a record and their tests; `None` if they cannot be tested. A record
+    /// that was fitted with x0 = 0 begins at rest, of others the start is free, as it is on `another` record.
+    pub fn residuals(
+        &self,
+        u: &[f64],
+        y: &[f64],
+        another: bool,
+        rounding: Rounding,
+    ) -> Option<Residuals> {
+        let rest = !another && self.pass.x0.iter().all(|x| *x == 0.0);
+        let start = if rest {
+            InitialCondition::Zero
+        } else {
+            InitialCondition::Estimate
+        };
+        Residuals::new(self.linear(), u, &self.less_offset(y), start, rounding)
     }
 
     /// Returns the constant of the output, if one was estimated; of several records that of the first.

@@ -1,9 +1,8 @@
 //! A model as a class of Python, on which `asobench.Model` stands.
 
 use super::arrays::{Signal, matrix, record, vector};
-use asobench_identification::diagnosis::{
-    Root, feedback_p_value, frequency_response, step_response,
-};
+use asobench_identification::data::Rounding;
+use asobench_identification::diagnosis::{FeedbackTest, Root, frequency_response, step_response};
 use asobench_identification::estimator::{Failure, FailureKind, Offset, Pass, Progress};
 use asobench_identification::metric::errors_ahead;
 use asobench_identification::model::{ContinuousModel, LinearModel};
@@ -380,26 +379,31 @@ impl Native {
         Ok(errors.map(|(first, errors)| (first, vector(py, errors))))
     }
 
-    /// The residuals with their tests as JSON, and the p-value of feedback in the record; `None` where not tested.
+    /// The residuals with their tests, and the test of the record for feedback, as JSON; `None` where not tested.
+    /// `own`: on the record of the estimate, from its start.
     fn tests(
         &self,
         py: Python<'_>,
         u: &Bound<'_, PyAny>,
         y: &Bound<'_, PyAny>,
-    ) -> PyResult<(Option<String>, Option<f64>)> {
+        own: bool,
+    ) -> PyResult<(Option<String>, Option<String>)> {
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
         let (residuals, feedback) = py.detach(|| {
+            let rounding = Rounding::of(u, y);
             (
-                self.0.residuals(u, y),
-                feedback_p_value(u, y, self.0.model.delay),
+                self.0.residuals(u, y, !own, rounding),
+                FeedbackTest::of(u, y, self.0.model.delay, rounding),
             )
         });
-        let written = residuals.map(|residuals| serde_json::to_string(&residuals));
-        let written = written
-            .transpose()
-            .map_err(|error| refused(error.to_string()))?;
-        Ok((written, feedback))
+        let residuals = residuals.map(|residuals| serde_json::to_string(&residuals));
+        let feedback = feedback.map(|feedback| serde_json::to_string(&feedback));
+        let failed = |error: serde_json::Error| refused(error.to_string());
+        Ok((
+            residuals.transpose().map_err(failed)?,
+            feedback.transpose().map_err(failed)?,
+        ))
     }
 
     /// FIT of the simulated and of the predicted output in per cent, one step and `horizon` steps ahead. `own`: on the

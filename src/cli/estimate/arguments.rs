@@ -218,8 +218,14 @@ pub(super) struct RecordArguments {
     pub(super) order: Option<Given>,
     /// Delay of the input, samples
     ///
-    /// nk, or a range, beside --order [default: 1].
-    #[arg(long, value_name = "nk", allow_negative_numbers = true, help_heading = MODEL)]
+    /// nk, or a range, beside --order; 0: u acts at once [default: 1].
+    #[arg(
+        long,
+        value_name = "nk",
+        allow_negative_numbers = true,
+        value_parser = Span::of_delays,
+        help_heading = MODEL
+    )]
     pub(super) delay: Option<Span>,
     /// Samples for estimation, or a share: 70%
     ///

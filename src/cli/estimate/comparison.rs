@@ -46,7 +46,7 @@ pub(super) fn is_better(a: &Estimate, b: &Estimate, report: &Report) -> Ordering
 /// Whether the residuals are white; `None` where they are not tested.
 pub(super) fn white(estimate: &Estimate) -> Option<bool> {
     let residuals = estimate.last().residuals.as_ref();
-    let white = residuals.map(|residuals| residuals.white);
+    let white = residuals.and_then(|residuals| residuals.white);
     Some(white.or(estimate.white)?.passed)
 }
 

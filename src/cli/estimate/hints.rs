@@ -4,7 +4,7 @@ use super::pictures::simulated;
 use super::report::{Estimate, Report};
 use crate::cli::output::note;
 use crate::data::Trend;
-use crate::diagnosis::{Z_95, is_feedback};
+use crate::diagnosis::Z_95;
 use crate::estimator::{FailureKind, Pass, Problem, Rows, Shape, Window, initial_numbers};
 use crate::metric::prediction_errors;
 use crate::metric::tails::chi_square_above;
@@ -27,6 +27,7 @@ pub(super) fn of(estimate: &Estimate, report: &Report) -> Vec<String> {
         of_start(estimate, report),
         offset(estimate, report),
         coloured(estimate),
+        outlier(estimate, report),
         step(estimate, report),
     ];
     hints.into_iter().flatten().collect()
@@ -135,7 +136,7 @@ pub(super) fn warn_of_offset(report: &Report, is_chosen: bool) {
 
 /// Standard errors for white prediction errors beside errors that are not white.
 fn coloured(estimate: &Estimate) -> Option<String> {
-    let white = estimate.last().residuals.as_ref()?.white;
+    let white = estimate.last().residuals.as_ref()?.white?;
     // Without a choice they assume it too.
     let chosen = estimate.options.get("covariance").and_then(Value::as_str);
     let is_assumed = estimate.name.takes("covariance") && chosen.unwrap_or("white") == "white";
@@ -143,6 +144,32 @@ fn coloured(estimate: &Estimate) -> Option<String> {
     (!white.passed && is_assumed && has_errors).then(|| {
         "the standard errors assume white prediction errors, which these are not: --covariance robust".to_owned()
     })
+}
+
+/// Residuals that normal noise does not have, with the largest of them in the words of the file.
+fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
+    let outliers = &estimate.last().residuals.as_ref()?.outliers;
+    let first = outliers.first()?;
+    let line = report
+        .lines
+        .get(first.sample)
+        .map_or_else(String::new, |line| {
+            let [level, slope] = report.trends[1].line();
+            let y = report.record.y[first.sample] + level + slope * first.sample as f64;
+            format!(", line {line}, y = {},", rounded(y * report.unit, 6))
+        });
+    let others = match outliers.len() - 1 {
+        0 => String::new(),
+        1 => "; one more is beyond that".to_owned(),
+        count => format!("; {count} more are beyond that"),
+    };
+    Some(format!(
+        "sample k = {}{line} has a residual of {} robust standard deviations, as none of {} normal numbers has (1 %){others}: \
+         an outlier, or a model that misses something there; with the cell left empty --missing equations fits without it",
+        first.sample,
+        rounded(first.deviations, 3),
+        estimate.last().residuals.as_ref()?.rows
+    ))
 }
 
 /// The hint on signals before the record that are not zero.
@@ -155,7 +182,7 @@ pub(super) fn of_start(estimate: &Estimate, report: &Report) -> Option<String> {
 fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String> {
     let chooses =
         ["initial", "initial_state", "rows"].map(|key| estimate.options.contains_key(key));
-    let in_loop = report.feedback.is_some_and(is_feedback);
+    let in_loop = report.in_loop();
     let failed = estimate
         .failure()
         .is_some_and(|of| !of.kind.leaves_a_model());
@@ -195,7 +222,7 @@ fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String> {
 fn start(estimate: &Estimate, report: &Report) -> Option<String> {
     let last = estimate.last();
     // In closed loop the fit of the past takes a part of the noise.
-    let in_loop = report.feedback.is_some_and(is_feedback);
+    let in_loop = report.in_loop();
     if estimate.options.get("initial")? != "zero" || in_loop || !last.fitted.pass.loss.is_finite() {
         return None;
     }

@@ -31,7 +31,9 @@ pub(super) fn render(report: &Report) -> Value {
         "detrend": report.detrend,
         "subtracted": report.subtracted().map(|[u, y]| json!({ "u": u.line(), "y": y.line() })),
         "gain": report.gain,
-        "feedback_p_value": report.feedback,
+        "feedback_p_value": report.feedback.map(|test| test.p_value),
+        "feedback": report.feedback,
+        "excitation_order": report.excitation,
         "convention": "model: A(q) y = B(q)/F(q) u + C(q)/D(q) e in q^-1, of the original record, where y \
                        is less the offset if there is one; \
                        x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; alpha_i = -a_(n+1-i), beta_i = \
@@ -48,7 +50,8 @@ fn records(report: &Report) -> Option<Vec<Value>> {
             "file": part.file.display().to_string(),
             "lines": part.lines,
             "samples": part.samples,
-            "feedback_p_value": part.feedback,
+            "feedback_p_value": part.feedback.map(|test| test.p_value),
+            "feedback": part.feedback,
         })
     };
     (!report.parts.is_empty()).then(|| report.parts.iter().map(part).collect())

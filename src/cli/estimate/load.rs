@@ -3,13 +3,13 @@
 use super::arguments::Arguments;
 use super::hints;
 use super::record::{self, Recognised};
-use super::report::{Clock, Report, Validation};
+use super::report::{Clock, MOST_EXCITED, Report, Validation};
 use super::unit::in_own_unit;
 use crate::cli::error::Error;
 use crate::data::csv::Record;
-use crate::data::{Detrend, Trend};
-use crate::diagnosis::feedback_p_value;
-use crate::estimator::SetupError;
+use crate::data::{Detrend, Rounding, Trend};
+use crate::diagnosis::FeedbackTest;
+use crate::estimator::{SetupError, excitation_order};
 use crate::model::Orders;
 use crate::plant::ORDER_LIMIT;
 use crate::text::rounded;
@@ -24,6 +24,7 @@ pub(super) fn load(
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
     let Recognised {
         mut record,
+        lines,
         clock,
         form,
         ..
@@ -57,7 +58,10 @@ pub(super) fn load(
         )));
     }
     check_moves(arguments, &record, window).map_err(&bad)?;
+    let (u, y) = (&record.u[..window], &record.y[..window]);
+    let (rounding, excitation) = (Rounding::of(u, y), excitation_order(u, MOST_EXCITED));
     let unit = in_own_unit(&mut record, window).map_err(&bad)?;
+    let rounding = rounding.divided_by(unit);
     let mut trends = [Trend::default(); 2];
     let signals = [("u", &mut record.u), ("y", &mut record.y)];
     let point = arguments.record.operating_point;
@@ -95,13 +99,21 @@ pub(super) fn load(
         hertz: arguments.hz,
         horizon: arguments.horizon,
         validation,
+        lines,
+        rounding,
+        excitation,
         unit,
         window,
         orders,
         detrend: arguments.record.detrend,
         trends,
         gain: arguments.gain.clone(),
-        feedback: feedback_p_value(&record.u[..window], &record.y[..window], orders.nk),
+        feedback: FeedbackTest::of(
+            &record.u[..window],
+            &record.y[..window],
+            orders.nk,
+            rounding,
+        ),
         record,
         estimates: Vec::new(),
     })

@@ -69,15 +69,21 @@ pub(super) fn estimate(
                 .to_owned(),
         ));
     }
-    if !report.parts.is_empty() && name.takes("orders") && !options.contains_key("orders") {
-        // Several records are not shifted.
+    let not_shifted = !report.parts.is_empty() || nk == 0;
+    if not_shifted && name.takes("orders") && !options.contains_key("orders") {
+        // Several records are not shifted, nor is one without a delay.
         options.insert("orders".to_owned(), json!(Orders::arx(order, order, nk)));
         parsed = parse(&options)?;
     }
     let options = parsed;
     check_variances(&options, report)?;
     // A model without a delay of its own sees the record without the delay.
-    let shift = options.model_orders(order).map_or(nk - 1, |_| 0);
+    let shift = match options.model_orders(order) {
+        Some(_) => 0,
+        None => nk.checked_sub(1).ok_or_else(|| {
+            bad("has no direct term for --delay 0; expected --estimator arx or another one with orders".to_owned())
+        })?,
+    };
     let gain = arguments.gain.check(options.order(order));
     gain.map_err(|error| Error::Input(format!("--gain: {error}")))?;
     let samples = report.shifted(shift);
@@ -110,6 +116,7 @@ pub(super) fn estimate(
         fit: None,
         parts: Vec::new(),
         white: None,
+        excitation: report.excitation,
         hints: Vec::new(),
     };
     conclude(&mut estimate, &arguments.gain, report);
@@ -147,7 +154,7 @@ pub(super) fn pass_report(pass: Pass, report: &Report, shift: usize) -> PassRepo
     });
     found.precision = Some(precision);
     if report.parts.is_empty() {
-        found.residuals = fitted.residuals(u, y);
+        found.residuals = fitted.residuals(u, y, false, report.rounding);
     }
     found.feedback = report.feedback;
     found.fitted = fitted;
@@ -217,7 +224,7 @@ pub(super) fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartRep
         let (u, y) = (&report.record.u[run.clone()], &report.record.y[run.clone()]);
         let at_rest = vec![0.0; fitted.pass.a.len()];
         PartReport {
-            residuals: fitted.residuals(u, y),
+            residuals: fitted.residuals(u, y, false, report.rounding),
             fit: if rest {
                 fitted.compare_from(&at_rest, u, y, y.len(), 0..y.len(), horizon)
             } else {

@@ -28,7 +28,9 @@ pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
     let has_orders =
         of_order.is_some() || of_orders.is_some() || !arguments.options.letters.is_empty();
     if arguments.estimator.is_empty() {
-        let one = has_orders || ranges(arguments).is_some() || !arguments.more.is_empty();
+        // ls has no direct term.
+        let direct = arguments.record.delay.is_some_and(|delay| delay.first == 0);
+        let one = has_orders || direct || ranges(arguments).is_some() || !arguments.more.is_empty();
         arguments.estimator = if one {
             vec![EstimatorName::Arx]
         } else {

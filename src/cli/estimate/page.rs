@@ -139,8 +139,8 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequenc
         if let Some(sentence) = words::unfinished(estimate) {
             section.paragraph(&format!("Status {}: {sentence}.", failure.kind));
         } else {
-            let cause =
-                words::cause(failure.kind).map_or(String::new(), |cause| format!(": {cause}"));
+            let cause = words::cause(failure.kind, estimate)
+                .map_or(String::new(), |cause| format!(": {cause}"));
             section.paragraph(&format!("Failed: {failure}{cause}."));
         }
     }

@@ -13,6 +13,8 @@ use std::path::Path;
 /// A record as it is used, and what was recognised in its file.
 pub(super) struct Recognised {
     pub(super) record: Record,
+    /// The line of each sample in the file.
+    pub(super) lines: Vec<u64>,
     /// The times of the samples, if a column has them.
     pub(super) clock: Option<Clock>,
     /// The form of the file and the names of its columns, where they are not the plain ones.
@@ -62,6 +64,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     })?;
     let Table {
         mut record,
+        mut lines,
         times,
         mut form,
         kept,
@@ -91,6 +94,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     record.u.drain(..skip);
     record.y.drain(..skip);
     record.r.drain(..skip.min(record.r.len()));
+    lines.drain(..skip.min(lines.len()));
     skip_segments(&mut segments, skip);
     let clock = times.map(|[first, step]| Clock {
         start: first + skip as f64 * step,
@@ -98,6 +102,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     });
     Ok(Recognised {
         record,
+        lines,
         clock,
         form,
         segments,

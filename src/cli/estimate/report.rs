@@ -1,8 +1,8 @@
 //! The estimates, with all that is printed.
 
 use crate::data::csv::Record;
-use crate::data::{Detrend, Trend};
-use crate::diagnosis::{Mode, Precision, Residuals, Whiteness};
+use crate::data::{Detrend, Rounding, Trend};
+use crate::diagnosis::{FeedbackTest, Mode, Precision, Residuals, Whiteness};
 use crate::estimator::{EstimatorName, Failure, Progress, Runs};
 use crate::metric::Fit;
 use crate::model::{LinearModel, Orders};
@@ -14,6 +14,9 @@ use std::f64::consts::TAU;
 use std::fmt::{Display, Formatter};
 use std::path::PathBuf;
 
+/// The largest order of excitation that is told apart.
+pub(super) const MOST_EXCITED: usize = 20;
+
 /// The estimates, with all that is printed.
 pub(super) struct Report {
     pub(super) file: PathBuf,
@@ -23,6 +26,12 @@ pub(super) struct Report {
     pub(super) form: Vec<String>,
     /// The record, in a unit that [`unit_of`] chooses.
     pub(super) record: Record,
+    /// The line of each sample in the file; none of several records.
+    pub(super) lines: Vec<u64>,
+    /// The last digits of the record's numbers.
+    pub(super) rounding: Rounding,
+    /// The order of excitation of u over the window, at most [`MOST_EXCITED`].
+    pub(super) excitation: usize,
     /// The unit of u and y, a power of two; 1 for all records but those of very large or very small numbers.
     pub(super) unit: f64,
     /// Samples in the window.
@@ -43,8 +52,8 @@ pub(super) struct Report {
     /// The trends subtracted from u and from y.
     pub(super) trends: [Trend; 2],
     pub(super) gain: Gain,
-    /// [`feedback_p_value`] of the window.
-    pub(super) feedback: Option<f64>,
+    /// The test of the window for feedback.
+    pub(super) feedback: Option<FeedbackTest>,
     pub(super) estimates: Vec<Estimate>,
 }
 
@@ -93,6 +102,11 @@ impl Report {
         }
     }
 
+    /// Whether y acts on u, or u at once on y.
+    pub(super) fn in_loop(&self) -> bool {
+        self.feedback.is_some_and(|test| test.is_found())
+    }
+
     /// Returns the largest shift of an estimate.
     pub(super) fn shift(&self) -> usize {
         let shifts = self.estimates.iter().map(Estimate::shift);
@@ -106,8 +120,8 @@ pub(super) struct Part {
     /// Its lines, if it is a part of a file between gaps.
     pub(super) lines: Option<[u64; 2]>,
     pub(super) samples: usize,
-    /// [`feedback_p_value`] of the record.
-    pub(super) feedback: Option<f64>,
+    /// The test of the record for feedback.
+    pub(super) feedback: Option<FeedbackTest>,
 }
 
 /// A model on one of several records.
@@ -176,6 +190,8 @@ pub(super) struct Estimate {
     pub(super) parts: Vec<PartReport>,
     /// Whether the residuals of all of them are white.
     pub(super) white: Option<Whiteness>,
+    /// The order of excitation of u, as that of the [`Report`].
+    pub(super) excitation: usize,
     /// Hints on the record or the method.
     pub(super) hints: Vec<String>,
 }
@@ -207,8 +223,8 @@ pub(super) struct PassReport {
     pub(super) modes: Option<Vec<Mode>>,
     /// Tests of the residuals, if there are enough of them.
     pub(super) residuals: Option<Residuals>,
-    /// [`feedback_p_value`] of the record.
-    pub(super) feedback: Option<f64>,
+    /// The test of the record for feedback.
+    pub(super) feedback: Option<FeedbackTest>,
 }
 
 impl PassReport {

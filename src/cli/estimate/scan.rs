@@ -296,6 +296,7 @@ impl Scan {
             fit: None,
             parts: Vec::new(),
             white: None,
+            excitation: report.excitation,
             hints: Vec::new(),
         };
         hints::of_start(&estimate, report)

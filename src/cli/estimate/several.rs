@@ -3,13 +3,14 @@
 use super::arguments::Arguments;
 use super::load::{check_moves, check_order, clock_of};
 use super::record::{self, Recognised};
-use super::report::{Clock, Part, Report};
+use super::report::{Clock, MOST_EXCITED, Part, Report};
 use super::unit::in_own_unit;
 use crate::cli::error::Error;
 use crate::cli::output::note;
 use crate::data::csv::Record;
-use crate::data::{Detrend, Trend};
-use crate::diagnosis::feedback_p_value;
+use crate::data::{Detrend, Rounding, Trend};
+use crate::diagnosis::FeedbackTest;
+use crate::estimator::excitation_order;
 use crate::model::Orders;
 use crate::text::rounded;
 use std::path::{Path, PathBuf};
@@ -46,7 +47,7 @@ pub(super) fn load(
         .collect();
     let mut all = Record::default();
     let (mut parts, mut clocks, mut form) = (Vec::new(), Vec::new(), Vec::new());
-    let mut first = Some(first);
+    let (mut first, mut rounding) = (Some(first), Rounding::default());
     for file in &files {
         let mut found = match first.take() {
             Some(first) => first,
@@ -54,8 +55,13 @@ pub(super) fn load(
         };
         form.append(&mut found.form);
         clocks.push(clock_of(arguments, found.clock)?);
+        let own = Rounding::of(&found.record.u, &found.record.y);
+        rounding = Rounding {
+            u: rounding.u.max(own.u),
+            y: rounding.y.max(own.y),
+        };
         subtract(arguments, &mut found)?;
-        cut(file, orders, found, &mut parts, &mut all)?;
+        cut(file, orders, found, &mut parts, &mut all, own)?;
     }
     let clock = same_clock(&files, &clocks)?;
     if !all.r.is_empty() && all.r.len() < all.y.len() {
@@ -63,6 +69,14 @@ pub(super) fn load(
         return Err(Error::Input(message.to_owned()));
     }
     let (window, first) = (all.y.len(), arguments.record.file.display());
+    let excited = parts.iter().scan(0_usize, |start, part: &Part| {
+        *start += part.samples;
+        Some(excitation_order(
+            &all.u[*start - part.samples..*start],
+            MOST_EXCITED,
+        ))
+    });
+    let excitation = excited.max().unwrap_or(0);
     let moves = check_moves(arguments, &all, window);
     let unit = moves.and_then(|()| in_own_unit(&mut all, window));
     let unit = unit.map_err(|message| Error::Input(format!("{first}: {message}")))?;
@@ -75,6 +89,9 @@ pub(super) fn load(
         hertz: arguments.hz,
         horizon: arguments.horizon,
         validation: None,
+        lines: Vec::new(),
+        rounding: rounding.divided_by(unit),
+        excitation,
         unit,
         window,
         orders,
@@ -116,6 +133,7 @@ fn cut(
     found: Recognised,
     parts: &mut Vec<Part>,
     all: &mut Record,
+    rounding: Rounding,
 ) -> Result<(), Error> {
     let Recognised {
         record, segments, ..
@@ -140,7 +158,7 @@ fn cut(
             file: file.to_owned(),
             lines,
             samples,
-            feedback: feedback_p_value(u, y, orders.nk),
+            feedback: FeedbackTest::of(u, y, orders.nk, rounding),
         });
         all.u.extend(u);
         all.y.extend(y);

@@ -21,6 +21,29 @@ impl Span {
         }
         text.parse()
     }
+
+    /// Reads a delay or a range of delays, from 0 on: u(k) acts on y(k).
+    pub(super) fn of_delays(text: &str) -> Result<Self, String> {
+        Self::from(text, 0)
+    }
+
+    /// Reads a number of at least `least`, or a range of them.
+    fn from(text: &str, least: usize) -> Result<Self, String> {
+        let number = |text: &str| text.parse().ok().filter(|number| *number >= least);
+        let between = [":", "..", "-"]
+            .iter()
+            .find_map(|between| text.split_once(between));
+        let (first, last) = between.unwrap_or((text, text));
+        match (number(first), number(last)) {
+            (Some(first), Some(last)) if first <= last => Ok(Self { first, last }),
+            (None, _) if !text.contains(':') => Err(format!(
+                "expected a whole number of at least {least}, or a range such as {least}:8"
+            )),
+            _ => Err(format!(
+                "expected a range such as {least}:8, of whole numbers of at least {least}"
+            )),
+        }
+    }
 }
 
 impl std::fmt::Display for Span {
@@ -38,18 +61,7 @@ impl FromStr for Span {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |text: &str| text.parse().ok().filter(|number| *number >= 1);
-        let between = [":", "..", "-"]
-            .iter()
-            .find_map(|between| text.split_once(between));
-        let (first, last) = between.unwrap_or((text, text));
-        match (number(first), number(last)) {
-            (Some(first), Some(last)) if first <= last => Ok(Self { first, last }),
-            (None, _) if !text.contains(':') => {
-                Err("expected a whole number of at least 1, or a range such as 1:8".to_owned())
-            }
-            _ => Err("expected a range such as 1:8, of whole numbers of at least 1".to_owned()),
-        }
+        Self::from(text, 1)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::report::{Estimate, Frequency, PassReport, Report};
 use super::{comparison, words};
 use crate::cli::equation::broken;
-use crate::diagnosis::{Mode, Residuals, Root, Z_95};
+use crate::diagnosis::{FeedbackTest, Mode, Residuals, Root, Z_95};
 use crate::estimator::Progress;
 use crate::metric::Fit;
 use crate::model::{ContinuousModel, Orders};
@@ -104,8 +104,8 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
             let line = format!("  {:<18} {}: {sentence}", "status", failure.kind);
             text.push_str(&wrap(&line, 80, &" ".repeat(21)));
         } else {
-            let cause =
-                words::cause(failure.kind).map_or(String::new(), |cause| format!(": {cause}"));
+            let cause = words::cause(failure.kind, estimate)
+                .map_or(String::new(), |cause| format!(": {cause}"));
             let line = format!("  FAILED: {failure}{cause}");
             text.push_str(&wrap(&line, 80, &" ".repeat(10)));
         }
@@ -356,10 +356,18 @@ fn write_parameters(
 }
 
 /// Writes the results of the residual tests in words.
-fn write_residuals(text: &mut String, residuals: &Residuals, feedback: Option<f64>) -> fmt::Result {
+fn write_residuals(
+    text: &mut String,
+    residuals: &Residuals,
+    feedback: Option<FeedbackTest>,
+) -> fmt::Result {
     let names = ["residuals", "", ""];
     for (name, verdict) in names.iter().zip(words::residual_tests(residuals, feedback)) {
-        writeln!(text, "  {name:<18} {verdict}")?;
+        let line = format!("  {name:<18} {verdict}");
+        text.push_str(&wrap(&line, 80, &" ".repeat(21)));
+    }
+    if residuals.fits_to_rounding {
+        return Ok(());
     }
     writeln!(text, "  {:<18} {}", "", words::residual_basis(residuals))
 }

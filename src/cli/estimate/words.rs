@@ -1,7 +1,7 @@
 //! Words about a model, shared by the text and the page.
 
-use super::report::{Clock, Estimate, Report, Validation};
-use crate::diagnosis::{Cancellation, Precision, Residuals, Whiteness, is_feedback};
+use super::report::{Clock, Estimate, MOST_EXCITED, Report, Validation};
+use crate::diagnosis::{Cancellation, FeedbackTest, LoopVerdict, Precision, Residuals, Whiteness};
 use crate::estimator::{EstimatorName, FailureKind, Offset, Pass};
 use crate::model::polynomial::multiply;
 use crate::model::{LinearModel, Orders};
@@ -9,6 +9,7 @@ use crate::plant::PoleFinder;
 use crate::plant::canonical::reverse_negated;
 use crate::text::{rounded, visible, wrap};
 use faer::c64;
+use std::borrow::Cow;
 
 /// Returns, in a line, what an estimator does and after which pass.
 pub(super) fn heading(estimate: &Estimate) -> String {
@@ -40,6 +41,12 @@ pub(super) fn record(report: &Report) -> String {
     }
     if let Some(Clock { step, .. }) = report.clock {
         lines.push(format!("{} s between samples", rounded(step, 6)));
+    }
+    if report.excitation < MOST_EXCITED {
+        let order = report.excitation;
+        lines.push(format!(
+            "u excites order {order}: without zeros before the record it tells {order} parameters apart at most"
+        ));
     }
     if let Some(Validation { file, record }) = &report.validation {
         lines.push(format!(
@@ -136,8 +143,16 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
 }
 
 /// Returns why an estimate has no model, with advice; `None` where the kind's name says it.
-pub(super) fn cause(kind: FailureKind) -> Option<&'static str> {
-    Some(match kind {
+pub(super) fn cause(kind: FailureKind, estimate: &Estimate) -> Option<Cow<'static, str>> {
+    let cause = match kind {
+        FailureKind::RankDeficient | FailureKind::NotIdentifiable
+            if estimate.excitation < MOST_EXCITED =>
+        {
+            return Some(Cow::Owned(format!(
+                "u excites order {}, too few for the parameters: lower the orders, or excite the plant more",
+                estimate.excitation
+            )));
+        }
         FailureKind::NonFinite => "a number of the calculation overflowed or is none",
         FailureKind::Singular => "the equations are singular: a signal that they need is zero",
         FailureKind::RankDeficient | FailureKind::NotIdentifiable => {
@@ -150,7 +165,8 @@ pub(super) fn cause(kind: FailureKind) -> Option<&'static str> {
             "the model whose output makes the instruments is unstable: try --stabilise reflect, or oe"
         }
         _ => return None,
-    })
+    };
+    Some(Cow::Borrowed(cause))
 }
 
 /// Returns the largest modulus of the zeros of `1 + d_1 q^-1 + ...`; 0 without zeros.
@@ -165,40 +181,66 @@ fn largest_zero(polynomial: &[f64]) -> f64 {
 pub(super) const NOT_TESTED: &str =
     "not tested: fewer than 4 residuals, all of them zero, or an unstable predictor";
 
-/// Returns the verdict of each residual test, with its p-value. The last is that of the record, if there is one.
-pub(super) fn residual_tests(residuals: &Residuals, feedback: Option<f64>) -> [String; 3] {
+/// Says that there is nothing to test.
+const EXACT: &str = "fit to the rounding of the record's numbers: nothing to test";
+
+/// Returns the verdict of each residual test, with its p-value. The last is that of the record.
+pub(super) fn residual_tests(residuals: &Residuals, feedback: Option<FeedbackTest>) -> Vec<String> {
     let verdict = |test: Whiteness, good: &str, bad: &str| {
         let verdict = if test.passed { good } else { bad };
         let p = chance(test.p_value);
         format!("{verdict} ({p})")
     };
-    [
+    let Some(white) = residuals.white else {
+        return vec![EXACT.to_owned()];
+    };
+    vec![
         verdict(
-            residuals.white,
+            white,
             "white",
             "NOT white: check noise model, order, offset",
         ),
-        verdict(
-            residuals.free_of_past_input,
-            "not correlated with past input",
-            "correlated with past input: B, F or delay is wrong",
+        residuals.free_of_past_input.map_or_else(
+            || "past input: cannot be tested with this input".to_owned(),
+            |test| {
+                verdict(
+                    test,
+                    "not correlated with past input",
+                    "correlated with past input: B, F or delay is wrong",
+                )
+            },
         ),
-        match feedback {
-            Some(p) if is_feedback(p) => format!("u follows y: feedback ({})", chance(p)),
-            Some(p) => format!("no sign of feedback ({})", chance(p)),
-            None => verdict(
-                residuals.free_of_future_input,
-                "no sign of feedback",
-                "correlated with future input: feedback",
-            ),
-        },
+        feedback.map_or_else(
+            || "feedback: cannot be tested with this input".to_owned(),
+            in_loop,
+        ),
     ]
+}
+
+/// Returns what a record says of feedback and of a direct term.
+fn in_loop(test: FeedbackTest) -> String {
+    let p = chance(test.p_value);
+    let later = test.later.map_or_else(String::new, chance);
+    match test.verdict() {
+        LoopVerdict::Open => format!("no sign of feedback ({p})"),
+        LoopVerdict::Feedback => {
+            format!("u follows y: feedback ({p}; later u, as a direct term does not: {later})")
+        }
+        LoopVerdict::AtOnce => format!(
+            "u(k) and y(k) move together ({p}): u acts at once (nk = 0: --delay 0), or a controller answers within the \
+             sample; no later u follows y ({later}), as with nk = 0, or a controller without memory"
+        ),
+        LoopVerdict::Told => format!(
+            "u(k) tells y(k) ({p}): feedback of a controller without a setpoint change, which no model can be told \
+             from, or u acts at once (nk = 0: --delay 0) without noise"
+        ),
+    }
 }
 
 /// Returns the basis of [`residual_tests`].
 pub(super) fn residual_basis(residuals: &Residuals) -> String {
     format!(
-        "each test at 1 %, over {} lags of {} residuals",
+        "each test at 1 %, over up to {} lags of {} residuals",
         residuals.lags(),
         residuals.rows
     )

@@ -8,6 +8,7 @@ mod detrend;
 mod process;
 mod process_error;
 mod realisation;
+mod rounding;
 mod source;
 mod truth;
 
@@ -18,5 +19,7 @@ pub use detrend::{Detrend, Trend};
 pub use process::{Process, ProcessSettings};
 pub use process_error::ProcessError;
 pub use realisation::Realisation;
+pub use rounding::Rounding;
+pub(crate) use rounding::rounding_of;
 pub use source::{NoiseColour, NoiseColourError, PlantSource};
 pub use truth::{DrawFailure, Truth};

@@ -1,21 +1,27 @@
-//! Judges a model by the record that it was estimated from: whether its residuals are white and uncorrelated with the
-//! input, and how uncertain its poles, zeros, responses and static gain are.
+//! Judges a model by the record that it was estimated from: whether its residuals are white and free of the input,
+//! and how uncertain its poles, zeros, responses and static gain are.
 
+mod added_columns;
 mod continuous_pole;
 mod feedback;
+mod outliers;
+mod past_input;
 mod poles_zeros_gain;
 mod response;
 mod root_errors;
 #[cfg(test)]
 mod tests;
+mod verdict;
 mod whiteness;
 
 pub use continuous_pole::Mode;
-pub use feedback::{feedback_p_value, is_feedback};
+pub use feedback::{FeedbackTest, LoopVerdict};
+pub use outliers::Outlier;
 pub use poles_zeros_gain::Precision;
 pub use response::{FrequencyPoint, StepPoint, frequency_response, step_response};
 pub use root_errors::{Cancellation, Root, RootError};
-pub use whiteness::{Residuals, Whiteness};
+pub use verdict::Whiteness;
+pub use whiteness::Residuals;
 
 /// Level of the tests of residuals: the false-alarm probability of each.
 pub const LEVEL: f64 = 0.01;

@@ -1,6 +1,12 @@
-//! Tests of responses, regions and cancellations against independent formulas, and over many records.
+//! Tests of responses, regions and cancellations against independent formulas, and over many records; F tests of
+//! added lags against numpy.
 
+mod levels;
+
+use super::past_input::past_input;
 use super::*;
+use crate::data::Rounding;
+use crate::estimator::InitialCondition;
 use crate::estimator::{ArxOptions, Method, Pass, Shape, Window};
 use crate::metric::tails::normal_above;
 use crate::model::LinearModel;
@@ -359,4 +365,71 @@ fn a_complex_pair_may_cancel_too() {
     }
     model.covariance.clear();
     assert!(precision(&model).cancellations.is_empty());
+}
+
+/// The F tests of past input and of feedback against numpy and scipy (`reference.py`).
+#[test]
+fn added_lags_of_another_program() {
+    #[derive(serde::Deserialize)]
+    struct Loop {
+        p_value: Option<f64>,
+        at_once: Option<f64>,
+        later: Option<f64>,
+    }
+    #[derive(serde::Deserialize)]
+    struct Case {
+        name: String,
+        rest: bool,
+        u: Vec<f64>,
+        y: Vec<f64>,
+        orders: String,
+        parameters: Vec<f64>,
+        past: Option<f64>,
+        feedback: Loop,
+    }
+    let cases: Vec<Case> = serde_json::from_str(include_str!("reference.json")).unwrap();
+    let near = |found: Option<f64>, expected: Option<f64>, what: &str| {
+        let same = match (found, expected) {
+            (Some(found), Some(expected)) => (found - expected).abs() < 1e-8,
+            (found, expected) => found.is_none() && expected.is_none(),
+        };
+        assert!(same, "{what}: {found:?} instead of {expected:?}");
+    };
+    for Case {
+        name,
+        rest,
+        u,
+        y,
+        orders,
+        parameters,
+        past,
+        feedback,
+    } in cases
+    {
+        let mut model = LinearModel::zero(orders.parse().unwrap());
+        model.set_parameters(&parameters);
+        let start = if rest {
+            InitialCondition::Zero
+        } else {
+            InitialCondition::Estimate
+        };
+        let found = past_input(&model, &u, &y, start).map(|test| test.p_value);
+        near(found, past, &format!("{name}, past"));
+        let found = FeedbackTest::of(&u, &y, model.delay, Rounding::default());
+        near(
+            found.map(|of| of.p_value),
+            feedback.p_value,
+            &format!("{name}, future"),
+        );
+        near(
+            found.and_then(|of| of.at_once),
+            feedback.at_once,
+            &format!("{name}, u(k)"),
+        );
+        near(
+            found.and_then(|of| of.later),
+            feedback.later,
+            &format!("{name}, later"),
+        );
+    }
 }

@@ -20,8 +20,14 @@ impl Autoregression {
     ///
     /// Source: Brockwell and Davis, Time Series: Theory and Methods, 2nd ed., sections 8.1 and 9.3.
     pub(super) fn fit(&mut self, v: &[f64]) -> f64 {
+        let most = (10.0 * (v.len() as f64).log10()) as usize;
+        self.fit_within(v, most)
+    }
+
+    /// Does the same with a largest order of `most`, and M/4.
+    pub(crate) fn fit_within(&mut self, v: &[f64], most: usize) -> f64 {
         let samples = v.len() as f64;
-        let most = ((10.0 * samples.log10()) as usize).min(v.len() / 4);
+        let most = most.min(v.len() / 4);
         self.covariances.clear();
         for lag in (0..=most).step_by(LAGS) {
             let sums = with_fma(
@@ -51,7 +57,7 @@ impl Autoregression {
     }
 
     /// D of the last fit.
-    pub(super) fn denominator(&self) -> &[f64] {
+    pub(crate) fn denominator(&self) -> &[f64] {
         &self.best
     }
 }

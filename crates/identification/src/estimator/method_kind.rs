@@ -41,6 +41,8 @@ pub struct Problem<'a> {
     pub reported: Option<&'a [usize]>,
     /// The lengths of the records that follow each other in the window; empty: it is one record.
     pub runs: &'a [usize],
+    /// Whether the model is the start of a search, which need not be right.
+    pub is_start: bool,
 }
 
 impl Problem<'_> {
@@ -62,6 +64,7 @@ impl From<Shape> for Problem<'_> {
             covariance: false,
             reported: None,
             runs: &[],
+            is_start: false,
         }
     }
 }

@@ -9,6 +9,7 @@ mod autoregression;
 pub mod auxiliary;
 mod chosen;
 mod covariance;
+mod excitation;
 mod fixed_model;
 mod general_iv;
 pub mod information;
@@ -53,9 +54,11 @@ mod test_setup;
 mod triangular;
 
 pub use crate::failure::{FailureKind, Reason};
+pub(crate) use autoregression::Autoregression;
 pub use autoregression::spectrum;
 pub use chosen::{OrderRule, first_part};
 pub use covariance::Covariance;
+pub use excitation::excitation_order;
 pub use fixed_model::FixedModel;
 pub use general_iv::GeneralIv;
 pub use initial_state_choice::{StartState, StateEstimate};
@@ -65,7 +68,7 @@ pub use known_model::KnownModel;
 pub use method::Method;
 pub use method_kind::{MethodKind, Needs, OptionUnits, Output, Problem};
 pub use methods::*;
-pub(crate) use null_space::long_autoregression;
+pub(crate) use null_space::long_autoregression_order;
 pub use offset::OffsetChoice;
 pub use option_error::OptionError;
 #[cfg(feature = "json")]
@@ -74,6 +77,7 @@ pub use order_choice::{Candidate, Criterion, OrderComparison};
 pub use other_tools::Reading;
 pub use pass::{Failure, Offset, Pass, Progress, Stage};
 pub use prediction::{errors_ahead, prediction_errors};
+pub(crate) use prediction_error::PredictionGradient;
 pub use prediction_error::{
     Beside, InitialCondition, PredictionError, SearchStarts, initial_numbers,
 };

@@ -245,10 +245,18 @@ pub(super) fn is_cut(
 
 /// Returns the model `A y = B q^-delay u + e` by least squares, of the order by AIC (at most 50, and N/6); `None` if no
 /// order has a solution.
-pub(crate) fn long_autoregression(u: &[f64], y: &[f64], delay: usize) -> Option<LinearModel> {
+pub(super) fn long_autoregression(u: &[f64], y: &[f64], delay: usize) -> Option<LinearModel> {
     let mut high = HighOrder::new(true, delay, None, y.len());
     high.fit(u, y);
     (high.chosen > 0).then(|| high.model(high.chosen))
+}
+
+/// Returns that order, at most `most` too; 0 if no order has a solution.
+pub(crate) fn long_autoregression_order(u: &[f64], y: &[f64], delay: usize, most: usize) -> usize {
+    let mut high = HighOrder::new(true, delay, None, y.len());
+    high.most = high.most.min(most).max(1);
+    high.fit(u, y);
+    high.chosen
 }
 
 /// Buffers for records of one length.

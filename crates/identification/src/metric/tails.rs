@@ -105,6 +105,19 @@ pub fn chi_square_above(x: f64, degrees: usize) -> f64 {
     sum.min(1.0)
 }
 
+/// P(F > f) of Fisher's law with q and d degrees of freedom (Abramowitz and Stegun, 26.6.2).
+pub fn fisher_above(f: f64, q: usize, d: usize) -> f64 {
+    if !(f > 0.0) {
+        return if f.is_nan() { f64::NAN } else { 1.0 };
+    }
+    let (explained, left) = (f * q as f64, d as f64);
+    if explained.is_infinite() {
+        return 0.0;
+    }
+    let sum = explained + left;
+    beta_share(left / sum, explained / sum, left / 2.0, q as f64 / 2.0)
+}
+
 /// P(K >= k) of the number K of successes in n trials with probability p each.
 pub fn binomial_at_least(k: u64, n: u64, p: f64) -> f64 {
     match (k, p) {
@@ -263,6 +276,30 @@ mod tests {
         assert_eq!(
             (binomial_at_least(1, 5, 0.0), binomial_at_most(4, 5, 1.0)),
             (0.0, 0.0)
+        );
+    }
+
+    /// SciPy: `scipy.stats.f.sf(f, q, d)`. Of one degree of freedom it is Student's law of both signs.
+    #[test]
+    fn fisher_tails() {
+        const FISHER: [(f64, usize, usize, f64); 5] = [
+            (0.4, 3, 12, 0.7555447129145094),
+            (2.5, 5, 80, 0.03722005488560024),
+            (4.0, 6, 57, 0.0020732809589544357),
+            (3.3, 25, 950, 1.1160873540391275e-07),
+            (40.0, 2, 30, 3.435014252937534e-09),
+        ];
+        for (f, q, d, p) in FISHER {
+            near(fisher_above(f, q, d), p, 1e-10);
+        }
+        near(
+            fisher_above(6.25, 1, 999),
+            2.0 * student_above(2.5, 999.0),
+            1e-11,
+        );
+        assert_eq!(
+            (fisher_above(0.0, 2, 9), fisher_above(f64::INFINITY, 2, 9)),
+            (1.0, 0.0)
         );
     }
 

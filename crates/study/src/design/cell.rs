@@ -207,6 +207,7 @@ impl DiscreteCell {
             covariance: false,
             reported: None,
             runs: &[],
+            is_start: false,
         }
     }
 

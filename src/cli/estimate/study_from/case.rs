@@ -9,7 +9,7 @@ use crate::cli::estimate::record;
 use crate::cli::estimate::report::Report;
 use crate::cli::estimate::{hints, one_estimator, words};
 use crate::data::OutputFeedback;
-use crate::diagnosis::Residuals;
+use crate::diagnosis::{FeedbackTest, Residuals};
 use crate::estimator::spectrum;
 use crate::metric::prediction_errors;
 use crate::model::LinearModel;
@@ -103,7 +103,7 @@ impl Case {
         // The study is of y less its offset.
         report.record.y = pass.less_offset(0, &report.record.y).into_owned();
         let residuals = last.residuals;
-        check_loop(arguments, residuals.as_ref()).map_err(|message| refused(&message))?;
+        check_loop(arguments, report.feedback).map_err(|message| refused(&message))?;
         let u = report.record.u[..report.window].to_vec();
         let input = match &arguments.feedback {
             None => ("u", u.clone()),
@@ -191,19 +191,19 @@ fn check_unit(report: &Report) -> Result<(), Error> {
 }
 
 /// Refuses a record that may come from a closed loop, unless the user gives the feedback or declares an open loop.
-fn check_loop(arguments: &Arguments, residuals: Option<&Residuals>) -> Result<(), String> {
+fn check_loop(arguments: &Arguments, feedback: Option<FeedbackTest>) -> Result<(), String> {
     const WAYS: &str = "expected --feedback K, or --open-loop where nothing fed y back";
     if arguments.feedback.is_some() || arguments.open_loop {
         return Ok(());
     }
-    match residuals.map(Residuals::feedback_p_value) {
-        Some(p) if p >= LOOP_LEVEL => Ok(()),
-        Some(p) => Err(format!(
-            "u follows the residuals ({}), as in a closed loop, or with too few orders; {WAYS}",
-            words::chance(p)
+    match feedback {
+        Some(test) if test.p_value >= LOOP_LEVEL => Ok(()),
+        Some(test) => Err(format!(
+            "u follows y ({}), as in a closed loop, or acts on it at once; {WAYS}",
+            words::chance(test.p_value)
         )),
         None => Err(format!(
-            "too few residuals to tell open from closed loop; {WAYS}"
+            "this input cannot tell an open from a closed loop, nor can a record without noise or with few samples; {WAYS}"
         )),
     }
 }

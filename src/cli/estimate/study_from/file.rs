@@ -46,11 +46,11 @@ pub(super) fn noise_in_words(case: &Case) -> &'static str {
 
 /// Describes whether the trials are in closed loop, and how that is known.
 pub(super) fn loop_in_words(case: &Case, open: bool) -> String {
-    match (&case.feedback, case.residuals.as_ref().filter(|_| !open)) {
+    match (&case.feedback, case.report.feedback.filter(|_| !open)) {
         (Some(_), _) => "The loop is closed by the feedback that was given.".to_owned(),
-        (None, Some(residuals)) => format!(
-            "The loop is open: u does not follow the residuals, as a strong feedback would show ({}).",
-            chance(residuals.feedback_p_value())
+        (None, Some(test)) => format!(
+            "The loop is open: u does not follow y, as a strong feedback would show ({}).",
+            chance(test.p_value)
         ),
         (None, None) => "The loop is open, as --open-loop says.".to_owned(),
     }
@@ -68,10 +68,12 @@ pub(super) fn doubts(case: &Case) -> Vec<String> {
         ),
         (
             residuals.free_of_past_input,
-            "the residuals are correlated with past input: the plant of the trials is not that of the record",
+            "past input explains residuals: the plant of the trials is not that of the record",
         ),
     ];
-    let failed = tests.into_iter().filter(|(test, _)| !test.passed);
+    let failed = tests
+        .into_iter()
+        .filter_map(|(test, doubt)| Some((test.filter(|test| !test.passed)?, doubt)));
     failed
         .map(|(test, doubt)| format!("{doubt} ({}); expected other orders", chance(test.p_value)))
         .collect()

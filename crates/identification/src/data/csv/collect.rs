@@ -178,7 +178,7 @@ impl<'a> Rows<'a> {
         let pieces = std::mem::take(&mut self.pieces);
         let run = std::mem::replace(&mut self.run, Run::new(false));
         let found = pieces.map_or_else(|| whole(run), Pieces::finish);
-        let (run, kept, mut segments) =
+        let (mut run, kept, mut segments) =
             found.map_err(|unequal| self.refusal(Break::Time(unequal), 0))?;
         if run.y.is_empty() {
             return Err(RecordError::NoSamples);
@@ -235,9 +235,11 @@ impl<'a> Rows<'a> {
             for column in [u, y, r] {
                 column.reverse();
             }
+            run.lines.reverse();
         }
         Ok(Table {
             record,
+            lines: run.lines,
             times,
             form,
             kept,

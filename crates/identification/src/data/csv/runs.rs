@@ -30,7 +30,8 @@ pub(super) struct Run {
     pub(super) r: Vec<f64>,
     pub(super) times: Times,
     next: Option<f64>,
-    lines: [u64; 2],
+    /// The line of each row.
+    pub(super) lines: Vec<u64>,
     /// The rows, if the run may have to be divided before one of them.
     rows: Option<Vec<Row>>,
 }
@@ -44,7 +45,7 @@ impl Run {
             r: Vec::new(),
             times: Times::new(),
             next: None,
-            lines: [0; 2],
+            lines: Vec::new(),
             rows: divisible.then(Vec::new),
         }
     }
@@ -62,10 +63,7 @@ impl Run {
             return Err((Break::Time(unequal), row));
         }
         self.next = row.k.map(|k| k + 1.0);
-        if self.u.is_empty() {
-            self.lines[0] = row.line;
-        }
-        self.lines[1] = row.line;
+        self.lines.push(row.line);
         self.u.push(row.u);
         self.y.push(row.y);
         self.r.extend(row.r);
@@ -88,15 +86,20 @@ impl Run {
         self.u.truncate(left);
         self.y.truncate(left);
         self.r.truncate(left);
+        self.lines.truncate(left);
         self.times = Times::new();
         for row in self.rows.iter().flatten() {
-            self.lines[1] = row.line;
             if let Some(time) = row.time {
                 // These were equal steps already.
                 let _ = self.times.add(time, row.line);
             }
         }
         tail
+    }
+
+    /// The first and the last line.
+    fn ends(&self) -> [u64; 2] {
+        [self.lines.first(), self.lines.last()].map(|line| line.copied().unwrap_or(0))
     }
 }
 
@@ -183,18 +186,19 @@ impl Pieces {
     pub(super) fn finish(mut self) -> Result<(Run, Option<Kept>, Vec<Segment>), Unequal> {
         self.end();
         let segment = |run: &Run| Segment {
-            lines: run.lines,
+            lines: run.ends(),
             samples: run.u.len(),
         };
         let segments: Vec<Segment> = self.kept.iter().map(segment).collect();
         let mut runs = self.kept.into_iter();
         let mut first = runs.next().unwrap_or_else(|| Run::new(false));
-        let lines = first.lines;
+        let lines = first.ends();
         for mut run in runs {
-            first.times.same_step(&run.times, run.lines[0])?;
+            first.times.same_step(&run.times, run.ends()[0])?;
             first.u.append(&mut run.u);
             first.y.append(&mut run.y);
             first.r.append(&mut run.r);
+            first.lines.append(&mut run.lines);
         }
         let is_part = first.u.len() < self.rows;
         let kept = Kept {

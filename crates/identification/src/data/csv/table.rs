@@ -18,6 +18,8 @@ pub struct Record {
 pub struct Table {
     /// The samples.
     pub record: Record,
+    /// The line of each sample.
+    pub lines: Vec<u64>,
     /// The time of the first sample (of dates 0) and the time between samples, seconds; `None` without a column of
     /// times, or with a single sample.
     pub times: Option<[f64; 2]>,

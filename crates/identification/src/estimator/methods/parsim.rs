@@ -6,6 +6,7 @@
 use super::state_sequence::{Innovations, innovations_options, model_orders};
 use super::subspace::{block_rows, columns, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::excitation::excited_rows;
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
@@ -25,13 +26,14 @@ innovations_options!(
     "The options of `parsim-k`.",
     {},
     check: |_| Ok(()),
-    prepare: |of, orders, window| {
-        let (n, rows) = (orders.na, of.block_rows);
+    prepare: |of, orders, problem| {
+        let (n, rows, window) = (orders.na, of.block_rows, problem.shape.window);
         block_rows(rows, n, window)?;
         Ok(Box::new(ParsimK {
             orders,
             rows,
             stabilise: of.stabilise,
+            is_start: problem.is_start,
             high: HighOrder::new(true, 1, None, window),
             innovations: Innovations::new(window),
             scratch: Vec::new(),
@@ -48,6 +50,8 @@ pub struct ParsimK {
     orders: Orders,
     rows: Option<usize>,
     stabilise: Stabilise,
+    /// Whether the model is a start, for which u need not excite the block rows.
+    is_start: bool,
     high: HighOrder,
     innovations: Innovations,
     scratch: Vec<f64>,
@@ -66,6 +70,11 @@ impl ParsimK {
             let longest = longest_rows(y.len()).max(n + 1);
             (2 * self.high.order()).clamp(n + 1, longest)
         });
+        let rows = if self.is_start {
+            rows
+        } else {
+            excited_rows(u, rows, self.rows.unwrap_or(n + 1))?
+        };
         let observability = observability(u, y, rows, self.orders.nk == 0, singular_values)?;
         if !(singular_values[n - 1] > 0.0) {
             return Err(FailureKind::RankDeficient);

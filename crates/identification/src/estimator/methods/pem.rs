@@ -66,6 +66,10 @@ impl PemOptions {
         problem: &Problem<'_>,
     ) -> Result<Box<dyn Estimator>, SetupError> {
         let (orders, block_rows) = (Some(orders), self.block_rows);
+        let problem = &Problem {
+            is_start: true,
+            ..*problem
+        };
         match self.initial_model {
             SubspaceStart::Cva => CvaOptions {
                 orders,
@@ -156,7 +160,11 @@ pub(super) fn with_ssarx(
             ..SsarxOptions::default()
         };
         // A record may be too short for it.
-        if let Ok(other) = ssarx.prepare(problem) {
+        let problem = Problem {
+            is_start: true,
+            ..*problem
+        };
+        if let Ok(other) = ssarx.prepare(&problem) {
             search.set_other(other);
         }
     }

@@ -5,6 +5,7 @@
 //! extended observability matrix. C is the first row of that matrix, and A follows from its shift.
 
 use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::excitation::excited_rows;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
@@ -235,16 +236,19 @@ impl Subspace {
     }
 
     /// Returns the numbers of block rows that are tried: by default k, 3/2 k and 2 k, k being the order of the model
-    /// `A y = B u + e` by AIC, as far as the record and the order allow.
-    fn candidates(&mut self, u: &[f64], y: &[f64]) -> [usize; 3] {
+    /// `A y = B u + e` by AIC, as far as the record, the order and the excitation of u allow.
+    fn candidates(&mut self, u: &[f64], y: &[f64]) -> Result<[usize; 3], FailureKind> {
         let Some(high) = &mut self.high else {
-            return [self.rows; 3];
+            return Ok([excited_rows(u, self.rows, self.rows)?; 3]);
         };
         high.fit(u, y);
         let order = high.chosen();
         let least = self.orders.nf + 1;
         let most = longest_rows(self.window).max(least);
-        [2 * order, 3 * order, 4 * order].map(|twice| (twice / 2).max(least + 1).min(most))
+        let wanted = [2 * order, 3 * order, 4 * order];
+        let wanted = wanted.map(|twice| (twice / 2).max(least + 1).min(most));
+        let excited = excited_rows(u, wanted[2], least)?;
+        Ok(wanted.map(|rows| rows.min(excited)))
     }
 
     fn set_rows(&mut self, rows: usize) {
@@ -263,7 +267,7 @@ impl Subspace {
         y: &[f64],
         singular_values: &mut Vec<f64>,
     ) -> Result<f64, FailureKind> {
-        let candidates = self.candidates(u, y);
+        let candidates = self.candidates(u, y)?;
         let weights = match &self.weights {
             Weights::Auto => &[Weights::N4sid, Weights::Moesp, Weights::Cva],
             one => std::slice::from_ref(one),

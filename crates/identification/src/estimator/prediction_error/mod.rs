@@ -8,6 +8,7 @@
 
 mod descent;
 mod draws;
+mod gradient;
 mod instrumental;
 pub(in crate::estimator) mod kernels;
 mod predictor;
@@ -26,6 +27,7 @@ use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 pub(in crate::estimator) use descent::Descent;
 use descent::Found;
+pub(crate) use gradient::PredictionGradient;
 pub(in crate::estimator) use predictor::OfRecord;
 pub use predictor::initial_numbers;
 use search::Search;

@@ -322,6 +322,33 @@ impl Predictor {
         }
     }
 
+    /// Returns the initial numbers, of one record, with which the errors of the last [`Self::sum`] would be least.
+    pub(super) fn best_start(&self) -> Option<Vec<f64>> {
+        let mut columns = Triangle::new(self.initial);
+        let reduced = columns.run(self.e.len(), |j, first, to| {
+            let (signal, delay) = if j < self.initial {
+                (&self.impulse, j)
+            } else {
+                (&self.e, 0)
+            };
+            for (to, k) in to.iter_mut().zip(first..) {
+                *to = k.checked_sub(delay).map_or(0.0, |k| signal[k]);
+            }
+        });
+        let mut start: Vec<f64> = columns.top().iter().map(|e| -e).collect();
+        (reduced.is_ok() && columns.solve(&mut start)).then_some(start)
+    }
+
+    /// Returns the signals whose delays are the columns of psi up to their signs, and which delays, at the last
+    /// [`Self::sum`].
+    pub(super) fn signals(&mut self) -> Vec<(Vec<f64>, Range<usize>)> {
+        self.filter_signals();
+        let blocks = self.blocks().into_iter();
+        let used = blocks.filter(|(_, count, ..)| *count > 0);
+        used.map(|(signal, count, first, _)| (signal.to_vec(), first..first + count))
+            .collect()
+    }
+
     fn blocks(&self) -> [Block<'_>; 7] {
         let Orders {
             na,

@@ -15,7 +15,7 @@ const BLOCK_ROWS: usize = 512;
 /// R and the top of the companions are carried from block to block, with the rows of the next block below them.
 /// Householder QR of the stack is backward stable for any number of blocks. Up to 512 rows form one block, which is
 /// plain QR.
-pub(in crate::estimator) struct Reduction {
+pub(crate) struct Reduction {
     /// Rows of Z: first as many carried rows as it has columns, then a block.
     z: Mat<f64>,
     /// The corresponding rows of the companions.
@@ -27,7 +27,7 @@ pub(in crate::estimator) struct Reduction {
 
 impl Reduction {
     /// Makes buffers for `rows` rows of Z with `width` columns, and `companions` companion columns.
-    pub(in crate::estimator) fn new(width: usize, rows: usize, companions: usize) -> Self {
+    pub(crate) fn new(width: usize, rows: usize, companions: usize) -> Self {
         let rows = width + BLOCK_ROWS.min(rows);
         let block = factor::recommended_block_size::<f64>(rows, width);
         let qr =
@@ -48,7 +48,7 @@ impl Reduction {
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] if an entry overflows.
-    pub(in crate::estimator) fn run(
+    pub(crate) fn run(
         &mut self,
         total: usize,
         mut fill: impl FnMut(usize, MatMut<'_, f64>, MatMut<'_, f64>),
@@ -98,12 +98,12 @@ impl Reduction {
     }
 
     /// Returns R, square and upper triangular.
-    pub(in crate::estimator) fn r(&self) -> MatRef<'_, f64> {
+    pub(crate) fn r(&self) -> MatRef<'_, f64> {
         self.z.get(..self.z.ncols(), ..)
     }
 
     /// Returns the top rows of `Q' [companions]`, as many as R has.
-    pub(in crate::estimator) fn top(&self) -> MatRef<'_, f64> {
+    pub(crate) fn top(&self) -> MatRef<'_, f64> {
         self.companions.get(..self.z.ncols(), ..)
     }
 }

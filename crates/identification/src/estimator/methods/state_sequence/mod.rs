@@ -14,6 +14,7 @@ mod innovations;
 
 use super::subspace::{block_rows, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
+use crate::estimator::excitation::excited_rows;
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::long_autoregression;
 use crate::estimator::option_error::OptionError;
@@ -88,9 +89,10 @@ macro_rules! innovations_options {
                         .prepare(problem)
                     });
                 }
-                type Prepare<T> = fn(&T, Orders, usize) -> Result<Box<dyn Estimator>, SetupError>;
+                type Prepare<T> =
+                    fn(&T, Orders, &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError>;
                 let prepare: Prepare<Self> = $prepare;
-                prepare(self, orders, problem.shape.window)
+                prepare(self, orders, problem)
             }
         }
     };
@@ -119,11 +121,13 @@ macro_rules! state_sequence {
                 }
                 Ok(())
             },
-            prepare: |of, orders, window| {
+            prepare: |of, orders, problem| {
+                let window = problem.shape.window;
                 let method = StateSequence::new(orders, of.block_rows, $future, window)?;
                 Ok(Box::new(StateSequence {
                     correlations: of.correlations,
                     stabilise: of.stabilise,
+                    is_start: problem.is_start,
                     ..method
                 }))
             }
@@ -154,6 +158,8 @@ pub struct StateSequence {
     stabilise: Stabilise,
     /// The number of block rows, if it is given.
     rows: Option<usize>,
+    /// Whether the model is a start, for which u need not excite the block rows.
+    is_start: bool,
     window: usize,
     innovations: Innovations,
 }
@@ -176,6 +182,7 @@ impl StateSequence {
             correlations: None,
             stabilise: Stabilise::None,
             rows,
+            is_start: false,
             window,
             innovations: Innovations::new(window),
         })
@@ -195,6 +202,11 @@ impl StateSequence {
         let order = high.as_ref().map_or(0, |model| model.a.len() - 1);
         let longest = longest_rows(self.window).max(most + 1);
         let rows = self.rows.unwrap_or((2 * order).clamp(most + 1, longest));
+        let rows = if self.is_start {
+            rows
+        } else {
+            excited_rows(u, rows, self.rows.unwrap_or(most + 1))?
+        };
         let mut canonical = match (self.future, high) {
             (Future::Projected, _) => Canonical::projected(u, y, rows)?,
             (Future::Predicted, Some(high)) => Canonical::predicted(u, y, rows, &high)?,
