@@ -43,6 +43,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
         first.and_then(|measure| medians(study, measure)),
         super::passes::passes(study),
         super::passes::lost(study),
+        super::method_times::errors_and_times(study),
         super::method_times::times(study),
         map.is_none()
             .then(|| super::bound_shares::shares(study))
