@@ -1,14 +1,15 @@
 //! The figures of a study, chosen by its content.
 
 use super::figure::{
-    Drawn, Figure, is_shown, left_out, level, over, quantile_note, series_of, subject, y_axis,
+    Drawn, Figure, estimate, is_shown, left_out, level, over, quantile_note, series_of, subject,
+    y_axis,
 };
 use super::layout::{BEYOND, Layout, x_of};
 use super::lead::{lead_figures, lead_outputs};
 use super::zip_plot::{Zipped, zip_plot};
 use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::results::Study;
-use asobench_identification::metric::{Quantile, Statistics, Z};
+use asobench_identification::metric::{Quantile, Statistics};
 use asobench_study::study::file::Key;
 use asobench_study::study::{
     Better, CellSummary, ComparisonSummary, Measure, TheoryReference, measure,
@@ -121,21 +122,6 @@ pub(super) fn open_end(
         " Where it runs off the top, more than 5 % of the trials failed and rank as the worst."
     } else {
         ""
-    }
-}
-
-/// A value with its 95 % interval. On a logarithmic axis, it is the interval of the logarithm.
-pub(super) fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
-    if *scale == Scale::Log && quantile.value > 0.0 {
-        let factor = (Z * quantile.mcse / quantile.value).exp();
-        Point::interval(
-            at,
-            quantile.value,
-            quantile.value / factor,
-            quantile.value * factor,
-        )
-    } else {
-        Point::uncertain(at, quantile.value, quantile.mcse)
     }
 }
 

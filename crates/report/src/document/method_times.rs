@@ -1,7 +1,6 @@
 //! The figures of the times of the methods, alone and below their errors.
 
-use super::figure::{Drawn, Figure, over, series_of, subject, y_axis};
-use super::figures::estimate;
+use super::figure::{Drawn, Figure, estimate, over, series_of, subject, y_axis};
 use super::layout::{Layout, panel_title, x_key};
 use super::lead::{OUTPUTS, lead_figures};
 use crate::plot::{Plot, PlotAxis, Point, Scale, Sharing, Style, small_multiples};
