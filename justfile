@@ -29,13 +29,13 @@ lint:
 bench *ARGS:
     cargo bench {{ARGS}}
 
-# Keep the times of benches/lanes.rs under a name.
-bench-save NAME:
-    cargo bench --bench lanes -- --save-baseline {{NAME}}
+# Keep the times of the lanes, the faer kernels and the trial under a name.
+bench-save NAME FILTER="":
+    cargo bench --bench lanes --bench kernels --bench trial -- --save-baseline {{NAME}} "{{FILTER}}"
 
 # The same benches again, as ratios to a name.
 bench-compare BASELINE="base" FILTER="":
-    cargo bench --bench lanes -- --baseline-lenient {{BASELINE}} "{{FILTER}}"
+    cargo bench --bench lanes --bench kernels --bench trial -- --baseline-lenient {{BASELINE}} "{{FILTER}}"
     cargo run --release --example bench_table {{BASELINE}}
 
 # Where a trial's time goes in the lanes, stage by stage.

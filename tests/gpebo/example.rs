@@ -101,6 +101,26 @@ fn the_example_ranks_as_the_paper_says() {
     assert_eq!(summary.observers[1].excitation.frozen_at, [None, None]);
 }
 
+/// The text on Eq. (14): with |d| small, three terms of the series of exp(d) come close to its value. In the example the
+/// filtered d = k / (p + k) dbar of Eq. (11), whose largest value is the sketch's, leaves them within 2 %.
+#[test]
+fn three_terms_of_the_series_are_close() {
+    let (step, mut last, mut d) = (1e-3_f64, [0.0; 2], [0.0_f64; 2]);
+    let (mut largest, mut error) = ([0.0_f64; 2], 0.0_f64);
+    example(0.3, step).run(1, |sample| {
+        for i in 0..2 {
+            let middle = f64::midpoint(last[i], sample.dbar[i]);
+            d[i] = middle + (d[i] - middle) * (-step).exp();
+            last[i] = sample.dbar[i];
+            largest[i] = largest[i].max(d[i].abs());
+            let terms = 1.0 + d[i] + 0.5 * d[i] * d[i];
+            error = error.max((terms / d[i].exp() - 1.0).abs());
+        }
+    });
+    assert!((largest[1] - 0.43).abs() < 5e-3, "{largest:?}");
+    assert!(error < 0.02 && largest[0] < largest[1], "{error}");
+}
+
 #[test]
 fn observed_order() {
     let halving = halve(&example(0.3, 4e-3), |_| {});

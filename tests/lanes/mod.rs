@@ -186,9 +186,11 @@ fn records(cases: &mut Vec<Case>) {
     for (name, more) in [
         ("gaussian", "input = \"gaussian\"\namplitude = 0.01"),
         ("periodic", "sequence = \"periodic-127\""),
+        ("held", "sequence = \"held-127\""),
         ("white", "noise = \"white\""),
         ("arma", "noise = \"arma\""),
         ("nominal", "eta_over = \"nominal\""),
+        ("noise in the window alone", "eta_over = \"window-alone\""),
         ("measured", "eta_of = \"measured\""),
         (
             "nominal measured",

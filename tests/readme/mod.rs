@@ -3,6 +3,7 @@
 mod prose;
 
 use crate::common::PROGRAM;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 fn read(path: &str) -> String {
@@ -28,7 +29,19 @@ fn the_table_of_claims_is_the_committed_one() {
     assert!(findings.contains(&rows.join("\n")));
 }
 
-/// The papers' sentences have the verdicts of the committed table: "`C2` (`nikolov2023`): does not hold".
+/// "10 pass, 13 fail": the cells of a claim in the table of all numbers.
+fn cells_of(numbers: &[Vec<String>], id: &str, study: &str) -> String {
+    let rows = numbers.iter().filter(|row| row[0] == id && row[5] == study);
+    let cells: BTreeMap<&str, &str> = rows.map(|row| (&*row[6], &*row[7])).collect();
+    let count = |says: &str| {
+        let count = cells.values().filter(|of| **of == says).count();
+        (count > 0).then(|| format!("{count} {says}"))
+    };
+    let counts = ["pass", "fail", "open", "left out"].into_iter();
+    counts.filter_map(count).collect::<Vec<_>>().join(", ")
+}
+
+/// The papers' sentences have the verdicts and cells of the committed tables: "`C2` (`nikolov2023`): does not hold (1 fail)".
 #[test]
 fn the_verdicts_of_the_papers_sentences_are_the_committed_ones() {
     let (page, claims) = (read("docs/reproduce.md"), read("results/report/claims.md"));
@@ -41,6 +54,8 @@ fn the_verdicts_of_the_papers_sentences_are_the_committed_ones() {
                 .collect()
         })
         .collect();
+    let numbers = read("results/report/tables/claims.csv");
+    let numbers: Vec<Vec<String>> = numbers.lines().map(prose::fields).collect();
     let mut seen = 0;
     for part in page.split(['|', ';']) {
         let part = part.trim().strip_prefix('`');
@@ -52,13 +67,46 @@ fn the_verdicts_of_the_papers_sentences_are_the_committed_ones() {
         };
         let row = verdicts.iter().find(|row| row[0] == id && row[3] == study);
         let row = row.unwrap_or_else(|| panic!("{id} of {study} is in no report"));
-        assert!(
-            said.starts_with(&format!("{} (", row[2])),
-            "{id} of {study}: {said}"
-        );
+        let found = format!("{} ({})", row[2], cells_of(&numbers, id, study));
+        assert_eq!(said, found, "{id} of {study}");
         seen += 1;
     }
     assert!(seen > 30, "{seen}");
+}
+
+/// Every claim of a paper is in the table of its sentences. Its source names the paper, not as what this project adds
+/// ("own: ...") or found ("erratum ..."); "the same sentence" is that of the claim before.
+#[test]
+fn every_claim_of_a_paper_is_among_its_sentences() {
+    let page = read("docs/reproduce.md");
+    let (_, table) = page.split_once("## Sentence by sentence").expect("a table");
+    let (mut seen, mut missing) = (0, Vec::new());
+    for study in studies() {
+        let file = read(&format!("experiments/{study}.toml"));
+        let mut is_of_paper = false;
+        for claim in file.split("[[claims]]\n").skip(1) {
+            let value = |key: &str| {
+                let line = claim.lines().find_map(|line| line.strip_prefix(key));
+                let value = line.unwrap_or_else(|| panic!("{study}: {key}"));
+                value.trim_matches(['"', '\'']).to_owned()
+            };
+            let (id, source) = (value("id = "), value("source = "));
+            if !source.starts_with("the same sentence") {
+                let names = ["Nikolov", "Bobtsov"]
+                    .iter()
+                    .any(|name| source.contains(name));
+                let is_ours = source.starts_with("own:") || source.starts_with("erratum");
+                is_of_paper = names && !is_ours;
+            }
+            if is_of_paper {
+                seen += 1;
+                let named = format!("`{id}` (`{study}`): ");
+                missing.extend((!table.contains(&named)).then_some(named));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "{missing:#?}");
+    assert!(seen > 40, "{seen}");
 }
 
 /// docs/methods.md shows what `asobench methods` prints.
@@ -90,13 +138,13 @@ fn the_front_page_is_short() {
     assert!(read("README.md").lines().count() <= 150);
 }
 
-/// README, the pages of docs, and the index of results, as paths from the root.
+/// README, the pages of docs, and the indices of results and experiments, as paths from the root.
 fn pages() -> Vec<String> {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
     let docs = std::fs::read_dir(docs).expect("a folder");
     let docs = docs.map(|file| file.expect("a file").file_name());
     let docs = docs.map(|name| format!("docs/{}", name.to_string_lossy()));
-    let pages = ["README.md", "results/README.md"].map(str::to_owned);
+    let pages = ["README.md", "results/README.md", "experiments/README.md"].map(str::to_owned);
     pages.into_iter().chain(docs).collect()
 }
 
@@ -104,8 +152,10 @@ fn pages() -> Vec<String> {
 #[test]
 fn links_lead_somewhere() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let indices = ["CONTRIBUTING.md", "experiments/README.md"].map(str::to_owned);
-    let pages: Vec<String> = pages().into_iter().chain(indices).collect();
+    let pages: Vec<String> = pages()
+        .into_iter()
+        .chain(["CONTRIBUTING.md".to_owned()])
+        .collect();
     assert!(pages.len() > 10);
     for page in pages {
         let text = read(&page);
@@ -119,7 +169,18 @@ fn links_lead_somewhere() {
     }
 }
 
-/// The index of the experiments names the claims of every file.
+/// The names of the experiments' files.
+fn studies() -> Vec<String> {
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
+    let files = std::fs::read_dir(files).expect("a folder");
+    let files = files.map(|file| file.expect("a file").file_name());
+    let files = files.map(|name| name.to_string_lossy().into_owned());
+    files
+        .filter_map(|name| Some(name.strip_suffix(".toml")?.to_owned()))
+        .collect()
+}
+
+/// The index of the experiments has a row for every file, and names its claims.
 #[test]
 fn the_index_of_experiments_names_their_claims() {
     let index = read("experiments/README.md");
@@ -130,7 +191,7 @@ fn the_index_of_experiments_names_their_claims() {
         Some((name.to_owned(), claims))
     };
     let rows: Vec<(String, String)> = index.lines().filter_map(row).collect();
-    assert!(rows.len() > 20);
+    assert_eq!(rows.len(), studies().len());
     for (name, claims) in rows {
         let file = read(&format!("experiments/{name}.toml"));
         let ids = file.split("[[claims]]\nid = \"").skip(1);

@@ -10,13 +10,15 @@
 //!
 //! Texts are of `results/report`, tables of its `tables`. A row is told by its first cells (`*` is
 //! any cell), a column by its heading without the unit; `least` or `greatest` before it is of
-//! several rows. The number shown is the value rounded to as many decimals.
+//! several rows. `claims.md: number of claims` and `number of studies` are counts. The number shown
+//! is the value rounded to as many decimals.
 
 use super::read;
+use std::collections::BTreeSet;
 
 /// Sections that hold no results: numbers there are formulas, settings, limits, what is quoted, results of older
 /// versions, and times of one machine that the commands beside them print. `*` is a whole page.
-const WITHOUT_RESULTS: [(&str, &str); 31] = [
+const WITHOUT_RESULTS: [(&str, &str); 32] = [
     ("README.md", "asobench"),
     ("README.md", "Doors"),
     ("README.md", "Where to read on"),
@@ -50,6 +52,7 @@ const WITHOUT_RESULTS: [(&str, &str); 31] = [
     ("docs/studies.md", "*"),
     ("docs/suite.md", "*"),
     ("docs/theory.md", "*"),
+    ("experiments/README.md", "*"),
     ("results/README.md", "*"),
 ];
 
@@ -258,7 +261,25 @@ fn value(mark: &str) -> Result<f64, String> {
         .ok_or(format!("'{mark}': expected FILE: PLACE"))?;
     match file.strip_suffix(".csv") {
         Some(name) => cell(&read(&format!("results/report/tables/{name}.csv")), place),
-        None => quoted(&read(&format!("results/report/{file}")), place),
+        None => {
+            let page = read(&format!("results/report/{file}"));
+            counted(&page, place).map_or_else(|| quoted(&page, place), Ok)
+        }
+    }
+}
+
+/// The number of claims of a page of verdicts, or of their studies.
+fn counted(page: &str, of: &str) -> Option<f64> {
+    let rows = page.lines().filter(|line| line.starts_with("| "));
+    let rows: Vec<&str> = rows.skip(2).collect();
+    let studies: BTreeSet<&str> = rows
+        .iter()
+        .filter_map(|row| row.rsplit(" | ").next())
+        .collect();
+    match of {
+        "number of claims" => Some(rows.len() as f64),
+        "number of studies" => Some(studies.len() as f64),
+        _ => None,
     }
 }
 
@@ -320,7 +341,7 @@ fn cell(table: &str, place: &str) -> Result<f64, String> {
 }
 
 /// The cells of a line of CSV, quoted where they have commas.
-fn fields(line: &str) -> Vec<String> {
+pub(super) fn fields(line: &str) -> Vec<String> {
     let mut fields = vec![String::new()];
     let mut is_quoted = false;
     for c in line.chars() {

@@ -8,7 +8,7 @@ use asobench_identification::real::{MOST_LANES, Real, Word};
 use asobench_identification::signal::noise::{DRAW_PAIRS, Draw};
 use asobench_identification::signal::normal::{radius_square, turn};
 use asobench_identification::signal::{
-    Input, NoiseFilter, ProcessVariances, Purpose, RandomSigns, Sequence, state_of,
+    Input, NoiseFilter, ProcessVariances, Purpose, RandomSigns, state_of,
 };
 
 /// The generator xoshiro256++, with a stream in each lane.
@@ -64,11 +64,7 @@ impl<R: Real> Streams<R> {
     /// Does [`RandomSigns::fill`].
     #[inline(always)]
     fn fill_signs(mut self, signs: RandomSigns, u: &mut [R]) {
-        const PERIOD: usize = RandomSigns::PERIOD;
-        let fresh = match signs.sequence {
-            Sequence::Independent => u.len(),
-            Sequence::Periodic127 => u.len().min(PERIOD),
-        };
+        let (fresh, back) = signs.sequence.fresh(u.len());
         let amplitude = R::splat(signs.amplitude).to_bits();
         for block in u[..fresh].chunks_mut(64) {
             let mut minus = self.next() ^ R::Word::splat(u64::MAX);
@@ -78,7 +74,7 @@ impl<R: Real> Streams<R> {
             }
         }
         for k in fresh..u.len() {
-            u[k] = u[k - PERIOD];
+            u[k] = u[k - back];
         }
     }
 }
@@ -279,6 +275,7 @@ impl<R: Real, const N: usize> Record<R, N> {
         let f = &self.v[self.memory..self.memory + self.window];
         let scale = level.scale(source.eta, &self.y, f, source.variances);
         self.scale = scale;
+        let noisy = level.over.noisy(self.window, self.u.len());
         let y = &mut self.y;
         R::run(
             #[inline(always)]
@@ -288,6 +285,7 @@ impl<R: Real, const N: usize> Record<R, N> {
                 }
             },
         );
+        self.v[self.memory + noisy..].fill(R::zero());
     }
 }
 
@@ -298,7 +296,7 @@ mod tests {
     use crate::{Call, Isa, lane};
     use asobench_identification::data::{NoiseColour, Process, Realisation};
     use asobench_identification::plant::random_stable;
-    use asobench_identification::signal::{LevelOf, LevelOver, LevelReading, stream};
+    use asobench_identification::signal::{LevelOf, LevelOver, LevelReading, Sequence, stream};
     use std::array::from_fn;
 
     /// The numbers that a lane drew: u, y of the window, f, and the scale followed by the state after the window.
@@ -360,9 +358,9 @@ mod tests {
         colours
     }
 
-    fn levels() -> [LevelReading; 5] {
+    fn levels() -> [LevelReading; 7] {
         from_fn(|i| LevelReading {
-            over: [LevelOver::Window, LevelOver::Process, LevelOver::Nothing][i / 2],
+            over: LevelOver::ALL[i / 2],
             of: [LevelOf::NoiseFree, LevelOf::Measured][i % 2],
         })
     }
@@ -426,6 +424,7 @@ mod tests {
                 let inputs = [
                     signs(Sequence::Independent),
                     signs(Sequence::Periodic127),
+                    signs(Sequence::Held127),
                     Input::Gaussian { amplitude: 0.3 },
                     Input::Samples([3.0, -1.0, 0.5, 0.0, 7.0].into()),
                 ];

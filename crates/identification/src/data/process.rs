@@ -200,7 +200,7 @@ impl Process {
             return None;
         };
         let level = self.settings.level;
-        let common = level.over != LevelOver::Window;
+        let common = !level.over.is_of_window();
         common.then(|| level.scale(eta, &[], &[], resolved.variances))
     }
 
@@ -237,7 +237,7 @@ impl Process {
     /// = 0 ... N-1, or with a controller in the part before the record.
     ///
     /// Plant, r, f and the input-measurement noise depend on seed and trial alone, not on eta, window or horizon (which
-    /// only truncates them). A diverging loop gives values that are not finite.
+    /// only truncates them; and with [`LevelOver::WindowAlone`] f is zero after the window). A diverging loop gives values that are not finite.
     ///
     /// # Panics
     /// If the window is longer than the horizon.
@@ -363,6 +363,8 @@ impl Process {
         let (y0, f) = (&to.y0[..window], &to.f[..window]);
         let level = self.settings.level;
         to.scale = level.scale(eta, y0, f, resolved.variances);
+        let noisy = level.over.noisy(window, to.f.len());
+        to.f[noisy..].fill(0.0);
         let (scale, y) = (to.scale, &mut to.y);
         with_fma(
             #[inline(always)]
@@ -534,5 +536,30 @@ mod tests {
         assert!((level - 10.018).abs() < 1e-12);
         process.realise(1, 3, 0.0, 18, 400, &mut short);
         assert_eq!(short.y, short.y0);
+    }
+
+    /// With noise in the window alone a record is the usual one there, and without noise after it.
+    #[test]
+    fn noise_may_end_with_the_window() {
+        let of = |over| {
+            let level = LevelReading {
+                over,
+                ..LevelReading::default()
+            };
+            let input = RandomSigns {
+                amplitude: 10.0,
+                sequence: Default::default(),
+            };
+            let plant = nikolov2023(Numerator::default());
+            let noise = NoiseFilter::new(&[1.0], &plant.denominator()).unwrap();
+            let process = Process::new(plant, vec![1.0; 6], input, noise, level).unwrap();
+            let mut record = Realisation::default();
+            process.realise(1, 3, 10.0, 98, 400, &mut record);
+            record
+        };
+        let (usual, alone) = (of(LevelOver::Window), of(LevelOver::WindowAlone));
+        assert_eq!((alone.scale, &alone.y[..98]), (usual.scale, &usual.y[..98]));
+        assert_eq!(alone.y[98..], usual.y0[98..]);
+        assert_ne!(alone.y[98..], usual.y[98..]);
     }
 }

@@ -26,21 +26,32 @@ named_enum! {
         Independent = "independent",
         /// The first 127 signs, repeated.
         Periodic127 = "periodic-127",
+        /// The first 127 signs, and the last of them ever after.
+        Held127 = "held-127",
+    }
+}
+
+impl Sequence {
+    /// Returns how many of `length` samples are fresh, and how far back each later one has its value.
+    pub const fn fresh(self, length: usize) -> (usize, usize) {
+        const PERIOD: usize = RandomSigns::PERIOD;
+        match self {
+            Self::Periodic127 if length > PERIOD => (PERIOD, PERIOD),
+            Self::Held127 if length > PERIOD => (PERIOD, 1),
+            _ => (length, PERIOD),
+        }
     }
 }
 
 impl RandomSigns {
-    /// The period of the paper's pseudo-random binary sequence.
+    /// The length of the paper's pseudo-random binary sequence.
     pub const PERIOD: usize = 127;
 
     /// Fills `u` from the stream. The sign of u(k) is bit k mod 64 of word k div 64, set for plus.
     ///
     /// A longer `u` extends a shorter one.
     pub fn fill(&self, stream: &mut Stream, u: &mut [f64]) {
-        let fresh = match self.sequence {
-            Sequence::Independent => u.len(),
-            Sequence::Periodic127 => u.len().min(Self::PERIOD),
-        };
+        let (fresh, back) = self.sequence.fresh(u.len());
         for block in u[..fresh].chunks_mut(64) {
             let signs = stream.next_u64();
             for (k, u) in block.iter_mut().enumerate() {
@@ -49,7 +60,7 @@ impl RandomSigns {
             }
         }
         for k in fresh..u.len() {
-            u[k] = u[k - Self::PERIOD];
+            u[k] = u[k - back];
         }
     }
 }
@@ -290,14 +301,21 @@ mod tests {
     }
 
     #[test]
-    fn longer_inputs_extend_shorter_ones_and_periods_repeat() {
+    fn longer_inputs_extend_shorter_ones_and_periods_repeat_or_hold() {
         let long = signs(Sequence::Independent, 1000);
         assert!(long.iter().all(|u| u.abs() == 10.0));
         assert_eq!(signs(Sequence::Independent, 77), long[..77]);
         let periodic = signs(Sequence::Periodic127, 400);
         assert_eq!(periodic[..127], long[..127]);
         assert_eq!(periodic[127..], periodic[..273]);
-        assert_eq!(signs(Sequence::Periodic127, 100), long[..100]);
+        let held = signs(Sequence::Held127, 400);
+        assert_eq!(held[..127], long[..127]);
+        assert!(held[127..].iter().all(|u| *u == long[126]));
+        for sequence in [Sequence::Periodic127, Sequence::Held127] {
+            for count in [100, 127] {
+                assert_eq!(signs(sequence, count), long[..count]);
+            }
+        }
     }
 
     #[test]

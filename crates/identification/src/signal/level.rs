@@ -12,6 +12,8 @@ named_enum! {
         /// The stationary processes, so that eta holds on average over trials. The output's process is that under
         /// independent signs.
         Process = "nominal",
+        /// As [`Self::Window`], and after the window there is no noise at all.
+        WindowAlone = "window-alone",
         /// Nothing: eta/100 is the standard deviation of the white noise before its filter, in units of y.
         Nothing = "absolute",
     }
@@ -24,6 +26,21 @@ named_enum! {
         NoiseFree = "noise-free",
         /// The measured output y = c'x + f.
         Measured = "measured",
+    }
+}
+
+impl LevelOver {
+    /// Returns whether the level holds in the window of every trial.
+    pub const fn is_of_window(self) -> bool {
+        matches!(self, Self::Window | Self::WindowAlone)
+    }
+
+    /// Returns how many of the first samples of a record have noise.
+    pub const fn noisy(self, window: usize, horizon: usize) -> usize {
+        match self {
+            Self::WindowAlone => window,
+            _ => horizon,
+        }
     }
 }
 
@@ -62,7 +79,7 @@ impl LevelReading {
         let e = R::splat(eta / 100.0);
         let (output, noise, cross) = match self.over {
             LevelOver::Nothing => return e,
-            LevelOver::Window => {
+            LevelOver::Window | LevelOver::WindowAlone => {
                 let cross = match self.of {
                     LevelOf::NoiseFree => R::zero(),
                     LevelOf::Measured => covariance(y0, f),

@@ -18,8 +18,8 @@ pub enum NoTheory {
     /// The plant changes during the record.
     #[error("the plant changes during the record, so nothing is stationary")]
     ChangingPlant,
-    /// A periodic input that each trial draws anew.
-    #[error("the input is periodic, so every trial has its own limit")]
+    /// 127 signs that each trial draws anew, repeated or held.
+    #[error("the input has 127 signs of its own in every trial, so every trial has its own limit")]
     PeriodicInput,
     /// An input given sample by sample.
     #[error("the input is given sample by sample, so it is not a stationary process")]

@@ -258,7 +258,7 @@ impl Population {
             return Err(NoTheory::NoLevel);
         }
         self.sources[NOISE].variance = square;
-        if level.over == LevelOver::Window && square > 0.0 {
+        if level.over.is_of_window() && square > 0.0 {
             let scaled = square * noise;
             self.level = vec![
                 (0.5 / output, y0.clone(), y0.clone()),
@@ -311,7 +311,7 @@ impl Reference {
         Ok(match input {
             Input::Signs(signs) => match signs.sequence {
                 Sequence::Independent => Self::of(Source::white(square, -2.0)),
-                Sequence::Periodic127 => return Err(NoTheory::PeriodicInput),
+                Sequence::Periodic127 | Sequence::Held127 => return Err(NoTheory::PeriodicInput),
             },
             Input::Gaussian { .. } => Self::of(Source::white(square, 0.0)),
             Input::Filtered { filter, .. } => Self {

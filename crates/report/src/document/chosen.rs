@@ -1,10 +1,12 @@
 //! One figure of a study, with the measure, statistic, setting along x and outputs that are asked for.
 
-use super::figure::{Drawn, Figure, is_shown, left_out, quantile_note, series_of, y_axis};
+use super::figure::{
+    Drawn, Figure, estimate, is_shown, left_out, quantile_note, series_of, y_axis,
+};
 use super::layout::{Form, Layout, x_of};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
 use super::medians::{
-    at_one_place, estimate, how, limits, open_end, quantiles, references, style, theory, title,
+    at_one_place, how, limits, open_end, quantiles, references, style, theory, title,
 };
 use super::nested_loop::nested_loop;
 use super::zip_plot::{Zipped, zip_plot};

@@ -1,9 +1,9 @@
 //! A figure of a study: its specification, and the one way in which it is drawn.
 
 use super::layout::{Form, Layout, panel_title, sheet};
-use crate::plot::{Course, Picture, Plot, PlotAxis, Point, Series, Style};
+use crate::plot::{Course, Picture, Plot, PlotAxis, Point, Scale, Series, Style};
 use crate::results::{Study, place};
-use asobench_identification::metric::Share;
+use asobench_identification::metric::{Quantile, Share, Z};
 use asobench_study::study::{CellSummary, Measure, measure};
 
 /// A figure with its file name.
@@ -229,6 +229,21 @@ pub(super) fn level(label: &'static str, y: f64) -> impl Fn(&[&CellSummary], Plo
 pub(super) fn share_point(at: f64, share: Share) -> Point {
     let [y, low, high] = [share.share, share.low, share.high].map(|share| 100.0 * share);
     Point::interval(at, y, low, high)
+}
+
+/// A value with its 95 % interval. On a logarithmic axis, it is the interval of the logarithm.
+pub(super) fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
+    if *scale == Scale::Log && quantile.value > 0.0 {
+        let factor = (Z * quantile.mcse / quantile.value).exp();
+        Point::interval(
+            at,
+            quantile.value,
+            quantile.value / factor,
+            quantile.value * factor,
+        )
+    } else {
+        Point::uncertain(at, quantile.value, quantile.mcse)
+    }
 }
 
 /// Explains the quantiles and their accuracy.

@@ -1,10 +1,9 @@
 //! The figures of a study, chosen by its content.
 
 use super::chosen::{Chosen, over_setting};
-use super::figure::{Drawn, Figure, is_shown, level, over, subject};
+use super::figure::{Drawn, Figure, estimate, is_shown, level, over, subject};
 use super::layout::{Layout, x_of};
 use super::lead::lead_figures;
-use super::medians::estimate;
 use super::zip_plot::{Zipped, zip_plot};
 use crate::plot::{Plot, PlotAxis, Scale, Series, Style, extent, points};
 use crate::results::Study;
@@ -29,6 +28,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
         first.and_then(|measure| medians(study, measure)),
         super::passes::passes(study),
         super::passes::lost(study),
+        super::method_times::errors_and_times(study),
         super::method_times::times(study),
         map.is_none()
             .then(|| super::bound_shares::shares(study))

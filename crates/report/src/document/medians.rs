@@ -5,7 +5,7 @@ use super::layout::{BEYOND, Layout};
 use super::lead::lead_outputs;
 use crate::plot::{Course, Plot, Point, Scale, Series, Style, extent, points};
 use crate::results::Study;
-use asobench_identification::metric::{Quantile, Statistics, Z};
+use asobench_identification::metric::{Quantile, Statistics};
 use asobench_study::study::file::Key;
 use asobench_study::study::{Better, CellSummary, Measure, TheoryReference, measure};
 use asobench_study::text::number;
@@ -58,21 +58,6 @@ pub(super) fn open_end(
         " Where it runs off the top, more than 5 % of the trials failed and rank as the worst."
     } else {
         ""
-    }
-}
-
-/// A value with its 95 % interval. On a logarithmic axis, it is the interval of the logarithm.
-pub(super) fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
-    if *scale == Scale::Log && quantile.value > 0.0 {
-        let factor = (Z * quantile.mcse / quantile.value).exp();
-        Point::interval(
-            at,
-            quantile.value,
-            quantile.value / factor,
-            quantile.value * factor,
-        )
-    } else {
-        Point::uncertain(at, quantile.value, quantile.mcse)
     }
 }
 

@@ -7,7 +7,6 @@ use asobench_identification::observer::{
     DiscreteGpebo, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind,
     ProcessNoise, RiccatiError, StochasticModel, ThetaEstimator, VarianceRatio,
 };
-use asobench_identification::signal::LevelOver;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 
@@ -205,7 +204,7 @@ fn known_filter(
     let known = process.open_loop();
     let (plant, noise, variances) = known.ok_or(SetupError::NoKnownPlant)?;
     let deviation: f64 = settings.level.scale(cell.eta, &[], &[], variances);
-    let varies = settings.level.over == LevelOver::Window && cell.eta > 0.0;
+    let varies = settings.level.over.is_of_window() && cell.eta > 0.0;
     if varies || !deviation.is_finite() {
         return Err(SetupError::NoKnownNoise(kind.clone()));
     }

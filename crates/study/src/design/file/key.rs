@@ -203,7 +203,7 @@ named_table! {
             default: Number(10.0),
             ..DISCRETE
         },
-        /// reading E5: "independent" or "periodic-127"
+        /// reading E5: "independent", "periodic-127" or "held-127" (the last of 127 signs held)
         Sequence = "sequence": Entry {
             default: Text("independent"),
             words: Template("{} input"),
@@ -239,8 +239,8 @@ named_table! {
             left_out: true,
             ..DISCRETE
         },
-        /// reading E7: "exact" (in the window) or "nominal" (of the processes); or "absolute": eta/100
-        /// is the standard deviation of the white noise before its filter, in units of y
+        /// reading E7: "exact" (in the window), "window-alone" (and no noise after it) or "nominal" (of the processes);
+        /// or "absolute": eta/100 is the standard deviation of the white noise before its filter, in units of y
         EtaOver = "eta_over": Entry {
             default: Text("exact"),
             words: Template("{} eta"),
