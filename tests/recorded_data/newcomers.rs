@@ -146,6 +146,54 @@ fn the_time_between_samples_is_asked_for() {
     assert_eq!(found["model"]["B"].as_array().map(Vec::len), Some(3));
 }
 
+/// A pole at 0 and a dead time as text and JSON; one line for each that cannot be.
+#[test]
+fn integrators_and_dead_times() {
+    let srivc = ["--estimator", "srivc", "--orders", "nb=1,nf=1"];
+    let options = [&srivc[..], &["--integrator", "--dead-time", "0.015"]].concat();
+    let found = estimate("rao_garnier.csv", &options);
+    let continuous = &found["continuous"];
+    assert_eq!(continuous["integrator"], true);
+    assert_eq!(continuous["denominator"][2], 0.0);
+    assert_eq!(continuous["dead_time"], 0.015);
+    assert!(continuous["dead_time_se"].is_null() && found["static_gain"].is_null());
+    assert_eq!(found["model"]["B"].as_array().map(Vec::len), Some(5));
+    let output = run("rao_garnier.csv", &options);
+    let text = String::from_utf8_lossy(&output.stdout);
+    for part in [
+        "y = B(s)/A(s) u, A(0) = 0, zero-order",
+        "dead time          0.015 s",
+        "(an integrator)",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let both = ["--integrator", "--initial", "estimate", "--offset=estimate"];
+    let mistakes: [(&[&str], &str); 4] = [
+        (
+            &["--dead-time", "-1"],
+            "--dead-time: dead time '-1': expected seconds of at least 0",
+        ),
+        (
+            &["--dead-time", "0.2:0.1"],
+            "--dead-time: dead time '0.2:0.1': expected",
+        ),
+        (
+            &["--dead-time", "400"],
+            "a dead time of 400 s; expected one below",
+        ),
+        (
+            &both,
+            "--offset: the level of an integrator is in its state",
+        ),
+    ];
+    for (more, expected) in mistakes {
+        let output = run("rao_garnier.csv", &[&srivc[..], more].concat());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
 /// Each case of a file: polynomials and standard errors. Root finders and searches end at 1e-9, differences at 1e-8.
 fn compare(file: &str, count: usize) {
     let cases = cases(file);

@@ -233,10 +233,12 @@ fn write_pass(
         )?;
     }
     if let Some(radius) = report.radius {
-        let note = match pass.unstable {
-            true if pass.continuous.has_integrator() => " (an integrator)",
-            true => " (unstable)",
-            false => "",
+        let note = if pass.continuous.has_integrator() {
+            " (an integrator)"
+        } else if pass.unstable {
+            " (unstable)"
+        } else {
+            ""
         };
         let radius = rounded(radius, DIGITS);
         writeln!(text, "  {:<18} {radius}{note}", "spectral radius")?;

@@ -178,7 +178,7 @@ impl ContinuousModel {
 
     /// Whether a pole is fixed at 0.
     pub fn has_integrator(&self) -> bool {
-        self.denominator.last() == Some(&0.0)
+        !self.numerator.is_empty() && self.denominator.last() == Some(&0.0)
     }
 
     /// Returns the parameters, `b_0 ... b_m, a_1 ... a_n`.

@@ -127,9 +127,9 @@ pub struct ContinuousIv {
     u: Vec<f64>,
     next: Vec<f64>,
     v: Vec<f64>,
-    /// `B/A u`, and the output less it.
-    x: Vec<f64>,
+    /// The output less `B/A u` and what is of the record, and its prediction errors.
     w: Vec<f64>,
+    x: Vec<f64>,
     scratch: Vec<f64>,
 }
 
@@ -196,100 +196,60 @@ impl ContinuousIv {
         delay(u, whole, before, &mut self.next);
     }
 
-    /// Computes all columns, x and w for F and B of theta.
+    /// Returns A, F and B of theta.
+    fn polynomials(&self) -> [Vec<f64>; 3] {
+        let Orders { nb, nf, .. } = self.structure.orders;
+        let (f, b) = self.theta[..nf + nb].split_at(nf);
+        let mut a = f.to_vec();
+        a.resize(self.structure.degree(), 0.0);
+        [a, f.to_vec(), b.to_vec()]
+    }
+
+    /// Computes all columns and w for theta.
     fn filter_all(&mut self, y: &[f64]) {
-        let Structure {
-            orders: Orders { nb, nf, .. },
-            initial,
-            offset,
-            ..
-        } = self.structure;
-        let n = self.structure.degree();
-        let (own, of_others) = self.theta.split_at(nf + nb);
-        let (f, b) = own.split_at(nf);
-        let of_start = &of_others[..if initial { n } else { 0 }];
-        let level = if offset {
-            of_others[of_start.len()]
-        } else {
-            0.0
-        };
-        let a = [f, &vec![0.0; n - nf]].concat();
-        let (of_a, of_f) = (controller_form(&a), controller_form(f));
-        let highest =
-            |a: &[f64], v: f64, x: &[f64]| v - a.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-        // `s^(nb-1-i)/A` of a signal, from the states and the signal.
-        let power = |i: usize, v: f64, x: &[f64]| match (n + i).checked_sub(nb) {
-            Some(state) => x[state],
-            None => highest(&a, v, &x[..n]),
-        };
-        // The model with this numerator, and behind it the filter of its output; the exponential of the cascade would
-        // round in the unit of the numerator.
-        let cascade = |numerator: &[f64], hold: Hold, share: Option<f64>| {
-            let most = numerator.iter().fold(0.0_f64, |most, b| most.max(b.abs()));
-            let unit = inverse_power_of_two(most);
-            let (c, d) = output_of(numerator, &a);
-            let mut input = vec![0.0; n + nf];
-            input[0] = 1.0;
-            if nf > 0 {
-                input[n] = d * unit;
-            }
-            let both = Mat::from_fn(n + nf, n + nf, |i, j| match (i < n, j < n) {
-                (true, true) => of_a[(i, j)],
-                (false, false) => of_f[(i - n, j - n)],
-                (false, true) if i == n => c[j] * unit,
-                _ => 0.0,
-            });
-            let way = share.map(|share| Sampled::over(share, both.as_ref(), &input, hold));
-            (Sampled::new(both.as_ref(), &input, hold), way, unit)
-        };
-        let mut input = vec![0.0; nf];
-        input.iter_mut().take(1).for_each(|g| *g = 1.0);
-        let of_y = Sampled::new(of_f.as_ref(), &input, Hold::First);
+        let [a, f, b] = self.polynomials();
+        let (n, nf, nb) = (a.len(), f.len(), b.len());
+        let level = self.offset();
         let (columns, others) = (&mut self.columns, &mut self.others);
         self.w.copy_from_slice(y);
-        if offset {
+        if self.structure.offset {
             self.w.iter_mut().for_each(|w| *w -= level);
-            others[of_start.len()].fill(1.0);
+            others[self.structure.others() - 1].fill(1.0);
         }
+        let mut input = vec![0.0; nf];
+        input.iter_mut().take(1).for_each(|g| *g = 1.0);
+        let of_y = Sampled::new(controller_form(&f).as_ref(), &input, Hold::First);
         let w = &self.w[..];
         run(&of_y, None, [w, w], &mut self.scratch, |k, x| {
             for (column, x) in columns.iter_mut().zip(x) {
                 column[k] = *x;
             }
-            columns[nf + nb][k] = highest(f, w[k], x) + level;
+            columns[nf + nb][k] = highest(&f, w[k], x) + level;
         });
-        let w = &mut self.w;
-        let (of_u, way, unit) = cascade(b, self.hold, self.share);
-        let (u, next, simulated) = (&self.u, &self.next, &mut self.x);
-        let [weight, of_next] = self
-            .share
-            .map_or([1.0, 0.0], |share| self.hold.weights(share));
-        let value = |k: usize| {
-            if of_next == 0.0 {
-                u[k]
-            } else {
-                weight * u[k] + of_next * next[k]
-            }
-        };
-        let (c, d) = output_of(b, &a);
-        let (rate, [back, forth]) = (row_times_form(&c, &a), self.hold.rates());
+        let of_u = Cascade::new(&b, &a, &f, self.hold, self.share);
+        let (u, next, w) = (&self.u, &self.next, &mut self.w);
+        let share = self.share.unwrap_or(0.0);
+        let ([weight, of_next], [back, forth]) = (self.hold.weights(share), self.hold.rates());
+        let (c, d) = output_of(&b, &a);
+        let rate = row_times_form(&c, &a);
         let is_joint = self.joint.is_some();
+        let way = of_u.way.as_ref();
         run(
-            &of_u,
-            way.as_ref(),
+            &of_u.system,
+            way,
             [u, next],
             &mut self.scratch,
             |k, states| {
-                let (mut x, v) = (0.0, value(k));
+                let v = weight * u[k] + of_next * next[k];
+                let mut x = 0.0;
                 for (i, b) in b.iter().enumerate() {
-                    let value = power(i, v, states);
+                    let value = power(i, nb, &a, v, states);
                     columns[nf + i][k] = value;
                     x += b * value;
                 }
                 for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&states[n..]) {
-                    column[k] = x / unit;
+                    column[k] = x / of_u.unit;
                 }
-                simulated[k] = x;
                 w[k] -= x;
                 if is_joint && let Some(column) = others.last_mut() {
                     let of_state: f64 = rate.iter().zip(states).map(|(c, x)| c * x).sum();
@@ -297,33 +257,47 @@ impl ContinuousIv {
                 }
             },
         );
-        if initial {
-            let (of_impulse, _, unit) = cascade(of_start, Hold::Zero, None);
-            let mut x = vec![0.0; n + nf];
-            x[0] = 1.0;
-            for k in 0..y.len() {
-                for (i, k_i) in of_start.iter().enumerate() {
-                    others[i][k] = x[i];
-                    w[k] -= k_i * x[i];
-                }
-                for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&x[n..]) {
-                    column[k] += x / unit;
-                }
-                of_impulse.step([0.0; 2], &mut x, &mut self.scratch[..n + nf]);
-            }
+        if self.structure.initial {
+            self.add_start(&a, &f);
         }
         if self.source.is_none() {
             return;
         }
-        let v = &self.v;
-        run(&of_u, None, [v, v], &mut self.scratch, |k, states| {
-            for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&states[n..]) {
-                column[k] = x / unit;
+        let (v, columns) = (&self.v, &mut self.columns);
+        run(
+            &of_u.system,
+            None,
+            [v, v],
+            &mut self.scratch,
+            |k, states| {
+                for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&states[n..]) {
+                    column[k] = x / of_u.unit;
+                }
+                for (i, column) in columns[2 * nf + nb + 1..].iter_mut().enumerate() {
+                    column[k] = power(i, nb, &a, v[k], states);
+                }
+            },
+        );
+    }
+
+    /// Computes the columns of the state at the first sample, and adds its effect.
+    fn add_start(&mut self, a: &[f64], f: &[f64]) {
+        let (n, own) = (a.len(), f.len() + self.structure.orders.nb);
+        let start = &self.theta[own..own + n];
+        let of_impulse = Cascade::new(start, a, f, Hold::Zero, None);
+        let mut x = vec![0.0; n + f.len()];
+        x[0] = 1.0;
+        for k in 0..self.w.len() {
+            for (i, number) in start.iter().enumerate() {
+                self.others[i][k] = x[i];
+                self.w[k] -= number * x[i];
             }
-            for (i, column) in columns[2 * nf + nb + 1..].iter_mut().enumerate() {
-                column[k] = power(i, v[k], states);
+            for (column, x) in self.columns[own + 1..].iter_mut().zip(&x[n..]) {
+                column[k] += x / of_impulse.unit;
             }
-        });
+            let scratch = &mut self.scratch[..n + f.len()];
+            of_impulse.system.step([0.0; 2], &mut x, scratch);
+        }
     }
 
     /// Filters all columns by D/C.
@@ -682,6 +656,54 @@ impl ContinuousIv {
     }
 }
 
+/// A model `B/A`, and behind it the filter 1/F of its output: n states and nf more.
+struct Cascade {
+    system: Sampled,
+    /// The same over a share of the time between samples.
+    way: Option<Sampled>,
+    /// The filter's states are in this unit, a power of two: an exponential would round in that of the numerator.
+    unit: f64,
+}
+
+impl Cascade {
+    fn new(numerator: &[f64], a: &[f64], f: &[f64], hold: Hold, share: Option<f64>) -> Self {
+        let (n, nf) = (a.len(), f.len());
+        let (of_a, of_f) = (controller_form(a), controller_form(f));
+        let most = numerator.iter().fold(0.0_f64, |most, b| most.max(b.abs()));
+        let unit = inverse_power_of_two(most);
+        let (c, d) = output_of(numerator, a);
+        let mut input = vec![0.0; n + nf];
+        input[0] = 1.0;
+        if nf > 0 {
+            input[n] = d * unit;
+        }
+        let both = Mat::from_fn(n + nf, n + nf, |i, j| match (i < n, j < n) {
+            (true, true) => of_a[(i, j)],
+            (false, false) => of_f[(i - n, j - n)],
+            (false, true) if i == n => c[j] * unit,
+            _ => 0.0,
+        });
+        Self {
+            way: share.map(|share| Sampled::over(share, both.as_ref(), &input, hold)),
+            system: Sampled::new(both.as_ref(), &input, hold),
+            unit,
+        }
+    }
+}
+
+/// Returns `s^n/A` of a signal, from the states `s^(n-1)/A ... 1/A` and the signal.
+fn highest(a: &[f64], v: f64, x: &[f64]) -> f64 {
+    v - a.iter().zip(x).map(|(a, x)| a * x).sum::<f64>()
+}
+
+/// Returns `s^(nb-1-i)/A` of a signal, in the same way.
+fn power(i: usize, nb: usize, a: &[f64], v: f64, x: &[f64]) -> f64 {
+    match (a.len() + i).checked_sub(nb) {
+        Some(state) => x[state],
+        None => highest(a, v, x),
+    }
+}
+
 /// Delays a signal by some samples.
 fn delay(signal: &[f64], samples: usize, before: f64, to: &mut [f64]) {
     let samples = samples.min(signal.len());
@@ -729,13 +751,12 @@ impl Iteration for ContinuousIv {
             let dead = self.continuous.dead_time as usize;
             delay(&source.hat, dead, 0.0, &mut self.v);
         }
-        let found = match self.structure.range {
-            Some(range) => self.search(window, range, passes, condition),
-            None => {
-                let dead_time = self.continuous.dead_time;
-                self.delay(window.u, dead_time, dead_time.floor());
-                self.settle(window, passes, condition)
-            }
+        let found = if let Some(range) = self.structure.range {
+            self.search(window, range, passes, condition)
+        } else {
+            let dead_time = self.continuous.dead_time;
+            self.delay(window.u, dead_time, dead_time.floor());
+            self.settle(window, passes, condition)
         };
         found.map_err(|kind| {
             let ends = [
@@ -794,10 +815,8 @@ impl Iteration for ContinuousIv {
                 covariance.extend(row);
             }
         }
-        let (own, _) = self.theta.split_at(nf + nb);
-        let (f, b) = own.split_at(nf);
-        let a = [f, &vec![0.0; n - nf]].concat();
-        self.continuous.set_per_sample(b, &a, &covariance);
+        let [a, _, b] = self.polynomials();
+        self.continuous.set_per_sample(&b, &a, &covariance);
         let dead_time = self.continuous.dead_time;
         let mut model = LinearModel::zero(self.structure.sampled(self.hold, dead_time));
         std::mem::swap(&mut model.c, &mut self.model.c);

@@ -31,7 +31,7 @@ impl DeadTime {
 /// A text that is no dead time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "'{0}'; expected seconds of at least 0, estimate, or a range of seconds LOW:HIGH to estimate on"
+    "dead time '{0}': expected seconds of at least 0, estimate, or a range of seconds LOW:HIGH to estimate on"
 )]
 pub struct DeadTimeError(String);
 

@@ -28,10 +28,10 @@ macro_rules! continuous {
                 /// Whether a pole is fixed at 0, A(s) = s F(s); nf then counts F(s), by default the setting `order`
                 /// less 1.
                 pub integrator: bool,
-                /// The state at the first sample: zero, or estimate, together with the parameters; then u is its first
-                /// value before the record.
+                /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.
                 pub initial: InitialCondition,
-                /// A constant mu of the output, `y = B/A u + mu`: none, or estimate, together with the parameters.
+                /// A constant mu of the output, `A (y - mu) = B/F u + C/D e`: none, or estimate, together with the
+                /// parameters.
                 pub offset: OffsetChoice,
                 /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none
                 /// (the method fails).
