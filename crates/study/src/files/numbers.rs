@@ -1,8 +1,6 @@
 //! Columns of numbers as Parquet.
 
-use polars::prelude::{
-    Column, DataFrame, NamedFrom, ParquetCompression, ParquetWriter, PolarsResult,
-};
+use polars::prelude::{Column, DataFrame, ParquetCompression, ParquetWriter, PolarsResult};
 use std::io;
 
 /// Returns a table of columns of equal length, with null for NaN.
