@@ -490,6 +490,7 @@ fn a_page_about_a_record() {
         "mean",
         "--report",
         &page,
+        "--details",
     ];
     let output = asobench(&arguments);
     let (text, message) = (stdout(&output), stderr(&output));

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// The sections of the help.
 const RECORD: &str = "The record";
 const MODEL: &str = "The model";
-const OUTPUT: &str = "What is printed and written";
+const OUTPUT: &str = "Output";
 /// The section of the options of estimators.
 pub(super) const ESTIMATORS: &str = "Options of the estimators";
 
@@ -129,7 +129,7 @@ pub(in crate::cli) struct Arguments {
 }
 
 impl Arguments {
-    /// What is given of one estimator, and nothing else.
+    /// The arguments of one estimator, without any others.
     pub(super) fn of_one(
         record: RecordArguments,
         estimator: EstimatorName,

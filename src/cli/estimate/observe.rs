@@ -494,5 +494,5 @@ impl Observed<'_> {
     }
 }
 
-/// What the bands are, and are not.
+/// The bands in words.
 const BANDS: &str = "two standard deviations of x(k) - xhat(k) by the covariances above, as if the model were the plant";

@@ -62,7 +62,7 @@ pub struct ModelObserver {
     shift: usize,
     fitted: usize,
     filter: Filter,
-    /// K: n numbers, and then those of the states of coloured noise. That of the steady state where it varies, empty if
+    /// K: n numbers, then those of coloured noise; the gain of the steady state where it varies, empty if
     /// there is none, and of GPEBO.
     pub gain: Vec<f64>,
     /// The eigenvalues of F - K h', largest modulus first; empty where there is no gain.

@@ -132,7 +132,7 @@ pub(in crate::cli) struct Arguments {
 }
 
 const OBSERVER: &str = "The observer";
-const OUTPUT: &str = "What is printed and written";
+const OUTPUT: &str = "Output";
 
 /// An observer of a record.
 #[derive(Clone, Debug, PartialEq)]

@@ -99,7 +99,7 @@ fn observers_of_models() {
     }
 }
 
-/// What is asked for must be there, and fit the order.
+/// Covariances and poles must be there where an observer needs them, and fit the order.
 #[test]
 fn refusals() {
     let model = serde_json::json!({ "A": [1.0, -0.5], "B": [0.0, 1.0], "C": [1.0], "D": [1.0], "F": [1.0] });
