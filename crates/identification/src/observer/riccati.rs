@@ -9,7 +9,7 @@
 //! Newton's iteration then leads from that gain to the stabilising solution, if there is one.
 //!
 //! Both equations are solved in units of states, y, time and variances in which their numbers are of like sizes
-//! ([`balance`](crate::plant::balance)), so that P and the gain are as exact in any units.
+//! ([`balance`](fn@crate::plant::balance)), so that P and the gain are as exact in any units.
 //!
 //! Sources: Chu, Fan, Lin, Wang, "Structure-preserving algorithms for periodic discrete-time
 //! algebraic Riccati equations", Int. J. Control 77 (2004) 767; Chu, Fan, Lin, "A
