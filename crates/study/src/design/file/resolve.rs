@@ -81,7 +81,7 @@ impl ExperimentFile {
         }
     }
 
-    /// Writes out every default, except those of [`Key::is_left_out`]: settings, and one table per method.
+    /// Writes out every default, except those that a resolved file leaves out: settings, and one table per method.
     ///
     /// # Errors
     /// If both `l` and `window` are given, or a method's options contradict each other.
