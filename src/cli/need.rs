@@ -1,10 +1,10 @@
 //! Compares what a run needs with what is available: memory, and room on disk.
 
-use super::error::{Error, failed};
+use super::error::Error;
 use super::memory;
+use super::output::asked;
 use crate::study::file::TrialRule;
 use crate::study::{Done, Experiment, Forecast};
-use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 /// The memory and disk space that are available, in bytes; `None` if unknown.
@@ -80,27 +80,13 @@ pub(super) fn ask(
     let Some(beyond) = need.beyond(&Room::of(folder)) else {
         return Ok(());
     };
-    let refused = || {
-        let folder = folder.display();
-        Error::Input(format!(
-            "--out {folder}: the run {beyond}; --anyway runs it"
-        ))
-    };
-    if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
-        return Err(refused());
+    if asked(&format!("The run {beyond}. Run it all the same?"))? == Some(true) {
+        return Ok(());
     }
-    let mut line = String::new();
-    write!(
-        io::stderr(),
-        "The run {beyond}. Run it all the same? [y/N] "
-    )
-    .map_err(failed)?;
-    io::stdin().read_line(&mut line).map_err(failed)?;
-    if matches!(line.trim(), "y" | "Y" | "yes") {
-        Ok(())
-    } else {
-        Err(refused())
-    }
+    let folder = folder.display();
+    Err(Error::Input(format!(
+        "--out {folder}: the run {beyond}; --anyway runs it"
+    )))
 }
 
 /// Returns the free space on the disk of a folder, or of its nearest existing parent.

@@ -52,3 +52,15 @@ pub(super) fn note(line: &str) {
     let line = visible(beginning(line, LONGEST));
     let _ = writeln!(std::io::stderr(), "{line}");
 }
+
+/// Asks a question on a terminal, and returns whether the answer is yes; `None` where there is no terminal to ask on.
+pub(super) fn asked(question: &str) -> Result<Option<bool>, Error> {
+    use std::io::{IsTerminal, Write, stderr, stdin};
+    if !(stdin().is_terminal() && stderr().is_terminal()) {
+        return Ok(None);
+    }
+    write!(stderr(), "{question} [y/N] ").map_err(failed)?;
+    let mut line = String::new();
+    stdin().read_line(&mut line).map_err(failed)?;
+    Ok(Some(matches!(line.trim(), "y" | "Y" | "yes")))
+}

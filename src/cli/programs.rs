@@ -1,7 +1,7 @@
 //! Methods that are programs: none is started before the user has agreed.
 
 use super::error::{Error, failed};
-use super::output::note;
+use super::output::{asked, note};
 use super::progress;
 use crate::estimator::{Problem, ProgramError};
 use crate::files::{self, Kind};
@@ -10,7 +10,6 @@ use crate::study::{Experiment, stored_design};
 use crate::text::{judged_word, shell_word, visible};
 use crate::worker::{self, Guard, Permit, Program};
 use serde_json::{Value, json};
-use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use xxhash_rust::xxh3::xxh3_128;
@@ -268,23 +267,21 @@ fn ask(programs: &[&Program], path: &Path, folder: &Path) -> Result<(), Error> {
     }
     let shown = commands_shown(programs);
     let file = judged_path(path);
-    if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
-        return Err(Error::Input(format!(
-            "{file}: this study starts a program: {}; add --allow-commands if that is what you want",
-            shown.join("; ")
-        )));
-    }
     let question = format!(
-        "{file} starts these programs, in the folder {}:\n  {}\nIs that what you want? [y/N] ",
+        "{file} starts these programs, in the folder {}:\n  {}\nIs that what you want?",
         judged_path(folder),
         shown.join("\n  ")
     );
-    write!(io::stderr(), "{question}").map_err(failed)?;
-    let mut line = String::new();
-    io::stdin().read_line(&mut line).map_err(failed)?;
-    if !matches!(line.trim(), "y" | "Y" | "yes") {
-        let message = "no program was started, since you did not agree";
-        return Err(Error::Input(format!("{file}: {message}")));
+    let refused = match asked(&question)? {
+        Some(true) => None,
+        Some(false) => Some("no program was started, since you did not agree".to_owned()),
+        None => Some(format!(
+            "this study starts a program: {}; add --allow-commands if that is what you want",
+            shown.join("; ")
+        )),
+    };
+    if let Some(why) = refused {
+        return Err(Error::Input(format!("{file}: {why}")));
     }
     match (place, agreed) {
         (Some(place), Some(agreed)) => remember(&place, known, agreed),

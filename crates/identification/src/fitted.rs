@@ -394,7 +394,9 @@ mod tests {
             for k in 1..count {
                 y[k] = 0.8 * y[k - 1] + 0.5 * u[k - 1];
             }
-            y.iter_mut().for_each(|y| *y += mu);
+            for y in &mut y {
+                *y += mu;
+            }
             [u, y]
         };
         let [[u1, y1], [u2, y2], [u3, y3]] =

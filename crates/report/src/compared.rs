@@ -1,7 +1,7 @@
 //! Two or more studies beside each other: what differs in their designs, and the same cells.
 
 use crate::results::{Study, place};
-use asobench_identification::metric::Estimate;
+use asobench_identification::metric::{Estimate, Quantile};
 use asobench_identification::number::uncertain;
 use asobench_study::study::file::Key;
 use asobench_study::study::{CellSummary, Measure};
@@ -34,50 +34,37 @@ pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, S
     let measure = measure
         .or(common)
         .ok_or("these studies have no measure in common")?;
-    let without = never_equal(studies);
+    // Cells are matched without the settings that have one value in each study, and another one.
+    let without = never_equal(studies, |count| count == 1);
     let rows = rows(first, others, measure, &without);
+    let named = |keys: &[Key]| -> String {
+        let keys = keys.iter().map(|key| in_studies(studies, *key));
+        keys.collect::<Vec<_>>().join("; ")
+    };
     if rows.is_empty() {
-        let differing = never_equal_of(studies, |_| true);
-        let differing: Vec<String> = differing
-            .iter()
-            .map(|key| in_studies(studies, *key))
-            .collect();
-        return Err(match differing.as_slice() {
-            [] => format!("no cell with the same settings has {measure} in all of these studies"),
+        return Err(match named(&never_equal(studies, |_| true)).as_str() {
+            "" => format!("no cell with the same settings has {measure} in all of these studies"),
             differing => format!(
-                "no cell with the same settings: {}; asobench run FILE --set KEY=VALUE runs a study with values of \
-                 another",
-                differing.join("; ")
+                "no cell with the same settings: {differing}; asobench run FILE --set KEY=VALUE runs a study with \
+                 values of another"
             ),
         });
     }
     if !without.is_empty() {
-        let without: Vec<String> = without
-            .iter()
-            .map(|key| in_studies(studies, *key))
-            .collect();
-        text.push_str(&wrap(
-            &format!(
-                "\nCells are matched without what differs in all of them: {}",
-                without.join("; ")
-            ),
-            WIDTH,
-            "  ",
-        ));
+        let without = named(&without);
+        let line = format!("\nCells are matched without what differs in all of them: {without}");
+        text.push_str(&wrap(&line, WIDTH, "  "));
     }
-    let width = rows
-        .iter()
-        .map(|row| row.name.chars().count())
-        .max()
-        .unwrap_or(0)
-        .clamp(8, WIDTH - 2 * NUMBER - 8);
-    let names: Vec<&str> = studies.iter().map(|study| study.name.as_str()).collect();
+    let widths = rows.iter().map(|row| row.name.chars().count());
+    let width = widths.max().unwrap_or(0);
+    let width = width.clamp(8, WIDTH - 2 * NUMBER - 8);
     text.push_str(&format!(
         "\nMedian {measure} in cells with the same settings:\n\n{:width$}",
         ""
     ));
-    for name in &names {
-        text.push_str(&format!(" {:>NUMBER$}", beginning(name, NUMBER)));
+    for study in studies {
+        let name = beginning(&study.name, NUMBER);
+        text.push_str(&format!(" {name:>NUMBER$}"));
     }
     text.push_str("   SEs\n");
     for Row { name, medians } in rows {
@@ -87,10 +74,8 @@ pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, S
             text.push_str(&format!("{name:width$}"));
         }
         for median in &medians {
-            text.push_str(&format!(
-                " {:>NUMBER$}",
-                uncertain(median.value, median.mcse)
-            ));
+            let number = uncertain(median.value, median.mcse);
+            text.push_str(&format!(" {number:>NUMBER$}"));
         }
         let (from, to) = (medians[0], medians[medians.len() - 1]);
         let distance = (to.value - from.value) / from.mcse.hypot(to.mcse);
@@ -126,7 +111,7 @@ fn values_of(study: &Study, key: Key) -> BTreeSet<String> {
 }
 
 /// The settings that two studies have and of which no value is common, where `which` takes their numbers of values.
-fn never_equal_of(studies: &[Study], which: impl Fn(usize) -> bool) -> Vec<Key> {
+fn never_equal(studies: &[Study], which: impl Fn(usize) -> bool) -> Vec<Key> {
     let Some((first, others)) = studies.split_first() else {
         return Vec::new();
     };
@@ -140,11 +125,6 @@ fn never_equal_of(studies: &[Study], which: impl Fn(usize) -> bool) -> Vec<Key> 
         })
     };
     keys.filter(differ).collect()
-}
-
-/// The settings that have one value in each study, and another one: cells are matched without them.
-fn never_equal(studies: &[Study]) -> Vec<Key> {
-    never_equal_of(studies, |count| count == 1)
 }
 
 /// A setting with its values in each study.
@@ -191,19 +171,12 @@ fn rows(first: &Study, others: &[Study], measure: Measure, without: &[Key]) -> V
             continue;
         };
         for label in first.labels() {
-            let of = |study: &Study, cell: &CellSummary| -> Option<Estimate> {
-                let median = study.statistics(cell, label, measure)?.q50;
-                Some(Estimate {
-                    value: median.value,
-                    mcse: median.mcse,
-                })
+            let of = |(study, cell): (&Study, &CellSummary)| -> Option<Estimate> {
+                let Quantile { value, mcse, .. } = study.statistics(cell, label, measure)?.q50;
+                Some(Estimate { value, mcse })
             };
-            let medians = std::iter::once(of(first, cell)).chain(
-                others
-                    .iter()
-                    .zip(&same)
-                    .map(|(study, cell)| of(study, cell)),
-            );
+            let others = others.iter().zip(same.iter().copied());
+            let medians = std::iter::once((first, cell)).chain(others).map(of);
             let Some(medians) = medians.collect::<Option<Vec<Estimate>>>() else {
                 continue;
             };
@@ -223,11 +196,8 @@ fn rows(first: &Study, others: &[Study], measure: Measure, without: &[Key]) -> V
 fn designs(first: &Study, others: &[Study]) -> String {
     let leaves = |study: &Study| -> BTreeMap<String, String> {
         let mut all = BTreeMap::new();
-        flatten(
-            "",
-            &serde_json::to_value(&study.file).unwrap_or_default(),
-            &mut all,
-        );
+        let file = serde_json::to_value(&study.file).unwrap_or_default();
+        flatten("", &file, &mut all);
         all
     };
     let own = leaves(first);

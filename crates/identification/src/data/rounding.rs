@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn units_of_the_last_digit() {
         let near = |found: f64, expected: f64| {
-            assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}")
+            assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
         };
         let decimals = Rounding::of(&[1.0, -1.0], &[12.345678, 0.5, 0.000001]);
         near(decimals.y, 1e-6);

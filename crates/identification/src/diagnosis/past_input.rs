@@ -39,7 +39,9 @@ pub(super) fn past_input(
     let rows = u.len().checked_sub(first).filter(|_| lags > 0)?;
     let of_rows = &mut of.errors[first..];
     let mean = of_rows.iter().sum::<f64>() / rows as f64;
-    of_rows.iter_mut().for_each(|e| *e -= mean);
+    for e in of_rows.iter_mut() {
+        *e -= mean;
+    }
     let mut noise = Autoregression::default();
     noise.fit_within(of_rows, 10.min(rows / 20));
     let whitened = |signal: &[f64]| {

@@ -24,7 +24,7 @@ named_enum! {
 pub(super) struct Levels {
     /// Whether u has a level too: where the start is estimated, a constant of u is one of y.
     of_input: bool,
-    levels: Vec<[f64; 2]>,
+    of_records: Vec<[f64; 2]>,
     u: Vec<f64>,
     y: Vec<f64>,
 }
@@ -33,7 +33,7 @@ impl Levels {
     pub(super) fn new(of_input: bool) -> Self {
         Self {
             of_input,
-            levels: Vec::new(),
+            of_records: Vec::new(),
             u: Vec::new(),
             y: Vec::new(),
         }
@@ -42,7 +42,7 @@ impl Levels {
     /// Subtracts from each record its means; from one at rest before its first sample the mean of y before u moves.
     pub(super) fn subtract(&mut self, Window { u, y, .. }: Window<'_>, runs: &Runs) -> Window<'_> {
         let mean = |signal: &[f64]| signal.iter().sum::<f64>() / signal.len() as f64;
-        self.levels.clear();
+        self.of_records.clear();
         for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
             to.clear();
             to.extend_from_slice(from);
@@ -56,9 +56,11 @@ impl Levels {
                 [0.0, mean(&y[..moves.clamp(1, y.len())])]
             };
             for (signal, level) in [u, y].into_iter().zip(level) {
-                signal.iter_mut().for_each(|x| *x -= level);
+                for x in signal.iter_mut() {
+                    *x -= level;
+                }
             }
-            self.levels.push(level);
+            self.of_records.push(level);
         }
         Window::new(&self.u, &self.y, self.y.len())
     }
@@ -93,7 +95,7 @@ impl Levels {
                 se: model.variance_of(&of_record).sqrt(),
             }
         };
-        let offsets: Vec<Offset> = self.levels.iter().enumerate().map(offset).collect();
+        let offsets: Vec<Offset> = self.of_records.iter().enumerate().map(offset).collect();
         leading_block(&mut model.covariance, n + about.len(), n);
         let finite = offsets.iter().all(|mu| mu.value.is_finite());
         finite.then_some(offsets).ok_or(FailureKind::NonFinite)

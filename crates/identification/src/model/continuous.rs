@@ -257,7 +257,7 @@ impl ContinuousModel {
         let (first, count) = (to.delay - whole as usize, to.orders().nb);
         let on_samples = Self::sampled_orders(nb, n, self.hold, whole);
         let is_late = (to.delay, count) != (on_samples.nk, on_samples.nb);
-        let share = is_late.then(|| 1.0 - (self.dead_time - whole));
+        let share = is_late.then_some(1.0 - (self.dead_time - whole));
         let width = all.len() + usize::from(is_late);
         let rows = count + n;
         let mut jacobian = vec![0.0; rows * width];

@@ -53,16 +53,6 @@ impl Realisation {
         }
     }
 
-    /// Changes the initial state.
-    ///
-    /// # Panics
-    /// If its length differs.
-    #[must_use]
-    pub fn starting_at(mut self, x0: &[f64]) -> Self {
-        self.x0.copy_from_slice(x0);
-        self
-    }
-
     /// Computes the output for an input and innovations.
     ///
     /// # Panics

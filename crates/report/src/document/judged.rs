@@ -5,7 +5,6 @@ mod words;
 
 use super::columns::Columns;
 use super::extremes::LongTable;
-use super::figure::Drawn;
 use super::paper;
 use super::tables::tidy;
 use crate::folder::Files;
@@ -152,22 +151,15 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
                 section.claim(&format!("\u{201c}{}\u{201d}{source}", claim.text));
             }
             section.paragraph(&sentence(claim));
-            for (
-                i,
-                Drawn {
-                    picture, caption, ..
-                },
-            ) in pictures(study, claim).into_iter().enumerate()
-            {
+            for (i, drawn) in pictures(study, claim).iter().enumerate() {
                 let number = if i == 0 {
                     String::new()
                 } else {
                     format!("-{}", i + 1)
                 };
-                section.figure(&picture, &caption);
+                let label = format!("claim-{}{number}.svg", claim.id);
                 let path = format!("figures/{name}{number}.svg");
-                links.push((format!("claim-{}{number}.svg", claim.id), path.clone()));
-                files.push((path, picture.wide.svg()));
+                links.push(drawn.placed(section, files, (label, path)));
             }
             if claim.cells.is_empty() {
                 return;

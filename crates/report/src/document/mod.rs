@@ -125,12 +125,16 @@ fn experiment(
     section.paragraph(&answer::in_numbers(study));
     let mut figures = figures::figures(study).into_iter();
     let mut links = Vec::new();
+    let of = |drawn: &Drawn| {
+        let file = format!("{}.svg", drawn.name);
+        let path = format!("figures/{}-{file}", study.name);
+        (file, path)
+    };
     // The main figure stays open.
-    figure(section, study, files, &mut links, figures.next());
+    let main = figures.next();
+    links.extend(main.map(|drawn| drawn.placed(section, files, of(&drawn))));
     let rest = |section: &mut Section| {
-        for drawn in figures {
-            figure(section, study, files, &mut links, Some(drawn));
-        }
+        links.extend(figures.map(|drawn| drawn.placed(section, files, of(&drawn))));
         on_step(&format!("tables of {}", study.name));
         numbers(section, study, files, &mut links);
         section.files(&links);
@@ -147,28 +151,6 @@ fn experiment(
     section.heading("To run it again");
     let (command, folder) = study.command();
     section.code(&format!("{command}\nasobench report {folder}"));
-}
-
-/// Adds a figure to the section and to the files.
-fn figure(
-    section: &mut Section,
-    study: &Study,
-    files: &mut Files,
-    links: &mut Vec<(String, String)>,
-    drawn: Option<Drawn>,
-) {
-    let Some(Drawn {
-        name,
-        picture,
-        caption,
-    }) = drawn
-    else {
-        return;
-    };
-    section.figure(&picture, &caption);
-    let path = format!("figures/{}-{name}.svg", study.name);
-    links.push((format!("{name}.svg"), path.clone()));
-    files.push((path, picture.wide.svg()));
 }
 
 /// A longer table is hidden until a click.

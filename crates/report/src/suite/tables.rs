@@ -41,6 +41,22 @@ fn cell(number: Estimated, factor: f64) -> CellText {
     CellText::number(uncertain_within(value, error, DIGITS), value)
 }
 
+/// A table with first columns and a column for each heading, as wide as that and at least so wide.
+fn with_headings<S: Into<String>>(
+    caption: impl Into<String>,
+    first: &[Column],
+    headings: impl IntoIterator<Item = S>,
+    least: usize,
+) -> Table {
+    let column = |heading: S| {
+        let heading = heading.into();
+        let width = heading.len().max(least);
+        Column::number(heading, "").width(width)
+    };
+    let others = headings.into_iter().map(column);
+    Table::new(caption, first.iter().cloned().chain(others).collect())
+}
+
 /// No number: the method is not for it.
 fn none() -> CellText {
     CellText::text("-")
@@ -203,13 +219,11 @@ impl<'a> Tables<'a> {
             ("Lost runs, %, by what is hard", |of| cell(of.lost, 100.0)),
         ];
         let tables = kinds.into_iter().map(|(caption, number)| {
-            let mut columns = vec![Column::text("method").width(15)];
-            columns.extend(groups.iter().map(|(words, members)| {
-                let heading = format!("{words} ({})", members.len());
-                let width = heading.len().max(9);
-                Column::number(heading, "").width(width)
-            }));
-            let mut table = Table::new(caption, columns);
+            let headings = groups
+                .iter()
+                .map(|(of, members)| format!("{of} ({})", members.len()));
+            let mut table =
+                with_headings(caption, &[Column::text("method").width(15)], headings, 9);
             for method in self.of.methods {
                 let numbers = groups.iter().map(|(_, members)| {
                     let score = self.score(method, |of| members.contains(of.name.as_str()));
@@ -250,13 +264,9 @@ impl<'a> Tables<'a> {
             }
         }
         words.sort_unstable();
-        let mut columns = vec![Column::text("method").width(15)];
-        columns.extend(
-            words
-                .iter()
-                .map(|word| Column::number(*word, "").width(word.len().max(6))),
-        );
-        let mut table = Table::new("Why runs were lost, % of the runs of a method", columns);
+        let caption = "Why runs were lost, % of the runs of a method";
+        let first = [Column::text("method").width(15)];
+        let mut table = with_headings(caption, &first, words.iter().copied(), 6);
         for method in self.of.methods.iter().filter(|of| lost(of) > 0) {
             let shares = words.iter().map(|word| {
                 let own = method.scenarios.iter().filter_map(|of| of.lost.get(*word));
@@ -324,19 +334,10 @@ impl<'a> Tables<'a> {
     pub(super) fn efficiencies(&self) -> Vec<Table> {
         let groups = self.of.methods.chunks(BESIDE);
         let tables = groups.map(|methods| {
-            let mut columns = vec![Column::text("scenario").width(18)];
-            columns.extend(methods.iter().map(|method| {
-                Column::number(method.method.clone(), "").width(method.method.len().max(8))
-            }));
-            let names: Vec<&str> = methods
-                .iter()
-                .map(|method| method.method.as_str())
-                .collect();
-            let caption = format!(
-                "Efficiency of a typical run in each scenario: {}",
-                names.join(", ")
-            );
-            let mut table = Table::new(caption, columns);
+            let names: Vec<&str> = methods.iter().map(|of| of.method.as_str()).collect();
+            let listed = names.join(", ");
+            let caption = format!("Efficiency of a typical run in each scenario: {listed}");
+            let mut table = with_headings(caption, &[Column::text("scenario").width(18)], names, 8);
             let studies = self.of.suite.studies.iter();
             let named =
                 studies.flat_map(|study| study.scenarios.iter().map(|of| (&study.name, of)));
@@ -371,15 +372,12 @@ pub fn recorded(fits: &RecordedFits) -> Vec<Table> {
         "FIT on recorded data, %, predicted one step ahead over the samples that were not used",
     ];
     let tables = kinds.into_iter().enumerate().map(|(place, caption)| {
-        let mut columns = vec![
+        let first = [
             Column::text("record").width(26),
             Column::number("samples", "").width(8),
             Column::number("used", "").width(5),
         ];
-        let methods = fits.methods.iter();
-        columns
-            .extend(methods.map(|name| Column::number(name.clone(), "").width(name.len().max(6))));
-        let mut table = Table::new(caption, columns);
+        let mut table = with_headings(caption, &first, &fits.methods, 6);
         for record in &fits.records {
             let [samples, first] = record.samples;
             let numbers = record.fits.iter().map(|fit| {

@@ -8,7 +8,7 @@
 //! hold if the same test says that at least m - r + 1 cells fail. So either error has the claim's level, and
 //! "undecided" is not an error.
 
-use crate::design::file::Holds;
+use crate::design::file::claim::Holds;
 use asobench_identification::names::named_enum;
 
 named_enum! {

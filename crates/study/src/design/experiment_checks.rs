@@ -101,16 +101,13 @@ impl Experiment {
             table.check()?;
         }
         let all = cells(&file.settings, &file.zip, &file.exclude)?;
-        let cells: Result<Vec<Cell>, FileError> = all
-            .into_iter()
-            .map(|settings| {
-                SettingsReader {
-                    file: &file,
-                    settings,
-                }
-                .cell()
-            })
-            .collect();
+        let file_of = &file;
+        let reader = |settings| SettingsReader {
+            file: file_of,
+            settings,
+        };
+        let cells = all.into_iter().map(|settings| reader(settings).cell());
+        let cells: Result<Vec<Cell>, FileError> = cells.collect();
         let tables = file.methods.iter().enumerate();
         let programs = programs(&file);
         let method = |(i, table): (usize, &MethodTable)| table.method(i, programs[i].as_ref());
@@ -272,16 +269,20 @@ impl Experiment {
 
     /// Checks that every given key has a meaning in at least one cell.
     fn check_use(&self) -> Result<(), FileError> {
+        // A resolved file has every setting, so a default value does not show that the setting was given.
+        let is_given = |key: &Key| {
+            let given = self.file.settings.get(key);
+            given.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref())
+        };
         let fixed = |cell: &Cell| cell.settings.get(&Key::Plant) != Some(&"random".into());
         if self.cells.iter().all(fixed) {
-            for key in [Key::PlantOrder, Key::PoleRadius] {
-                // A resolved file has every setting, so a default value does not show that the setting was given.
-                let given = self.file.settings.get(&key);
-                if given.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref()) {
-                    let message = "no cell has plant = \"random\", so it has no effect; expected a random plant or \
-                                   no such key";
-                    return wrong(key, message);
-                }
+            if let Some(key) = [Key::PlantOrder, Key::PoleRadius]
+                .iter()
+                .find(|key| is_given(key))
+            {
+                let message = "no cell has plant = \"random\", so it has no effect; expected a random plant or no such \
+                               key";
+                return wrong(key, message);
             }
         }
         let given = |cell: &Cell| match cell.settings.get(&Key::Input) {
@@ -289,12 +290,12 @@ impl Experiment {
             _ => false,
         };
         if !self.cells.is_empty() && self.cells.iter().all(given) {
-            for key in [Key::Amplitude, Key::Sequence] {
-                let axis = self.file.settings.get(&key);
-                if axis.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref()) {
-                    let message = "the input is a file's in every cell, so it means nothing; expected no such key";
-                    return wrong(key, message);
-                }
+            if let Some(key) = [Key::Amplitude, Key::Sequence]
+                .iter()
+                .find(|key| is_given(key))
+            {
+                let message = "the input is a file's in every cell, so it means nothing; expected no such key";
+                return wrong(key, message);
             }
         }
         let states = self.cells.iter().map(Cell::plant_order).max();

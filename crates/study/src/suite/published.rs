@@ -328,5 +328,5 @@ fn place_of(plant: &StateSpace, name: &str) -> Result<(usize, f64, f64), SuiteEr
         "b" => Some((n + i - 1, 1.0, plant.h()[i - 1])),
         _ => None,
     });
-    found.ok_or_else(|| UnknownName::new("coefficient", name, &["a1", "f1", "b1", "E"]).into())
+    found.ok_or_else(|| UnknownName::new("coefficient", name, ["a1", "f1", "b1", "E"]).into())
 }

@@ -215,7 +215,9 @@ impl Morsm {
         self.offsets.clear();
         if let Some(levels) = &self.levels {
             self.offsets = levels.offsets(model, &about, Units::ONE)?;
-            y.iter_mut().for_each(|y| *y -= self.offsets[0].value);
+            for y in &mut y {
+                *y -= self.offsets[0].value;
+            }
         }
         let start = Beside::from(self.beside.initial);
         let orders = model.orders();

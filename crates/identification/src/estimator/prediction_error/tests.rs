@@ -441,7 +441,9 @@ fn intervals_with_offset_and_start_cover() {
         for trial in 0..RECORDS {
             let normal = |purpose| test_setup::normal(29, trial, purpose, n + before);
             let (mut u, e) = (normal(Purpose::Input), normal(Purpose::NoiseDrive));
-            u.iter_mut().for_each(|u| *u += 2.0);
+            for u in &mut u {
+                *u += 2.0;
+            }
             let (mut y, mut v) = (vec![0.0; u.len()], vec![0.0; u.len()]);
             truth.simulate(&u, &mut y);
             filter(&truth.c, &e, &mut v);

@@ -73,7 +73,7 @@ pub enum Axis {
     One(Scalar),
     /// A list.
     Many(Vec<Scalar>),
-    /// The values of a range; [`super::Key::is_count`] settings round them to whole numbers.
+    /// The values of a range; settings that are counts round them to whole numbers.
     Range(Vec<f64>),
 }
 

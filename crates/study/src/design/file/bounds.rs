@@ -8,16 +8,16 @@ tables! {
     /// A bound: of every cell, or of those whose `claim` is given.
     pub struct BoundTable {
         /// The cells' claim; all cells if absent.
-        claim?: String,
+        claim?: Option<String>,
         /// The measure.
         #[serde(rename(serialize = "figure"), alias = "figure")]
         measure: Measure,
         /// The bound's name in a table.
-        label?: String,
+        label?: Option<String>,
         /// The measure must be below this.
-        below?: f64,
+        below?: Option<f64>,
         /// Or below this multiple of eps times the condition number: "zero".
-        rounding?: f64,
+        rounding?: Option<f64>,
     }
 }
 

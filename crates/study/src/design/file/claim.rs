@@ -52,22 +52,20 @@ tables! {
         level: f64,
         /// Whether it was written after results of the same kind were seen. Its error rates then mean nothing, and its
         /// verdict says so; `run --confirm` judges it by fresh trials.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-        exploratory: bool,
+        exploratory?: bool,
         /// The cells to which it applies: those with one of the given values of every given setting; all
         /// cells if absent.
-        #[serde(default, rename = "where", skip_serializing_if = "BTreeMap::is_empty")]
-        cells: BTreeMap<Key, Axis>,
+        #[serde(rename = "where")]
+        cells?: BTreeMap<Key, Axis>,
         /// A condition on results: only cells in which this test certainly passes are judged.
-        given?: TestTable,
+        given?: Option<TestTable>,
         /// The test, or a list of tests that must all pass in a cell.
         #[serde(deserialize_with = "tests_of_a_cell::deserialize")]
         #[schemars(schema_with = "tests_of_a_cell::schema")]
         test: Vec<TestTable>,
         /// Whether it was written after the results were there; `run` sets it in what it stores.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         #[schemars(skip)]
-        added_after_run: bool,
+        added_after_run?: bool,
     }
 }
 

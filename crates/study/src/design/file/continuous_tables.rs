@@ -24,12 +24,12 @@ tables! {
         input: f64,
         /// The n - 1 filters that extend regression (9): numbers a for lags a / (p + a), or delays such as { delay =
         /// 0.5 }; 1, 2, ..., n - 1 if absent.
-        filters?: Vec<FilterTable>,
+        filters?: Option<Vec<FilterTable>>,
         /// A trial whose relative error by step halving is estimated above this has failed.
         #[serde(default = "error_limit")]
         error_limit: f64,
         /// Seconds between the points of the first trial's course that are kept for figures; none if absent.
-        trace_every?: f64,
+        trace_every?: Option<f64>,
     }
 
     /// A delay: v(t - delay), and 0 before t = delay.
@@ -50,7 +50,7 @@ tables! {
         /// x(0), n numbers.
         x0: Vec<f64>,
         /// xi(0), n numbers; zeros if absent.
-        xi0?: Vec<f64>,
+        xi0?: Option<Vec<f64>>,
     }
 
     /// One term of a disturbance; the setting `level` multiplies all of them.
@@ -62,18 +62,18 @@ tables! {
         #[serde(default = "unit")]
         amplitude: f64,
         /// Radians per second, of a sine or square; the setting `frequency` if absent.
-        frequency?: f64,
+        frequency?: Option<f64>,
         /// Radians, of a sine or square; the setting `phase` if absent.
-        phase?: f64,
+        phase?: Option<f64>,
         /// A CSV file with the header `t,delta`, relative to this file.
-        file?: String,
+        file?: Option<String>,
         /// The signal between the file's samples.
         #[serde(default)]
         hold: HoldName,
         /// Seconds between samples, taken from the file.
-        interval?: f64,
+        interval?: Option<f64>,
         /// The samples, taken from the file.
-        values?: Vec<f64>,
+        values?: Option<Vec<f64>>,
     }
 
     /// A disturbance: the sum of its terms.

@@ -31,13 +31,6 @@ named_enum! {
     }
 }
 
-impl Unfinished {
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "what serde calls")]
-    fn is_lost(&self) -> bool {
-        *self == Self::Lost
-    }
-}
-
 tables! {
     /// A study: what is asked, the data-generating process, the grid, the methods, what is measured.
     #[expect(clippy::struct_excessive_bools, reason = "each is a key of its own")]
@@ -49,39 +42,36 @@ tables! {
         /// The hypothesis that the study tests, in words.
         hypothesis: String,
         /// Where the system comes from, in words.
-        #[serde(skip_serializing_if = "String::is_empty")]
-        source: String,
+        source?: String,
         /// The claims that the study examines, with the tests that decide them.
         #[serde(with = "list")]
         #[schemars(schema_with = "list::schema")]
         claims: Vec<ClaimTable>,
         /// Whether the verdicts are corrected over all claims of the file (Holm), so that the smallest `level` of a
         /// claim is the error rate of all of them together, a side.
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        family: bool,
+        family?: bool,
         /// In a resolved file: what the claims have added to the lists of measures, comparisons, bounds and slopes.
-        needed?: Needs,
+        needed?: Option<Needs>,
         /// How long it takes on two cores, in words.
         expected_time: String,
         /// The seed from which all random numbers follow.
         seed: u64 = 2023,
         /// In a resolved file of `run --confirm`: the seed of the file whose claims it confirms.
-        confirms?: u64,
+        confirms?: Option<u64>,
         /// Trials in each cell: a number, or a rule such as { until = "e_a", output = "iv(4)", relative_mcse = 0.01,
         /// minimum = 1000, maximum = 100000 }.
         trials: TrialRule = TrialRule::Fixed(1000),
         /// How many times the claims are to be judged, each time with more trials: their level is divided by it, and
         /// nothing is left for further looks. Without it there may be any number, and the first spends nine tenths of
         /// the level.
-        looks?: u32,
+        looks?: Option<u32>,
         /// What computes the trials: "auto", "lanes" or "faer".
         engine: Engine,
         /// What is kept: "summaries" or "trials".
         store: Store,
         /// Whether trials whose search left a model that is not at a minimum (`boundary`, `iteration-limit`) are "lost"
         /// (the default) or "counted".
-        #[serde(skip_serializing_if = "Unfinished::is_lost")]
-        unfinished: Unfinished,
+        unfinished?: Unfinished,
         /// The measures that are computed and summarised.
         measures: Vec<Measure> = vec![
             Measure::Ea,
@@ -97,18 +87,17 @@ tables! {
         parameters: bool,
         /// Whether standard errors of every coefficient are computed, and how often their 95 % intervals contain the
         /// truth; includes what `parameters` gives.
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        coverage: bool,
+        coverage?: bool,
         /// Whether quantiles of e_x(k) for every k are kept, for the first and the last output, over the first 10000
         /// trials of a cell.
         curves: bool,
         /// Errors over the number of samples seen.
-        course?: CourseTable,
+        course?: Option<CourseTable>,
         /// Whether the methods' times are measured after the run; stored apart, under timing/.
         timing: bool,
         /// Whether figures of medians show the spread of the trials too, as bands or boxes. Without it they do for up
         /// to three outputs, over an axis of names up to four, since more would hide each other.
-        spread?: bool,
+        spread?: Option<bool>,
         /// The settings: one value each, or a list or range, which makes an axis of the grid.
         settings: BTreeMap<Key, Axis>,
         /// Groups of settings whose lists move together.
@@ -118,29 +107,23 @@ tables! {
         /// Plants by name.
         plants: BTreeMap<String, PlantTable>,
         /// Changes of the plant during the record by name.
-        #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-        changes: BTreeMap<String, ChangeTable>,
+        changes?: BTreeMap<String, ChangeTable>,
         /// Inputs by name.
-        #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-        inputs: BTreeMap<String, InputTable>,
+        inputs?: BTreeMap<String, InputTable>,
         /// Noise filters by name.
         noises: BTreeMap<String, NoiseTable>,
         /// In a resolved file: the columns of CSV files that `input` and the noises name, by these names.
-        #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-        columns: BTreeMap<String, Vec<f64>>,
+        columns?: BTreeMap<String, Vec<f64>>,
         /// Feedbacks by name.
         feedbacks: BTreeMap<String, FeedbackTable>,
         /// Makes it a study of observers in continuous time.
-        continuous?: ContinuousTable,
+        continuous?: Option<ContinuousTable>,
         /// Plants in continuous time by name.
-        #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-        continuous_plants: BTreeMap<String, ContinuousPlantTable>,
+        continuous_plants?: BTreeMap<String, ContinuousPlantTable>,
         /// Disturbances in continuous time by name.
-        #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-        signals: BTreeMap<String, SignalTable>,
+        signals?: BTreeMap<String, SignalTable>,
         /// Observers in continuous time, all run on the same trials.
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        observers: Vec<ObserverTable>,
+        observers?: Vec<ObserverTable>,
         /// The methods, all run on the same records; a list in an option makes one method per value.
         methods: Vec<MethodTable> = vec![MethodTable::default()],
         /// Pairs of outputs that are compared on the same trials, such as `["iv(4)", "ls"]`.

@@ -142,42 +142,36 @@ impl schemars::JsonSchema for MethodTable {
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
         let form = |estimator: &EstimatorName| {
             let several = |schema: &Value| json!([schema, { "type": "array", "items": schema }]);
-            let mut properties = Map::new();
             let text = json!({ "type": "string" });
             let name = "Name in the results; by default the estimator's, with the options that have lists.";
-            properties.insert(
-                "name".to_owned(),
-                json!({ "description": name, "type": "string" }),
-            );
-            let constant = json!({ "const": estimator.name(), "description": estimator.about() });
-            properties.insert("estimator".to_owned(), constant);
+            let mut properties = json!({
+                "name": { "description": name, "type": "string" },
+                "estimator": { "const": estimator.name(), "description": estimator.about() },
+            });
             for option in estimator.options() {
                 let mut schema =
                     json!({ "description": option.about, "anyOf": several(&option.schema) });
                 if !option.default.is_null() {
                     schema["default"] = option.default.clone();
                 }
-                properties.insert(option.key.clone(), schema);
+                properties[&option.key] = schema;
             }
             let observer = "The observer of this method's outputs instead of the setting `gain`: dead-beat, \
                 scaled:RHO, poles:LIST; kalman (steady state; its noise known with \"known\", else identified on the \
                 window, as white); kalman-coloured (the same with the colour C / (A D) of the method's own noise \
                 model, not with \"known\"); with \"known\" also kalman-varying (from the covariance of x(0)).";
-            let observer = json!({ "description": observer, "anyOf": several(&text) });
-            properties.insert("observer".to_owned(), observer);
-            let last = json!({
+            properties["observer"] = json!({ "description": observer, "anyOf": several(&text) });
+            properties["last"] = json!({
                 "description": "How many of the last samples of the window the method sees, a sliding window; all by \
                  default. x0 is taken as 0 then.",
                 "type": "integer",
                 "minimum": 1
             });
-            properties.insert("last".to_owned(), last);
-            let report = json!({
+            properties["report"] = json!({
                 "description": "The passes that are reported; all by default.",
                 "type": "array",
                 "items": { "type": "integer", "minimum": 0 }
             });
-            properties.insert("report".to_owned(), report);
             let mut form = json!({
                 "type": "object",
                 "properties": properties,

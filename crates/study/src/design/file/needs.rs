@@ -35,32 +35,23 @@ tables! {
     /// What claims need of a run.
     pub struct Needs: Default {
         /// Measures.
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        measures: Vec<Measure>,
+        measures?: Vec<Measure>,
         /// The signed errors of every coefficient.
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        parameters: bool,
+        parameters?: bool,
         /// Their standard errors and 95 % intervals.
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        coverage: bool,
+        coverage?: bool,
         /// Pairs of outputs.
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        compare: Vec<[String; 2]>,
+        compare?: Vec<[String; 2]>,
         /// Bounds whose share of trials is counted.
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        bounds: Vec<BoundTable>,
+        bounds?: Vec<BoundTable>,
         /// Slopes.
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        slopes: Vec<SlopeTable>,
+        slopes?: Vec<SlopeTable>,
         /// Pairs of cells.
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        series: Vec<SeriesTable>,
+        series?: Vec<SeriesTable>,
         /// Ratios of two medians.
-        #[serde(skip_serializing_if = "Vec::is_empty")]
-        medians: Vec<MediansTable>,
+        medians?: Vec<MediansTable>,
         /// Times of the methods.
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        timing: bool,
+        timing?: bool,
     }
 }
 

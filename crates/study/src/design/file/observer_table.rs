@@ -57,13 +57,13 @@ tables! {
         /// Adaptation gains, one for each component of theta, or one for all.
         gains: Vec<f64>,
         /// k of the filter k / (p + k), Eq. (11).
-        pole?: f64,
+        pole?: Option<f64>,
         /// Order of the expansion of exp(delta), 1 or 2.
-        expansion?: usize,
+        expansion?: Option<usize>,
         /// Filters of the second mixing, poles or delays, as many as the expansion's order.
-        filters?: Vec<FilterTable>,
+        filters?: Option<Vec<FilterTable>>,
         /// Keep (the paper's) or drop the common factor.
-        factor?: FactorName,
+        factor?: Option<FactorName>,
     }
 
     /// The options of `gradient`.
@@ -78,7 +78,7 @@ tables! {
         gains: Vec<f64>,
         /// The share of theta that the gradient must have learnt before its estimate is corrected in full; 0.5 if
         /// absent.
-        share?: f64,
+        share?: Option<f64>,
     }
 
     /// The options of `ls-drem`; of `measurement` and `prior` the ratio r / p0 counts.
@@ -94,22 +94,22 @@ tables! {
     /// The options of `luenberger`: one of them.
     pub struct LuenbergerOptions {
         /// L, n numbers.
-        gain?: Vec<f64>,
+        gain?: Option<Vec<f64>>,
         /// The n poles of A - L C', such as "-1+2i,-1-2i".
-        poles?: String,
+        poles?: Option<String>,
         /// All n poles of A - L C' in a Butterworth pattern of this radius, rad/s.
-        bandwidth?: f64,
+        bandwidth?: Option<f64>,
     }
 
     /// The options of `kalman-bucy`.
     pub struct KalmanBucyOptions {
         /// Intensity q of the process noise assumed in every state, Q = q I.
-        process?: f64,
+        process?: Option<f64>,
         /// Intensity r of the measurement noise assumed.
         measurement: f64,
         /// For the time-varying filter: variance p0 of every component of theta, P(0) = p0 I. Without it the filter is
         /// in its steady state, which needs process noise.
-        prior?: f64,
+        prior?: Option<f64>,
     }
 }
 

@@ -6,6 +6,7 @@ use crate::design::file::{
 use crate::text::folded;
 use asobench_identification::estimator::EstimatorName;
 use asobench_identification::names::UnknownName;
+use std::borrow::Borrow;
 use std::collections::BTreeSet;
 
 impl ExperimentFile {
@@ -16,14 +17,7 @@ impl ExperimentFile {
     /// # Errors
     /// A name that no method has; a method whose options contradict each other.
     pub fn only(mut self, names: &[String]) -> Result<(Self, Vec<String>), FileError> {
-        let expanded = self
-            .methods
-            .iter()
-            .enumerate()
-            .map(|(i, method)| method.expand(i));
-        let methods = expanded
-            .collect::<Result<Vec<Vec<MethodTable>>, FileError>>()?
-            .concat();
+        let methods = self.expanded()?;
         let methods = match self.kind() {
             StudyKind::Discrete => methods,
             StudyKind::Continuous => Vec::new(),
@@ -34,12 +28,7 @@ impl ExperimentFile {
             .iter()
             .map(|table| vec![table.label(), table.observer.name().to_owned()])
             .collect();
-        let all: BTreeSet<&str> = of_method
-            .iter()
-            .chain(&of_observer)
-            .flatten()
-            .map(String::as_str)
-            .collect();
+        let all = texts(of_method.iter().chain(&of_observer));
         let is_known = |name: &str| all.iter().any(|known| folded(known) == folded(name));
         // Names may have commas too.
         let parts = |name: &String| -> Vec<String> {
@@ -62,12 +51,8 @@ impl ExperimentFile {
             .filter_map(|method| method.part(&wanted))
             .collect();
         let of_kept: Vec<Vec<String>> = self.methods.iter().map(MethodTable::names).collect();
-        let kept: BTreeSet<&str> = of_kept
-            .iter()
-            .chain(of_observer.iter().filter(|of| wanted(of)))
-            .flatten()
-            .map(String::as_str)
-            .collect();
+        let kept = of_observer.iter().filter(|of| wanted(of));
+        let kept = texts(of_kept.iter().chain(kept));
         let is_gone = |name: &str| all.contains(name) && !kept.contains(name);
         let mut left_out = Vec::new();
         self.compare.retain(|[first, second]| {
@@ -80,40 +65,34 @@ impl ExperimentFile {
         let mut of_others = Vec::new();
         self.claims.retain(|claim| {
             let named: Vec<String> = names_of(claim).collect();
-            let gone: Vec<&str> = named
-                .iter()
-                .map(String::as_str)
-                .filter(|name| is_gone(name))
-                .collect();
+            let gone = named.iter().filter(|name| is_gone(name));
+            let gone: Vec<&str> = gone.map(String::as_str).collect();
             if gone.is_empty() {
                 return true;
             }
             if named.iter().any(|name| kept.contains(name.as_str())) {
-                left_out.push(format!(
-                    "claim {}, which compares with {}",
-                    claim.id,
-                    listed(&gone)
-                ));
+                let others = listed(&gone);
+                left_out.push(format!("claim {}, which compares with {others}", claim.id));
             } else {
-                of_others.push(claim.id.as_str().to_owned());
+                of_others.push(claim.id.clone());
             }
             false
         });
-        let of_others: Vec<&str> = of_others.iter().map(String::as_str).collect();
         match of_others.as_slice() {
             [] => {}
             [one] => left_out.push(format!("claim {one} of another method")),
             several => left_out.push(format!("claims {} of other methods", listed(several))),
         }
-        let observers = std::mem::take(&mut self.observers)
-            .into_iter()
-            .zip(&of_observer);
-        self.observers = observers
-            .filter(|(_, of)| wanted(of))
-            .map(|(table, _)| table)
-            .collect();
+        let mut of_table = of_observer.iter();
+        self.observers
+            .retain(|_| of_table.next().is_some_and(|of| wanted(of)));
         Ok((self, left_out))
     }
+}
+
+/// All names of some lists.
+fn texts<'a>(lists: impl Iterator<Item = &'a Vec<String>>) -> BTreeSet<&'a str> {
+    lists.flatten().map(String::as_str).collect()
 }
 
 /// The message about a name that no method has.
@@ -161,7 +140,7 @@ impl MethodTable {
 const NAMES: usize = 3;
 
 /// "a, b, c and 4 more".
-fn listed(names: &[&str]) -> String {
+fn listed<S: Borrow<str>>(names: &[S]) -> String {
     let first = names[..names.len().min(NAMES)].join(", ");
     match names.len().saturating_sub(NAMES) {
         0 => first,

@@ -16,6 +16,13 @@ impl ExperimentFile {
         self
     }
 
+    /// Returns the methods, one for each combination of the lists in their options.
+    pub(crate) fn expanded(&self) -> Result<Vec<MethodTable>, FileError> {
+        let methods = self.methods.iter().enumerate();
+        let expanded = methods.map(|(i, method)| method.expand(i));
+        Ok(expanded.collect::<Result<Vec<_>, FileError>>()?.concat())
+    }
+
     /// Refuses keys that belong to the other kind of study.
     fn check_kind(&self) -> Result<(), FileError> {
         let kind = self.kind();
@@ -74,7 +81,7 @@ impl ExperimentFile {
         }
     }
 
-    /// Writes out every default, except those of [`Key::is_left_out`]: settings, and one table per method.
+    /// Writes out every default, except those that a resolved file leaves out: settings, and one table per method.
     ///
     /// # Errors
     /// If both `l` and `window` are given, or a method's options contradict each other.
@@ -121,10 +128,7 @@ impl ExperimentFile {
             let wrong = |message: String| FileError::key(format_args!("noises.{name}"), message);
             *noise = resolved.map_err(wrong)?;
         }
-        let methods = self.methods.iter().enumerate();
-        let expanded: Result<Vec<Vec<MethodTable>>, FileError> =
-            methods.map(|(i, method)| method.expand(i)).collect();
-        self.methods = expanded?.concat();
+        self.methods = self.expanded()?;
         self.check_lengths()?;
         self.add_needs();
         self.measures.sort_unstable();

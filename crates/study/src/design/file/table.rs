@@ -1,8 +1,13 @@
 //! Tables of a file as they are defined.
 
+/// Whether a value is the default of its type.
+pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 /// Defines tables: structs that are read, written and described by their keys, and refuse others. A key `name?: Type`
-/// may be absent, and is then not written. In a table of which `Default` is said every key may be absent; its default
-/// stands behind the type where it is not that of the type.
+/// may be absent, and is not written where it has the default of its type. In a table of which `Default` is said every
+/// key may be absent; its default stands behind the type where it is not that of the type.
 macro_rules! tables {
     ($($(#[$about:meta])* pub struct $name:ident $(: $default:ident)? { $($keys:tt)* })*) => {
         $($crate::design::file::table::tables!(@keys [$(#[$about])*] $name [$($default)?] [] [] $($keys)*);)*
@@ -14,10 +19,11 @@ macro_rules! tables {
         $crate::design::file::table::tables!(
             @keys $head $name $default
             [
-                $($key)* $(#[$about])* #[serde(default, skip_serializing_if = "Option::is_none")]
-                pub $next: Option<$type>,
+                $($key)* $(#[$about])*
+                #[serde(default, skip_serializing_if = "crate::design::file::table::is_default")]
+                pub $next: $type,
             ]
-            [$($value)* $next: None,] $($rest)*
+            [$($value)* $next: <$type>::default(),] $($rest)*
         );
     };
     (

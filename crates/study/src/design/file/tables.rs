@@ -15,38 +15,38 @@ tables! {
     pub struct PlantTable: Default {
         /// `A = [1, a_1, ..., a_na]` in q^-1, such as `[1, -1.5, 0.7]`; 1 if absent.
         #[serde(rename = "A")]
-        output_polynomial?: Vec<f64>,
+        output_polynomial?: Option<Vec<f64>>,
         /// `B = [0, b_1, ...]` in q^-1: as many zeros as samples of delay, at least one.
         #[serde(rename = "B")]
-        input_polynomial?: Vec<f64>,
+        input_polynomial?: Option<Vec<f64>>,
         /// `F = [1, f_1, ..., f_nf]` in q^-1; 1 if absent.
         #[serde(rename = "F")]
-        transfer_polynomial?: Vec<f64>,
+        transfer_polynomial?: Option<Vec<f64>>,
         /// Last row of the matrix A, `a_1 ... a_n`: `a_i` is minus the coefficient of `q^-(n+1-i)` in `A(q)`.
-        a?: Vec<f64>,
+        a?: Option<Vec<f64>>,
         /// Input vector b: the first n samples of the impulse response.
-        b?: Vec<f64>,
+        b?: Option<Vec<f64>>,
         /// Numerator h of W(z), instead of b: `h_i` is the coefficient of `q^-i` in `B(q)`.
-        h?: Vec<f64>,
+        h?: Option<Vec<f64>>,
         /// Numerator in s, the highest power first, as in MATLAB's `tf`; with `den` and `Ts`.
-        num?: Vec<f64>,
+        num?: Option<Vec<f64>>,
         /// Denominator in s, the highest power first.
-        den?: Vec<f64>,
+        den?: Option<Vec<f64>>,
         /// Zeros in rad/s, instead of `num`, as in MATLAB's `zpk`: numbers, or texts such as "-1+2i"; none if absent.
-        zeros?: Vec<Scalar>,
+        zeros?: Option<Vec<Scalar>>,
         /// Poles in rad/s, instead of `den`; with `gain` and `Ts`.
-        poles?: Vec<Scalar>,
+        poles?: Option<Vec<Scalar>>,
         /// The factor k of `k (s - z_1) ... / ((s - p_1) ...)`.
-        gain?: f64,
+        gain?: Option<f64>,
         /// The sampling time in seconds of a plant in s.
         #[serde(rename = "Ts")]
-        sampling_time?: f64,
+        sampling_time?: Option<f64>,
         /// The delay in seconds of a plant in s, a multiple of `Ts` or not; 0 if absent.
-        delay?: f64,
+        delay?: Option<f64>,
         /// What u(t) is between two samples of a plant in s: "zero" (the last sample) or "linear".
-        hold?: HoldName,
+        hold?: Option<HoldName>,
         /// Initial state, used if the setting x0 is "plant".
-        x0?: Vec<f64>,
+        x0?: Option<Vec<f64>>,
         /// Whether the plant is meant to be unstable.
         unstable: bool,
     }
@@ -61,50 +61,50 @@ tables! {
         #[serde(default)]
         over: usize,
         /// The plant that it becomes, of the same order: as in the setting `plant`, but "random".
-        plant?: String,
+        plant?: Option<String>,
         /// Instead of a plant: the factor on b.
-        gain?: f64,
+        gain?: Option<f64>,
         /// Instead of a plant: the factor on all poles.
-        poles?: f64,
+        poles?: Option<f64>,
     }
 
     /// A noise filter of white noise: the polynomials `C/D`, or numerator and denominator.
     pub struct NoiseTable: Default {
         /// `C = [1, c_1, ..., c_nc]` in q^-1; 1 if absent.
         #[serde(rename = "C")]
-        moving_average?: Vec<f64>,
+        moving_average?: Option<Vec<f64>>,
         /// `D = [1, d_1, ..., d_nd]` in q^-1; 1 if absent.
         #[serde(rename = "D")]
-        autoregression?: Vec<f64>,
+        autoregression?: Option<Vec<f64>>,
         /// `c_0 ... c_q`, with any first coefficient.
-        numerator?: Vec<f64>,
+        numerator?: Option<Vec<f64>>,
         /// `1, d_1 ... d_p`; 1 if absent.
-        denominator?: Vec<f64>,
+        denominator?: Option<Vec<f64>>,
         /// The white noise is drawn with replacement from a column of a CSV file, "file:PATH#COLUMN", its mean
         /// subtracted and its variance made 1; Gaussian if absent.
-        residuals?: String,
+        residuals?: Option<String>,
         /// The white noise has heavy tails: Student's t with so many degrees of freedom, 3 to 100, scaled to variance
         /// 1; Gaussian if absent.
-        student_t?: u16,
+        student_t?: Option<u16>,
     }
 
     /// A feedback: of the measured output, `u(k) = -K(q) y(k) + r(k)`, or of the adaptive observer's state,
     /// `u(k) = -k'xhat(k) + r(k)` after the first `identify` samples.
     pub struct FeedbackTable {
         /// Numerator of K(q): `c_0 ... c_q`; one number is a static gain.
-        numerator?: Vec<f64>,
+        numerator?: Option<Vec<f64>>,
         /// Denominator of K(q): `1, d_1 ... d_p`.
-        denominator?: Vec<f64>,
+        denominator?: Option<Vec<f64>>,
         /// State feedback: k, one number per state.
-        state_gain?: Vec<f64>,
+        state_gain?: Option<Vec<f64>>,
         /// State feedback: samples of the open loop from which the observer's model is identified.
-        identify?: usize,
+        identify?: Option<usize>,
         /// State feedback: "identified" (the default), or "true" for the plant itself as the observer's model, after
         /// the same samples in open loop.
-        model?: LoopModel,
+        model?: Option<LoopModel>,
         /// The reference's amplitude instead of the setting `amplitude`; 0 is r = 0, with state feedback once the
         /// loop is closed.
-        reference?: f64,
+        reference?: Option<f64>,
     }
 
     /// A log-log slope: of a statistic of a measure over an axis, for every output and every value of the other axes.

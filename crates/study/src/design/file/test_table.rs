@@ -16,57 +16,57 @@ tables! {
         /// Share of the trials of `of`: "failed", "unstable" or "lost" (either), or a measure: the
         /// trials whose measure is below `bound` or `rounding`, or in which `of` is better in it than
         /// `to`.
-        share?: String,
+        share?: Option<String>,
         /// A statistic of a measure of `of`, or the bias or coverage of "parameters" (every coefficient), "a_1",
         /// "h_2", ...
-        value?: String,
+        value?: Option<String>,
         /// A measure of `of` over that of `to`.
-        ratio?: Measure,
+        ratio?: Option<Measure>,
         /// A measure of `of` in the cell with `axis` at `to` over that at `from`, on the same trials.
-        cells?: Measure,
+        cells?: Option<Measure>,
         /// The log-log slope of a measure of `of` over a setting.
-        slope?: Measure,
+        slope?: Option<Measure>,
         /// "estimate": the median time of method `of` over that of `to`; it needs timing = true.
-        time?: TimeOf,
+        time?: Option<TimeOf>,
         /// The output, such as "iv(4)"; of `time` the method. A list: each of them is judged by itself.
         #[serde(rename = "of")]
-        output?: Axis,
+        output?: Option<Axis>,
         /// The output or method that it is compared with, or a list, as for `of`; of `ratio` also "theory"
         /// (the output's own), "bound:shared" or "bound:separate" (Cramer-Rao); of `cells` the value of
         /// `axis`, or a list (every other value if absent).
-        to?: Axis,
+        to?: Option<Axis>,
         /// ratio: the measure of `to`, if it differs.
-        measure_of_to?: Measure,
+        measure_of_to?: Option<Measure>,
         /// value: "median" (default), "mean", "rms", "q05", "q25", "q75", "q95"; of a coefficient "bias" (default),
         /// "share-above" (of trials with an estimate above the truth), "coverage"; ratio: "paired-median" (default; of
         /// theory "median"), "median" (of two medians), "rms"; slope: "median" (default), "rms".
         #[schemars(with = "Option<StatisticName>")]
-        statistic?: String,
+        statistic?: Option<String>,
         /// share: the measure must be below this.
-        bound?: f64,
+        bound?: Option<f64>,
         /// share: or below this multiple of eps times the condition number.
-        rounding?: f64,
+        rounding?: Option<f64>,
         /// cells: the setting in which the two cells differ.
-        axis?: Key,
+        axis?: Option<Key>,
         /// cells: the value of `axis` that the others are compared with; slope: the first value of
         /// `over` that is taken.
-        from?: Scalar,
+        from?: Option<Scalar>,
         /// slope: the setting.
-        over?: Key,
+        over?: Option<Key>,
         /// It must be below this.
-        below?: f64,
+        below?: Option<f64>,
         /// It must be above this.
-        above?: f64,
+        above?: Option<f64>,
         /// It must be from the first to the second.
-        between?: [f64; 2],
+        between?: Option<[f64; 2]>,
         /// ratio, cells, time: it must be the same within this factor.
-        within?: f64,
+        within?: Option<f64>,
         /// mean, rms: errors above this number, and lost trials, count as this number. Without it no number of trials
         /// tells that a mean is small.
-        cap?: f64,
+        cap?: Option<f64>,
         /// rms of an output: the mean fourth power is assumed to be at most this multiple of the square of the mean
         /// square (3 for the norm of a normal error).
-        kurtosis?: f64,
+        kurtosis?: Option<f64>,
     }
 }
 
