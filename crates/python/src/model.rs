@@ -346,7 +346,9 @@ impl Native {
             let mut y = vec![0.0; u.len()];
             py.detach(|| self.0.model.simulate(u, &mut y));
             let mu = self.0.offset().map_or(0.0, |offset| offset.value);
-            y.iter_mut().for_each(|y| *y += mu);
+            for y in &mut y {
+                *y += mu;
+            }
             return Ok(vector(py, y));
         };
         let (given, n) = (x.len(), self.0.pass.a.len());
@@ -500,7 +502,6 @@ impl NativeObserver {
     }
 
     /// xhat(k), k = 0 ... K, their standard deviations, predictions, innovations and the p-value of their test.
-    #[expect(clippy::type_complexity, reason = "what Python unpacks")]
     fn run<'py>(
         &self,
         py: Python<'py>,

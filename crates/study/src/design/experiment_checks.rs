@@ -275,28 +275,25 @@ impl Experiment {
             given.is_some_and(|axis| Some(axis) != key.default().map(Axis::One).as_ref())
         };
         let fixed = |cell: &Cell| cell.settings.get(&Key::Plant) != Some(&"random".into());
-        if self.cells.iter().all(fixed) {
-            if let Some(key) = [Key::PlantOrder, Key::PoleRadius]
-                .iter()
-                .find(|key| is_given(key))
-            {
-                let message = "no cell has plant = \"random\", so it has no effect; expected a random plant or no such \
-                               key";
-                return wrong(key, message);
-            }
+        let of_random = [Key::PlantOrder, Key::PoleRadius];
+        if self.cells.iter().all(fixed)
+            && let Some(key) = of_random.iter().find(|key| is_given(key))
+        {
+            let message = "no cell has plant = \"random\", so it has no effect; expected a random plant or no such key";
+            return wrong(key, message);
         }
         let given = |cell: &Cell| match cell.settings.get(&Key::Input) {
             Some(Scalar::Text(name)) => self.file.columns.contains_key(name),
             _ => false,
         };
-        if !self.cells.is_empty() && self.cells.iter().all(given) {
-            if let Some(key) = [Key::Amplitude, Key::Sequence]
-                .iter()
-                .find(|key| is_given(key))
-            {
-                let message = "the input is a file's in every cell, so it means nothing; expected no such key";
-                return wrong(key, message);
-            }
+        let of_input = [Key::Amplitude, Key::Sequence];
+        if !self.cells.is_empty()
+            && self.cells.iter().all(given)
+            && let Some(key) = of_input.iter().find(|key| is_given(key))
+        {
+            let message =
+                "the input is a file's in every cell, so it means nothing; expected no such key";
+            return wrong(key, message);
         }
         let states = self.cells.iter().map(Cell::plant_order).max();
         let most = states.unwrap_or(usize::MAX);

@@ -33,7 +33,6 @@ named_enum! {
 
 tables! {
     /// A study: what is asked, the data-generating process, the grid, the methods, what is measured.
-    #[expect(clippy::struct_excessive_bools, reason = "each is a key of its own")]
     pub struct ExperimentFile: Default {
         /// A title of a few words.
         title: String,
