@@ -167,8 +167,8 @@ impl Arguments {
 pub(super) struct RecordArguments {
     /// CSV, .parquet, .xlsx, or - for a pipe
     ///
-    /// - is standard input. Columns u, y and perhaps k or t (time), or those that --input and --output choose; lines beginning with # are
-    /// comments.
+    /// Standard input is -. Columns u, y and perhaps k or t (time), or those that --input and --output choose; lines
+    /// beginning with # are comments.
     #[arg(value_name = "FILE.csv")]
     pub(super) file: PathBuf,
     /// Worksheet of a workbook [default: the first one that has the columns]

@@ -294,29 +294,29 @@ impl Observed<'_> {
         if let Some(unit) = report.unit_in_words() {
             text += &wrap(&unit, 80, "");
         }
-        text += &format!("\n{}\n", words::heading(estimate));
+        text.extend([format!("\n{}\n", words::heading(estimate))]);
         for hint in &estimate.hints {
             text += &wrap(&format!("  {:<18} {hint}", "hint"), 80, &" ".repeat(21));
         }
         let model = &estimate.last().fitted.model;
         for line in model.equation().rounded(DIGITS).to_string().lines() {
-            text += &format!("  {}\n", broken(line, 2, 6));
+            text.extend([format!("  {}\n", broken(line, 2, 6))]);
         }
         if let Some(fit) = &estimate.fit {
             let fit = fit.window;
-            text += &format!(
+            text.extend([format!(
                 "  {:<18} {} simulated, {} one-step\n",
                 "FIT %, window",
                 text::percent(fit.simulated),
                 text::percent(fit.one_step)
-            );
+            )]);
         }
         text += &wrap(&format!("\nobserver {}", self.about()), 80, "  ");
         for (name, values) in self.numbers() {
             for (i, line) in values.chunks(4).enumerate() {
                 let name = if i == 0 { name } else { "" };
                 let cells: Vec<String> = line.iter().map(|cell| format!("{cell:>13}")).collect();
-                text += &format!("  {name:<18} {}\n", cells.join(" "));
+                text.extend([format!("  {name:<18} {}\n", cells.join(" "))]);
             }
         }
         text += &wrap(
@@ -327,7 +327,7 @@ impl Observed<'_> {
         if !self.states.deviations.is_empty() {
             text += &wrap(&format!("  {:<18} {}", "bands", BANDS), 80, &" ".repeat(21));
         }
-        text += &format!("\n{}", wrap(&self.form(), 80, ""));
+        text.extend([format!("\n{}", wrap(&self.form(), 80, ""))]);
         text
     }
 

@@ -1,6 +1,7 @@
 //! Sections and figures of made-up claims.
 
 use super::*;
+use crate::document::figure::Drawn;
 use crate::document::tests::study;
 use crate::html::Page;
 use asobench_study::claim::{JudgedTest, Scale};
