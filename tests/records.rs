@@ -201,9 +201,10 @@ fn fourteen_records() {
 }
 
 fn json(text: &str, flags: &[&str]) -> serde_json::Value {
-    let order: &[&str] = match flags.contains(&"--order") {
-        true => &[],
-        false => &["--order", "2"],
+    let order: &[&str] = if flags.contains(&"--order") {
+        &[]
+    } else {
+        &["--order", "2"]
     };
     let flags = [flags, order, &["--format", "json"]].concat();
     let output = run("estimate", text.as_bytes(), &flags);

@@ -259,12 +259,11 @@ fn value(mark: &str) -> Result<f64, String> {
     let (file, place) = mark
         .split_once(": ")
         .ok_or(format!("'{mark}': expected FILE: PLACE"))?;
-    match file.strip_suffix(".csv") {
-        Some(name) => cell(&read(&format!("results/report/tables/{name}.csv")), place),
-        None => {
-            let page = read(&format!("results/report/{file}"));
-            counted(&page, place).map_or_else(|| quoted(&page, place), Ok)
-        }
+    if let Some(name) = file.strip_suffix(".csv") {
+        cell(&read(&format!("results/report/tables/{name}.csv")), place)
+    } else {
+        let page = read(&format!("results/report/{file}"));
+        counted(&page, place).map_or_else(|| quoted(&page, place), Ok)
     }
 }
 
