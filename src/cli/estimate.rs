@@ -4,6 +4,7 @@ use super::error::Error;
 use super::exit_code::FAILED;
 use super::files::check_output;
 use super::output::{Format, note, print, print_json};
+use crate::estimator::EstimatorName;
 use crate::files::Kind;
 use crate::observer::Gain;
 use load::load;
@@ -21,6 +22,7 @@ mod drawing;
 mod flags;
 mod hints;
 mod json;
+mod levels;
 mod load;
 pub(super) mod observe;
 mod one_estimator;
@@ -71,7 +73,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         }
     }
     report.tell_in_unit_of_file();
-    warn(&report, arguments.options.has("offset"));
+    warn(&report, &arguments.estimator);
     let left_out = arguments.options.left_out(&arguments.estimator);
     for (flag, without) in left_out.iter().filter(|_| is_chosen) {
         let names: Vec<&str> = without.iter().map(|name| name.name()).collect();
@@ -133,7 +135,7 @@ fn tables(
     }
     let hints: Vec<Option<String>> = scans.iter().map(|scan| scan.start(&report)).collect();
     report.tell_in_unit_of_file();
-    hints::warn_of_offset(&report, arguments.options.has("offset"));
+    hints::warn_of_offset(&report, &estimators);
     if let Some(scan) = one {
         let about = "criteria and FIT over the order";
         let picture = |_| Ok((scan.picture(), about.to_owned()));
@@ -160,8 +162,8 @@ fn tables(
 }
 
 /// Prints warnings to standard error, one line each.
-fn warn(report: &Report, has_offset: bool) {
-    hints::warn_of_offset(report, has_offset);
+fn warn(report: &Report, methods: &[EstimatorName]) {
+    hints::warn_of_offset(report, methods);
     if report.gain.places_unstable_pole() {
         note(&format!(
             "warning: --gain {} has a pole on or outside the unit circle",

@@ -1,33 +1,32 @@
 //! Hints on a record: an integrator, a start that is not at rest, a step.
 
-use super::pictures::simulated;
+use super::levels::levels;
 use super::report::{Estimate, Report};
 use crate::cli::output::note;
-use crate::data::Trend;
-use crate::diagnosis::Z_95;
-use crate::estimator::{FailureKind, Pass, Problem, Rows, Shape, Window, initial_numbers};
+use crate::diagnosis::{LoopVerdict, Z_95};
+use crate::estimator::{EstimatorName, FailureKind, Rows, initial_numbers};
 use crate::metric::prediction_errors;
 use crate::metric::tails::chi_square_above;
 use crate::text::rounded;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 /// A pole this close to 1 may be 1 whatever its standard error is.
 const NEAR_ONE: f64 = 2e-3;
-
-/// Parts of a record whose means are compared.
-const PARTS: usize = 20;
 
 /// The level at which a record is said not to begin at rest.
 const LEVEL: f64 = 1e-3;
 
 /// Returns the hints for an estimate, as sentences without a full stop.
 pub(super) fn of(estimate: &Estimate, report: &Report) -> Vec<String> {
+    if !report.parts.is_empty() {
+        return levels(estimate, report).into_iter().collect();
+    }
     let hints = [
-        integrator(estimate),
-        of_start(estimate, report),
-        offset(estimate, report),
-        coloured(estimate),
         outlier(estimate, report),
+        direct(estimate, report),
+        of_start(estimate, report),
+        integrator(estimate),
+        coloured(estimate),
         step(estimate, report),
     ];
     hints.into_iter().flatten().collect()
@@ -69,55 +68,11 @@ fn integrator(estimate: &Estimate) -> Option<String> {
     ))
 }
 
-/// Simulated errors that have a mean: what was subtracted from u and y is not the point about which the record moves.
-fn offset(estimate: &Estimate, report: &Report) -> Option<String> {
-    let [u, y] = report.subtracted()?.map(Trend::line);
-    let simulated = simulated(estimate, report)?;
-    let samples = report.shifted(estimate.shift());
-    let errors = samples.y[..samples.window].iter().zip(&simulated);
-    let errors: Vec<f64> = errors.map(|(y, simulated)| y - simulated).collect();
-    let (whole, deviation) = mean_and_deviation(&errors);
-    // Means of long parts are nearly independent, whatever the colour of the errors.
-    let parts = errors.chunks_exact((errors.len() / PARTS).max(1));
-    let means: Vec<f64> = parts.map(|part| mean_and_deviation(part).0).collect();
-    let error = mean_and_deviation(&means).1 / (means.len() as f64).sqrt();
-    if errors.len() < 10 * PARTS || !(whole.abs() > 5.0 * error && whole.abs() > 0.5 * deviation) {
-        return None;
-    }
-    let whole = whole * report.unit;
-    let way = if u[1] == 0.0 && y[1] == 0.0 {
-        format!(
-            "; --operating-point {},{} subtracts a nearer point",
-            rounded(u[0], 6),
-            rounded(y[0] + whole, 6)
-        )
-    } else {
-        String::new()
-    };
-    Some(format!(
-        "simulated errors have mean {} and standard deviation {}: the record does not move about what was \
-         subtracted{way}",
-        rounded(whole, 3),
-        rounded(deviation * report.unit, 3)
-    ))
-}
-
-/// The mean, and the standard deviation about it.
-fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares = values
-        .iter()
-        .map(|value| (value - mean).powi(2))
-        .sum::<f64>();
-    (mean, (squares / count).sqrt())
-}
-
-/// Warns of an output far from zero: models without an offset do not describe it, and none was asked for. A step less
-/// its mean is nothing.
-pub(super) fn warn_of_offset(report: &Report, is_chosen: bool) {
-    if is_chosen || report.subtracted().is_some() || is_constant(&report.record.u[..report.window])
-    {
+/// Warns of an output far from zero: models without an offset do not describe it. Methods that can fit one have a hint
+/// where the record asks for it.
+pub(super) fn warn_of_offset(report: &Report, methods: &[EstimatorName]) {
+    let can_fit = methods.iter().all(|of| of.takes("offset"));
+    if can_fit || report.subtracted().is_some() || is_constant(&report.record.u[..report.window]) {
         return;
     }
     let y = &report.record.y[..report.window];
@@ -126,8 +81,8 @@ pub(super) fn warn_of_offset(report: &Report, is_chosen: bool) {
     let variance = y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count;
     if mean.powi(2) > variance {
         note(&format!(
-            "warning: y has mean {} and standard deviation {}, but the models have no offset; --detrend mean subtracts \
-             the means, --offset estimate fits a constant",
+            "warning: y has mean {} and standard deviation {}, but the models have no offset; --estimator oe --offset \
+             estimate fits one",
             rounded(mean * report.unit, 3),
             rounded(variance.sqrt() * report.unit, 3)
         ));
@@ -172,9 +127,22 @@ fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
     ))
 }
 
-/// The hint on signals before the record that are not zero.
+/// An input that acts at once, where the delay of the model is the smallest one after that.
+fn direct(estimate: &Estimate, report: &Report) -> Option<String> {
+    let verdict = report.feedback?.verdict();
+    let (delay, at_once) = (
+        estimate.last().fitted.model.delay,
+        verdict == LoopVerdict::AtOnce,
+    );
+    (at_once && delay == 1).then(|| {
+        "u(k) and y(k) move together: if u acts on y at once, --delay 0 fits a direct term"
+            .to_owned()
+    })
+}
+
+/// The hint on a start that is not at rest, or a level that is not zero.
 pub(super) fn of_start(estimate: &Estimate, report: &Report) -> Option<String> {
-    start(estimate, report).or_else(|| fixed_start(estimate, report))
+    levels(estimate, report).or_else(|| fixed_start(estimate, report))
 }
 
 /// Signals before the record that are not zero, for an estimator that has no other choice: its model predicts better
@@ -215,43 +183,6 @@ fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String> {
         estimate.name,
         rounded(zero * unit, 4),
         rounded(best * unit, 4)
-    ))
-}
-
-/// Signals before the record that are not zero: the same method with them fitted has a lower loss than by chance.
-fn start(estimate: &Estimate, report: &Report) -> Option<String> {
-    let last = estimate.last();
-    // In closed loop the fit of the past takes a part of the noise.
-    let in_loop = report.in_loop();
-    if estimate.options.get("initial")? != "zero" || in_loop || !last.fitted.pass.loss.is_finite() {
-        return None;
-    }
-    let (u, y) = (&report.record.u, &report.record.y);
-    let window = report.window;
-    let mut options = estimate.options.clone();
-    options.insert("initial".to_owned(), json!("estimate"));
-    options.retain(|_, value| !value.is_null());
-    let order = last.fitted.pass.a.len();
-    let shape = Shape { order, window };
-    let problem = Problem {
-        covariance: true,
-        ..shape.into()
-    };
-    let mut method = estimate.name.parse(options).ok()?.prepare(&problem).ok()?;
-    let mut passes = [Pass::new(order)];
-    method.estimate(Window::new(u, y, window), &mut passes);
-    let [fitted] = &passes;
-    let likelihood = window as f64 * (last.fitted.pass.loss / fitted.loss).ln();
-    let p = chi_square_above(likelihood, initial_numbers(last.fitted.model.orders()));
-    if fitted.failure.is_some() || !(p < LEVEL) {
-        return None;
-    }
-    let unit = report.unit * report.unit;
-    Some(format!(
-        "the record does not begin at rest: zero signals before it were taken, noise variance {}; with --initial \
-         estimate they are fitted, noise variance {}",
-        rounded(last.fitted.model.noise_variance * unit, 4),
-        rounded(fitted.model.noise_variance * unit, 4)
     ))
 }
 

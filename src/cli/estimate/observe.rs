@@ -48,7 +48,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     check_output("--report", arguments.report.as_deref(), Kind::Page)?;
     let (mut report, name) = fitted(arguments)?;
     report.tell_in_unit_of_file();
-    super::warn(&report, arguments.options.has("offset"));
+    super::warn(&report, &[name]);
     let pass = &report.estimates[0].last().fitted.pass;
     if pass.progress < Progress::InitialState {
         let why = pass.failure.map(|failure| failure.to_string());

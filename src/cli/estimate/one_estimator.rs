@@ -120,9 +120,7 @@ pub(super) fn estimate(
         hints: Vec::new(),
     };
     conclude(&mut estimate, &arguments.gain, report);
-    if report.parts.is_empty() {
-        estimate.hints = hints::of(&estimate, report);
-    }
+    estimate.hints = hints::of(&estimate, report);
     Ok(estimate)
 }
 

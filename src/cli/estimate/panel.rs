@@ -96,7 +96,9 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         }
     }
     rows.sort_by(|a, b| comparison::is_better(&a.estimate, &b.estimate, &report));
-    hints::warn_of_offset(&report, arguments.options.has("offset"));
+    if !arguments.options.has("offset") {
+        hints::warn_of_offset(&report, &chosen);
+    }
     let panel = Panel {
         report: &report,
         rows,

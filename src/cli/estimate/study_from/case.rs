@@ -57,7 +57,7 @@ impl Case {
         let mut report = load(estimator, orders(estimator)?, found)?;
         check_unit(&report)?;
         // Before a model is refused, for which the offset may be the reason.
-        hints::warn_of_offset(&report, estimator.options.has("offset"));
+        hints::warn_of_offset(&report, &[name]);
         let mut estimate = one_estimator::estimate(estimator, name, &report)?;
         let path = report.file.display();
         let refused = |message: &str| Error::Input(format!("{path}: {name}: {message}"));

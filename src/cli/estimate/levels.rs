@@ -1,0 +1,187 @@
+//! Whether a record begins at rest and moves about zero, as a model without a start and an offset has it.
+
+use super::report::{Estimate, Report};
+use crate::estimator::{Method, Pass, Problem, Shape, Window, initial_numbers};
+use crate::metric::tails::chi_square_above;
+use crate::text::rounded;
+use asobench_identification::Fitted;
+use serde_json::{Value, json};
+
+/// The level at which a start or an offset is said to be missing.
+const LEVEL: f64 = 1e-3;
+
+/// What may be fitted beside the model.
+#[derive(Clone, Copy)]
+struct Addition {
+    flags: &'static str,
+    start: bool,
+    offset: bool,
+    /// Whether u is taken less its first value: the record begins at rest there.
+    from_first: bool,
+}
+
+const ADDITIONS: [Addition; 4] = {
+    let none = Addition {
+        flags: "",
+        start: false,
+        offset: false,
+        from_first: false,
+    };
+    [
+        Addition {
+            flags: "--offset estimate",
+            offset: true,
+            ..none
+        },
+        Addition {
+            flags: "--offset estimate",
+            offset: true,
+            from_first: true,
+            ..none
+        },
+        Addition {
+            flags: "--initial estimate",
+            start: true,
+            ..none
+        },
+        Addition {
+            flags: "--initial estimate --offset estimate",
+            start: true,
+            offset: true,
+            ..none
+        },
+    ]
+};
+
+/// Returns the hint on a start, an offset, or both, by which the same method has a lower loss than by chance: the
+/// likelihood ratio, over the factor by which residuals of this colour inflate the square of a mean, is beyond the point
+/// of chi-square. Of several the one of the lowest BIC is named. `None` where the method has no such options.
+pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<String> {
+    let last = &estimate.last().fitted;
+    let fitted = |key: &str| Some(estimate.options.get(key)?.as_str()? == "estimate");
+    let (start, offset) = (fitted("initial")?, fitted("offset").unwrap_or(false));
+    let has_offset = estimate.options.contains_key("offset");
+    let failed = estimate
+        .failure()
+        .is_some_and(|of| !of.kind.leaves_a_model());
+    if failed || !last.pass.loss.is_finite() {
+        return None;
+    }
+    let first = report.record.u[0];
+    let may_shift = report.subtracted().is_none() && report.parts.is_empty() && first != 0.0;
+    let allowed = |of: &&Addition| {
+        let adds = (of.start && !start) || (of.offset && !offset) || of.from_first;
+        let keeps = (of.start || !start || of.from_first) && (of.offset || !offset);
+        // In closed loop the fit of the past takes a part of the noise.
+        let in_loop = of.start && report.in_loop();
+        adds && keeps && !in_loop && (has_offset || !of.offset) && (may_shift || !of.from_first)
+    };
+    let samples = report.window as f64;
+    let best = ADDITIONS
+        .iter()
+        .filter(allowed)
+        .filter_map(|of| {
+            let found = fit(estimate, report, of)?;
+            let count = of.numbers(&found, report) as f64
+                - (last.pass.fitted_numbers() - last.pass.model.orders().parameters()) as f64;
+            let inflation = inflation(&found, of, report)?;
+            let likelihood = samples * (last.pass.loss / found.pass.loss).ln() / inflation;
+            // A start that the offset replaces costs nothing.
+            let is_real = chi_square_above(likelihood, count.max(1.0) as usize) < LEVEL;
+            is_real.then_some((count * samples.ln() - likelihood, of, found))
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, of, found) = best?;
+    let unit = report.unit;
+    let point = if of.from_first {
+        format!("--operating-point {},0 ", rounded(first * unit, 6))
+    } else {
+        String::new()
+    };
+    let why = match of {
+        Addition {
+            from_first: true, ..
+        } => "the record begins at rest, but not at zero",
+        Addition {
+            start: true,
+            offset: true,
+            ..
+        } => "the record begins neither at rest nor about zero",
+        Addition { start: true, .. } => "the record does not begin at rest",
+        _ => "y moves about a level of its own",
+    };
+    let variances =
+        [&last.model, &found.model].map(|model| rounded(model.noise_variance * unit * unit, 4));
+    Some(format!(
+        "{why}: with {point}{} the noise variance is {} (now {})",
+        of.flags, variances[1], variances[0]
+    ))
+}
+
+impl Addition {
+    /// The numbers that are fitted beside the parameters.
+    fn numbers(&self, found: &Fitted, report: &Report) -> usize {
+        let of_record = usize::from(self.offset)
+            + if self.start {
+                initial_numbers(found.pass.model.orders())
+            } else {
+                0
+            };
+        of_record * report.runs().count()
+    }
+
+    /// u as the model sees it.
+    fn input(&self, report: &Report) -> Vec<f64> {
+        let u = &report.record.u[..report.window];
+        let level = if self.from_first { u[0] } else { 0.0 };
+        u.iter().map(|u| u - level).collect()
+    }
+}
+
+/// Fits the method with the addition; `None` if it fails.
+fn fit(estimate: &Estimate, report: &Report, of: &Addition) -> Option<Fitted> {
+    let mut options = estimate.options.clone();
+    for (key, is) in [("initial", of.start), ("offset", of.offset)] {
+        let value = match (key, is) {
+            (_, true) => "estimate",
+            ("initial", _) => "zero",
+            _ => "none",
+        };
+        if options.contains_key(key) {
+            options.insert(key.to_owned(), json!(value));
+        }
+    }
+    options.retain(|_, value: &mut Value| !value.is_null());
+    let options = estimate.name.parse(options).ok()?;
+    let (window, order) = (report.window, estimate.last().fitted.pass.a.len());
+    let lengths = report.lengths();
+    let problem = Problem {
+        covariance: true,
+        runs: &lengths,
+        ..Shape { order, window }.into()
+    };
+    let mut method = Method::named(estimate.name.name(), options)
+        .prepare(problem)
+        .ok()?;
+    let mut passes = [Pass::new(order)];
+    let u = of.input(report);
+    method.estimate(
+        Window::new(&u, &report.record.y[..window], window),
+        &mut passes,
+    );
+    let [pass] = passes;
+    pass.failure.is_none().then(|| Fitted::new(pass, 0))
+}
+
+/// The factor by which the square of a mean of the residuals exceeds that of white ones, `1 + 2 sum (1 - tau/(L+1))
+/// r_e(tau)` over L lags; at least 1.
+fn inflation(found: &Fitted, of: &Addition, report: &Report) -> Option<f64> {
+    let u = of.input(report);
+    let first = report.runs().iter().next()?.clone();
+    let y = &report.record.y[first.clone()];
+    let residuals = found.residuals(&u[first], y, false, report.rounding)?;
+    let lags = residuals.autocorrelations.len() as f64;
+    let weighted = residuals.autocorrelations.iter().enumerate().skip(1);
+    let sum: f64 = weighted.map(|(lag, r)| (1.0 - lag as f64 / lags) * r).sum();
+    Some((1.0 + 2.0 * sum).max(1.0))
+}
