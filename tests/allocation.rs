@@ -64,8 +64,13 @@ fn a_trial_allocates_nothing() {
         let discrete = Measure::ALL
             .iter()
             .filter(|measure| measure.is_of(asobench::study::file::StudyKind::Discrete));
-        // Lanes do not have the distances d and d_g, and d_g takes room for the states of any model.
-        let distances = [Measure::Distance, Measure::ResponseDistance];
+        // Lanes do not have the distances d and d_g, nor predictions ahead. d_g takes room for the states of any model,
+        // predictions for their errors.
+        let distances = [
+            Measure::Distance,
+            Measure::ResponseDistance,
+            Measure::FitAhead,
+        ];
         let has = |measure: &Measure| {
             !distances.contains(measure) || engine == Engine::Faer && *measure == Measure::Distance
         };

@@ -256,6 +256,8 @@ fn kinds(name: EstimatorName) -> [Vec<FailureKind>; 2] {
             ],
             vec![Implausible],
         ],
+        // Whether u excites the block rows is asked first.
+        "moesp" | "n4sid" | "parsim-k" => [vec![NonFinite, RankDeficient], vec![Singular]],
         "ssarx" => [vec![NonFinite, RankDeficient], vec![]],
         _ => [with(&[]), vec![]],
     }
@@ -335,6 +337,7 @@ fn refused(key: &str) -> Vec<Value> {
     match key {
         // Positive numbers.
         "p0" | "ts" | "ratio" => vec![json!(0.0), json!(-1.0)],
+        "dead_time" => vec![json!(-0.1), json!("3:1")],
         // Shares: rates of forgetting are above 0 and at most 1.
         "forgetting" | "early_forgetting" => vec![json!(0.0), json!(-0.5), json!(1.001)],
         "memory" => vec![json!(-0.1), json!(1.001)],

@@ -364,7 +364,6 @@ fn orders_of_several_records() {
     let loss = errors.map(|e| e * e).sum::<f64>() / equations.len() as f64;
     let found = scan["table"][0]["V"].as_f64().expect("a loss");
     assert!((found / loss - 1.0).abs() < 1e-9, "{found} {loss}");
-    assert_eq!(scan["best"]["bic"]["na"], 2);
     let fit = scan["table"][1]["fit_percent"]["window"].as_f64();
     assert!(fit.is_some_and(|fit| fit > 99.99), "{scan}");
     let models = json(

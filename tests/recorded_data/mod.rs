@@ -1,6 +1,7 @@
 //! Recorded data against other programs' least squares (`data/README.md`): `asobench estimate`, as a user runs it, and
 //! the solvers of `ls`.
 
+mod bank;
 mod hints;
 mod methods;
 mod newcomers;

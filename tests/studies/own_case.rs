@@ -287,7 +287,7 @@ fn numbers(list: &impl serde::Serialize) -> Vec<f64> {
 #[test]
 fn a_record_becomes_a_study_that_runs() {
     let place = Place::new();
-    place.write("open.csv", record(200, 0.0).as_bytes());
+    place.write("open.csv", record(300, 0.0).as_bytes());
     place.write("closed.csv", record(400, 0.5).as_bytes());
     let estimated = place.run(&[
         "estimate",
@@ -350,7 +350,7 @@ fn a_record_becomes_a_study_that_runs() {
             let eta = numbers(&file.settings[&asobench::study::file::Key::Eta].values(false));
             let variance = estimated["noise_variance"].as_f64().expect("a number");
             assert_eq!(eta, [100.0 * variance.sqrt()]);
-            let (u, own) = (&file.columns["file:fixed-record.csv#u"], record(200, 0.0));
+            let (u, own) = (&file.columns["file:fixed-record.csv#u"], record(300, 0.0));
             let own: Vec<f64> = own
                 .lines()
                 .skip(1)
@@ -386,7 +386,7 @@ fn numbers_of(list: Option<&Vec<f64>>) -> Vec<f64> {
 #[test]
 fn records_that_make_no_study_are_refused() {
     let place = Place::new();
-    place.write("open.csv", record(200, 0.0).as_bytes());
+    place.write("open.csv", record(300, 0.0).as_bytes());
     place.write("closed.csv", record(400, 0.5).as_bytes());
     let grows = (0..60).scan(1.0, |y, k| {
         let row = format!("{},{y}\n", f64::from(k % 3) - 1.0);

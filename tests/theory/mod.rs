@@ -109,5 +109,5 @@ fn quick_trials_are_the_first_trials_of_the_full_study() {
             );
         }
     }
-    assert_eq!(files, 43);
+    assert_eq!(files, 44);
 }

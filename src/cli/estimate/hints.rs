@@ -3,7 +3,7 @@
 use super::levels::levels;
 use super::report::{Estimate, Report};
 use crate::cli::output::note;
-use crate::diagnosis::{LoopVerdict, Z_95};
+use crate::diagnosis::{LoopVerdict, Outlier, Z_95};
 use crate::estimator::{EstimatorName, FailureKind, Rows, initial_numbers};
 use crate::metric::prediction_errors;
 use crate::metric::tails::chi_square_above;
@@ -21,10 +21,10 @@ pub(super) fn of(estimate: &Estimate, report: &Report) -> Vec<String> {
     if !report.parts.is_empty() {
         return levels(estimate, report).into_iter().collect();
     }
+    // A model without its start or level misses much of the record.
     let hints = [
-        outlier(estimate, report),
         direct(estimate, report),
-        of_start(estimate, report),
+        of_start(estimate, report).or_else(|| outlier(estimate, report)),
         integrator(estimate),
         coloured(estimate),
         step(estimate, report),
@@ -101,6 +101,9 @@ fn coloured(estimate: &Estimate) -> Option<String> {
     })
 }
 
+/// Outliers that are named beside the largest.
+const NAMED: usize = 9;
+
 /// Residuals that normal noise does not have, with the largest of them in the words of the file.
 fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
     let outliers = &estimate.last().residuals.as_ref()?.outliers;
@@ -113,31 +116,42 @@ fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
             let y = report.record.y[first.sample] + level + slope * first.sample as f64;
             format!(", line {line}, y = {},", rounded(y * report.unit, 6))
         });
+    let line_of = |other: &Outlier| Some(report.lines.get(other.sample)?.to_string());
+    let named = outliers.iter().skip(1).take(NAMED).filter_map(line_of);
+    let named: Vec<String> = named.collect();
     let others = match outliers.len() - 1 {
         0 => String::new(),
-        1 => "; one more is beyond that".to_owned(),
-        count => format!("; {count} more are beyond that"),
+        count if named.is_empty() => format!("; {count} more are beyond that"),
+        count if count > named.len() => {
+            let more = count - named.len();
+            format!("; so have lines {} and {more} more", named.join(", "))
+        }
+        1 => format!("; so has line {}", named[0]),
+        _ => format!("; so have lines {}", named.join(", ")),
     };
     Some(format!(
         "sample k = {}{line} has a residual of {} robust standard deviations, as none of {} normal numbers has (1 %){others}: \
-         an outlier, or a model that misses something there; with the cell left empty --missing equations fits without it",
+         an outlier, or a model that misses something there; with the cell left empty, --missing equations fits without it",
         first.sample,
         rounded(first.deviations, 3),
         estimate.last().residuals.as_ref()?.rows
     ))
 }
 
-/// An input that acts at once, where the delay of the model is the smallest one after that.
+/// An input that moves together with y: a direct term, where the delay of the model is the smallest one after that, or a
+/// controller.
 fn direct(estimate: &Estimate, report: &Report) -> Option<String> {
-    let verdict = report.feedback?.verdict();
-    let (delay, at_once) = (
-        estimate.last().fitted.model.delay,
-        verdict == LoopVerdict::AtOnce,
-    );
-    (at_once && delay == 1).then(|| {
-        "u(k) and y(k) move together: if u acts on y at once, --delay 0 fits a direct term"
-            .to_owned()
-    })
+    let sentence = match report.feedback?.verdict() {
+        LoopVerdict::AtOnce if estimate.last().fitted.model.delay == 1 => {
+            "u(k) and y(k) move together: if u acts on y at once, --delay 0 fits a direct term"
+        }
+        LoopVerdict::Told => {
+            "y tells u: of a loop whose setpoint stays the same no model of the plant can be told from the controller; \
+             a record in which the setpoint changes has one"
+        }
+        _ => return None,
+    };
+    Some(sentence.to_owned())
 }
 
 /// The hint on a start that is not at rest, or a level that is not zero.

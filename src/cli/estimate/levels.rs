@@ -1,6 +1,7 @@
 //! Whether a record begins at rest and moves about zero, as a model without a start and an offset has it.
 
 use super::report::{Estimate, Report};
+use crate::diagnosis::LoopVerdict;
 use crate::estimator::{Method, Pass, Problem, Shape, Window, initial_numbers};
 use crate::metric::tails::chi_square_above;
 use crate::text::rounded;
@@ -9,6 +10,9 @@ use serde_json::{Value, json};
 
 /// The level at which a start or an offset is said to be missing.
 const LEVEL: f64 = 1e-3;
+
+/// Samples of the longest record of which it is asked: each addition is a fit of its own.
+const MOST: usize = 100_000;
 
 /// What may be fitted beside the model.
 #[derive(Clone, Copy)]
@@ -64,7 +68,14 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<String> {
     let failed = estimate
         .failure()
         .is_some_and(|of| !of.kind.leaves_a_model());
-    if failed || !last.pass.loss.is_finite() {
+    if failed || !last.pass.loss.is_finite() || report.window > MOST {
+        return None;
+    }
+    // No model can be told from a controller without a change of its setpoint.
+    if report
+        .feedback
+        .is_some_and(|test| test.verdict() == LoopVerdict::Told)
+    {
         return None;
     }
     let first = report.record.u[0];
@@ -72,9 +83,7 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<String> {
     let allowed = |of: &&Addition| {
         let adds = (of.start && !start) || (of.offset && !offset) || of.from_first;
         let keeps = (of.start || !start || of.from_first) && (of.offset || !offset);
-        // In closed loop the fit of the past takes a part of the noise.
-        let in_loop = of.start && report.in_loop();
-        adds && keeps && !in_loop && (has_offset || !of.offset) && (may_shift || !of.from_first)
+        adds && keeps && (has_offset || !of.offset) && (may_shift || !of.from_first)
     };
     let samples = report.window as f64;
     let best = ADDITIONS
@@ -170,11 +179,13 @@ fn fit(estimate: &Estimate, report: &Report, of: &Addition) -> Option<Fitted> {
         &mut passes,
     );
     let [pass] = passes;
-    pass.failure.is_none().then(|| Fitted::new(pass, 0))
+    let has_model = pass.failure.is_none_or(|of| of.kind.leaves_a_model());
+    (has_model && pass.loss.is_finite()).then(|| Fitted::new(pass, 0))
 }
 
-/// The factor by which the square of a mean of the residuals exceeds that of white ones, `1 + 2 sum (1 - tau/(L+1))
-/// r_e(tau)` over L lags; at least 1.
+/// The factor by which the square of a mean of the residuals exceeds that of white ones, at least 1: by their
+/// autocorrelations, `1 + 2 sum (1 - tau/(L+1)) r_e(tau)` over L lags, or by the first alone, `(1 + r)/(1 - r)` of an
+/// AR(1), where that is more.
 fn inflation(found: &Fitted, of: &Addition, report: &Report) -> Option<f64> {
     let u = of.input(report);
     let first = report.runs().iter().next()?.clone();
@@ -183,5 +194,6 @@ fn inflation(found: &Fitted, of: &Addition, report: &Report) -> Option<f64> {
     let lags = residuals.autocorrelations.len() as f64;
     let weighted = residuals.autocorrelations.iter().enumerate().skip(1);
     let sum: f64 = weighted.map(|(lag, r)| (1.0 - lag as f64 / lags) * r).sum();
-    Some((1.0 + 2.0 * sum).max(1.0))
+    let r = residuals.autocorrelations[1];
+    Some(((1.0 + r) / (1.0 - r)).max(1.0 + 2.0 * sum).max(1.0))
 }

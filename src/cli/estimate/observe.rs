@@ -313,7 +313,9 @@ impl Observed<'_> {
         }
         text += &wrap(&format!("\nobserver {}", self.about()), 80, "  ");
         for (name, values) in self.numbers() {
-            for (i, line) in values.chunks(4).enumerate() {
+            let widest = values.iter().map(|cell| cell.chars().count()).max();
+            let each = if widest > Some(13) { 2 } else { 4 };
+            for (i, line) in values.chunks(each).enumerate() {
                 let name = if i == 0 { name } else { "" };
                 let cells: Vec<String> = line.iter().map(|cell| format!("{cell:>13}")).collect();
                 text.extend([format!("  {name:<18} {}\n", cells.join(" "))]);

@@ -3,6 +3,7 @@
 use super::arguments::Arguments;
 use super::flags::flag_of;
 use super::hints;
+use super::orders::delayed;
 use super::report::{
     Clock, Estimate, Fits, Observed, PartReport, PassReport, Report, Samples, Validation,
 };
@@ -60,7 +61,7 @@ pub(super) fn estimate(
         .filter(|_| !options.contains_key("orders"))
     {
         // From --order and --delay.
-        options.insert("orders".to_owned(), json!(Orders { nk, ..orders }));
+        options.insert("orders".to_owned(), json!(delayed(orders, nk)));
         parsed = parse(&options)?;
     }
     if parsed.needs().reference.is_some() && report.record.r.is_empty() {
@@ -72,7 +73,10 @@ pub(super) fn estimate(
     let not_shifted = !report.parts.is_empty() || nk == 0;
     if not_shifted && name.takes("orders") && !options.contains_key("orders") {
         // Several records are not shifted, nor is one without a delay.
-        options.insert("orders".to_owned(), json!(Orders::arx(order, order, nk)));
+        options.insert(
+            "orders".to_owned(),
+            json!(delayed(Orders::arx(order, order, 1), nk)),
+        );
         parsed = parse(&options)?;
     }
     let options = parsed;

@@ -226,6 +226,12 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     orders.map_err(|error| Error::Input(format!("--orders: {error}")))
 }
 
+/// Returns orders with a delay. Without one n poles come with n + 1 coefficients of u, of which the first acts at once.
+pub(super) fn delayed(orders: Orders, nk: usize) -> Orders {
+    let nb = orders.nb + usize::from(nk == 0);
+    Orders { nb, nk, ..orders }
+}
+
 /// Refuses a flag that has no meaning for a table of several models.
 pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
     if given {

@@ -4,6 +4,7 @@ mod picture;
 
 use super::hints;
 use super::one_estimator::{fits, parts, pass_report};
+use super::orders::delayed;
 use super::report::{Estimate, PartReport, Report};
 use super::span::Span;
 use super::words;
@@ -115,7 +116,7 @@ fn of_order(
     let default = default.and_then(|options| options.model_orders(n));
     // Subspace methods take n and nk, others the orders of their polynomials.
     let options = read(Orders::arx(n, n, nk)).or_else(|error| match default {
-        Some(orders) => read(Orders { nk, ..orders }),
+        Some(orders) => read(delayed(orders, nk)),
         None => Err(error),
     });
     let wrong =
@@ -136,7 +137,9 @@ fn regressions(
     let (u, y) = (&report.record.u, &report.record.y);
     let window = report.window;
     let square = report.told_unit().powi(2);
-    let orders: Vec<Orders> = both.map(|(n, nk)| Orders::arx(n, n, nk)).collect();
+    let orders: Vec<Orders> = both
+        .map(|(n, nk)| delayed(Orders::arx(n, n, 1), nk))
+        .collect();
     let comparison = OrderComparison::of_runs(&orders, report.runs());
     let mut comparison = comparison.map_err(|error| Error::Input(error.to_string()))?;
     comparison.run(&u[..window], &y[..window]);

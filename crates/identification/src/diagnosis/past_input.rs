@@ -9,6 +9,9 @@ use crate::model::polynomial::filter;
 /// Lags that are tested by themselves beside all of them.
 const NEAR: usize = 5;
 
+/// Samples that are tested, of a longer record the first.
+const MOST: usize = 100_000;
+
 /// Singular values of psi that count, of the largest.
 const TOLERANCE: f64 = 1e-9;
 
@@ -22,6 +25,8 @@ const TOLERANCE: f64 = 1e-9;
 /// result is that of the smaller p-value of two. So nothing is assumed of u, whose spectrum may have any form, fitted
 /// parameters cost their degrees of freedom, and e may be coloured.
 ///
+/// Of more than 100,000 samples the first are tested.
+///
 /// A model of records that begin at rest is tested in all rows, with zeros before the record; others where all lags
 /// lie in it.
 pub(super) fn past_input(
@@ -30,6 +35,8 @@ pub(super) fn past_input(
     y: &[f64],
     start: InitialCondition,
 ) -> Option<Whiteness> {
+    let tested = u.len().min(MOST);
+    let (u, y) = (&u[..tested], &y[..tested]);
     let mut of = PredictionGradient::new(model, u, y, start)?;
     let lags = lags_of(u.len());
     let first = match start {

@@ -42,6 +42,9 @@ pub fn excitation_order(u: &[f64], most: usize) -> usize {
 /// # Errors
 /// [`FailureKind::RankDeficient`] if u does not excite `least` rows either.
 pub(super) fn excited_rows(u: &[f64], wanted: usize, least: usize) -> Result<usize, FailureKind> {
+    if u.iter().any(|u| !u.is_finite()) {
+        return Err(FailureKind::NonFinite);
+    }
     let rows = excitation_order(u, 2 * wanted) / 2;
     if rows < least {
         return Err(FailureKind::RankDeficient);

@@ -436,7 +436,7 @@ fn intervals_with_offset_and_start_cover() {
         ("nb=2,nc=1,nd=1,nf=2", &[1.0, 0.5, 0.5, -0.6, -1.5, 0.7]),
     ] {
         let truth = test_setup::plant(orders, theta);
-        let (n, before) = (500, 100);
+        let (n, before) = (2000, 100);
         let mut covered = vec![0; theta.len() + 1];
         for trial in 0..RECORDS {
             let normal = |purpose| test_setup::normal(29, trial, purpose, n + before);

@@ -136,7 +136,7 @@ fn derivatives_against_differences() {
                 let difference = (high - low) / 2e-5;
                 let derivative = jacobian[row * count + i];
                 assert!(
-                    (derivative - difference).abs() < 1e-9,
+                    (derivative - difference).abs() < 1e-9 * (1.0 + derivative.abs()),
                     "{derivative} {difference}"
                 );
             }
