@@ -65,7 +65,7 @@ fn take(flags: &mut Vec<String>, advice: &str) -> bool {
         match flags.iter().position(|flag| flag == pair[0]) {
             Some(place) if flags[place + 1] == value => {}
             Some(place) => {
-                flags[place + 1] = value.to_owned();
+                flags[place + 1] = String::from(value);
                 changed = true;
             }
             None => {
