@@ -17,8 +17,8 @@ use crate::estimator::offset::{Levels, OffsetChoice};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::{Beside, InitialCondition, PredictionError};
 use crate::estimator::{
-    CvaOptions, Estimator, FailureKind, ParsimKOptions, Pass, Runs, SetupError, SinglePass,
-    SsarxOptions, Window,
+    CvaOptions, Estimator, FailureKind, MethodOptions, ParsimKOptions, Pass, RivOptions, Runs,
+    SetupError, SinglePass, SsarxOptions, Window,
 };
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -139,34 +139,50 @@ impl MethodKind for PemOptions {
         Ok(Box::new(Pem {
             start: self.start(of_order(orders.na), problem)?,
             found: Pass::new(orders.na),
-            search: with_ssarx(search, orders, problem),
+            search: with_other(search, orders, problem),
             levels: beside.levels(),
         }))
     }
 }
 
-/// Searches from the model of `ssarx` too, where a search has the orders of an innovations form. It takes no inputs or
-/// noise to be white, and reaches minima that no linear start of `armax` does.
-pub(super) fn with_ssarx(
+/// Searches from the model of another method too. Where a search has the orders of an innovations form that is `ssarx`,
+/// which takes no inputs or noise to be white, and reaches minima that no linear start of `armax` does. Where it has those
+/// of Box and Jenkins and ends at no minimum, as on fast-sampled plants, it is `riv`.
+pub(super) fn with_other(
     mut search: PredictionError,
     orders: Orders,
     problem: &Problem<'_>,
 ) -> PredictionError {
-    let Orders { na, nk, .. } = orders;
-    // A subspace method takes one record.
-    if problem.runs.len() < 2 && na > 0 && nk <= 1 && orders == model_orders(na, nk) {
-        let ssarx = SsarxOptions {
-            orders: Some(Orders::arx(na, na, nk)),
+    let Orders {
+        na, nc, nd, nf, nk, ..
+    } = orders;
+    let is_refuge = na == 0 && nf > 0 && nc + nd > 0;
+    let other: MethodOptions = if na > 0 && nk <= 1 && orders == model_orders(na, nk) {
+        let orders = Some(Orders::arx(na, na, nk));
+        SsarxOptions {
+            orders,
             ..SsarxOptions::default()
-        };
-        // A record may be too short for it.
-        let problem = Problem {
-            is_start: true,
-            ..*problem
-        };
-        if let Ok(other) = ssarx.prepare(&problem) {
-            search.set_other(other);
         }
+        .into()
+    } else if is_refuge {
+        RivOptions {
+            orders: Some(orders),
+            ..RivOptions::default()
+        }
+        .into()
+    } else {
+        return search;
+    };
+    let problem = Problem {
+        is_start: true,
+        covariance: false,
+        ..*problem
+    };
+    // Neither takes several records, and a record may be too short.
+    if problem.runs.len() < 2
+        && let Ok(other) = other.prepare(&problem)
+    {
+        search.set_other(other, is_refuge);
     }
     search
 }

@@ -1,6 +1,6 @@
 //! The options of `oe`, `armax` and `bj`: structures of one prediction error method.
 
-use super::pem::with_ssarx;
+use super::pem::with_other;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::covariance::Covariance;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
@@ -114,7 +114,7 @@ macro_rules! structure {
                         let random = starts.random(window);
                         let method =
                             PredictionError::of_runs(orders, random, beside, problem.runs())?;
-                        with_ssarx(method, orders, problem)
+                        with_other(method, orders, problem)
                     }
                 };
                 method.set_covariance(self.covariance.unwrap_or_default());

@@ -112,6 +112,8 @@ pub struct PredictionError {
     covariance: Covariance,
     /// Another method, whose model is a start.
     other: Option<(Box<dyn Estimator>, Pass)>,
+    /// Whether that is asked only where the search ends at no minimum.
+    other_is_refuge: bool,
     /// The result of the last search.
     found: Option<Found>,
     /// Estimates x0 of the first record if the signals before it are not taken as zero.
@@ -170,9 +172,11 @@ impl PredictionError {
         self.covariance = covariance;
     }
 
-    /// Searches from the model of another method of these orders too.
-    pub(super) fn set_other(&mut self, other: Box<dyn Estimator>) {
+    /// Searches from the model of another method of these orders too; `as_refuge` only where the search ends at no
+    /// minimum.
+    pub(super) fn set_other(&mut self, other: Box<dyn Estimator>, as_refuge: bool) {
         self.other = Some((other, Pass::new(self.model.orders().order())));
+        self.other_is_refuge = as_refuge;
     }
 
     /// Estimates by searches from a model of these orders too.
@@ -191,20 +195,34 @@ impl PredictionError {
             return pass.fail_for(kind);
         }
         let gain = self.rescaled.units().gain();
-        let other = self.other.as_mut().and_then(|(other, pass)| {
-            pass.clear();
-            other.estimate(seen, std::slice::from_mut(pass));
-            pass.failure.is_none().then_some(&pass.model)
-        });
-        let given = other.into_iter().chain(start).map(|model| {
+        let rescaled = |model: &LinearModel| {
             let mut theta: Vec<f64> = model.parameters().collect();
             let of_input = of_input(model.orders());
             theta[of_input].iter_mut().for_each(|b| *b /= gain);
             theta
-        });
-        let given: Vec<Vec<f64>> = given.collect();
+        };
+        let mut of_other = || {
+            let (other, pass) = self.other.as_mut()?;
+            pass.clear();
+            other.estimate(seen, std::slice::from_mut(pass));
+            pass.failure.is_none().then(|| rescaled(&pass.model))
+        };
+        let mut given: Vec<Vec<f64>> = Vec::new();
+        if !self.other_is_refuge {
+            given.extend(of_other());
+        }
+        given.extend(start.map(rescaled));
         let (u, y) = self.rescaled.record();
-        let found = self.search.run(u, y, gain, &given);
+        let mut found = self.search.run(u, y, gain, &given);
+        if found.failure.is_some()
+            && self.other_is_refuge
+            && let Some(theta) = of_other()
+        {
+            given.push(theta);
+            let before = found.iterations;
+            found = self.search.run(u, y, gain, &given);
+            found.iterations += before;
+        }
         self.found = Some(found);
         if let Err(kind) = self.report(window, found, pass) {
             pass.fail_for(kind);
@@ -235,6 +253,7 @@ impl PredictionError {
             model: LinearModel::zero(orders),
             covariance: Covariance::White,
             other: None,
+            other_is_refuge: false,
             found: None,
             state: (beside.initial == InitialCondition::Estimate).then(state),
         })
