@@ -427,7 +427,7 @@ fn records_that_make_no_study_are_refused() {
             &["grows.csv", "--order", "1", "--open-loop", "--detrend"],
             &["grows.csv", "plant is not stable"],
         ),
-        (&["open.csv", "--order", "80"], &["too few for order 80"]),
+        (&["open.csv", "--order", "120"], &["too few for order 120"]),
         (&["open.csv"], &["expected --order"]),
         (&["open.csv", "--order", "1:3"], &["--order", "a range"]),
         (&["open.csv", "--orders", "na=2,nb=2,nk=0"], &["nk = 0"]),
