@@ -102,8 +102,17 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
     }
     writeln!(text)?;
     text.push_str(&wrap(&reason(report, ranked), 80, ""));
+    let best = ranked.first().and_then(|of| fit(of));
+    if !best.is_some_and(|fit| fit.simulated > 0.0) {
+        text.push_str(&wrap(USELESS, 80, ""));
+    }
     Ok(())
 }
+
+/// Where the first FIT is not above 0.
+const USELESS: &str = "No model simulates y there better than its mean does (FIT 0 %): of a plant that only its loop \
+                       holds stable judge by one step; where y stands still there, take other samples (--window, \
+                       --validate).";
 
 /// The hints on the model that is not printed whole.
 pub(super) fn hints(best: &Estimate) -> String {
