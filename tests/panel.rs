@@ -177,24 +177,22 @@ fn predictions_further_ahead() {
     assert!((bj[2] - free).abs() < 0.2, "{bj:?} {free}");
 }
 
-/// A record that no model simulates, such as the noise of a plant at rest, is not left with a best model and no word.
+/// A record whose validation part no model simulates is not left with a best model and no word.
 #[test]
 fn a_best_model_of_no_use_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let mut seed = 7;
-    let still = (0..400).fold("u,y\n".to_owned(), |mut text, k| {
-        // Beyond the window u moves what it did not move before.
-        let moved = if k < 280 { 0.0 } else { 3.0 };
+    let mut before = 0.0;
+    let turned = (0..400).fold("u,y\n".to_owned(), |mut text, k| {
+        // After the window the gain has the other sign.
+        let gain = if k < 280 { 1.0 } else { -3.0 };
         let (u, e) = (next(&mut seed).signum(), next(&mut seed));
-        let _ = writeln!(
-            text,
-            "{u},{}",
-            -moved * u + 0.1 * e + if k < 280 { u } else { 0.0 }
-        );
+        let _ = writeln!(text, "{u},{}", gain * before + 0.1 * e);
+        before = u;
         text
     });
-    std::fs::write(folder.path().join("record.csv"), still).unwrap();
-    let output = asobench_in(folder.path(), &["estimate", "record.csv", "--delay", "0"]);
+    std::fs::write(folder.path().join("record.csv"), turned).unwrap();
+    let output = asobench_in(folder.path(), &["estimate", "record.csv"]);
     let text = stdout(&output);
     assert!(text.contains("No model simulates y there better"), "{text}");
     let right = self::folder();
