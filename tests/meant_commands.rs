@@ -449,7 +449,11 @@ fn a_start_that_is_not_at_rest_is_seen_everywhere() {
             of("start.csv")
         );
         assert!(!of("rest.csv").contains(hint), "{line:?}");
-        assert!(of("offset.csv").contains("--detrend mean"), "{line:?}");
+        assert!(
+            of("offset.csv").contains("--offset estimate"),
+            "{line:?}: {}",
+            of("offset.csv")
+        );
     }
     // An option that one of two does not have.
     let text = said(&[

@@ -77,7 +77,7 @@ fn the_schema_is_the_committed_one() {
     assert_eq!(settings["additionalProperties"], false);
     assert_eq!(
         settings["properties"].as_object().map(serde_json::Map::len),
-        Some(32)
+        Some(33)
     );
 }
 
