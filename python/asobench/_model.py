@@ -336,8 +336,8 @@ class Model:
         size = math.isqrt(len(covariance))
         se = np.sqrt(np.array(covariance).reshape(size, size).diagonal()) if covariance else np.full(p, np.nan)
         late_se = float(se[p]) if size > p else math.nan
-        numerator, denominator = np.array(numerator), np.array(denominator)
-        return Continuous(numerator, denominator, se[:p], ts, hold, dead_time * ts, late_se, bool(denominator[-1] == 0))
+        b, a = np.array(numerator), np.array(denominator)
+        return Continuous(b, a, se[:p], ts, hold, dead_time * ts, late_se, bool(a[-1] == 0))
 
     @property
     def x0(self) -> Vector | None:
@@ -592,8 +592,9 @@ class Model:
         """A table of the parameters with their standard errors and 95 % intervals, and what the record says."""
         lines = [f"{self.estimator or 'model'}: {self.orders}", *self.equation().splitlines(), ""]
         lines.append(f"{'parameter':<10}{'estimate':>14}{'std. error':>14}{'95 % from':>14}{'to':>14}")
-        rows = zip(self.names, self.params, self.se, self.conf_int())
-        rows = [*rows, *(("offset", mu.value, mu.se, (mu.value - Z_95 * mu.se, mu.value + Z_95 * mu.se)) for mu in self.offsets)]
+        rows = [*zip(self.names, self.params, self.se, self.conf_int())]
+        for mu in self.offsets:
+            rows.append(("offset", mu.value, mu.se, (mu.value - Z_95 * mu.se, mu.value + Z_95 * mu.se)))
         for name, p, se, ends in rows:
             numbers = [*measured(p, se), *(measured(end, se)[0] for end in ends)]
             lines.append(f"{name:<10}" + "".join(f"{text:>14}" for text in numbers))

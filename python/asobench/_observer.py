@@ -29,8 +29,8 @@ class Observation(NamedTuple):
 class ModelObserver:
     """An observer of a model, from the model's x0; ``Model.observer`` makes one.
 
-    It is ``xhat(k+1) = A xhat(k) + b u(k) + gain (y(k) - c xhat(k) - d u(k))``; `kalman-coloured` has further states, of
-    the noise, whose gains follow.
+    It is ``xhat(k+1) = A xhat(k) + b u(k) + gain (y(k) - c xhat(k) - d u(k))``; `kalman-coloured` has further states,
+    of the noise, whose gains follow.
     """
 
     def __init__(self, native: NativeObserver, kind: str) -> None:

@@ -70,10 +70,7 @@ class SameBits(unittest.TestCase):
             numbers["se"] = (model.se, printed["se"])
         self.assertEqual(tests is None, told is None)
         if tests is not None:
-            for name, key in (
-                ("white", "white"),
-                ("past_input", "free_of_past_input"),
-            ):
+            for name, key in (("white", "white"), ("past_input", "free_of_past_input")):
                 numbers[name] = (getattr(tests, name), (told[key] or {}).get("p_value"))
         if printed["observer"]:
             numbers["observer"] = (ab.observer(model).run(u, y)[-1], printed["observer"]["x_at_window"])
