@@ -68,6 +68,13 @@ fn integrator(estimate: &Estimate) -> Option<String> {
     ))
 }
 
+/// Prints hints to standard error, also before a refusal of which the start or the offset may be the reason.
+pub(super) fn tell(hints: &[String]) {
+    for hint in hints {
+        note(&format!("hint: {hint}"));
+    }
+}
+
 /// Warns of an output far from zero: models without an offset do not describe it. Methods that can fit one have a hint
 /// where the record asks for it.
 pub(super) fn warn_of_offset(report: &Report, methods: &[EstimatorName]) {

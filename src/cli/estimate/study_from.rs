@@ -1,7 +1,7 @@
 //! `asobench study-from`: turns a record and its estimate into an experiment file, a study of the user's own case.
 
 use crate::cli::error::Error;
-use crate::cli::estimate::{self, orders};
+use crate::cli::estimate::{self, hints, orders};
 use crate::cli::output::{note, print};
 use crate::text::{rounded, shell_word, visible, wrap};
 use case::Case;
@@ -62,9 +62,7 @@ fn conclude(
         shell_word(places.file.display())
     ));
     print(&text)?;
-    for hint in &case.hints {
-        note(&format!("hint: {hint}"));
-    }
+    hints::tell(&case.hints);
     for doubt in file::doubts(case) {
         note(&format!("warning: {doubt}"));
     }

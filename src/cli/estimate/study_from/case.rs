@@ -24,6 +24,9 @@ use asobench_identification::Fitted;
 /// The largest chance that a record in open loop is taken for one in closed loop.
 const LOOP_LEVEL: f64 = 0.05;
 
+/// The refusal of several models.
+const RANGE: &str = "--order, --delay: a range; a study has one model: expected one number each";
+
 /// The source of the trials.
 pub(super) struct Case {
     pub(super) report: Report,
@@ -48,20 +51,18 @@ impl Case {
     pub(super) fn new(arguments: &Arguments, estimator: &EstimateArguments) -> Result<Self, Error> {
         let name = arguments.estimator;
         if ranges(estimator).is_some() {
-            let message =
-                "--order, --delay: a range; a study has one model: expected one number each";
-            return Err(Error::Input(message.to_owned()));
+            return Err(Error::Input(RANGE.to_owned()));
         }
         let file = &estimator.record.file;
         let found = record::read(file, &estimator.record)?.whole(file, "study-from")?;
         let mut report = load(estimator, orders(estimator)?, found)?;
         check_unit(&report)?;
-        // Before a model is refused, for which the offset may be the reason.
         hints::warn_of_offset(&report, &[name]);
         let mut estimate = one_estimator::estimate(estimator, name, &report)?;
         let path = report.file.display();
         let refused = |message: &str| Error::Input(format!("{path}: {name}: {message}"));
         if let Some(failure) = estimate.failure() {
+            hints::tell(&estimate.hints);
             return Err(refused(&format!("no model to make a study of: {failure}")));
         }
         if estimate.shift() > 0 {
