@@ -63,7 +63,13 @@ impl<'de> Deserialize<'de> for MethodKey {
     }
 }
 
-/// A value of any option, or a list of values.
+/// Whether an option is true or false.
+fn is_boolean(key: &str) -> bool {
+    let mut options = EstimatorName::ALL.iter().flat_map(|name| name.options());
+    options.any(|option| option.key == key && option.schema["type"] == "boolean")
+}
+
+/// A value of any other option, or a list of values.
 struct OptionValue(Value);
 
 impl<'de> Deserialize<'de> for OptionValue {
@@ -110,6 +116,9 @@ impl<'de> Deserialize<'de> for MethodTable {
                         }
                         of if OF_PROGRAM.contains(&of) => {
                             program.insert(key, map.next_value()?);
+                        }
+                        of if is_boolean(of) => {
+                            options.insert(key, Value::Bool(map.next_value()?));
                         }
                         _ => {
                             let OptionValue(value) = map.next_value()?;
