@@ -705,3 +705,19 @@ fn plants_that_change() {
         place.refuses_file(&format!("{change}{text}"), &parts);
     }
 }
+
+/// An option that is true or false is read from a file, and from the manifest that results have of it.
+#[test]
+fn a_boolean_option_is_read_back() {
+    let place = Place::new();
+    let study = "trials = 2\nmeasures = [\"e_g\"]\n[settings]\nplant = \"mine\"\nnoise = \"white\"\neta = 5\nwindow = 400\n\
+                 [plants.mine]\nA = [1, -1.8, 0.82]\nB = [0, 0.1, 0.1]\n[[methods]]\nestimator = \"srivc\"\n\
+                 orders = \"nb=2,nf=2,nk=1\"\nts = 0.1\nintegrator = false\n";
+    place.write("study.toml", study.as_bytes());
+    succeeds(&place.run(&["run", "study.toml", "--out", "out"]));
+    succeeds(&place.run(&["report", "out"]));
+    place.refuses_file(
+        &study.replace("= false", "= 0"),
+        &["bad.toml: line 15, column 14", "expected a boolean"],
+    );
+}
