@@ -36,7 +36,7 @@ fn texts(name: &str, paths: &[PathBuf]) -> String {
 }
 
 fn suite() {
-    let suite = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suite");
+    let suite = Path::new(env!("CARGO_MANIFEST_DIR")).join("suite");
     let single = [
         ("MANIFEST", suite.join("suite.toml")),
         ("PUBLISHED", suite.join("published/tables.toml")),

@@ -18,24 +18,24 @@ use xxhash_rust::xxh3::xxh3_128;
 pub(crate) const OUTPUT_LIMIT: usize = 10_000;
 
 /// The experiment file of Nikolov et al. (2023), claims C1 to C3.
-pub const NIKOLOV2023: &str = include_str!("../../../../experiments/nikolov2023.toml");
+pub const NIKOLOV2023: &str = include_str!("../../experiments/nikolov2023.toml");
 
 /// The experiment files of Bobtsov et al. (2023) that `asobench reproduce` runs, the example first. Each comes with the
 /// number of trials that decides its claims.
 pub const BOBTSOV2023: [(&str, &str, u64); 3] = [
     (
         "gpebo-figures",
-        include_str!("../../../../experiments/gpebo-figures.toml"),
+        include_str!("../../experiments/gpebo-figures.toml"),
         1,
     ),
     (
         "gpebo-noise",
-        include_str!("../../../../experiments/gpebo-noise.toml"),
+        include_str!("../../experiments/gpebo-noise.toml"),
         100,
     ),
     (
         "gpebo-amplitude",
-        include_str!("../../../../experiments/gpebo-amplitude.toml"),
+        include_str!("../../experiments/gpebo-amplitude.toml"),
         60,
     ),
 ];
