@@ -45,10 +45,13 @@ impl Digits {
         of_digit.max(10_f64.powi(-self.decimals))
     }
 
-    /// The root mean square of the units of the last digits.
+    /// The root mean square of the units of the last digits of finite values.
     fn unit(self, values: &[f64]) -> f64 {
-        let squares = values.iter().map(|value| self.last(*value).powi(2));
-        (squares.sum::<f64>() / values.len().max(1) as f64).sqrt()
+        let finite = values.iter().filter(|value| value.is_finite());
+        let (sum, count) = finite.fold((0.0, 0_usize), |(sum, count), value| {
+            (sum + self.last(*value).powi(2), count + 1)
+        });
+        (sum / count.max(1) as f64).sqrt()
     }
 }
 

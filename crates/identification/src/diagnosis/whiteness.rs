@@ -166,7 +166,6 @@ impl Residuals {
             .max(1);
         let outside = |values: &[f64]| values.iter().filter(|r| r.abs() > bound).count();
         let fits_to_rounding = variance <= largest_rounding(model, rounding, samples);
-        let tested = |test: Whiteness| (!fits_to_rounding).then_some(test);
         Some(Self {
             rows,
             rss: variance * m,
@@ -176,11 +175,13 @@ impl Residuals {
             autocorrelations_outside: outside(&autocorrelations[1..]),
             crosscorrelations_outside_simple: outside(&crosscorrelations),
             fits_to_rounding,
-            white: tested(Whiteness::new(
-                degrees,
-                chi_square_above(ljung_box, degrees),
-            )),
-            free_of_past_input: past_input(model, whole_u, y, start).and_then(tested),
+            white: (!fits_to_rounding)
+                .then(|| Whiteness::new(degrees, chi_square_above(ljung_box, degrees))),
+            free_of_past_input: if fits_to_rounding {
+                None
+            } else {
+                past_input(model, whole_u, y, start)
+            },
             outliers: if fits_to_rounding {
                 Vec::new()
             } else {

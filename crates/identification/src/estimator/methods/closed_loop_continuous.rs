@@ -91,7 +91,7 @@ impl MethodKind for ClrivcOptions {
         let continuous = ContinuousModel {
             step: self.ts.unwrap_or(1.0),
             hold: self.hold,
-            dead_time: (orders.nk - 1) as f64,
+            dead_time: orders.nk.saturating_sub(1) as f64,
             ..ContinuousModel::default()
         };
         let structure = Structure {

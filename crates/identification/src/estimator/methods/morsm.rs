@@ -158,7 +158,8 @@ impl Morsm {
         if beside != Beside::default() {
             let (orders, window) = (self.model.orders(), self.u.len());
             let fitted = self.scratch.len() + beside.count(orders);
-            let needed = fitted.max(2 * self.high.most() + 1) + self.high.most() + orders.nk;
+            let most = self.high.most();
+            let needed = fitted.max(2 * most) + 1 + most + orders.nk;
             enough_equations(orders, window, window, needed)?;
             self.high.equations = beside.equations();
         }
@@ -355,7 +356,8 @@ impl Filtered {
                 }
             }
         }
-        Ok(vec![theta[n] / self.gain])
+        // A gain alone has no start, and only the offset or the start, which comes last, is beside the model.
+        Ok(theta[n..].iter().take(1).map(|mu| mu / self.gain).collect())
     }
 }
 
@@ -579,6 +581,31 @@ mod tests {
                 let ratio = errors[i] / bound[place];
                 assert!((0.95..1.05).contains(&ratio), "{ratio}");
             }
+        }
+    }
+
+    /// `y = 2 u + e`: a model of order 0 has no state, so `initial = estimate` adds nothing.
+    #[test]
+    fn a_gain_has_no_start() {
+        let truth = plant("nb=1,nf=0,nk=0", &[2.0]);
+        let [u, y] = record(&truth, 0.01, 7, 400);
+        let (orders, initial) = (Some(truth.orders()), InitialCondition::Estimate);
+        let both: [Box<dyn MethodKind>; 2] = [
+            Box::new(BjsmOptions {
+                orders,
+                initial,
+                ..BjsmOptions::default()
+            }),
+            Box::new(MorsmOptions {
+                orders,
+                initial,
+                ..MorsmOptions::default()
+            }),
+        ];
+        for options in both {
+            let pass = estimate(options.as_ref(), 1, &u, &y);
+            assert_eq!((pass.failure, pass.start_numbers), (None, 0));
+            assert!((pass.model.b[0] - 2.0).abs() < 0.01, "{:?}", pass.model.b);
         }
     }
 

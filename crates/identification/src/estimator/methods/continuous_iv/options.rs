@@ -10,6 +10,9 @@ use crate::model::{ContinuousModel, Hold, Orders};
 /// A dead time that is this near to a whole number of samples is one: times between samples are rounded.
 const NEARLY_WHOLE: f64 = 1e-6;
 
+/// Samples beyond any record: a longer dead time is refused as this one is.
+const MOST_DEAD: f64 = 4e9;
+
 /// Defines the options of a method; both have the same but for the orders.
 macro_rules! continuous {
     ($options:ident, $doc:literal, $orders:literal, noise: $noise:literal) => {
@@ -56,7 +59,7 @@ macro_rules! continuous {
             fn structure(&self, order: usize, window: usize) -> (Structure, f64) {
                 let orders = self.orders(order);
                 let samples = |seconds: f64| {
-                    let samples = seconds / self.ts.unwrap_or(1.0);
+                    let samples = (seconds / self.ts.unwrap_or(1.0)).min(MOST_DEAD);
                     let is_whole = (samples - samples.round()).abs() <= NEARLY_WHOLE;
                     if is_whole { samples.round() } else { samples }
                 };
@@ -70,7 +73,7 @@ macro_rules! continuous {
                 let dead_time = match (self.dead_time, range) {
                     (_, Some([low, _])) => low,
                     (Some(DeadTime::Known(seconds)), _) => samples(seconds),
-                    _ => (orders.nk - 1) as f64,
+                    _ => orders.nk.saturating_sub(1) as f64,
                 };
                 let structure = Structure {
                     orders: Orders { nk: 1, ..orders },
