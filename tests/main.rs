@@ -15,6 +15,7 @@ mod every_method;
 mod external;
 mod failures;
 mod first_guesses;
+mod formats;
 mod golden;
 mod gpebo;
 #[cfg(unix)]
