@@ -58,6 +58,34 @@ fn completions_know_every_command() {
 }
 
 #[test]
+fn every_command_has_a_manual_page() {
+    let page = |words: &[&str]| {
+        done_in(
+            Path::new("."),
+            &[&["completions", "--manual"], words].concat(),
+        )
+    };
+    let whole = stdout(&page(&[]));
+    let listed = whole
+        .lines()
+        .filter_map(|line| line.strip_prefix("asobench\\-")?.strip_suffix("(1)"));
+    let commands: Vec<String> = listed.map(|name| name.replace('\\', "")).collect();
+    assert!(commands.len() > 20, "{whole}");
+    for command in &commands {
+        let text = stdout(&page(&[command]));
+        assert!(
+            text.contains(&format!(".TH asobench-{command} 1")),
+            "{command}: {text}"
+        );
+    }
+    let other = asobench_in(Path::new("."), &["completions", "--manual", "nothing"]);
+    assert!(
+        stderr(&other).contains("--manual nothing: expected"),
+        "{other:?}"
+    );
+}
+
+#[test]
 fn verdicts_have_colour_where_that_is_wanted() {
     let folder = tempfile::tempdir().expect("a folder");
     study(folder.path(), "a.toml");

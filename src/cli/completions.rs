@@ -1,11 +1,10 @@
-//! `asobench completions`: prints the completions of commands and flags for a shell, or writes the manual pages.
+//! `asobench completions`: prints the completions of commands and flags for a shell, or a manual page.
 
 use super::error::{Error, failed};
-use super::files::cannot_write;
 use super::output::print;
 use clap::Command;
 use clap_complete::Shell;
-use std::path::{Path, PathBuf};
+use clap_mangen::Man;
 use std::process::ExitCode;
 
 /// Print the completions of a shell, such as: asobench completions bash >
@@ -15,26 +14,37 @@ use std::process::ExitCode;
 pub(super) struct Arguments {
     /// bash, zsh, fish, elvish or powershell
     shell: Option<Shell>,
-    /// Write the manual pages instead, one a command, such as ~/.local/share/man/man1
-    #[arg(long, value_name = "DIR")]
-    manual: Option<PathBuf>,
+    /// Print the manual page of a command instead, or of asobench, such as: asobench completions --manual run >
+    /// asobench-run.1
+    #[arg(long, value_name = "COMMAND", num_args = 0..=1, default_missing_value = "asobench")]
+    manual: Option<String>,
 }
 
 pub(super) fn run(arguments: &Arguments, mut command: Command) -> Result<ExitCode, Error> {
-    if let Some(folder) = &arguments.manual {
-        write_manual(command, folder)?;
+    let mut text = Vec::new();
+    let name = command.get_name().to_owned();
+    if let Some(of) = &arguments.manual {
+        Man::new(page(command, of)?)
+            .render(&mut text)
+            .map_err(failed)?;
+    } else if let Some(shell) = arguments.shell {
+        clap_complete::generate(shell, &mut command, name, &mut text);
     }
-    if let Some(shell) = arguments.shell {
-        let mut script = Vec::new();
-        let name = command.get_name().to_owned();
-        clap_complete::generate(shell, &mut command, name, &mut script);
-        print(&String::from_utf8(script).map_err(failed)?)?;
-    }
+    print(&String::from_utf8(text).map_err(failed)?)?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn write_manual(command: Command, folder: &Path) -> Result<(), Error> {
-    let cannot = |error| cannot_write(folder, &error);
-    std::fs::create_dir_all(folder).map_err(cannot)?;
-    clap_mangen::generate_to(command, folder).map_err(cannot)
+/// Returns the command of a manual page, called `asobench-NAME` as its page is.
+fn page(mut program: Command, name: &str) -> Result<Command, Error> {
+    program.build();
+    if name == program.get_name() {
+        return Ok(program);
+    }
+    let found = program.find_subcommand(name).cloned();
+    let command = found.ok_or_else(|| {
+        Error::Input(format!(
+            "--manual {name}: expected asobench or one of its commands, such as run"
+        ))
+    })?;
+    Ok(command.display_name(format!("asobench-{name}")))
 }
