@@ -1,6 +1,6 @@
 //! Habits of a command line: version, completions, colour, several files at once, the page in the browser.
 
-use crate::common::{PROGRAM, stderr, stdout};
+use crate::common::{PROGRAM, asobench_in, done_in, stderr, stdout};
 use std::path::Path;
 use std::process::{Command, Output};
 
