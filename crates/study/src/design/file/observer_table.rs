@@ -230,11 +230,14 @@ fn kalman_bucy(
     }
 }
 
+/// Q (n x n) and S (n numbers).
+type Intensities = (Mat<f64>, Vec<f64>);
+
 /// Returns Q and S of a Kalman-Bucy filter; `None` without process noise.
 fn intensities(
     options: &KalmanBucyOptions,
     plant: &ContinuousPlant,
-) -> Result<Option<(Mat<f64>, Vec<f64>)>, String> {
+) -> Result<Option<Intensities>, String> {
     let KalmanBucyOptions {
         process,
         intensity,
