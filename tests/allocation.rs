@@ -64,12 +64,13 @@ fn a_trial_allocates_nothing() {
         let discrete = Measure::ALL
             .iter()
             .filter(|measure| measure.is_of(asobench::study::file::StudyKind::Discrete));
-        // Lanes do not have the distances d and d_g, nor predictions ahead. d_g takes room for the states of any model,
-        // predictions for their errors.
+        // Lanes do not have the distances d and d_g, predictions ahead and innovations. d_g takes room for the states of
+        // any model, predictions for their errors, innovations for their correlations.
         let distances = [
             Measure::Distance,
             Measure::ResponseDistance,
             Measure::FitAhead,
+            Measure::InnovationsWhite,
         ];
         let has = |measure: &Measure| {
             !distances.contains(measure) || engine == Engine::Faer && *measure == Measure::Distance

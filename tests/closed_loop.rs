@@ -34,6 +34,7 @@ fn settings(noise: &str, feedback: Feedback) -> ProcessSettings {
         level: LevelReading::default(),
         input_noise: 0.0,
         process_noise: 0.0,
+        state_noise: None,
         feedback,
         change: None,
     }

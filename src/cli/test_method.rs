@@ -232,6 +232,7 @@ impl Test<'_> {
             x0_deviation: 0.0,
             input_noise: 0.0,
             process_noise: 0.0,
+            state_noise: None,
             change: None,
             ..self.cell.process.settings().clone()
         });

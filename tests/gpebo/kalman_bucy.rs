@@ -42,9 +42,13 @@ fn kalman_bucy_is_the_riccati_filter() {
             filters,
         };
         let least_squares = ObserverSpec::KalmanBucy { p0, r };
+        // Q and S of noises that have much in common.
+        let intensity = |i: usize, j: usize| if i == j { q } else { 0.3 * q };
+        let s = vec![0.4 * (q * r).sqrt(); n];
         let filter = ObserverSpec::Filter {
             p0,
-            q,
+            q: faer::Mat::from_fn(n, n, intensity),
+            s: s.clone(),
             r,
             x0: options.xi0.clone(),
         };
@@ -55,7 +59,8 @@ fn kalman_bucy_is_the_riccati_filter() {
             let (x, rest) = y.split_at(n);
             let (xhat, p) = rest.split_at(n);
             let u = (1.7 * t + 0.3).sin();
-            let pc: Vec<f64> = p.chunks(n).map(|row| dot(row, plant.c())).collect();
+            let pc = p.chunks(n).zip(&s).map(|(row, s)| dot(row, plant.c()) + s);
+            let pc: Vec<f64> = pc.collect();
             let innovation = (dot(plant.c(), x) + 0.2 * (4.0 * t).sin() - dot(plant.c(), xhat)) / r;
             let mut out: Vec<f64> = a_times(&plant, x)
                 .iter()
@@ -69,8 +74,7 @@ fn kalman_bucy_is_the_riccati_filter() {
             };
             out.extend((0..n * n).map(|k| {
                 let (i, j) = (k / n, k % n);
-                let noise = if i == j { q } else { 0.0 };
-                ap(i, j) + ap(j, i) + noise - pc[i] * pc[j] / r
+                ap(i, j) + ap(j, i) + intensity(i, j) - pc[i] * pc[j] / r
             }));
             out
         };

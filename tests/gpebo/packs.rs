@@ -41,7 +41,8 @@ fn observers(n: usize) -> Vec<ObserverSpec> {
         ObserverSpec::KalmanBucy { p0: 4.0, r: 0.01 },
         ObserverSpec::Filter {
             p0: 1.0,
-            q: 0.1,
+            q: faer::Mat::from_fn(n, n, |i, j| if i == j { 0.1 } else { 0.02 }),
+            s: vec![0.01; n],
             r: 0.02,
             x0: vec![0.0; n],
         },

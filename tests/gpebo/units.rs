@@ -4,7 +4,7 @@ use super::common::proposed;
 use asobench::observer::gpebo::{
     Cascade, Factor, GpeboOptions, Halving, ObserverSpec, Operator, Outcome, Scenario, halve,
 };
-use asobench::observer::{care, parse_poles, place};
+use asobench::observer::{care_correlated, parse_poles, place};
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Hold, Signal, Wave};
 use faer::Mat;
@@ -59,6 +59,7 @@ impl Kind {
         let regressor = y.powi(n as i32) / det;
         let gradient = 30.0 / (regressor * regressor) / time;
         let (p0, r) = (4.0 * states[0] * states[0], 0.05 * y * y * time);
+        let s: Vec<f64> = states.iter().map(|unit| 0.03 * unit * y).collect();
         Some(match self {
             Self::Poles(list) => {
                 let poles = list.map(|(re, im)| format!("{:?}{:+?}i", re / time, im / time));
@@ -75,8 +76,11 @@ impl Kind {
                     }
                 };
                 let q = Mat::from_fn(n, n, q);
-                let gain = care(plant.a(), plant.c(), q.as_ref(), r).unwrap().gain;
-                ObserverSpec::Luenberger { gain, x0 }
+                let solved = care_correlated(plant.a(), plant.c(), q.as_ref(), &s, r);
+                ObserverSpec::Luenberger {
+                    gain: solved.unwrap().gain,
+                    x0,
+                }
             }
             Self::Gradient => ObserverSpec::Gradient {
                 gains: vec![gradient; n],
@@ -93,7 +97,11 @@ impl Kind {
             Self::Prior => ObserverSpec::KalmanBucy { p0, r },
             Self::Filter => ObserverSpec::Filter {
                 p0,
-                q: 0.1 * states[0] * states[0] / time,
+                q: Mat::from_fn(n, n, |i, j| {
+                    let share = if i == j { 0.1 } else { 0.04 };
+                    share * states[i] * states[j] / time
+                }),
+                s,
                 r,
                 x0,
             },

@@ -1,6 +1,7 @@
 //! Discrete observers: records with process noise and random initial states, and the law that with the plant and the
 //! noise known no observer of the same information beats the Kalman filter.
 
+mod covariances;
 mod reference;
 mod units;
 
@@ -40,6 +41,7 @@ fn settings(process_noise: f64, x0_deviation: f64) -> ProcessSettings {
         level: nominal,
         input_noise: 0.0,
         process_noise,
+        state_noise: None,
         feedback: Default::default(),
         change: None,
     }

@@ -214,6 +214,7 @@ impl Observed<'_> {
                 "steady state, measurement noise C/(A D) e"
             }
             Choice::OfModel(ObserverKind::KalmanVarying) => "from P(0)",
+            Choice::OfModel(ObserverKind::KalmanNamed(_)) => "steady state",
             Choice::OfModel(ObserverKind::Gpebo(_)) => "no feedback, the start is estimated",
             Choice::Adaptive(_) => "state and parameters, sample by sample",
         };

@@ -213,6 +213,7 @@ mod tests {
             level: LevelReading::default(),
             input_noise: 0.0,
             process_noise,
+            state_noise: None,
             feedback: Default::default(),
             change,
         }

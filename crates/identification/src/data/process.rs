@@ -4,7 +4,7 @@ use super::closed_loop::run_controlled;
 use super::process_error::ProcessError;
 use super::source::{Drive, Plants, Resolved};
 use super::{Change, Feedback, NoiseColour, PlantSource, Realisation};
-use crate::plant::StateSpace;
+use crate::plant::{StateNoise, StateSpace};
 use crate::real::with_fma;
 use crate::signal::{
     Input, LevelOf, LevelOver, LevelReading, NoiseFilter, ProcessVariances, Purpose, fill_white,
@@ -38,6 +38,9 @@ pub struct ProcessSettings {
     /// Standard deviation q of every component of the process noise, `w(k) ~ N(0, q^2 I)`, in the states' units; 0 for
     /// none. Open loop only.
     pub process_noise: f64,
+    /// Instead of [`Self::process_noise`]: white noise with these covariances, in the states' coordinates and units. With
+    /// R the measurement noise is white and of that variance, whatever the level. Open loop only.
+    pub state_noise: Option<StateNoise>,
     /// The feedback that closes the loop.
     pub feedback: Feedback,
     /// How the plant changes during the record, in open loop; `None`: it does not. Noise of the colour 1/A, and the
@@ -70,6 +73,44 @@ impl ProcessSettings {
         Drive {
             input: &self.input,
             process_noise: self.process_noise,
+            state_noise: self.state_noise.as_ref(),
+        }
+    }
+
+    /// Returns whether process noise drives the plant.
+    pub fn is_disturbed(&self) -> bool {
+        self.process_noise > 0.0 || self.state_noise.is_some()
+    }
+
+    /// Returns the variance of the measurement noise where it is given by itself, not by a level.
+    pub fn measurement_variance(&self) -> Option<f64> {
+        self.state_noise.as_ref()?.measurement()
+    }
+
+    /// Returns the factor of the noise at level `eta`; see [`LevelReading::scale`].
+    fn scale(&self, eta: f64, y0: &[f64], f: &[f64], variances: ProcessVariances) -> f64 {
+        match self.measurement_variance() {
+            Some(variance) => variance.sqrt(),
+            None => self.level.scale(eta, y0, f, variances),
+        }
+    }
+
+    fn check_state_noise(&self, closed: bool) -> Result<(), ProcessError> {
+        let Some(noise) = &self.state_noise else {
+            return Ok(());
+        };
+        if noise.cross().len() != self.plant.order() || self.process_noise > 0.0 {
+            return Err(ProcessError::StateNoise(self.plant.order()));
+        }
+        if closed {
+            return Err(ProcessError::StateNoiseInLoop);
+        }
+        let white =
+            |filter: &NoiseFilter| filter.numerator() == [1.0] && filter.denominator() == [1.0];
+        match &self.noise {
+            NoiseColour::Filter(filter) if white(filter) => Ok(()),
+            _ if noise.measurement().is_none() => Ok(()),
+            _ => Err(ProcessError::ColouredVariance),
         }
     }
 
@@ -151,6 +192,7 @@ impl Process {
             level,
             input_noise: 0.0,
             process_noise: 0.0,
+            state_noise: None,
             feedback: Feedback::None,
             change: None,
         })
@@ -176,6 +218,7 @@ impl Process {
             return Err(ProcessError::InputNoise(percent, amplitude));
         }
         settings.check_disturbances(closed)?;
+        settings.check_state_noise(closed)?;
         settings.check_sizes()?;
         settings.check_level(closed)?;
         if let Some(change) = &settings.change {
@@ -199,9 +242,10 @@ impl Process {
         let Plants::Fixed(resolved) = &self.plants else {
             return None;
         };
-        let level = self.settings.level;
-        let common = !level.over.is_of_window();
-        common.then(|| level.scale(eta, &[], &[], resolved.variances))
+        let settings = &self.settings;
+        let common =
+            !settings.level.over.is_of_window() || settings.measurement_variance().is_some();
+        common.then(|| settings.scale(eta, &[], &[], resolved.variances))
     }
 
     /// Returns the settings of the process.
@@ -230,7 +274,7 @@ impl Process {
             eta,
         ];
         let fixed = matches!(settings.plant, PlantSource::Fixed(_)) && settings.input.is_fixed();
-        fixed && spreads == [0.0; 4]
+        fixed && spreads == [0.0; 4] && settings.state_noise.is_none()
     }
 
     /// Draws trial `trial` of `seed` for K = `horizon` samples. The noise level `eta` (per cent) holds in the window k
@@ -332,10 +376,16 @@ impl Process {
 
     /// Fills row k of the states with w(k). By default nothing is drawn.
     fn draw_process_noise(&self, (seed, trial): (u64, u64), to: &mut Realisation) {
-        let deviation = self.settings.process_noise;
-        if deviation > 0.0 {
-            let mut numbers = stream(seed, trial, Purpose::ProcessNoise);
-            fill_white(&mut numbers, deviation, &mut to.states);
+        let ProcessSettings {
+            process_noise: deviation,
+            state_noise,
+            ..
+        } = &self.settings;
+        let numbers = || stream(seed, trial, Purpose::ProcessNoise);
+        if let Some(noise) = state_noise {
+            noise.draw(&mut numbers(), &to.f, &mut to.states);
+        } else if *deviation > 0.0 {
+            fill_white(&mut numbers(), *deviation, &mut to.states);
         }
     }
 
@@ -351,7 +401,7 @@ impl Process {
         to.u0.copy_from_slice(&to.r);
         Self::rest(to);
         let plant = &resolved.plant;
-        let disturbed = self.settings.process_noise > 0.0;
+        let disturbed = self.settings.is_disturbed();
         if self.settings.change.is_some() {
             let (x, states) = (&mut to.x, &mut to.states);
             to.plants.simulate(disturbed, x, &to.u0, &mut to.y0, states);
@@ -361,10 +411,11 @@ impl Process {
             plant.simulate(&mut to.x, &to.u0, &mut to.y0, &mut to.states);
         }
         let (y0, f) = (&to.y0[..window], &to.f[..window]);
-        let level = self.settings.level;
-        to.scale = level.scale(eta, y0, f, resolved.variances);
-        let noisy = level.over.noisy(window, to.f.len());
-        to.f[noisy..].fill(0.0);
+        to.scale = self.settings.scale(eta, y0, f, resolved.variances);
+        if self.settings.measurement_variance().is_none() {
+            let noisy = self.settings.level.over.noisy(window, to.f.len());
+            to.f[noisy..].fill(0.0);
+        }
         let (scale, y) = (to.scale, &mut to.y);
         with_fma(
             #[inline(always)]
@@ -409,6 +460,7 @@ impl Process {
         } = self.settings;
         self.open_loop()
             .filter(|_| [process_noise, x0_deviation, input_noise] == [0.0; 3])
+            .filter(|_| self.settings.state_noise.is_none())
     }
 
     /// Returns the plant if it is the same in every trial and sample, and no estimate of it is fed back.
@@ -448,6 +500,7 @@ impl Process {
             level,
             input_noise,
             process_noise,
+            state_noise,
             feedback,
             change,
         } = &self.settings;
@@ -467,6 +520,15 @@ impl Process {
             if *deviation > 0.0 {
                 described[name] = json!(deviation);
             }
+        }
+        if let Some(noise) = state_noise {
+            let q = noise.covariance();
+            let rows = q.row_iter().map(|row| row.iter().copied().collect());
+            described["state_noise"] = json!({
+                "Q": rows.collect::<Vec<Vec<f64>>>(),
+                "R": noise.measurement(),
+                "S": noise.cross(),
+            });
         }
         if let Some(change) = change {
             described["change"] = change.describe();
@@ -495,6 +557,7 @@ mod tests {
             level: LevelReading::default(),
             input_noise: 0.0,
             process_noise: 0.0,
+            state_noise: None,
             feedback: Feedback::Output(OutputFeedback::new(&[0.1], &[1.0]).unwrap()),
             change: None,
         };

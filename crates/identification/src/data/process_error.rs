@@ -41,6 +41,15 @@ pub enum ProcessError {
     /// Process noise or random initial states are used in a closed loop.
     #[error("{0} is for open loop only; expected 0 with feedback, not {1}")]
     DisturbedLoop(&'static str, f64),
+    /// Covariances of noise do not fit the plant, or stand beside a deviation.
+    #[error("covariances of the noise must be of {0} states, without a process_noise beside them")]
+    StateNoise(usize),
+    /// Covariances of noise in a closed loop.
+    #[error("covariances of the noise are for open loop only; expected feedback = \"none\"")]
+    StateNoiseInLoop,
+    /// A variance of measurement noise that is not white.
+    #[error("R is the variance of white measurement noise; expected noise = \"white\" beside it")]
+    ColouredVariance,
     /// A reading of eta is used that only an open loop has.
     #[error(
         "with feedback, eta must be 'exact' with the 'noise-free' output, or 'absolute', not '{over}' with '{of}'"

@@ -3,7 +3,7 @@
 use super::DrawFailure;
 use super::process_error::ProcessError;
 use crate::model::polynomial::{self, multiply};
-use crate::plant::{ORDER_LIMIT, StateSpace, random_stable};
+use crate::plant::{ORDER_LIMIT, StateNoise, StateSpace, random_stable};
 #[cfg(feature = "json")]
 use crate::signal::NoiseLaw;
 use crate::signal::{Input, NoiseFilter, NoiseFilterError, ProcessVariances, Purpose, stream};
@@ -147,6 +147,8 @@ pub(super) struct Drive<'a> {
     pub(super) input: &'a Input,
     /// Standard deviation of every component of the process noise.
     pub(super) process_noise: f64,
+    /// Noise that has covariances instead.
+    pub(super) state_noise: Option<&'a StateNoise>,
 }
 
 /// A plant and what depends on it.
@@ -171,12 +173,16 @@ impl Resolved {
         let Drive {
             input,
             process_noise,
+            state_noise,
         } = drive;
         let mut output =
             input.amplitude().powi(2) * input_energy(&plant, input).unwrap_or(f64::NAN);
         if process_noise > 0.0 {
             let energy = plant.disturbance_energy().unwrap_or(f64::NAN);
             output += process_noise * process_noise * energy;
+        }
+        if let Some(noise) = state_noise {
+            output += noise.output_variance(&plant).unwrap_or(f64::NAN);
         }
         let variances = ProcessVariances {
             output,

@@ -36,6 +36,9 @@ pub enum ObservationError {
     /// A time-varying filter without its covariances.
     #[error("kalman-varying needs Q, r and the covariance P(0) of the start")]
     NoCovariances,
+    /// Covariances that only an experiment file has.
+    #[error("kalman:{0} names covariances of an experiment file; expected kalman, with Q and r")]
+    NamedCovariances(String),
     /// A Riccati equation without a solution, or covariances that are none.
     #[error(transparent)]
     Riccati(#[from] RiccatiError),
@@ -199,6 +202,9 @@ impl Fitted {
                 }
                 let start = model.initial_covariance(start.as_ref())?;
                 observer.filter = Filter::Varying(Box::new(model), start);
+            }
+            (ObserverKind::KalmanNamed(name), _) => {
+                return Err(ObservationError::NamedCovariances(name.clone()));
             }
             (ObserverKind::KalmanVarying, None) => return Err(ObservationError::NoCovariances),
             (ObserverKind::Kalman | ObserverKind::KalmanColoured, Some(of)) => {

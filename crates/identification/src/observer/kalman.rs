@@ -278,7 +278,8 @@ impl Kalman {
         &self.gains
     }
 
-    pub(super) fn shared_gains(&self) -> &Arc<GainSequence> {
+    /// Returns the gains, shared with all clones.
+    pub fn shared_gains(&self) -> &Arc<GainSequence> {
         &self.gains
     }
 
@@ -306,9 +307,15 @@ impl Kalman {
         self.filter(u, y, x0, |k, x, _| visit(k, &x[..states]))
     }
 
-    /// Runs the filter and calls `step(k, xhat(k|k-1), y(k) - h'xhat(k|k-1))` for every k.
+    /// Does the same as [`Self::run`] with `step(k, xhat(k|k-1), y(k) - h'xhat(k|k-1))`, xhat with the noise's states.
+    ///
+    /// # Errors
+    /// As for [`Self::run`].
+    ///
+    /// # Panics
+    /// As for [`Self::run`].
     #[inline]
-    pub(crate) fn filter(
+    pub fn filter(
         &mut self,
         u: &[f64],
         y: &[f64],

@@ -16,6 +16,9 @@ pub enum ObserverKind {
     KalmanColoured,
     /// The time-varying Kalman filter, starting from the covariance of x(0). Everything is known.
     KalmanVarying,
+    /// The steady-state Kalman filter of the true plant with covariances of the noise that an experiment file has by
+    /// this name, right or wrong.
+    KalmanNamed(String),
     /// GPEBO: no feedback, and an estimate of the error of the start.
     Gpebo(ThetaEstimator),
 }
@@ -25,7 +28,7 @@ pub enum ObserverKind {
 pub enum ObserverKindError {
     /// The text has none of the known forms.
     #[error(
-        "unknown observer '{0}'; expected kalman, kalman-coloured, kalman-varying, dead-beat, \
+        "unknown observer '{0}'; expected kalman, kalman-coloured, kalman-varying, kalman:COVARIANCES, dead-beat, \
         gpebo-drem:GAMMA, gpebo-squares:RHO, scaled:RHO or poles:LIST"
     )]
     Form(String),
@@ -39,6 +42,7 @@ pub enum ObserverKindError {
 
 const DREM: &str = "gpebo-drem:";
 const SQUARES: &str = "gpebo-squares:";
+const NAMED: &str = "kalman:";
 
 impl std::fmt::Display for ObserverKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -47,6 +51,7 @@ impl std::fmt::Display for ObserverKind {
             Self::Kalman => f.write_str("kalman"),
             Self::KalmanColoured => f.write_str("kalman-coloured"),
             Self::KalmanVarying => f.write_str("kalman-varying"),
+            Self::KalmanNamed(name) => write!(f, "{NAMED}{name}"),
             Self::Gpebo(ThetaEstimator::Drem(gamma)) => write!(f, "{DREM}{gamma:?}"),
             Self::Gpebo(ThetaEstimator::Squares(rho)) => write!(f, "{SQUARES}{rho:?}"),
         }
@@ -70,6 +75,9 @@ impl std::str::FromStr for ObserverKind {
                 return kind.ok_or_else(|| ObserverKindError::Positive(text.to_owned()));
             }
         }
+        if let Some(name) = text.strip_prefix(NAMED).filter(|name| !name.is_empty()) {
+            return Ok(Self::KalmanNamed(name.to_owned()));
+        }
         match text {
             "kalman" => Ok(Self::Kalman),
             "kalman-coloured" => Ok(Self::KalmanColoured),
@@ -92,6 +100,7 @@ mod tests {
             "kalman",
             "kalman-coloured",
             "kalman-varying",
+            "kalman:believed",
             "gpebo-drem:2.0",
             "gpebo-squares:1e-6",
             "dead-beat",

@@ -23,6 +23,6 @@ pub use likelihood::{
 pub use luenberger::{ObservedModel, Observer};
 pub use lyapunov::lyapunov;
 pub use pole_placement::{Gain, GainError, Poles};
-pub use riccati::{Riccati, RiccatiError, care, dare};
+pub use riccati::{Riccati, RiccatiError, care, care_correlated, dare};
 use steady::eliminate;
 pub use stochastic_model::{MeasurementNoise, StochasticModel};

@@ -188,3 +188,36 @@ pub fn care(
         iterations,
     })
 }
+
+/// Solves the same for correlated noises, `E[w(t) v(t')] = s delta(t - t')`, s n numbers: `A P + P A' + Q - (P c + s) r^-1
+/// (P c + s)' = 0` with the gain `L = (P c + s) / r`. It is [`care`] of `A - s c' / r` and `Q - s s' / r`, whose gain is
+/// `L - s / r`.
+///
+/// # Errors
+/// As for [`care`], and [`RiccatiError::Indefinite`] for `Q - s s' / r`.
+pub fn care_correlated(
+    a: MatRef<'_, f64>,
+    c: &[f64],
+    q: MatRef<'_, f64>,
+    s: &[f64],
+    r: f64,
+) -> Result<Riccati, RiccatiError> {
+    let n = a.nrows();
+    check::check("A", a, n, n)?;
+    check_column("c", c, n)?;
+    check_column("s", s, n)?;
+    if !(r > 0.0) {
+        return Err(RiccatiError::Variance(r));
+    }
+    let q = check_covariance("Q", q, n)?;
+    let rest = Mat::from_fn(n, n, |i, j| q[(i, j)] - s[i] * s[j] / r);
+    check::check_definite("Q - s s' / r", &rest, 1e-12 * q.norm_l2())?;
+    let reduced = Mat::from_fn(n, n, |i, j| a[(i, j)] - s[i] * c[j] / r);
+    let mut found = care(reduced.as_ref(), c, rest.as_ref(), r)?;
+    found
+        .gain
+        .iter_mut()
+        .zip(s)
+        .for_each(|(gain, s)| *gain += s / r);
+    Ok(found)
+}

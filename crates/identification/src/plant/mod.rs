@@ -5,6 +5,7 @@ pub mod canonical;
 mod continuous_plant;
 mod exponential;
 mod observability;
+mod own_states;
 mod paper;
 mod poles;
 pub mod radius;
@@ -13,6 +14,7 @@ mod sampled_plant;
 mod simulate;
 pub use simulate::inlined;
 pub mod stability;
+mod state_noise;
 mod system;
 
 pub(crate) use balance::{Equilibrated, in_units, own_rate, power_of_two};
@@ -22,12 +24,14 @@ pub use exponential::exponential;
 pub(crate) use exponential::exponential_by;
 pub(crate) use observability::Observability;
 pub use observability::observability_rank;
+pub use own_states::{OwnStates, sampled_noise};
 pub use paper::{Numerator, nikolov2023};
 pub use poles::{PoleFinder, parse_pole, polynomial_from_poles, unmatched_pole};
 pub use random_plant::random_stable;
 pub use sampled_plant::{SAMPLED_DEGREE_LIMIT, Sampling, SamplingError};
 pub(crate) use simulate::simulate_disturbed;
 pub use simulate::{drive, observe, simulate};
+pub use state_noise::{StateNoise, StateNoiseError};
 pub use system::{StateSpace, SystemError, TransferFunction};
 
 /// The largest order of a plant or a model. At this order a matrix takes some MB, and the coefficients of any stable

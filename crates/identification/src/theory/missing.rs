@@ -36,6 +36,9 @@ pub enum NoTheory {
     /// Noise drawn from given numbers, or of heavy tails.
     #[error("noise that is not Gaussian is not covered")]
     NotGaussian,
+    /// Noise in the states that is given by covariances.
+    #[error("noise that is given by covariances is not covered")]
+    StateNoise,
     /// A controller based on an estimate.
     #[error("the state feedback depends on an estimate, so the record is not stationary")]
     Controlled,

@@ -87,6 +87,9 @@ impl Population {
         if settings.change.is_some() {
             return Err(NoTheory::ChangingPlant);
         }
+        if settings.state_noise.is_some() {
+            return Err(NoTheory::StateNoise);
+        }
         let feedback = match &settings.feedback {
             Feedback::None => None,
             Feedback::Output(law) => Some((law.numerator().to_vec(), law.denominator())),

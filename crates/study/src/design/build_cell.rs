@@ -22,6 +22,7 @@ use asobench_identification::signal::{
     Input, InputLaw, LevelOf, LevelReading, NoiseFilter, Sequence,
 };
 use asobench_identification::text::number;
+use faer::Mat;
 
 /// Built-in plants, which need no table.
 pub(crate) const PLANTS: [&str; 2] = ["nikolov2023", "random"];
@@ -104,8 +105,15 @@ impl SettingsReader<'_> {
         }
         let gain: Gain = self.name(Key::Gain)?;
         gain.check(order).at("gain")?;
+        if process.settings().measurement_variance().is_some() && eta != 0.0 {
+            let message = format!(
+                "{} beside R of covariances.{}; expected eta = 0, since R is all of the measurement noise",
+                number(eta),
+                self.text(Key::ProcessNoise)
+            );
+            return wrong("eta", message);
+        }
         let cell = DiscreteCell {
-            process,
             eta,
             order,
             window,
@@ -116,6 +124,8 @@ impl SettingsReader<'_> {
                 Some(_) => self.name(Key::ScoredFrom)?,
                 None => ScoredFrom::default(),
             },
+            covariances: self.covariances(&process)?,
+            process,
             ahead: match self.settings.get(&Key::Ahead) {
                 Some(_) => self.count(Key::Ahead)?,
                 None => 1,
@@ -149,6 +159,10 @@ impl SettingsReader<'_> {
             );
             return wrong(place, message);
         }
+        let state_noise = match self.settings.get(&Key::ProcessNoise) {
+            Some(Scalar::Text(name)) => Some(self.state_noise(Key::ProcessNoise, name, &plant)?),
+            _ => None,
+        };
         let settings = ProcessSettings {
             x0,
             x0_deviation: self.number_or_default(Key::X0Deviation)?,
@@ -159,7 +173,11 @@ impl SettingsReader<'_> {
                 of: self.name(Key::EtaOf)?,
             },
             input_noise: self.number(Key::InputNoise)?,
-            process_noise: self.number_or_default(Key::ProcessNoise)?,
+            process_noise: match state_noise {
+                Some(_) => 0.0,
+                None => self.number_or_default(Key::ProcessNoise)?,
+            },
+            state_noise,
             feedback,
             change: self.change(&plant)?,
             plant,
@@ -335,7 +353,14 @@ impl SettingsReader<'_> {
             Scalar::Text(text) if text == "plant" => {
                 let table = self.file.plants.get(&self.text(Key::Plant));
                 let x0 = table.and_then(|table| table.x0.clone());
-                x0.ok_or("the plant's table has no x0").at("x0")
+                let x0 = x0.ok_or("the plant's table has no x0").at("x0")?;
+                Ok(match self.own_states()?.filter(|_| x0.len() == order) {
+                    Some(own) => {
+                        let z = Mat::from_fn(order, 1, |i, _| x0[i]);
+                        (own.to_canonical() * z).col_as_slice(0).to_vec()
+                    }
+                    None => x0,
+                })
             }
             Scalar::Text(text) => wrong("x0", format!("'{text}'; expected a number or \"plant\"")),
         }

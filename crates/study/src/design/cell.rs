@@ -10,6 +10,8 @@ use asobench_identification::estimator::{
 };
 use asobench_identification::names::named_enum;
 use asobench_identification::observer::Gain;
+use asobench_identification::plant::StateNoise;
+use std::collections::BTreeMap;
 
 named_enum! {
     /// Where the observer starts.
@@ -72,6 +74,8 @@ pub struct DiscreteCell {
     pub scored_from: ScoredFrom,
     /// The samples by which [`Measure::FitAhead`](super::measure::Measure::FitAhead) predicts y ahead, at least 1.
     pub ahead: usize,
+    /// The covariances of the noise that Kalman filters take for the true ones, by the names that methods have them by.
+    pub covariances: BTreeMap<String, StateNoise>,
 }
 
 impl Cell {
@@ -146,7 +150,7 @@ impl DiscreteCell {
     /// input, and without a change of the plant.
     pub fn follows_input(&self) -> bool {
         let of = self.process.settings();
-        of.process_noise == 0.0 && of.input_noise == 0.0 && of.change.is_none()
+        !of.is_disturbed() && of.input_noise == 0.0 && of.change.is_none()
     }
 
     /// Returns the model that a method with the true plant receives: the plant, and the mean of its initial states.

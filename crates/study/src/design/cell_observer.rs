@@ -7,6 +7,7 @@ use asobench_identification::observer::{
     DiscreteGpebo, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind,
     ProcessNoise, RiccatiError, StochasticModel, ThetaEstimator, VarianceRatio,
 };
+use asobench_identification::plant::StateNoise;
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 
@@ -57,10 +58,14 @@ impl CellObserver {
             Some(
                 kind @ (ObserverKind::Kalman
                 | ObserverKind::KalmanColoured
+                | ObserverKind::KalmanNamed(_)
                 | ObserverKind::KalmanVarying),
             ) => {
                 if known {
                     return Ok(Self::Known(known_filter(cell, kind)?));
+                }
+                if let ObserverKind::KalmanNamed(_) = kind {
+                    return Err(SetupError::NoKnownPlant);
                 }
                 return Ok(Self::Identified {
                     window: cell.window,
@@ -74,8 +79,9 @@ impl CellObserver {
         Ok(Self::Luenberger(observer))
     }
 
-    /// Calls `visit(k, xhat(k))` for k = 0 ... K-1; xhat(k) uses data up to k - 1. `model` is that of the pass, with
-    /// the state to start from.
+    /// Calls `visit(k, xhat(k), e(k))` for k = 0 ... K-1; xhat(k) uses data up to k - 1. e(k) is the innovation, y(k) less
+    /// its prediction from the same data, of a filter that knows the plant over its standard deviation. `model` is that of
+    /// the pass, with the state to start from.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] if the state overflows, [`FailureKind::NoFilter`] if there is no filter. The states
@@ -87,18 +93,31 @@ impl CellObserver {
         model: ObservedModel<'_>,
         u: &[f64],
         y: &[f64],
-        visit: impl FnMut(usize, &[f64]),
+        mut visit: impl FnMut(usize, &[f64], f64),
     ) -> Result<(), FailureKind> {
         let y = &pass.less_offset(0, y);
         match self {
-            Self::Luenberger(observer) => observer.run(model, u, y, visit),
-            Self::Gpebo(observer) => observer.run(model, u, y, visit),
-            Self::Known(Ok(filter)) => filter.kalman.run(u, y, model.x0, visit),
+            Self::Luenberger(observer) => {
+                observer.run(model, u, y, |k, x| visit(k, x, y[k] - x[0]))
+            }
+            Self::Gpebo(observer) => observer.run(model, u, y, |k, x| visit(k, x, y[k] - x[0])),
+            Self::Known(Ok(filter)) => {
+                let (gains, n) = (
+                    Arc::clone(filter.kalman.shared_gains()),
+                    filter.model.states,
+                );
+                filter.kalman.filter(u, y, model.x0, |k, x, e| {
+                    visit(k, &x[..n], e / gains.variance(k).sqrt());
+                })
+            }
             Self::Known(Err(kind)) => Err(*kind),
             Self::Identified { window, coloured } => {
                 let pass = coloured.then_some(pass);
                 let filter = identified_filter(pass, model, &u[..*window], &y[..*window]);
-                filter?.kalman.run(u, y, model.x0, visit)
+                let n = model.a.len();
+                filter?
+                    .kalman
+                    .filter(u, y, model.x0, |k, x, e| visit(k, &x[..n], e))
             }
         }
     }
@@ -203,8 +222,20 @@ fn known_filter(
     let (settings, n) = (process.settings(), cell.order);
     let known = process.open_loop();
     let (plant, noise, variances) = known.ok_or(SetupError::NoKnownPlant)?;
-    let deviation: f64 = settings.level.scale(cell.eta, &[], &[], variances);
-    let varies = settings.level.over.is_of_window() && cell.eta > 0.0;
+    let noise_of_states = match kind {
+        ObserverKind::KalmanNamed(name) => {
+            let named = cell.covariances.get(name);
+            Some(named.ok_or_else(|| SetupError::NoKnownNoise(kind.clone()))?)
+        }
+        _ => settings.state_noise.as_ref(),
+    };
+    let variance = noise_of_states.and_then(StateNoise::measurement);
+    let known_variance = variance.or(settings.measurement_variance());
+    let deviation: f64 = match known_variance {
+        Some(variance) => variance.sqrt(),
+        None => settings.level.scale(cell.eta, &[], &[], variances),
+    };
+    let varies = known_variance.is_none() && settings.level.over.is_of_window() && cell.eta > 0.0;
     if varies || !deviation.is_finite() {
         return Err(SetupError::NoKnownNoise(kind.clone()));
     }
@@ -212,18 +243,28 @@ fn known_filter(
     let of_states = settings.process_noise * settings.process_noise;
     let of_input = process.input_deviation() * process.input_deviation();
     let b = plant.b();
-    let noise_in_states =
-        of_variance(of_states) + of_input * ProcessNoise::Input.covariance(b, 1.0);
+    let noise_in_states = match noise_of_states {
+        Some(noise) => noise.covariance(),
+        None => of_variance(of_states),
+    } + of_input * ProcessNoise::Input.covariance(b, 1.0);
     let denominator = noise.denominator();
     let measured = MeasurementNoise {
         numerator: noise.numerator(),
         denominator: &denominator,
         deviation,
     };
-    let white = MeasurementNoise::white(1.0);
     let is_measured_exactly = deviation == 0.0;
-    let noise = if is_measured_exactly { white } else { measured };
+    let noise = if is_measured_exactly {
+        MeasurementNoise::white(1.0)
+    } else if variance.is_some() {
+        MeasurementNoise::white(deviation)
+    } else {
+        measured
+    };
     let mut model = StochasticModel::new(plant.a(), b, noise_in_states.as_ref(), noise)?;
+    if let Some(noise) = noise_of_states.filter(|_| variance.is_some()) {
+        model.s = noise.cross();
+    }
     let spread = of_variance(settings.x0_deviation * settings.x0_deviation);
     let varying = *kind == ObserverKind::KalmanVarying;
     let gains = if is_measured_exactly && (varying || model.q.norm_max() > 0.0) {

@@ -147,6 +147,7 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
         level: _,
         input_noise,
         process_noise,
+        state_noise,
         feedback,
         change,
     } = settings;
@@ -165,7 +166,10 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
         (matches!(feedback, Feedback::None), "feedback"),
         (matches!(plant, PlantSource::Fixed(_)), "random plants"),
         (*input_noise == 0.0, "input noise"),
-        (*process_noise == 0.0, "process noise"),
+        (
+            *process_noise == 0.0 && state_noise.is_none(),
+            "process noise",
+        ),
         (*x0_deviation == 0.0, "random initial states"),
     ];
     first_missing(has).map_or(Ok(()), Err)
@@ -183,6 +187,7 @@ fn covers_cell(cell: &DiscreteCell, of_plant: usize) -> Result<(), String> {
         observer_start,
         scored_from,
         ahead: _,
+        covariances: _,
     } = cell;
     if *order != of_plant {
         return Err("an order that is not the plant's".to_owned());

@@ -167,6 +167,16 @@ named_table! {
             in_lanes: true,
             ..PLAIN
         },
+        /// p-value of the test by Ljung and Box's statistic over 25 lags that the observer's innovations y(k) - yhat(k) are
+        /// white, over the same k as e_x_max, of time-varying filters over their standard deviations. Of white ones it is
+        /// uniform from 0 to 1, to the order of 25 over the number of samples; null of fewer than four samples, or of a model of another order.
+        InnovationsWhite = "p_white": Entry {
+            label: "p-value of white innovations",
+            better: Better::Neither,
+            scale: Scale::Linear,
+            of_state: true,
+            ..PLAIN
+        },
         /// State feedback: the largest relative error of the state's estimate that is fed back, over the record, which
         /// begins where the loop is closed. The same for every method that did not fail.
         FedBackMax = "e_x_fed_back_max": Entry { label: "max e_x fed back", ..RELATIVE },

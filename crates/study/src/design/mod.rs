@@ -2,6 +2,7 @@
 
 pub(crate) mod build_cell;
 pub(crate) mod build_continuous_cell;
+mod build_covariances;
 pub(crate) mod cell;
 pub(crate) mod cell_observer;
 pub(crate) mod claim_checks;

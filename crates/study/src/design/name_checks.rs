@@ -15,6 +15,7 @@ pub(crate) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
     tables("inputs", file.inputs.keys(), &laws)?;
     tables("noises", file.noises.keys(), &NOISES)?;
     tables("changes", file.changes.keys(), &CHANGES)?;
+    tables("covariances", file.covariances.keys(), &[])?;
     tables("feedbacks", file.feedbacks.keys(), &FEEDBACKS)?;
     let plants = file.continuous_plants.keys();
     tables("continuous_plants", plants, &CONTINUOUS_PLANTS)?;

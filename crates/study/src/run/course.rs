@@ -228,7 +228,7 @@ impl Scorer {
         let from = self.memory.map_or(0, |memory| k.saturating_sub(memory));
         let (u, y) = (record.u.get(from..=k)?, record.y.get(from..=k)?);
         let mut found = None;
-        let ran = self.observer.run(pass, model, u, y, |i, x_hat| {
+        let ran = self.observer.run(pass, model, u, y, |i, x_hat, _| {
             if from + i == k {
                 found = Some(error(x_hat));
             }

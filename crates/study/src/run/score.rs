@@ -6,6 +6,7 @@ use crate::design::{
 };
 use crate::outcome::row::Row;
 use asobench_identification::data::{Realisation, Truth};
+use asobench_identification::diagnosis::Whiteness;
 use asobench_identification::estimator::{Failure, FailureKind, Pass, Progress, SetupError, Stage};
 use asobench_identification::metric::{
     Response, StateError, System, fit_ahead, relative_error, relative_error_as_printed,
@@ -39,6 +40,8 @@ pub(crate) struct Scorer {
     wanted: Wanted,
     /// Error of the states that the trial's controller fed back; empty without one.
     fed_back: StateError,
+    /// The innovations of the scored samples; empty if not wanted.
+    innovations: Vec<f64>,
     /// e_x(k), k = 0 ... K-1, of the pass measured last; NaN if undefined, empty if not wanted.
     curve: Vec<f64>,
 }
@@ -48,6 +51,7 @@ pub(crate) struct Scorer {
 struct Wanted {
     states: bool,
     absolute: bool,
+    innovations: bool,
     radius: bool,
     impulse_response: bool,
     fresh_fit: bool,
@@ -106,11 +110,13 @@ impl Scorer {
                 states: comparable
                     && (experiment.file.curves || measures.iter().any(|of| of.entry().of_state)),
                 absolute: any(&[F::RmsState]),
+                innovations: any(&[F::InnovationsWhite]),
                 radius: any(&[F::SpectralRadius]),
                 impulse_response: any(&[F::ImpulseResponse]),
                 fresh_fit: any(&[F::FreshFit]),
                 ahead: any(&[F::FitAhead]).then_some((cell.ahead, cell.window)),
             },
+            innovations: Vec::new(),
             curve: vec![
                 f64::NAN;
                 if experiment.file.curves {
@@ -273,13 +279,18 @@ impl Scorer {
     ) -> Result<(), FailureKind> {
         let mut errors = StateError::default();
         let (from, curve, states) = (self.from, &mut self.curve, &record.states);
+        let (tested, innovations) = (self.wanted.innovations, &mut self.innovations);
+        innovations.clear();
         self.observers[method].run(
             pass,
             model,
             &record.u,
             &record.y,
             #[inline(always)]
-            |k, x_hat| {
+            |k, x_hat, e| {
+                if tested && k >= from {
+                    innovations.push(e);
+                }
                 // The length of xhat is a constant for small orders.
                 let n = x_hat.len();
                 let x = &states[k * n..(k + 1) * n];
@@ -309,6 +320,9 @@ impl Scorer {
         }
         for (measure, value) in values {
             row[measure] = value;
+        }
+        if let Some(test) = Whiteness::of(innovations, 0) {
+            row[Measure::InnovationsWhite] = test.p_value;
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use super::delay::Operator;
 use super::expansion::{Factor, HIGHEST_ORDER};
 use super::refusal::SettingError;
 use super::setting_checks::{SECOND, filters, positive, vector};
+use faer::Mat;
 
 /// An observer to be run.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,12 +56,14 @@ pub enum ObserverSpec {
         /// The treatment of `g = e^m`.
         factor: Factor,
     },
-    /// The time-varying Kalman-Bucy filter for white noise in y and in the state.
+    /// The time-varying Kalman-Bucy filter for white noises in y and in the state, which may be correlated.
     Filter {
         /// P(0) = p0 I.
         p0: f64,
-        /// The process noise's intensity: Q = q I.
-        q: f64,
+        /// The process noise's intensity Q, n x n.
+        q: Mat<f64>,
+        /// The intensity S of both noises, n numbers.
+        s: Vec<f64>,
         /// Intensity of the noise in y.
         r: f64,
         /// xhat(0), of length n.
@@ -111,9 +114,12 @@ impl ObserverSpec {
                 filters(SECOND, operators, *order)?;
                 positive("the gains", gains, n)
             }
-            Self::Filter { p0, q, r, x0 } => {
+            Self::Filter { p0, q, s, r, x0 } => {
                 positive("the prior variance p0", &[*p0], 1)?;
-                positive("the process noise's intensity q", &[*q], 1)?;
+                let by_columns = q.col_iter().flat_map(|column| column.iter().copied());
+                let by_columns: Vec<f64> = by_columns.collect();
+                vector("the process noise's intensity Q", &by_columns, n * n)?;
+                vector("the noises' intensity S", s, n)?;
                 positive("the noise intensity r", &[*r], 1)?;
                 vector("the initial estimate", x0, n)
             }

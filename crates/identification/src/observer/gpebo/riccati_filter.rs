@@ -4,7 +4,8 @@
 //! system: `X' = -A'X + C C'Y / r`, `Y' = Q X + A Y` from X = I, Y = P(t) gives `P(t + h) = Y X^-1`, and
 //! `p' = -A'p + C C'x / r - C y / r`, `x' = Q p + A x + B u` from p = 0, x = xhat(t) gives
 //! `xhat(t + h) = x - P(t + h) p`. For `x - P p - xhat` obeys a homogeneous equation. Started anew in each step,
-//! nothing grows. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
+//! nothing grows. Noises with a common intensity S are reduced to this: A - S C'/r and Q - S S'/r for A and Q, and S y / r
+//! drives xhat. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
 
 use super::matrices::add_product;
 use super::observer_spec::ObserverSpec;
@@ -44,28 +45,31 @@ impl FilterSystem {
         input: &[usize],
         disturbance: &[usize],
     ) -> Option<Self> {
-        let ObserverSpec::Filter { p0, q, r, x0 } = spec else {
+        let ObserverSpec::Filter { p0, q, s, r, x0 } = spec else {
             return None;
         };
         let (n, size) = (plant.order(), base.nrows());
-        let (a, b, c) = (plant.a(), plant.b(), plant.c());
+        let (b, c) = (plant.b(), plant.c());
+        let a = |i: usize, j: usize| plant.a()[(i, j)] - s[i] * c[j] / r;
         let mut matrix = Mat::zeros(size + 2 * n, size + 2 * n);
         matrix.submatrix_mut(0, 0, size, size).copy_from(base);
         for i in 0..n {
             let (p, x) = (size + i, size + n + i);
             for j in 0..n {
-                matrix[(p, size + j)] = -a[(j, i)];
+                matrix[(p, size + j)] = -a(j, i);
                 matrix[(p, size + n + j)] = c[i] * c[j] / r;
-                matrix[(x, size + n + j)] = a[(i, j)];
+                matrix[(x, size + n + j)] = a(i, j);
+                matrix[(x, size + j)] = q[(i, j)] - s[i] * s[j] / r;
                 // y = C'x + delta
                 matrix[(p, j)] = -c[i] * c[j] / r;
+                matrix[(x, j)] = s[i] * c[j] / r;
             }
-            matrix[(x, size + i)] = *q;
             for &k in disturbance {
                 matrix[(p, k)] = -c[i] / r;
+                matrix[(x, k)] = s[i] / r;
             }
             for &k in input {
-                matrix[(x, k)] = b[i];
+                matrix[(x, k)] += b[i];
             }
         }
         Some(Self {

@@ -482,3 +482,71 @@ fn placements_as_mpmath_in_any_units() {
         assert_close(&column(&found), &column(&gain), tolerance);
     }
 }
+
+/// scipy 1.17.1, numpy: `solve_discrete_are(F.T, h, Q, [[r]], s=s)` and `solve_continuous_are(A.T, c, Q, [[r]], s=s)` with
+/// their gains; also in other units of states and y.
+#[test]
+fn cross_covariances_of_both_equations_as_scipy() {
+    let f = mat![[1.1, 0.4, 0.0], [0.0, 0.6, 0.2], [0.1, 0.0, -0.5]];
+    let q = mat![[1.0, 0.2, 0.1], [0.2, 0.8, 0.0], [0.1, 0.0, 0.4]];
+    let (h, s, r) = ([1.0, 0.0, 2.0], [-0.3, 0.2, 0.1], 2.0);
+    let p = [
+        3.5645125355909144,
+        0.4977172033833902,
+        0.39065703493298465,
+        0.4977172033833902,
+        1.1780365450500998,
+        0.0008069266617434677,
+        0.39065703493298465,
+        0.0008069266617434677,
+        0.5238463237949507,
+    ];
+    let gain = [
+        0.507468529083496,
+        0.08536365991776057,
+        -0.020015360358556274,
+    ];
+    for units in [[1.0; 3], [1.0, 1e-9, 1e6], [1e4, 3.0, 1e-7]] {
+        for of_y in [1.0, 1e-6, 1e9] {
+            let in_units =
+                |m: &Mat<f64>| Mat::from_fn(3, 3, |i, j| m[(i, j)] * units[i] * units[j]);
+            let own = Mat::from_fn(3, 3, |i, j| f[(i, j)] * units[i] / units[j]);
+            let h = [0, 1, 2].map(|i| h[i] * of_y / units[i]);
+            let s = [0, 1, 2].map(|i| s[i] * of_y * units[i]);
+            let (q, r) = (in_units(&q), r * of_y * of_y);
+            let found = dare(own.as_ref(), &h, q.as_ref(), &s, r).unwrap();
+            for i in 0..3 {
+                let k = found.gain[i] * of_y / units[i];
+                assert!((k - gain[i]).abs() < 1e-10, "{units:?} {of_y}: {k}");
+                for j in 0..3 {
+                    let own = found.p[(i, j)] / units[i] / units[j];
+                    assert!(
+                        (own - p[3 * i + j]).abs() < 1e-10,
+                        "{units:?} {of_y}: {own}"
+                    );
+                }
+            }
+            assert!((found.innovation / of_y / of_y - 9.222525970502655).abs() < 1e-10);
+        }
+    }
+    let a = mat![[0.0, 1.0], [-4.0, -0.4]];
+    let q = mat![[0.3, 0.1], [0.1, 0.5]];
+    let found = care_correlated(a.as_ref(), &[1.0, 0.5], q.as_ref(), &[0.1, -0.05], 0.2).unwrap();
+    let p = mat![
+        [0.13016871612013428, -0.03909871380897628],
+        [-0.03909871380897628, 0.6573128227280436]
+    ];
+    assert_close(&found.p, &p, 1e-10);
+    for (gain, expected) in found
+        .gain
+        .iter()
+        .zip([1.0530967960782307, 1.1977884877752276])
+    {
+        assert!((gain - expected).abs() < 1e-10, "{gain}");
+    }
+    let much = care_correlated(a.as_ref(), &[1.0, 0.5], q.as_ref(), &[0.5, 0.0], 0.2);
+    assert!(
+        matches!(much, Err(RiccatiError::Indefinite { .. })),
+        "{much:?}"
+    );
+}

@@ -83,6 +83,7 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
         ),
         M::SpectralRadius
         | M::Condition
+        | M::InnovationsWhite
         | M::Change
         | M::Frozen
         | M::Adaptation

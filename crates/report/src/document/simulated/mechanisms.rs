@@ -162,6 +162,7 @@ fn filters(file: &ExperimentFile) -> Vec<Row> {
         &file.changes,
         |_| "A and b of the plant move: ",
     ));
+    rows.extend(tables("covariances", &file.covariances, |_| ""));
     rows.extend(tables("feedback", &file.feedbacks, law));
     rows.extend(file.columns.iter().map(|(name, samples)| {
         let count = grouped(samples.len() as u64);

@@ -4,8 +4,8 @@ use crate::design::Measure;
 use crate::design::file::table::tables;
 use crate::design::file::{
     Axis, BoundTable, ChangeTable, ClaimTable, ContinuousPlantTable, ContinuousTable, CourseTable,
-    Engine, FeedbackTable, InputTable, Key, MethodTable, Needs, NoiseTable, ObserverTable,
-    PlantTable, QuickTable, SignalTable, SlopeTable, StudyKind, TrialRule, list,
+    CovariancesTable, Engine, FeedbackTable, InputTable, Key, MethodTable, Needs, NoiseTable,
+    ObserverTable, PlantTable, QuickTable, SignalTable, SlopeTable, StudyKind, TrialRule, list,
 };
 use asobench_identification::names::named_enum;
 use std::collections::BTreeMap;
@@ -111,6 +111,8 @@ tables! {
         inputs?: BTreeMap<String, InputTable>,
         /// Noise filters by name.
         noises: BTreeMap<String, NoiseTable>,
+        /// Covariances of noise in the states and in the output by name, for `process_noise` and `observer = "kalman:NAME"`.
+        covariances?: BTreeMap<String, CovariancesTable>,
         /// In a resolved file: the columns of CSV files that `input` and the noises name, by these names.
         columns?: BTreeMap<String, Vec<f64>>,
         /// Feedbacks by name.

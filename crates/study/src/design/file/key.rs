@@ -232,7 +232,7 @@ named_table! {
             words: Template("input noise {} %"),
             ..DISCRETE
         },
-        /// standard deviation of white noise on every state in each step, in open loop
+        /// standard deviation of white noise on every state in each step, in open loop; or a name in `[covariances]`
         ProcessNoise = "process_noise": Entry {
             default: Number(0.0),
             words: Template("process noise {}"),

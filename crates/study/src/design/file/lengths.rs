@@ -42,6 +42,7 @@ impl ExperimentFile {
             ("changes", self.changes.len()),
             ("inputs", self.inputs.len()),
             ("noises", self.noises.len()),
+            ("covariances", self.covariances.len()),
             ("feedbacks", self.feedbacks.len()),
             ("continuous_plants", self.continuous_plants.len()),
             ("signals", self.signals.len()),

@@ -168,7 +168,8 @@ impl schemars::JsonSchema for MethodTable {
             let observer = "The observer of this method's outputs instead of the setting `gain`: dead-beat, \
                 scaled:RHO, poles:LIST; kalman (steady state; its noise known with \"known\", else identified on the \
                 window, as white); kalman-coloured (the same with the colour C / (A D) of the method's own noise \
-                model, not with \"known\"); with \"known\" also kalman-varying (from the covariance of x(0)).";
+                model, not with \"known\"); with \"known\" also kalman-varying (from the covariance of x(0)) and \
+                kalman:NAME (with the covariances of the noise in [covariances.NAME], right or wrong).";
             properties["observer"] = json!({ "description": observer, "anyOf": several(&text) });
             properties["last"] = json!({
                 "description": "How many of the last samples of the window the method sees, a sliding window; all by \
@@ -438,7 +439,7 @@ impl MethodTable {
     }
 
     /// Returns the method's own observer, if a table from [`Self::expand`] has one.
-    fn observer(&self, index: usize) -> Result<Option<ObserverKind>, FileError> {
+    pub(crate) fn observer(&self, index: usize) -> Result<Option<ObserverKind>, FileError> {
         let place = format!("methods[{index}].observer");
         let text = match &self.observer {
             None => return Ok(None),
@@ -452,6 +453,11 @@ impl MethodTable {
         if observer == ObserverKind::KalmanVarying && !known {
             let message =
                 "'kalman-varying' is an observer of estimator 'known' only; expected kalman";
+            return wrong(&place, message);
+        }
+        if let (ObserverKind::KalmanNamed(_), false) = (&observer, known) {
+            let message =
+                format!("'{observer}' is an observer of estimator 'known' only; expected kalman");
             return wrong(&place, message);
         }
         if observer == ObserverKind::KalmanColoured && known {

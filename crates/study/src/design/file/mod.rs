@@ -49,7 +49,9 @@ pub use needs::{MediansTable, Needs, SeriesTable};
 pub use observer_table::{FactorName, ObserverOptions, ObserverTable};
 pub use parse::schema;
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
-pub use tables::{FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
+pub use tables::{
+    CovariancesTable, FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable, StatesTable,
+};
 pub use test_table::{TestTable, TimeOf};
 
 pub(crate) use claim::list;

@@ -1,12 +1,12 @@
 //! The observers of an experiment file in continuous time: each with the options of its kind.
 
 use crate::design::file::table::tables;
-use crate::design::file::{FilterTable, operators};
+use crate::design::file::{CovariancesTable, FilterTable, operators};
 use crate::text;
 use asobench_identification::names::named_enum;
 use asobench_identification::observer::gpebo::{Factor, ObserverSpec, Operator};
-use asobench_identification::observer::{butterworth, care, parse_poles, place};
-use asobench_identification::plant::ContinuousPlant;
+use asobench_identification::observer::{butterworth, care_correlated, parse_poles, place};
+use asobench_identification::plant::{ContinuousPlant, StateNoise};
 use faer::Mat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -103,8 +103,19 @@ tables! {
 
     /// The options of `kalman-bucy`.
     pub struct KalmanBucyOptions {
-        /// Intensity q of the process noise assumed in every state, Q = q I.
+        /// Intensity q of the process noise assumed in every state, Q = q I; with `G` of the noise that enters there.
         process?: Option<f64>,
+        /// Instead: the intensity of the process noise assumed, n rows of n numbers.
+        #[serde(rename = "Q")]
+        intensity?: Option<Vec<Vec<f64>>>,
+        /// Instead, with `process`: n numbers, Q = process G G'.
+        #[serde(rename = "G")]
+        channel?: Option<Vec<f64>>,
+        /// Instead: the root s of the intensity of white noise assumed on the input, Q = s^2 B B'.
+        input?: Option<f64>,
+        /// The intensity of the process noise with that of the measurement, n numbers; zeros if absent.
+        #[serde(rename = "S")]
+        cross?: Option<Vec<f64>>,
         /// Intensity r of the measurement noise assumed.
         measurement: f64,
         /// For the time-varying filter: variance p0 of every component of theta, P(0) = p0 I. Without it the filter is
@@ -201,23 +212,80 @@ fn kalman_bucy(
     xi0: &[f64],
 ) -> Result<ObserverSpec, String> {
     let r = options.measurement;
-    match (options.process, options.prior) {
-        (None | Some(0.0), None) => Err("expected 'process' above 0, or 'prior'".to_owned()),
-        (None | Some(0.0), Some(p0)) => Ok(ObserverSpec::KalmanBucy { p0, r }),
-        (Some(q), Some(p0)) => Ok(ObserverSpec::Filter {
+    match (intensities(options, plant)?, options.prior) {
+        (None, None) => Err("expected 'process' above 0, Q or input, or 'prior'".to_owned()),
+        (None, Some(p0)) => Ok(ObserverSpec::KalmanBucy { p0, r }),
+        (Some((q, s)), Some(p0)) => Ok(ObserverSpec::Filter {
             p0,
             q,
+            s,
             r,
             x0: xi0.to_vec(),
         }),
-        (Some(q), None) => {
-            let n = plant.order();
-            let noise = Mat::from_fn(n, n, |i, j| if i == j { q } else { 0.0 });
-            let solved = care(plant.a(), plant.c(), noise.as_ref(), r);
+        (Some((q, s)), None) => {
+            let solved = care_correlated(plant.a(), plant.c(), q.as_ref(), &s, r);
             let solved = solved.map_err(|error| error.to_string())?;
             Ok(full_order(solved.gain, xi0))
         }
     }
+}
+
+/// Q (n x n) and S (n numbers).
+type Intensities = (Mat<f64>, Vec<f64>);
+
+/// Returns Q and S of a Kalman-Bucy filter; `None` without process noise.
+fn intensities(
+    options: &KalmanBucyOptions,
+    plant: &ContinuousPlant,
+) -> Result<Option<Intensities>, String> {
+    let KalmanBucyOptions {
+        process,
+        intensity,
+        channel,
+        input,
+        cross,
+        measurement,
+        ..
+    } = options;
+    let n = plant.order();
+    let own = [intensity.is_some(), channel.is_some(), input.is_some()];
+    let q = match *process {
+        None | Some(0.0) if own == [false; 3] => {
+            return match cross {
+                None => Ok(None),
+                Some(_) => Err("S: expected process noise beside it".to_owned()),
+            };
+        }
+        Some(q) if own == [false; 3] => {
+            if !(q > 0.0) {
+                let q = text::number(q);
+                return Err(format!("process: {q}; expected an intensity of at least 0"));
+            }
+            Mat::from_fn(n, n, |i, j| if i == j { q } else { 0.0 })
+        }
+        _ => {
+            let table = CovariancesTable {
+                process: intensity.clone(),
+                channel: channel.clone(),
+                variance: *process,
+                input: *input,
+                ..CovariancesTable::default()
+            };
+            let q = table.noise(plant.b());
+            q.map_err(|(key, message)| match key {
+                "" => "expected one of 'process', with G or not, Q and input".to_owned(),
+                "variance" => format!("process: {message}"),
+                _ => format!("{key}: {message}"),
+            })?
+        }
+    };
+    let noise = StateNoise::new(q.as_ref(), Some(*measurement), cross.as_deref());
+    noise.map_err(|error| match error.key() {
+        "R" => format!("measurement: {error}"),
+        key => format!("{key}: {error}"),
+    })?;
+    let cross = cross.clone().unwrap_or_else(|| vec![0.0; n]);
+    Ok(Some((q, cross)))
 }
 
 /// Returns the adaptation gains times their scale. A single gain applies to all components.

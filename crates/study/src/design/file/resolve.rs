@@ -61,6 +61,7 @@ impl ExperimentFile {
                 ("changes", !self.changes.is_empty()),
                 ("inputs", !self.inputs.is_empty()),
                 ("noises", !self.noises.is_empty()),
+                ("covariances", !self.covariances.is_empty()),
                 ("feedbacks", !self.feedbacks.is_empty()),
                 ("parameters", self.parameters),
                 ("coverage", self.coverage),

@@ -5,7 +5,7 @@ use crate::design::file::{Axis, HoldName, Key, Scalar};
 use crate::design::{LoopModel, Measure};
 use asobench_identification::metric::SlopeOf;
 use asobench_identification::model::{LinearModel, Orders};
-use asobench_identification::plant::{StateSpace, TransferFunction};
+use asobench_identification::plant::{ContinuousPlant, OwnStates, StateSpace, TransferFunction};
 use asobench_identification::text::number;
 use std::collections::BTreeMap;
 
@@ -45,10 +45,53 @@ tables! {
         delay?: Option<f64>,
         /// What u(t) is between two samples of a plant in s: "zero" (the last sample) or "linear".
         hold?: Option<HoldName>,
-        /// Initial state, used if the setting x0 is "plant".
+        /// Instead of all these: matrices in states of the plant's own, in discrete time or, with `Ts`, sampled.
+        states?: Option<StatesTable>,
+        /// Initial state, used if the setting x0 is "plant", in the plant's own states where it has a table of them.
         x0?: Option<Vec<f64>>,
         /// Whether the plant is meant to be unstable.
         unstable: bool,
+    }
+
+    /// A plant in states of its own, z(k+1) = A z(k) + B u(k), y(k) = C z(k); with `Ts` z' = A z + B u, sampled with u
+    /// held. Errors are measured of the states x = (C z, C A z, ..., C A^(n-1) z), A that of one sample to the next.
+    pub struct StatesTable {
+        /// A, n rows of n numbers.
+        #[serde(rename = "A")]
+        a: Vec<Vec<f64>>,
+        /// B, n numbers.
+        #[serde(rename = "B")]
+        b: Vec<f64>,
+        /// C, n numbers.
+        #[serde(rename = "C")]
+        c: Vec<f64>,
+        /// The sampling time in seconds of a plant in continuous time.
+        #[serde(rename = "Ts")]
+        sampling_time?: Option<f64>,
+    }
+
+    /// Covariances of white Gaussian noise: w in the plant's states, x(k+1) = A x(k) + b u(k) + w(k), and v in its output,
+    /// y(k) = C x(k) + v(k). The states are those of `[plants.NAME.states]`; of other plants x, with x_1 = y.
+    pub struct CovariancesTable: Default {
+        /// E[w w'], n rows of n numbers; of a plant sampled from its own states the intensity in continuous time, of which
+        /// Van Loan's integral is taken.
+        #[serde(rename = "Q")]
+        process?: Option<Vec<Vec<f64>>>,
+        /// Instead of `Q`: n numbers, Q = variance G G'.
+        #[serde(rename = "G")]
+        channel?: Option<Vec<f64>>,
+        /// The variance of the noise that enters through `G`; of a plant sampled from its own states its intensity.
+        variance?: Option<f64>,
+        /// Instead of `Q`: the standard deviation s of white noise on the plant's input, held as the input is: the
+        /// covariance s^2 b b'.
+        input?: Option<f64>,
+        /// E[v v], the variance of white measurement noise; with `eta = 0` and `noise = "white"`. Without it the
+        /// measurement noise is that of `eta` and `noise`.
+        #[serde(rename = "R")]
+        measurement?: Option<f64>,
+        /// E[w v], n numbers, of a sampled plant too; beside `R`.
+        #[serde(rename = "S")]
+        cross?: Option<Vec<f64>>,
     }
 
     /// A change of the plant during the record, in open loop: to another plant, or by factors. Its last row of A and b
@@ -146,7 +189,8 @@ impl PlantTable {
         ];
         let rows = longest(&[&self.a, &self.b, &self.h, &self.x0]);
         let discrete = longest(&polynomials).saturating_sub(1).max(rows);
-        discrete.max(self.order_in_s())
+        let own = self.states.as_ref().map_or(0, |states| states.a.len());
+        discrete.max(self.order_in_s()).max(own)
     }
 
     /// Returns the plant, from the notation in which it is given.
@@ -158,6 +202,16 @@ impl PlantTable {
         ];
         let polynomials = polynomials.into_iter().any(Option::is_some);
         let rows = [&self.a, &self.b, &self.h].into_iter().any(Option::is_some);
+        if let Some(states) = &self.states {
+            if polynomials || rows || self.is_in_s() {
+                return Err(
+                    "states beside polynomials, a, b, h or a plant in s; expected one of them"
+                        .to_owned(),
+                );
+            }
+            let plant = states.own()?.canonical();
+            return plant.ok_or_else(|| "states: the sampled matrices are not finite".to_owned());
+        }
         match (polynomials, rows, self.is_in_s()) {
             (true, false, false) => self.plant_of_polynomials(),
             (false, false, true) => {
@@ -213,6 +267,22 @@ impl PlantTable {
         };
         let plant = model.plant();
         plant.ok_or_else(|| "a plant's coefficients must be finite numbers".to_owned())
+    }
+}
+
+impl StatesTable {
+    /// Returns the plant in its own states.
+    pub(crate) fn own(&self) -> Result<OwnStates, String> {
+        let plant = ContinuousPlant::new(&self.a, self.b.clone(), self.c.clone());
+        let plant = plant.map_err(|error| format!("states: {error}"))?;
+        match self.sampling_time {
+            None => Ok(OwnStates::discrete(&plant)),
+            Some(time) if time > 0.0 && time.is_finite() => Ok(OwnStates::sampled(&plant, time)),
+            Some(time) => Err(format!(
+                "states.Ts: {}; expected a sampling time above 0, in seconds",
+                number(time)
+            )),
+        }
     }
 }
 
