@@ -72,7 +72,7 @@ pub(super) fn settings(study: &Study, wanted: fn(Key) -> bool) -> (Vec<Row>, Vec
         }
         let unit = match key.entry().unit {
             "" => String::new(),
-            unit => format!(" {unit}"),
+            unit => format!(" ({unit})"),
         };
         let row = row(key.name(), format!("{text}{unit}"));
         if is_default && !ALWAYS.contains(&key) {
