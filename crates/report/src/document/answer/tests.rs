@@ -72,9 +72,9 @@ fn the_winner_is_named_with_its_lead() {
     for part in [
         "Smallest median e_a: oe in 3 of 6 cells, bj in 3. In 1 of the 6 cells the next method ties",
         // The widest: 3 times, error 3 * 0.01 * sqrt(2) = 0.042; the closest: 8.08 / 8 = 1.01.
-        "At eta = 2 %, plant other bj has the smallest median e_a, 2.00(2) %; that of oe, the next, is 3.00(4) times as \
+        "At eta = 2 %, plant other bj has the smallest median e_a, 2.00(2); that of oe, the next, is 3.00(4) times as \
          large.",
-        "At eta = 8 %, plant other bj has the smallest median e_a, 8.00(8) %; that of oe, the next, is 1.01(1) times as \
+        "At eta = 8 %, plant other bj has the smallest median e_a, 8.00(8); that of oe, the next, is 1.01(1) times as \
          large, a tie within 1.96 standard errors.",
     ] {
         assert!(text.contains(part), "no '{part}' in: {text}");
@@ -92,9 +92,9 @@ fn few_cells_have_a_sentence_each() {
     });
     let text = best(&study, Measure::Ea);
     for part in [
-        "At plant nikolov2023 oe has the smallest median e_a, 2.00(2) %; that of mine, the next, is 5.00(7) times as \
+        "At plant nikolov2023 oe has the smallest median e_a, 2.00(2); that of mine, the next, is 5.00(7) times as \
          large.",
-        "At plant other mine has the smallest median e_a, 1.00(1) %; that of oe, the next, is 2.00(3) times as large.",
+        "At plant other mine has the smallest median e_a, 1.00(1); that of oe, the next, is 2.00(3) times as large.",
     ] {
         assert!(text.contains(part), "no '{part}' in: {text}");
     }
