@@ -1,6 +1,7 @@
 //! Pictures of single trials and of many settings, from a run to the file.
 
 use crate::common::PROGRAM;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -96,32 +97,111 @@ fn a_picture_is_written_as_pdf_too() {
         objects += 1;
     }
     assert!(objects > 8, "{tail}");
-    // The texts of the SVG.
+    // The texts of the SVG, by the table of letters of the font that each is set in.
+    let texts = texts_of(&text);
     for words in svg
         .split("</text>")
-        .filter_map(|part| part.rsplit('>').next())
+        .filter_map(|part| part.rsplit_once('>').map(|(_, words)| words))
+        .filter(|words| !words.trim().is_empty() && !words.contains('&'))
     {
-        let plain = words
-            .chars()
-            .all(|c| c.is_ascii_alphanumeric() || " .,%/-".contains(c));
-        assert!(!plain || text.contains(&format!("({words})")), "{words}");
+        assert!(texts.iter().any(|of| of == words), "{words}: {texts:?}");
     }
-    // The codes of WinAnsi.
-    for words in [
-        "/B 18 Tf\n<4772F6DF6520> Tj",
-        "/S 18 Tf\n(s) Tj",
-        "( (x)) Tj",
-    ] {
-        assert!(text.contains(words), "{words}: {text}");
-    }
+    // Every font that is described is in the file.
+    let count = |part: &str| text.matches(part).count();
+    assert_eq!(
+        [count("/Type /FontDescriptor"), count("/FontFile2")],
+        [2, 2]
+    );
+    // 88 mm are 249.4 points, 467.7 units of 8/15 points; a picture has a whole number of them.
+    said(
+        at,
+        &["plot", "all", "--width", "88mm", "--out", "print.pdf"],
+    );
+    said(
+        at,
+        &["plot", "all", "--width", "88mm", "--out", "print.svg"],
+    );
+    let print = std::fs::read(at.join("print.pdf")).expect("a figure");
+    let print: String = print.iter().map(|byte| char::from(*byte)).collect();
+    assert!(print.contains("/MediaBox [0 0 249.6 "), "{print}");
+    let print = std::fs::read_to_string(at.join("print.svg")).expect("a figure");
+    assert!(print.contains(" width=\"249.60pt\""), "{print}");
+    assert!(refused(at, &["plot", "all", "--width", "20mm"]).contains("expected 57mm to 564mm"));
     assert!(text.contains("/Creator (asobench)"));
-    let line = refused(at, &["plot", "all", "--title", "\u{416}", "--out", "f.pdf"]);
+    let line = refused(
+        at,
+        &["plot", "all", "--title", "\u{4e2d}", "--out", "f.pdf"],
+    );
     assert!(
-        line.contains("'\u{416}'") && line.lines().count() == 1,
+        line.contains("'\u{4e2d}'") && line.lines().count() == 1,
         "{line}"
     );
     std::fs::write(at.join("mine.pdf"), "%PDF-1.7").expect("a file");
     assert!(refused(at, &["plot", "all", "--out", "mine.pdf"]).contains("not written by asobench"));
+}
+
+/// The texts of a page whose characters are numbers of two bytes, by the fonts' tables of letters.
+fn texts_of(pdf: &str) -> Vec<String> {
+    let hex = |text: &str| u32::from_str_radix(text, 16).ok();
+    // The fonts come in the order of the tables, R before B.
+    let tables: Vec<BTreeMap<u32, char>> = pdf
+        .split("begincmap")
+        .skip(1)
+        .map(|part| {
+            let part = part.split("endcmap").next().unwrap_or_default();
+            let pairs = part
+                .lines()
+                .filter_map(|line| line.strip_prefix('<')?.strip_suffix('>')?.split_once("> <"));
+            pairs
+                .filter_map(|(code, letter)| Some((hex(code)?, char::from_u32(hex(letter)?)?)))
+                .collect()
+        })
+        .collect();
+    let mut texts = Vec::new();
+    for part in pdf.split(" Tf\n").skip(1) {
+        let before = &pdf[..part.as_ptr() as usize - pdf.as_ptr() as usize - 4];
+        let font = usize::from(
+            before
+                .rsplit('/')
+                .next()
+                .is_some_and(|name| name.starts_with('B')),
+        );
+        let shown = part.split(" Tj").next().unwrap_or_default();
+        let bytes: Vec<u32> = match shown.strip_prefix('<') {
+            Some(codes) => (0..codes.len() / 2)
+                .filter_map(|i| hex(&codes[2 * i..2 * i + 2]))
+                .collect(),
+            None => literal(&shown[1..shown.len() - 1]),
+        };
+        let codes = bytes.chunks(2).map(|pair| 256 * pair[0] + pair[1]);
+        texts.push(codes.map(|code| tables[font][&code]).collect());
+    }
+    texts
+}
+
+/// The bytes of a literal string (ISO 32000-1, section 7.3.4.2).
+fn literal(text: &str) -> Vec<u32> {
+    let mut letters = text.chars();
+    let mut bytes = Vec::new();
+    while let Some(letter) = letters.next() {
+        let escaped = if letter == '\\' { letters.next() } else { None };
+        bytes.push(match escaped {
+            None => u32::from(letter),
+            Some('n') => 10,
+            Some('r') => 13,
+            Some('t') => 9,
+            Some('b') => 8,
+            Some('f') => 12,
+            Some(digit) if digit.is_ascii_digit() => {
+                let rest = letters.by_ref().take(2);
+                rest.fold(u32::from(digit) - 48, |sum, of| {
+                    8 * sum + u32::from(of) - 48
+                })
+            }
+            Some(same) => u32::from(same),
+        });
+    }
+    bytes
 }
 
 /// The share above each panel of a zip plot is the coverage that summary.json has, which was counted while the study

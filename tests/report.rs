@@ -207,8 +207,9 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     for name in &latex {
         check_latex(name, &text(name));
     }
-    // Of each study overview and bounds, of one slopes, of the other two claims; the verdicts.
-    assert_eq!(latex.len(), 2 + 2 + 1 + 2 + 1, "{latex:?}");
+    // Of each study overview and bounds, of one slopes, of the other two claims; the verdicts; of three measures medians
+    // by cells and methods.
+    assert_eq!(latex.len(), 2 + 2 + 1 + 2 + 1 + 3, "{latex:?}");
     compile(
         folder.path(),
         &latex.iter().map(|name| text(name)).collect::<Vec<_>>(),

@@ -20,11 +20,13 @@ use std::sync::atomic::AtomicBool;
 /// Columns in a line.
 pub(super) const WIDTH: usize = 80;
 
-/// Returns the text on what was computed and its results, and separately the verdicts.
+/// Returns the text on what was computed and its results, and separately the verdicts: on one screen, or those of every
+/// claim in full.
 pub(super) fn results(
     path: &Path,
     file: &ExperimentFile,
     summary: &Summary,
+    every_claim: bool,
 ) -> Result<(String, String), Error> {
     let cells = summary.cells.len();
     let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
@@ -34,7 +36,11 @@ pub(super) fn results(
         some => format!("solves that needed pivoting (no effect on results): {some}\n"),
     };
     let study = Study::of_run(path, file, summary).map_err(failed)?;
-    let verdicts = terminal::verdicts(&study);
+    let verdicts = if every_claim {
+        terminal::verdicts(&study)
+    } else {
+        terminal::short_verdicts(&study)
+    };
     let gap = if verdicts.is_empty() { "" } else { "\n" };
     let done = [
         count(cells as u64, "cell"),

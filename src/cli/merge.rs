@@ -73,7 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                     word(&out)
                 ));
             }
-            let (text, verdicts) = results(&out, &experiment.file, &summary)?;
+            let (text, verdicts) = results(&out, &experiment.file, &summary, false)?;
             print_with_verdicts(&text, &verdicts)?;
             Ok(ExitCode::SUCCESS)
         }

@@ -6,6 +6,7 @@ use super::output::print;
 use crate::files::{self, Kind};
 use crate::metric::Statistic;
 use crate::names::{UnknownName, here};
+use crate::report::plot::Drawing;
 use crate::report::{Chosen, FigureKind, Mark, Study, chosen_figure, held};
 use crate::study::Measure;
 use crate::study::file::Key;
@@ -64,9 +65,10 @@ pub(super) struct Arguments {
     /// The title
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
-    /// The width, where a letter of a label is 15 high: 900, and 440 for a narrow column
-    #[arg(long, value_name = "UNITS", value_parser = clap::value_parser!(u16).range(300..=3000))]
-    width: Option<u16>,
+    /// The width in print, where labels have 8 points: 88mm for one column, 180mm for two; or in
+    /// units of a screen, where labels have 15: 900, and 440 for a narrow one
+    #[arg(long, value_name = "WIDTH", value_parser = width)]
+    width: Option<Width>,
     /// A logarithmic y axis [default: as the measure is]
     #[arg(long, conflicts_with = "linear")]
     log: bool,
@@ -85,6 +87,22 @@ pub(super) struct Arguments {
 fn setting(given: &str) -> Result<Key, UnknownName> {
     let known: Vec<&str> = Key::ALL.iter().map(|key| key.name()).collect();
     here(given, &known).unwrap_or(given).parse()
+}
+
+/// A width in units of which a label has 15, and whether it is for print.
+type Width = (f64, bool);
+
+/// 300 to 3000 units, or as many millimetres as these are in print.
+fn width(given: &str) -> Result<Width, String> {
+    let millimetres = given.strip_suffix("mm");
+    let number = millimetres.unwrap_or(given).trim().parse::<f64>().ok();
+    let units = match millimetres {
+        Some(_) => number.map(Drawing::units_of_print),
+        None => number,
+    };
+    let units = units.filter(|units| (300.0..=3000.0).contains(units));
+    let width = units.map(|units| (units, millimetres.is_some()));
+    width.ok_or_else(|| "expected 57mm to 564mm, or 300 to 3000 units".to_owned())
 }
 
 /// A measure; a statistic of one is named as such.
@@ -122,12 +140,16 @@ pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
         marks: arguments.mark,
         without: arguments.without,
         coefficient: arguments.coefficient,
-        width: arguments.width.map(f64::from),
+        width: arguments.width.map(|(units, _)| units),
         outputs: arguments.method,
         title: arguments.title,
         logarithmic: (arguments.log || arguments.linear).then_some(arguments.log),
     };
     let (name, picture, caption) = chosen_figure(&study, &chosen).map_err(Error::Input)?;
+    let picture = match arguments.width {
+        Some((_, true)) => picture.for_print(),
+        _ => picture,
+    };
     let path = arguments
         .out
         .unwrap_or_else(|| format!("{name}.svg").into());

@@ -45,6 +45,9 @@ pub(super) struct Arguments {
     /// Run it even if `check` expects too little memory or disk
     #[arg(long)]
     anyway: bool,
+    /// Print the sentence of every claim, even where these fill more than a screen
+    #[arg(long)]
+    every_claim: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -200,7 +203,7 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
         }
         timing::measure(&experiment, &path, &stop)?;
     }
-    let (text, verdicts) = results(&path, &experiment.file, &summary)?;
+    let (text, verdicts) = results(&path, &experiment.file, &summary, arguments.every_claim)?;
     print_with_verdicts(&text, &verdicts)?;
     Ok(ExitCode::SUCCESS)
 }

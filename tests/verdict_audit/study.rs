@@ -75,7 +75,11 @@ pub fn file(
 
 /// Runs a file in a folder and returns the verdicts in the order of the claims, each with its sentence.
 pub fn verdicts(folder: &Path, arguments: &[&str]) -> Vec<(Verdict, String)> {
-    let run = [&["run", "study.toml", "--allow-commands"], arguments].concat();
+    let run = [
+        &["run", "study.toml", "--allow-commands", "--every-claim"],
+        arguments,
+    ]
+    .concat();
     let output = asobench_in(folder, &run);
     assert!(output.status.success(), "{run:?}: {}", stderr(&output));
     let mut found: Vec<(Verdict, String)> = Vec::new();

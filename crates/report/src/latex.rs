@@ -52,12 +52,27 @@ fn number(text: &str) -> String {
     }
 }
 
+/// The same in bold; of a number the mathematics, too.
+fn bold(latex: &str) -> String {
+    match latex
+        .strip_prefix('$')
+        .and_then(|rest| rest.strip_suffix('$'))
+    {
+        Some(number) => format!("$\\mathbf{{{number}}}$"),
+        None => format!("\\textbf{{{latex}}}"),
+    }
+}
+
 fn cell(column: &Column, cell: Option<&CellText>) -> String {
     let text = cell.map_or("", |cell| cell.text.as_str());
-    if column.numeric {
+    let latex = if column.numeric {
         number(text)
     } else {
         escaped(text)
+    };
+    match cell {
+        Some(cell) if cell.best => bold(&latex),
+        _ => latex,
     }
 }
 
@@ -184,7 +199,7 @@ mod tests {
         let mut table = Table::new("Errors in units of the last digit.", columns);
         table.row([
             CellText::text("[iv]"),
-            CellText::number("0.0879(5)", 0.0879),
+            CellText::number("0.0879(5)", 0.0879).best(true),
         ]);
         table.row([CellText::text(
             "a text that is longer than thirty characters",
@@ -194,7 +209,7 @@ mod tests {
             \\caption{100 \\%. Errors in units of the last digit.}\n\\label{tab:a-b-c}\n\\small\n\
             \\begin{tabular}{p{0.45\\linewidth}r}\n\\toprule\n\
             output & \\begin{tabular}[b]{@{}r@{}}median\\\\e\\_a\\\\(\\%)\\end{tabular} \\\\\n\\midrule\n\
-            {[}iv] & $0.0879(5)$ \\\\\na text that is longer than thirty characters &  \\\\\n\
+            {[}iv] & $\\mathbf{0.0879(5)}$ \\\\\na text that is longer than thirty characters &  \\\\\n\
             \\bottomrule\n\\end{tabular}\n\\end{table}\n";
         assert_eq!(table.latex("a%b_c", "100 %."), expected);
     }

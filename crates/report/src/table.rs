@@ -67,6 +67,8 @@ pub struct CellText {
     pub verdict: Option<Verdict>,
     /// The target of a link: `#id` of a section, or a file beside the page.
     pub link: Option<String>,
+    /// Whether it is the best of its row, shown in bold.
+    pub best: bool,
 }
 
 impl CellText {
@@ -84,6 +86,13 @@ impl CellText {
             sort_value: value.is_finite().then_some(value),
             ..Self::text(text)
         }
+    }
+
+    /// Returns the cell, marked where it is the best of its row.
+    #[must_use]
+    pub fn best(mut self, best: bool) -> Self {
+        self.best = best;
+        self
     }
 
     /// A verdict as a badge; cells are sorted from "holds" to "undecided".

@@ -1,10 +1,13 @@
 //! The final output of a run on a terminal: its first measures by cells and outputs, at most one screen, and the
 //! verdict on every claim.
 
+use super::document::answer::winners;
 use super::document::lead::{lead_outputs, measures, shown_at_the_end};
 use super::results::Study;
+use super::verdict_table::per_cent;
 use asobench_identification::metric::{Quantile, Share};
-use asobench_identification::number::{quantile, uncertain};
+use asobench_identification::number::quantile;
+use asobench_study::claim::{Judged, Verdict};
 use asobench_study::study::{CellSummary, Measure, OutputSummary};
 use asobench_study::text::{shell_word, visible, wrap};
 
@@ -49,6 +52,58 @@ pub fn verdicts(study: &Study) -> String {
     lines.chain(tested).collect()
 }
 
+/// The verdicts on one screen: as [`verdicts`] if that fits, otherwise a line for each claim that is decided and a count
+/// of the others.
+pub fn short_verdicts(study: &Study) -> String {
+    let all = verdicts(study);
+    if all.lines().count() <= LINES {
+        return all;
+    }
+    let (open, decided): (Vec<&Judged>, Vec<&Judged>) = study
+        .judged
+        .iter()
+        .partition(|claim| claim.verdict == Verdict::Undecided);
+    let mut text: String = decided.into_iter().map(in_one_line).collect();
+    if !open.is_empty() {
+        let more = open
+            .iter()
+            .filter_map(|claim| claim.needed.as_ref())
+            .count();
+        let more = match more {
+            0 => String::new(),
+            count => format!("; more trials would decide {count} of them"),
+        };
+        let count = open.len();
+        let claims = if count == 1 { "claim is" } else { "claims are" };
+        text.push_str(&wrap(
+            &format!("{count} {claims} undecided{more}."),
+            WIDTH,
+            "",
+        ));
+    }
+    text.extend(study.tested().map(|line| wrap(&line, WIDTH, "")));
+    let folder = visible(shell_word(study.folder.display()));
+    text + &format!("The numbers behind every claim: asobench report {folder}\n")
+}
+
+/// A claim as a line: its verdict, the cells that pass and fail, and as much of its text as a terminal shows.
+fn in_one_line(claim: &Judged) -> String {
+    let count = |says: &str| claim.cells.iter().filter(|cell| cell.says == says).count();
+    let [pass, fail] = ["pass", "fail"].map(count);
+    let line = format!(
+        "{}  {}: {pass} of {} cells pass, {fail} fail. {}",
+        claim.id,
+        claim.verdict,
+        claim.cells.len(),
+        claim.text
+    );
+    let line = visible(line.trim_end());
+    match line.char_indices().nth(WIDTH) {
+        Some(_) => line.chars().take(WIDTH - 3).collect::<String>() + "...\n",
+        None => line + "\n",
+    }
+}
+
 /// The outputs: all in order if they are few, otherwise those named by claims and one of each estimator.
 fn outputs(study: &Study) -> Vec<String> {
     let labels = study.labels();
@@ -75,8 +130,14 @@ fn notes(study: &Study) -> String {
             ));
         }
     }
-    notes.push_str(&wrap(&worst(study), WIDTH, "  "));
-    notes.extend(first_failed(study));
+    let most = most_lost(study);
+    notes.push_str(&wrap(&worst(study, most), WIDTH, "  "));
+    notes.extend(first_failed(study, most));
+    let first = shown_at_the_end(study).into_iter().next();
+    let best = first.map_or_else(String::new, |of| winners(study, of));
+    if !best.is_empty() {
+        notes.push_str(&wrap(&visible(best), WIDTH, "  "));
+    }
     notes
 }
 
@@ -94,22 +155,20 @@ fn lost(output: &OutputSummary) -> Share {
     Share::new(output.outcomes.lost_trials().0, output.outcomes.trials)
 }
 
-/// A share in per cent with its standard error; where that is not known, with the decimals that one trial makes.
-fn per_cent(share: Share) -> String {
-    let value = 100.0 * share.share;
-    if share.mcse.is_nan() && share.count > 0 {
-        let decimals = (share.total as f64 / 100.0).log10().ceil().max(0.0);
-        return format!("{value:.0$}", decimals as usize);
-    }
-    uncertain(value, 100.0 * share.mcse)
-}
+/// A cell and one of its outputs.
+type Place<'a> = (&'a CellSummary, &'a OutputSummary);
 
-/// The output and cell with the largest share of lost trials.
-fn worst(study: &Study) -> String {
+/// The output and cell with the largest share of lost trials, if any was lost.
+fn most_lost(study: &Study) -> Option<Place<'_>> {
     let worst = study
         .all_outputs()
         .max_by(|a, b| lost(a.1).share.total_cmp(&lost(b.1).share));
-    let Some((cell, output)) = worst.filter(|(_, output)| lost(output).count > 0) else {
+    worst.filter(|(_, output)| lost(output).count > 0)
+}
+
+/// Where most trials are lost.
+fn worst(study: &Study, most: Option<Place<'_>>) -> String {
+    let Some((cell, output)) = most else {
         return "No trial was lost.".to_owned();
     };
     let place = cell.place().words(&study.varying());
@@ -121,17 +180,32 @@ fn worst(study: &Study) -> String {
     ))
 }
 
-/// The command that replays the first failed trial of the cell and output with the largest share of failed trials, as
-/// one line.
-fn first_failed(study: &Study) -> Option<String> {
-    let listed = study
-        .all_outputs()
-        .filter(|(_, output)| !output.outcomes.failed_trials.is_empty());
-    let (cell, output) = listed.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share))?;
-    let trials = output.outcomes.failed_trials.values();
-    let first = trials.flatten().min()?;
-    let command = study.replay_command(cell.cell, *first);
-    Some(visible(format!("To see a failed trial: {command}")) + "\n")
+/// The command that replays a failed trial, as one line: of the output and cell that lose most trials, or where none
+/// of these failed (they are unstable), of those with most failures, which it names.
+fn first_failed(study: &Study, most: Option<Place<'_>>) -> Option<String> {
+    let first = |(_, output): &Place<'_>| {
+        output
+            .outcomes
+            .failed_trials
+            .values()
+            .flatten()
+            .min()
+            .copied()
+    };
+    let own = most.filter(|place| first(place).is_some());
+    let listed = study.all_outputs().filter(|place| first(place).is_some());
+    let place =
+        own.or_else(|| listed.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share)))?;
+    let (cell, output) = place;
+    let command = study.replay_command(cell.cell, first(&place)?);
+    let whose = match own {
+        Some(_) => String::new(),
+        None => match cell.place().words(&study.varying()).as_str() {
+            "" => format!(" of {}", output.label()),
+            words => format!(" of {} at {words}", output.label()),
+        },
+    };
+    Some(visible(format!("To see a failed trial{whose}: {command}")) + "\n")
 }
 
 /// A group of columns: the medians of a measure, or without one the lost trials.

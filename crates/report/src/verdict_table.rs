@@ -1,6 +1,6 @@
 //! The verdict table, at most 80 columns wide.
 
-use super::number::uncertain_within;
+use super::number::{uncertain, uncertain_within};
 use super::table::{CellText, Column, Table};
 use asobench_identification::metric::{Quantile, Share, Statistics};
 use asobench_study::study::{BoundSummary, CellSummary, OutputShare, Summary};
@@ -89,6 +89,20 @@ pub fn share(met: Share) -> String {
             percent(met.share),
             percent(met.mcse)
         )
+    }
+}
+
+/// A share in per cent with its binomial standard error: `9(3)`, and `1(1)` for one trial of 100; `0` and `100` where no
+/// trial or every trial counts, which have none.
+pub(crate) fn per_cent(of: Share) -> String {
+    match of.count {
+        _ if of.total == 0 => "-".to_owned(),
+        0 => "0".to_owned(),
+        count if count == of.total => "100".to_owned(),
+        _ => {
+            let error = (of.share * (1.0 - of.share) / of.total as f64).sqrt();
+            uncertain(100.0 * of.share, 100.0 * error)
+        }
     }
 }
 

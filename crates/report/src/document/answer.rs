@@ -1,104 +1,454 @@
-//! The results of a study in sentences with numbers.
+//! The answer of a study: which method is best in each cell and by how much, who loses trials, and how the error
+//! depends on the settings. Every sentence names its method and its cells.
 
+use super::columns::Columns;
+use super::extremes::LongTable;
 use super::layout::x_key;
-use super::lead::lead_figures;
+use super::lead::{lead_figures, lead_outputs};
+use crate::html::CellText;
 use crate::results::{Study, place, words};
-use asobench_identification::metric::Quantile;
-use asobench_identification::number::uncertain;
+use crate::verdict_table::per_cent;
+use asobench_identification::metric::{Quantile, Share, Z};
+use asobench_identification::number::{quantile, uncertain};
 use asobench_study::study::file::Key;
-use asobench_study::study::{Better, CellSummary, Measure};
+use asobench_study::study::{Better, CellSummary, Measure, measure};
+use asobench_study::text::grouped;
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
+/// Largest number of cells that get a sentence each.
+const CELLS: usize = 4;
+/// Largest number of methods whose lost trials get a sentence each, those with most first.
+const METHODS: usize = 12;
+/// Largest number of methods that are named as best.
+const WINNERS: usize = 3;
+/// Largest number of settings whose effect is told.
+const SETTINGS: usize = 4;
+
+/// The caveat of a comparison of two medians.
+const ERROR: &str = "Errors of ratios and differences treat the two medians as independent, although all cells and \
+    methods share their random numbers: with alike methods they are too large.";
+
 /// All sentences.
-pub(super) fn in_numbers(study: &Study) -> String {
-    let (Some(measure), Some(output)) = (lead_figures(study).first().copied(), study.main_output())
-    else {
-        return "No output has a measure in any cell.".to_owned();
+pub(super) fn in_numbers(study: &Study) -> Vec<String> {
+    let Some(measure) = lead_figures(study).first().copied() else {
+        return vec!["No output has a measure in any cell.".to_owned()];
     };
-    let mut text = format!("In numbers: {}", extremes(study, measure, &output));
-    text.push_str(&best(study, measure, &output));
-    text.push_str(&paired(study, measure));
-    text.push_str(&failures(study));
+    let mut all = vec![best(study, measure), lost(study), depends(study, measure)];
+    all.push(paired(study, measure));
+    all.retain(|text| !text.is_empty());
+    all
+}
+
+/// The median of a method in a cell.
+#[derive(Clone, Copy)]
+struct Of<'a> {
+    label: &'a str,
+    median: Quantile,
+}
+
+/// A cell with its methods, the best first; those without a median are left out.
+struct Ranked<'a> {
+    cell: &'a CellSummary,
+    methods: Vec<Of<'a>>,
+}
+
+/// The cells that can be compared: those with noise, if any has, with at least one median.
+fn ranked<'a>(study: &'a Study, labels: &'a [(usize, String)], of: Measure) -> Vec<Ranked<'a>> {
+    let order = |a: &Of<'_>, b: &Of<'_>| match of.entry().better {
+        Better::Larger => b.median.value.total_cmp(&a.median.value),
+        _ => a.median.value.total_cmp(&b.median.value),
+    };
+    let cells = study.summary.cells.iter();
+    let cells = cells.filter(|cell| !study.is_quiet(cell)).map(|cell| {
+        let medians = labels.iter().filter_map(|(_, label)| {
+            let median = study.statistics(cell, label, of)?.q50;
+            let known = median.value.is_finite() && !median.lost;
+            known.then_some(Of { label, median })
+        });
+        let mut methods: Vec<Of<'_>> = medians.collect();
+        methods.sort_by(order);
+        Ranked { cell, methods }
+    });
+    cells.filter(|of| !of.methods.is_empty()).collect()
+}
+
+/// Two medians compared: their ratio for a positive error, else their difference; the standard error; the value of two
+/// equal ones.
+struct Lead {
+    value: f64,
+    error: f64,
+    equal: f64,
+}
+
+impl Lead {
+    /// `later` over, or minus, `first`.
+    fn new(first: Quantile, later: Quantile, of: Measure) -> Self {
+        let is_ratio = of.entry().scale == measure::Scale::Log && first.value > 0.0;
+        if is_ratio {
+            let value = later.value / first.value;
+            let error = value
+                * (first.mcse / first.value).hypot(later.mcse / later.value.max(f64::MIN_POSITIVE));
+            Self {
+                value,
+                error,
+                equal: 1.0,
+            }
+        } else {
+            let value = later.value - first.value;
+            Self {
+                value,
+                error: first.mcse.hypot(later.mcse),
+                equal: 0.0,
+            }
+        }
+    }
+
+    fn text(&self) -> String {
+        uncertain(self.value, self.error)
+    }
+
+    /// Whether the two may be equal, by 1.96 standard errors.
+    fn is_tie(&self) -> bool {
+        (self.value - self.equal).abs() <= Z * self.error
+    }
+
+    /// "1.53(2) times as large", or "0.12(3) % larger".
+    fn words(&self, unit: &str) -> String {
+        if self.equal > 0.0 {
+            return format!("{} times as large", self.text());
+        }
+        let than = if self.value < 0.0 {
+            "smaller"
+        } else {
+            "larger"
+        };
+        let value = uncertain(self.value.abs(), self.error);
+        format!("{} {than}", with_unit(&value, unit))
+    }
+}
+
+fn with_unit(value: &str, unit: &str) -> String {
+    format!("{value} {unit}").trim_end().to_owned()
+}
+
+/// "at eta = 2 %, N = 98", or "in the one cell".
+fn at(cell: &CellSummary, keys: &[Key]) -> String {
+    match place(cell, keys).as_str() {
+        "" => "in the one cell".to_owned(),
+        place => format!("at {place}"),
+    }
+}
+
+/// The words for the best of a measure.
+fn superlative(of: Measure) -> &'static str {
+    match of.entry().better {
+        Better::Larger => "largest",
+        _ => "smallest",
+    }
+}
+
+/// Who is best where, and by how much; empty where nothing can be compared.
+fn best(study: &Study, of: Measure) -> String {
+    let labels = lead_outputs(study);
+    let all = ranked(study, &labels, of);
+    if of.entry().better == Better::Neither || all.iter().all(|cell| cell.methods.len() < 2) {
+        return String::new();
+    }
+    let (keys, unit) = (study.varying(), of.entry().unit);
+    let (most, name) = (superlative(of), of.label());
+    let sentence = |ranked: &Ranked<'_>| {
+        let place = at(ranked.cell, &keys);
+        let [first, rest @ ..] = ranked.methods.as_slice() else {
+            return String::new();
+        };
+        let median = with_unit(&uncertain(first.median.value, first.median.mcse), unit);
+        let begin = format!(
+            "{place} {} has the {most} median {name}, {median}",
+            first.label
+        );
+        match rest.first() {
+            None => format!("{begin}, and no other method has a median"),
+            Some(next) => {
+                let lead = Lead::new(first.median, next.median, of);
+                let tie = if lead.is_tie() {
+                    ", a tie within 1.96 standard errors"
+                } else {
+                    ""
+                };
+                format!(
+                    "{begin}; that of {}, the next, is {}{tie}",
+                    next.label,
+                    lead.words(unit)
+                )
+            }
+        }
+    };
+    let sentences = |cells: &[&Ranked<'_>]| {
+        let all = cells.iter().map(|cell| capital(&sentence(cell)) + ".");
+        all.collect::<Vec<_>>().join(" ")
+    };
+    if all.len() <= CELLS {
+        return format!("{} {ERROR}", sentences(&all.iter().collect::<Vec<_>>()));
+    }
+    let mut text = wins(&all, of) + " ";
+    // The clearest and the closest lead.
+    let lead = |ranked: &&Ranked<'_>| match ranked.methods.as_slice() {
+        [first, next, ..] => Some(Lead::new(first.median, next.median, of)),
+        _ => None,
+    };
+    let mut known: Vec<&Ranked<'_>> = all.iter().filter(|cell| lead(cell).is_some()).collect();
+    let size = |cell: &&Ranked<'_>| lead(cell).map_or(0.0, |lead| (lead.value - lead.equal).abs());
+    known.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    if let [widest, .., closest] = known.as_slice() {
+        text.push_str(&format!(
+            "The widest and the closest lead: {}",
+            sentences(&[*widest, *closest])
+        ));
+    }
+    format!("{text} {ERROR}")
+}
+
+/// The methods that are best, by their number of cells; empty where nothing can be compared.
+pub(crate) fn winners(study: &Study, of: Measure) -> String {
+    let labels = lead_outputs(study);
+    let all = ranked(study, &labels, of);
+    if of.entry().better == Better::Neither || all.iter().all(|cell| cell.methods.len() < 2) {
+        return String::new();
+    }
+    wins(&all, of)
+}
+
+/// "Smallest median e_a: oe in 5 of 6 cells, bj in 1. In 2 of the 6 the next method is as good within ...".
+fn wins(all: &[Ranked<'_>], of: Measure) -> String {
+    let mut wins: Vec<(&str, usize)> = Vec::new();
+    let mut ties = 0;
+    for ranked in all {
+        let [first, rest @ ..] = ranked.methods.as_slice() else {
+            continue;
+        };
+        match wins.iter_mut().find(|(label, _)| *label == first.label) {
+            Some((_, count)) => *count += 1,
+            None => wins.push((first.label, 1)),
+        }
+        let tie = rest
+            .first()
+            .is_some_and(|next| Lead::new(first.median, next.median, of).is_tie());
+        ties += usize::from(tie);
+    }
+    wins.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    let total = all.len();
+    let each = wins.iter().take(WINNERS).enumerate();
+    let each = each.map(|(i, (label, count))| match i {
+        _ if total == 1 => (*label).to_owned(),
+        0 => format!("{label} in {count} of {total} cells"),
+        _ => format!("{label} in {count}"),
+    });
+    let others = wins.iter().skip(WINNERS);
+    let others = match others.map(|(_, count)| count).sum::<usize>() {
+        0 => String::new(),
+        rest => format!(", {} other methods in {rest}", wins.len() - WINNERS),
+    };
+    let ties = match ties {
+        0 => String::new(),
+        _ if total == 1 => " The next method ties with it within 1.96 standard errors.".to_owned(),
+        ties => format!(
+            " In {ties} of the {total} cells the next method ties with the best within 1.96 standard errors."
+        ),
+    };
+    let each = each.collect::<Vec<_>>().join(", ");
+    format!(
+        "{} median {}: {each}{others}.{ties}",
+        capital(superlative(of)),
+        of.label()
+    )
+}
+
+/// The text with its first letter in upper case.
+pub(super) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(char::to_uppercase);
+    first.into_iter().flatten().chain(letters).collect()
+}
+
+/// The lost trials of a method over all cells, and the cell where it loses most.
+struct Lost<'a> {
+    label: &'a str,
+    all: Share,
+    most: (&'a CellSummary, Share),
+}
+
+/// The lost trials of every method: of outputs with several passes the last.
+fn lost(study: &Study) -> String {
+    let keys = study.varying();
+    let mut all: Vec<Lost<'_>> = last_passes(study)
+        .into_iter()
+        .filter_map(|label| {
+            let shares: Vec<(&CellSummary, Share)> = study
+                .summary
+                .cells
+                .iter()
+                .filter_map(|cell| {
+                    let outcomes = &study.output(cell, label)?.outcomes;
+                    Some((cell, Share::new(outcomes.lost_trials().0, outcomes.trials)))
+                })
+                .collect();
+            let sum = |of: fn(&Share) -> u64| shares.iter().map(|(_, share)| of(share)).sum();
+            let most = shares
+                .iter()
+                .max_by(|a, b| a.1.share.total_cmp(&b.1.share))?;
+            let all = Share::new(sum(|share| share.count), sum(|share| share.total));
+            Some(Lost {
+                label,
+                all,
+                most: *most,
+            })
+        })
+        .collect();
+    all.sort_by(|a, b| {
+        b.all
+            .share
+            .partial_cmp(&a.all.share)
+            .unwrap_or(Ordering::Equal)
+    });
+    let (losing, none): (Vec<Lost<'_>>, Vec<Lost<'_>>) =
+        all.into_iter().partition(|of| of.all.count > 0);
+    let sentence = |of: &Lost<'_>| {
+        let most = match place(of.most.0, &keys).as_str() {
+            "" => String::new(),
+            place => format!(", most at {place}: {} %", per_cent(of.most.1)),
+        };
+        let total = grouped(of.all.total);
+        format!(
+            " {} loses {} % of its {total} trials{most}.",
+            of.label,
+            per_cent(of.all)
+        )
+    };
+    let mut text = "Lost trials, which fail or leave an unstable model:".to_owned();
+    text.extend(losing.iter().take(METHODS).map(sentence));
+    if let Some(next) = losing.get(METHODS) {
+        let more = losing.len() - METHODS;
+        text.push_str(&format!(
+            " {more} more lose at most {} % each.",
+            per_cent(next.all)
+        ));
+    }
+    let named: Vec<&str> = none.iter().take(METHODS).map(|of| of.label).collect();
+    match (named.as_slice(), none.len() - named.len()) {
+        ([], _) => {}
+        (names, 0) => text.push_str(&format!(" None: {}.", names.join(", "))),
+        (names, more) => text.push_str(&format!(" None: {} and {more} more.", names.join(", "))),
+    }
     text
 }
 
-fn text(median: Quantile) -> String {
-    uncertain(median.value, median.mcse)
+/// The last output of each method, in order of appearance.
+fn last_passes(study: &Study) -> Vec<&String> {
+    let Some(cell) = study.summary.cells.first() else {
+        return Vec::new();
+    };
+    let outputs = cell.outputs.iter().zip(study.labels());
+    let last = |i: usize, name: &str| {
+        !cell.outputs[i + 1..]
+            .iter()
+            .any(|later| later.estimator == name)
+    };
+    let kept = outputs
+        .enumerate()
+        .filter(|(i, (output, _))| last(*i, &output.estimator));
+    kept.map(|(_, (_, label))| label).collect()
 }
 
-/// The smallest and the largest median over the cells.
-fn extremes(study: &Study, measure: Measure, output: &str) -> String {
-    let keys = study.varying();
-    let mut cells: Vec<(&CellSummary, Quantile)> = study
+/// How the median of the method that is best in most cells changes from the first to the last value of each setting.
+fn depends(study: &Study, of: Measure) -> String {
+    let labels = lead_outputs(study);
+    let cells = ranked(study, &labels, of);
+    let mut wins: BTreeMap<&str, usize> = BTreeMap::new();
+    for label in cells
+        .iter()
+        .filter_map(|cell| Some(cell.methods.first()?.label))
+    {
+        *wins.entry(label).or_default() += 1;
+    }
+    let winner = wins
+        .into_iter()
+        .max_by_key(|(_, count)| *count)
+        .map(|(label, _)| label.to_owned());
+    let winner = winner.filter(|_| of.entry().better != Better::Neither);
+    let Some(label) = winner.or_else(|| study.main_output()) else {
+        return String::new();
+    };
+    let mut keys = study.varying();
+    // The setting along x of the figures comes first.
+    let first = x_key(study);
+    keys.sort_by_key(|key| Some(*key) != first);
+    keys.retain(|key| {
+        *key != Key::Claim && (study.is_numeric(*key) || study.values(*key).len() == 2)
+    });
+    let told = keys.into_iter().take(SETTINGS);
+    let told: Vec<String> = told
+        .filter_map(|key| effect(study, of, &label, key))
+        .collect();
+    told.join(" ")
+}
+
+/// A cell at an end of a setting's values, with its median.
+type End<'a> = (&'a CellSummary, Quantile);
+
+/// "From eta = 2 % to eta = 30 % the median e_a of oe is multiplied by 14.8(4) (plant a) to 15.2(3) (plant b)."
+fn effect(study: &Study, of: Measure, label: &str, key: Key) -> Option<String> {
+    let values = study.values(key);
+    let [from, .., to] = values else { return None };
+    let mut others = study.varying();
+    others.retain(|other| *other != key);
+    let ends = [0, values.len() - 1];
+    let mut groups: BTreeMap<Vec<usize>, [Option<End<'_>>; 2]> = BTreeMap::new();
+    for cell in study
         .summary
         .cells
         .iter()
-        .filter_map(|cell| Some((cell, study.statistics(cell, output, measure)?.q50)))
-        .collect();
-    cells.retain(|(_, median)| median.value.is_finite());
-    cells.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-    let name = measure.label();
-    match cells.as_slice() {
-        [] => format!("{output} has no {name} in any cell."),
-        [(_, median)] => format!("the median {name} of {output} is {}.", text(*median)),
-        [(low, least), .., (high, most)] => format!(
-            "the median {name} of {output} is from {} ({}) to {} ({}).",
-            text(*least),
-            place(low, &keys),
-            text(*most),
-            place(high, &keys)
-        ),
-    }
-}
-
-/// The value on the main axis at which the measure is best, over the combinations of the other settings.
-fn best(study: &Study, measure: Measure, output: &str) -> String {
-    if measure.entry().better == Better::Neither {
-        return String::new();
-    }
-    let Some(key) = x_key(study).filter(|key| *key != Key::Claim && study.values(*key).len() > 2)
-    else {
-        return String::new();
-    };
-    let others: Vec<Key> = study
-        .varying()
-        .into_iter()
-        .filter(|other| *other != key)
-        .collect();
-    let mut groups: BTreeMap<Vec<usize>, Vec<&CellSummary>> = BTreeMap::new();
-    for cell in &study.summary.cells {
-        let group = others.iter().map(|key| study.place(cell, *key));
-        groups.entry(group.collect()).or_default().push(cell);
-    }
-    let mut wins = vec![0; study.values(key).len()];
-    for cells in groups.values() {
-        let defined = cells
+        .filter(|cell| !study.is_quiet(cell))
+    {
+        let Some(end) = ends.iter().position(|end| *end == study.place(cell, key)) else {
+            continue;
+        };
+        let median = study.statistics(cell, label, of).map(|of| of.q50);
+        let median = median.filter(|median| median.value.is_finite() && !median.lost);
+        let group = others
             .iter()
-            .filter_map(|cell| {
-                let statistics = study.statistics(cell, output, measure)?;
-                Some((cell, statistics.q50.value))
-            })
-            .filter(|(_, x)| x.is_finite());
-        let compared = |a: f64, b: f64| match measure.entry().better {
-            Better::Larger => b.total_cmp(&a),
-            _ => a.total_cmp(&b),
-        };
-        if let Some((cell, _)) = defined.min_by(|a, b| compared(a.1, b.1)) {
-            wins[study.place(cell, key)] += 1;
-        }
+            .map(|other| study.place(cell, *other))
+            .collect();
+        groups.entry(group).or_default()[end] = median.map(|median| (cell, median));
     }
-    let total: usize = wins.iter().sum();
-    let most = study.values(key).iter().zip(wins);
-    let most = most.max_by_key(|(_, count)| *count);
-    let most = most.filter(|(_, count)| *count > 0);
-    most.map_or_else(String::new, |(value, count)| {
-        let settings = if total == 1 {
-            String::new()
+    let changes = groups.values().filter_map(|ends| match ends {
+        [Some((cell, first)), Some((_, last))] => Some((*cell, Lead::new(*first, *last, of))),
+        _ => None,
+    });
+    let mut changes: Vec<(&CellSummary, Lead)> = changes.collect();
+    changes.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+    let how = |lead: &Lead| {
+        if lead.equal > 0.0 {
+            "is multiplied by"
         } else {
-            format!(" in {count} of {total} combinations of the other settings")
-        };
-        format!(" It is best at {}{settings}.", words(key, value))
-    })
+            "changes by"
+        }
+    };
+    let text = |(cell, lead): &(&CellSummary, Lead)| match place(cell, &others).as_str() {
+        "" => lead.text(),
+        place => format!("{} ({place})", lead.text()),
+    };
+    let (how, range) = match changes.as_slice() {
+        [] => return None,
+        [one] => (how(&one.1), text(one)),
+        [least, .., most] => (how(&least.1), format!("{} to {}", text(least), text(most))),
+    };
+    Some(format!(
+        "From {} to {} the median {} of {label} {how} {range}.",
+        words(key, from),
+        words(key, to),
+        of.label()
+    ))
 }
 
 /// The results of the comparisons on the same trials.
@@ -133,25 +483,91 @@ fn paired(study: &Study, measure: Measure) -> String {
             ));
         }
     }
-    text
+    text.trim_start().to_owned()
 }
 
-/// The cell with the most failed trials.
-fn failures(study: &Study) -> String {
+/// The medians of a measure: a row for each cell, a column for each method, the best in bold, and how far the next is.
+/// `None` where one method alone is there.
+pub(super) fn medians(study: &Study, of: Measure) -> Option<LongTable> {
+    let labels = lead_outputs(study);
+    let [(_, first), _, ..] = labels.as_slice() else {
+        return None;
+    };
+    let all = ranked(study, &labels, of);
+    let find = |cell: &CellSummary| all.iter().find(|ranked| ranked.cell.cell == cell.cell);
+    let is_best = |cell: &CellSummary, label: &str| {
+        let first = find(cell).and_then(|ranked| ranked.methods.first());
+        of.entry().better != Better::Neither && first.is_some_and(|best| best.label == label)
+    };
     let keys = study.varying();
-    let outputs = study.all_outputs();
-    let most = outputs.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share));
-    match most.filter(|(_, output)| output.failed.count > 0) {
-        Some((cell, output)) => format!(
-            " Most failures: {} in {}{}.",
-            output.label(),
-            crate::verdict_table::share(output.failed),
-            if keys.is_empty() {
-                String::new()
-            } else {
-                format!(" ({})", place(cell, &keys))
-            }
-        ),
-        None => String::new(),
+    let mut columns = Columns::new(study.summary.cells.iter()).settings(study, &keys, |cell| *cell);
+    for (_, label) in &labels {
+        columns = columns.number(label, "", move |cell| {
+            let median = study.statistics(cell, label, of).map(|of| of.q50);
+            let median = median.unwrap_or(Quantile::UNDEFINED);
+            CellText::number(quantile(median), median.value).best(is_best(cell, label))
+        });
     }
+    let is_ratio = of.entry().scale == measure::Scale::Log;
+    if of.entry().better != Better::Neither {
+        let heading = if is_ratio {
+            "next / best"
+        } else {
+            "next - best"
+        };
+        columns = columns.number(heading, "", |cell| {
+            let ranked = find(cell).map_or(&[][..], |ranked| &ranked.methods);
+            match ranked {
+                [best, next, ..] => {
+                    let lead = Lead::new(best.median, next.median, of);
+                    CellText::number(lead.text(), lead.value)
+                }
+                _ => CellText::text("-"),
+            }
+        });
+    }
+    let unit = match of.entry().unit {
+        "" => String::new(),
+        unit => format!(" in {unit}"),
+    };
+    columns
+        .table(
+            &format!(
+                "Median {}{unit}, the best of a row in bold; in parentheses the standard error of the last digit. \
+                 \"none\": half of the trials or more have no {}.",
+                of.label(),
+                of.label()
+            ),
+            first,
+        )
+        .unless_empty()
 }
+
+/// The lost trials in per cent: a row for each cell, a column for each method; `None` if no trial was lost.
+pub(super) fn lost_table(study: &Study) -> Option<LongTable> {
+    let labels = lead_outputs(study);
+    let share = |cell: &CellSummary, label: &str| {
+        let outcomes = study.output(cell, label).map(|output| &output.outcomes);
+        outcomes.map(|of| Share::new(of.lost_trials().0, of.trials))
+    };
+    let mut cells = study.summary.cells.iter();
+    let any = cells.any(|cell| {
+        let mut labels = labels.iter();
+        labels.any(|(_, label)| share(cell, label).is_some_and(|of| of.count > 0))
+    });
+    let (_, last) = labels.last().filter(|_| any)?;
+    let keys = study.varying();
+    let mut columns = Columns::new(study.summary.cells.iter()).settings(study, &keys, |cell| *cell);
+    for (_, label) in &labels {
+        columns = columns.number(label, "", move |cell| match share(cell, label) {
+            Some(of) => CellText::number(per_cent(of), super::tables::tidy(100.0 * of.share)),
+            None => CellText::text("-"),
+        });
+    }
+    let caption = "Lost trials in per cent: failed, or with an unstable model; in parentheses the standard error of \
+        the last digit.";
+    columns.table(caption, last).unless_empty()
+}
+
+#[cfg(test)]
+mod tests;

@@ -58,7 +58,8 @@ pub(super) fn coverage(study: &Study) -> Option<Drawn> {
     let names: Vec<&String> = largest.coverage.iter().map(|(name, _)| name).collect();
     let along = x_key(study);
     let of = if along.is_some() {
-        "the coefficient whose coverage is farthest from 95 %, named where that is certain"
+        "the coefficient whose coverage is farthest from 95 %, whose name stands beside its point (h_1 is the first of \
+         B(q)) where it certainly is not 95 % and where the point before has another name"
     } else {
         "each coefficient"
     };

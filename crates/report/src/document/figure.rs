@@ -131,7 +131,11 @@ impl<'a> Figure<'a> {
             Some(title) => title.to_owned(),
             None => format!("{}: {}", study.title(), self.title),
         };
-        let (picture, note) = sheet(&title, &format!("{of}{what}"), plots, self.form)?;
+        let form = Form {
+            columns: self.form.columns.or_else(|| layout.columns()),
+            ..self.form
+        };
+        let (picture, note) = sheet(&title, &format!("{of}{what}"), plots, form)?;
         Some(Drawn {
             name: self.name.to_owned(),
             picture,

@@ -91,6 +91,16 @@ impl Layout {
         }
     }
 
+    /// The columns of panels that two settings make: the first setting down, the second across.
+    pub(super) fn columns(&self) -> Option<usize> {
+        let first = self.panels.first()?;
+        let [(key, value), _] = first.as_slice() else {
+            return None;
+        };
+        let across = |panel: &&Choice| panel.first() == Some(&(*key, value.clone()));
+        Some(self.panels.iter().filter(across).count())
+    }
+
     /// The cells of a panel.
     pub(super) fn cells<'a>(&self, study: &'a Study, panel: &Choice) -> Vec<&'a CellSummary> {
         let all = panel.iter().chain(&self.held);

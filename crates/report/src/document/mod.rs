@@ -1,7 +1,7 @@
 //! The report: a page with figures and tables beside it.
 
 mod along;
-mod answer;
+pub(crate) mod answer;
 mod bound_grid;
 mod bound_shares;
 mod chosen;
@@ -39,8 +39,10 @@ use figure::Drawn;
 /// Makes a report of studies with different names; calls `on_step` with the name of each step.
 pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
     let mut files = Files::new();
-    let mut page =
-        Page::new("asobench report: what is claimed, and what a typical realisation shows");
+    let mut page = Page::new(match studies {
+        [study] => study.title().to_owned(),
+        _ => format!("{} studies: their answers and claims", studies.len()),
+    });
     page.introduction(|section| introduction(section, studies));
     if judged::are_there(studies) {
         let [lines, numbers] = ["claims.md", "tables/claims.csv"];
@@ -61,7 +63,11 @@ pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
         });
     }
     for study in studies {
-        page.section(&study.name, study.title(), |section| {
+        let heading = match studies {
+            [_] => "Results",
+            _ => study.title(),
+        };
+        page.section(&study.name, heading, |section| {
             experiment(section, study, &mut files, on_step);
         });
     }
@@ -121,10 +127,10 @@ fn experiment(
     }
     section.paragraph(&study.extent());
     on_step(&format!("figures of {}", study.name));
-    judged::verdicts(section, study, files);
-    section.paragraph(&answer::in_numbers(study));
-    let mut figures = figures::figures(study).into_iter();
     let mut links = Vec::new();
+    answer(section, study, files, &mut links);
+    judged::verdicts(section, study, files);
+    let mut figures = figures::figures(study).into_iter();
     let of = |drawn: &Drawn| {
         let file = format!("{}.svg", drawn.name);
         let path = format!("figures/{}-{file}", study.name);
@@ -151,6 +157,49 @@ fn experiment(
     section.heading("To run it again");
     let (command, folder) = study.command();
     section.code(&format!("{command}\nasobench report {folder}"));
+}
+
+/// The answer in sentences, with the medians of the first measure and the lost trials in tables as papers have them:
+/// a row for each cell, a column for each method. The tables of the other first measures are files only.
+fn answer(
+    section: &mut Section,
+    study: &Study,
+    files: &mut Files,
+    links: &mut Vec<(String, String)>,
+) {
+    section.heading("The answer");
+    for text in answer::in_numbers(study) {
+        section.paragraph(&text);
+    }
+    let measures = lead::lead_figures(study).into_iter();
+    let medians = measures.map(|of| (of.name().to_owned(), answer::medians(study, of)));
+    let lost = std::iter::once(("lost".to_owned(), answer::lost_table(study)));
+    for (i, (name, table)) in medians.chain(lost).enumerate() {
+        let Some(mut table) = table else { continue };
+        let what = match name.as_str() {
+            "lost" => "lost trials".to_owned(),
+            measure => format!("median {measure}"),
+        };
+        let stem = format!("{}-{name}", study.name);
+        let all = table.files(&stem, &format!("{}: {what}", study.title()), true);
+        links.extend(paper::links(&all, &study.name));
+        files.extend(all);
+        let count = table.count();
+        let (table, note) = table.shown(&format!("{name}.csv below"));
+        let show = |section: &mut Section| {
+            if let Some(note) = &note {
+                section.paragraph(note);
+            }
+            section.table(&table);
+        };
+        match (i == 0 || name == "lost", count <= ROWS) {
+            (true, true) => show(section),
+            (true, false) => {
+                section.details(&format!("{}: {count} cells", answer::capital(&what)), show);
+            }
+            (false, _) => {}
+        }
+    }
 }
 
 /// A longer table is hidden until a click.

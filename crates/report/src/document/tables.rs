@@ -5,6 +5,7 @@ use super::extremes::LongTable;
 use super::lead::{lead_figures, lead_outputs, shown_at_the_end};
 use crate::html::CellText;
 use crate::results::{Study, axis_label, place};
+use crate::verdict_table::per_cent;
 use asobench_identification::metric::{
     Estimate, Quantile, Share, SlopeOf, Statistic, Statistics, verdict,
 };
@@ -18,7 +19,7 @@ fn count(value: u64) -> CellText {
 
 fn percent(share: Share) -> CellText {
     let percent = 100.0 * share.share;
-    CellText::number(uncertain(percent, 100.0 * share.mcse), tidy(percent))
+    CellText::number(per_cent(share), tidy(percent))
 }
 
 /// One end of the interval of a share, in per cent.

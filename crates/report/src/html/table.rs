@@ -13,6 +13,11 @@ impl CellText {
             Some(target) => format!("<a href=\"{}\">{shown}</a>", address(target)),
             None => shown,
         };
+        let content = if self.best {
+            format!("<b>{content}</b>")
+        } else {
+            content
+        };
         let class = match (numeric, self.text.chars().count() > 24) {
             (true, _) => " class=\"n\"",
             (false, true) => " class=\"prose\"",

@@ -257,6 +257,7 @@ impl Canvas {
         let description = [description, title][usize::from(description.is_empty())];
         Drawing {
             size: [width.ceil(), height.ceil()],
+            for_print: false,
             title: title.to_owned(),
             description: description.to_owned(),
             marks: self.marks.0.take(),

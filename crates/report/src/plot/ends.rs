@@ -3,7 +3,8 @@
 //! The rule: a line is named at its end if it reaches the last seventh of the x axis of such a panel, within the y
 //! axis. At least two lines, and half of all, must; otherwise every name is in the legend, and so are those of other
 //! marks. The legend has all names too where those at the ends need more than 27 % of the picture's width, or more than
-//! two lines of text, or do not fit under each other, or would be farther from their lines than a quarter of the panel.
+//! two lines of text, or do not fit under each other, or would be farther from their lines than a quarter of the panel
+//! (six tenths where there are six and more).
 
 use super::axis::Span;
 use super::backend::{Canvas, Drawn, TICK, at, plain};
@@ -18,8 +19,11 @@ const REACH: f64 = 1.0 - 1.0 / 7.0;
 const WIDEST: f64 = 0.27;
 /// The most lines of a name.
 const LINES: usize = 2;
-/// The farthest that a name is moved, as a share of the panel's height.
+/// The farthest that a name is moved, as a share of the panel's height; farther where so many names would be a legend in
+/// which no reader finds a line.
 const FARTHEST: f64 = 0.25;
+const MANY: usize = 6;
+const FARTHEST_OF_MANY: f64 = 0.6;
 /// From the axes to the names.
 const LEAD: f64 = 22.0;
 
@@ -95,7 +99,12 @@ impl<'a> Ends<'a> {
         for (of, middle) in named.iter_mut().zip(middles) {
             of.middle = middle;
         }
-        let far = FARTHEST * (bottom - top);
+        let share = if named.len() < MANY {
+            FARTHEST
+        } else {
+            FARTHEST_OF_MANY
+        };
+        let far = share * (bottom - top);
         let near = named.iter().all(|of| (of.middle - of.from.1).abs() <= far);
         near.then_some(named)
     }

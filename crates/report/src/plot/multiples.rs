@@ -207,14 +207,26 @@ impl<'a> Sheet<'a> {
     fn draw(&self, title: &str, description: &str) -> Drawn<Drawing> {
         let canvas = Canvas::new(self.form.whole);
         let legend = Legend::new(self.panels);
-        let lines = wrap(title, 1.1 * TITLE, self.form.whole - 2.0 * EDGE);
+        let room = self.form.whole - 2.0 * EDGE;
+        let (head, below) = title.split_once('\n').unwrap_or((title, ""));
+        let lines = wrap(head, 1.1 * TITLE, room);
         let mut y = 20.0 + canvas.text(&lines, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;
+        y += canvas.text(
+            &wrap(below, LABEL, room),
+            &plain(LABEL),
+            HPos::Left,
+            (EDGE, y),
+        )?;
         let is_named = |name: &str| self.ends.as_ref().is_some_and(|ends| ends.has(name));
         y = 8.0 + legend.draw(&canvas, y, is_named)?;
         for row in 0..self.panels.len().div_ceil(self.form.columns) {
             y = self.draw_row(&canvas, &legend, row * self.form.columns, y)?;
         }
-        Ok(canvas.document(self.form.whole, y + 6.0, [title, description]))
+        Ok(canvas.document(
+            self.form.whole,
+            y + 6.0,
+            [&title.replace('\n', ": "), description],
+        ))
     }
 
     /// Draws the row that begins with panel `first` below `top`; returns its lower end.

@@ -1,98 +1,65 @@
-//! A picture as a PDF of one page, in its light colours, with the fonts that every reader of PDF has (ISO 32000-1,
-//! section
-//! 9.6.2.2): Helvetica, and Symbol for Greek.
+//! A picture as a PDF of one page, in its light colours. The page has the fonts that it uses in it (ISO 32000-1, sections
+//! 9.7 and 9.9), as journals demand: Liberation Sans, which is as wide as Helvetica, cut down to Latin, Greek and Cyrillic
+//! letters and common signs. Its licence (`pdf/OFL.txt`) asks for another name for a part of it.
 
+use super::backend::LABEL;
 use super::inks::{LIGHT, dashes};
 use super::scene::{Anchor, Drawing, Form, Kind, Mark, Paint, Pixel, Text};
-use pdf_writer::types::LineJoinStyle;
-use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
+use pdf_writer::types::{CidFontType, FontFlags, LineJoinStyle, SystemInfo, UnicodeCmap};
+use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
+use std::collections::HashMap;
+use std::sync::LazyLock;
 
 /// A figure's unit is a pixel of CSS: 1/96 inch in points.
-const POINTS: f32 = 0.75;
+const POINTS: f64 = 0.75;
+/// The size of labels in print, in points.
+const PRINT: f64 = 8.0;
 
-/// Widths of Helvetica's characters from 32 to 126, in thousandths of the size (Adobe's font metrics).
-const ASCII: [u16; 95] = [
-    278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556,
-    556, 556, 556, 556, 556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722, 722, 667,
-    611, 778, 722, 278, 500, 667, 556, 833, 722, 778, 667, 778, 722, 667, 611, 722, 667, 944, 667,
-    667, 611, 278, 278, 278, 469, 556, 333, 556, 556, 500, 556, 556, 278, 556, 556, 222, 222, 500,
-    222, 833, 556, 556, 556, 556, 333, 500, 278, 556, 500, 722, 500, 500, 500, 334, 260, 334, 584,
-];
-/// The same from 160 to 255.
-const LATIN: [u16; 96] = [
-    278, 333, 556, 556, 556, 556, 260, 556, 333, 737, 370, 556, 584, 333, 737, 333, 400, 584, 333,
-    333, 333, 556, 537, 278, 333, 333, 365, 556, 834, 834, 834, 611, 667, 667, 667, 667, 667, 667,
-    1000, 722, 667, 667, 667, 667, 278, 278, 278, 278, 722, 722, 778, 778, 778, 778, 778, 584, 778,
-    722, 722, 722, 722, 667, 667, 611, 556, 556, 556, 556, 556, 556, 889, 500, 556, 556, 556, 556,
-    278, 278, 278, 278, 556, 556, 556, 556, 556, 556, 556, 584, 611, 556, 556, 556, 556, 500, 556,
-    500,
-];
-/// Characters of the encoding WinAnsi that have other numbers in Unicode: the number there, and the width.
-const WINDOWS: [(char, u8, u16); 11] = [
-    ('\u{20ac}', 0x80, 556),
-    ('\u{201e}', 0x84, 333),
-    ('\u{2026}', 0x85, 1000),
-    ('\u{2030}', 0x89, 1000),
-    ('\u{2018}', 0x91, 222),
-    ('\u{2019}', 0x92, 222),
-    ('\u{201c}', 0x93, 333),
-    ('\u{201d}', 0x94, 333),
-    ('\u{2022}', 0x95, 350),
-    ('\u{2013}', 0x96, 556),
-    ('\u{2014}', 0x97, 1000),
-];
-/// Characters of the font Symbol: where Latin letters are, from A and from a, and some signs; each with its width.
-const SYMBOL: [(u8, &str, &[u16]); 3] = [
-    (
-        b'A',
-        "ΑΒΧΔΕΦΓΗΙϑΚΛΜΝΟΠΘΡΣΤΥςΩΞΨΖ",
-        &[
-            722, 667, 722, 612, 611, 763, 603, 722, 333, 631, 722, 686, 889, 722, 722, 768, 741,
-            556, 592, 611, 690, 439, 768, 645, 795, 611,
-        ],
-    ),
-    (
-        b'a',
-        "αβχδεφγηιϕκλμνοπθρστυϖωξψζ",
-        &[
-            631, 549, 549, 494, 439, 521, 411, 603, 329, 603, 549, 549, 576, 521, 549, 549, 521,
-            549, 603, 439, 576, 713, 686, 493, 686, 494,
-        ],
-    ),
-    (0xb3, "≥", &[549]),
-];
-
-/// The fonts by their names in the page, in the order of `Font`.
-const FONTS: [(&[u8], &[u8]); 3] = [
-    (b"H", b"Helvetica"),
-    (b"B", b"Helvetica-Bold"),
-    (b"S", b"Symbol"),
-];
-/// The place of Symbol among the fonts.
-const GREEK: usize = 2;
-
-/// A character's font (0 for Helvetica), its code there, and its width in thousandths of the size.
-fn glyph(character: char) -> Option<(usize, u8, u16)> {
-    let code = u32::from(character);
-    let width = |table: &[u16], first: u32| {
-        let place = code.checked_sub(first)? as usize;
-        Some((0, code as u8, *table.get(place)?))
-    };
-    let windows = || {
-        let found = WINDOWS.iter().find(|(known, ..)| *known == character);
-        found.map(|(_, code, width)| (0, *code, *width))
-    };
-    let symbol = || {
-        SYMBOL.iter().find_map(|(first, characters, widths)| {
-            let place = characters.chars().position(|known| known == character)?;
-            Some((GREEK, first + place as u8, widths[place]))
-        })
-    };
-    width(&ASCII, 32)
-        .or_else(|| width(&LATIN, 160))
-        .or_else(windows)
-        .or_else(symbol)
+/// A font: its name in the page, its PostScript name, and its TrueType file, compressed by zlib.
+struct Font {
+    page: &'static [u8],
+    name: &'static [u8],
+    file: &'static [u8],
+    /// The length of the file before it was compressed.
+    length: i32,
 }
+
+/// The fonts: for text, and for titles.
+const FONTS: [Font; 2] = [
+    Font {
+        page: b"R",
+        name: b"ASOBEN+AsobenchSans",
+        file: include_bytes!("pdf/regular.ttf.z"),
+        length: 33_176,
+    },
+    Font {
+        page: b"B",
+        name: b"ASOBEN+AsobenchSans-Bold",
+        file: include_bytes!("pdf/bold.ttf.z"),
+        length: 33_280,
+    },
+];
+
+/// A character's number in each font, and its width there in thousandths of the size.
+type Glyph = [(u16, u16); 2];
+
+/// The characters of the fonts: of each a line "A 34 667 34 722".
+static GLYPHS: LazyLock<HashMap<char, Glyph>> = LazyLock::new(|| {
+    let glyph = |line: &str| {
+        let mut letters = line.chars();
+        let character = letters.next()?;
+        let mut numbers = letters
+            .as_str()
+            .split(' ')
+            .filter_map(|part| part.parse().ok());
+        let mut pair = || Some((numbers.next()?, numbers.next()?));
+        Some((character, [pair()?, pair()?]))
+    };
+    include_str!("pdf/glyphs.txt")
+        .lines()
+        .filter_map(glyph)
+        .collect()
+});
 
 impl Drawing {
     /// The picture as a PDF of one page; the same picture gives the same bytes.
@@ -103,15 +70,39 @@ impl Drawing {
         let mut page = Page {
             content: Content::new(),
             opacities: Vec::new(),
+            used: [false; FONTS.len()],
         };
-        let [width, height] = self.size.map(|length| length as f32);
+        let points = self.points();
+        let size = self.size.map(|length| (points * length) as f32);
+        let unit = points as f32;
         page.content
-            .transform([POINTS, 0.0, 0.0, -POINTS, 0.0, POINTS * height]);
+            .transform([unit, 0.0, 0.0, -unit, 0.0, size[1]]);
         page.content.set_line_join(LineJoinStyle::RoundJoin);
         for mark in &self.marks {
             page.mark(mark)?;
         }
-        Ok(page.document([POINTS * width, POINTS * height], &self.title))
+        Ok(page.document(size, &self.title))
+    }
+
+    /// The length of a unit in points.
+    pub(super) fn points(&self) -> f64 {
+        if self.for_print {
+            PRINT / LABEL
+        } else {
+            POINTS
+        }
+    }
+
+    /// The units of a width in millimetres, where labels have 8 points.
+    pub fn units_of_print(millimetres: f64) -> f64 {
+        millimetres * 72.0 / 25.4 * LABEL / PRINT
+    }
+
+    /// Returns the picture in the size of print: its labels have 8 points.
+    #[must_use]
+    pub fn for_print(mut self) -> Self {
+        self.for_print = true;
+        self
     }
 }
 
@@ -120,6 +111,8 @@ struct Page {
     content: Content,
     /// The opacities of areas and lines that are used, in thousandths.
     opacities: Vec<[u16; 2]>,
+    /// The fonts that are used.
+    used: [bool; FONTS.len()],
 }
 
 impl Page {
@@ -188,26 +181,20 @@ impl Page {
     }
 
     fn text(&mut self, text: &Text) -> Result<(), String> {
-        let mut runs: Vec<(usize, Vec<u8>)> = Vec::new();
-        let mut length = 0.0;
+        let font = usize::from(text.bold);
+        let (mut codes, mut length) = (Vec::new(), 0.0);
         for character in text.words.chars() {
-            let (font, code, width) = glyph(character).ok_or_else(|| {
+            let glyph = GLYPHS.get(&character).ok_or_else(|| {
                 format!(
-                    "'{}' has the character '{character}', which the fonts of PDF do not have; an SVG can show it",
+                    "'{}' has the character '{character}', which the fonts of the PDF do not have; an SVG can show it",
                     text.words
                 )
             })?;
-            let font = if font == 0 {
-                usize::from(text.bold)
-            } else {
-                font
-            };
+            let (code, width) = glyph[font];
+            codes.extend(code.to_be_bytes());
             length += f64::from(width) / 1e3 * text.size;
-            match runs.last_mut() {
-                Some((last, codes)) if *last == font => codes.push(code),
-                _ => runs.push((font, vec![code])),
-            }
         }
+        self.used[font] = true;
         let before = match text.anchor {
             Anchor::Start => 0.0,
             Anchor::Middle => length / 2.0,
@@ -228,11 +215,9 @@ impl Page {
         content.begin_text().set_fill_rgb(red, green, blue);
         // The page's y axis points downwards, letters do not.
         content.set_text_matrix([along, -turn, -turn, -along, x, y]);
-        for (font, codes) in runs {
-            content
-                .set_font(Name(FONTS[font].0), text.size as f32)
-                .show(Str(&codes));
-        }
+        content
+            .set_font(Name(FONTS[font].page), text.size as f32)
+            .show(Str(&codes));
         content.end_text();
         Ok(())
     }
@@ -244,7 +229,9 @@ impl Page {
             Ref::new(next - 1)
         };
         let [catalog, tree, leaf, content, info] = [(); 5].map(|()| new());
-        let fonts = FONTS.map(|font| (new(), font));
+        let used = (0..FONTS.len()).filter(|font| self.used[*font]);
+        let fonts: Vec<(usize, [Ref; 5])> =
+            used.map(|font| (font, [(); 5].map(|()| new()))).collect();
         let states: Vec<(Ref, [u16; 2])> =
             self.opacities.iter().map(|state| (new(), *state)).collect();
         let mut pdf = Pdf::new();
@@ -255,9 +242,11 @@ impl Page {
             .parent(tree)
             .contents(content);
         let mut resources = page.resources();
-        resources
-            .fonts()
-            .pairs(fonts.map(|(id, (name, _))| (Name(name), id)));
+        resources.fonts().pairs(
+            fonts
+                .iter()
+                .map(|(font, ids)| (Name(FONTS[*font].page), ids[0])),
+        );
         let names: Vec<String> = (0..states.len()).map(|place| format!("G{place}")).collect();
         let named = names.iter().zip(&states);
         resources
@@ -268,12 +257,8 @@ impl Page {
         pdf.document_info(info)
             .title(TextStr(title))
             .creator(TextStr("asobench"));
-        for (id, (_, font)) in fonts {
-            let mut font_of = pdf.type1_font(id);
-            font_of.base_font(Name(font));
-            if font != FONTS[GREEK].1 {
-                font_of.encoding_predefined(Name(b"WinAnsiEncoding"));
-            }
+        for (font, ids) in fonts {
+            embed(&mut pdf, font, ids);
         }
         for (id, [area, line]) in states {
             let [area, line] = [area, line].map(|share| f32::from(share) / 1e3);
@@ -284,6 +269,60 @@ impl Page {
         pdf.stream(content, &self.content.finish());
         pdf.finish()
     }
+}
+
+/// Writes a font: its characters by their numbers, the widths, the letters that the numbers stand for, and the file.
+fn embed(pdf: &mut Pdf, place: usize, [id, descendant, descriptor, map, file]: [Ref; 5]) {
+    const SYSTEM: SystemInfo<'_> = SystemInfo {
+        registry: Str(b"Adobe"),
+        ordering: Str(b"Identity"),
+        supplement: 0,
+    };
+    let font = &FONTS[place];
+    let name = Name(font.name);
+    let mut glyphs: Vec<(u16, u16, char)> = GLYPHS
+        .iter()
+        .map(|(letter, of)| (of[place].0, of[place].1, *letter))
+        .collect();
+    glyphs.sort_unstable();
+    // Two characters may share a letter.
+    glyphs.dedup_by_key(|of| of.0);
+    pdf.type0_font(id)
+        .base_font(name)
+        .encoding_predefined(Name(b"Identity-H"))
+        .descendant_font(descendant)
+        .to_unicode(map);
+    let mut cid = pdf.cid_font(descendant);
+    cid.subtype(CidFontType::Type2)
+        .base_font(name)
+        .system_info(SYSTEM)
+        .font_descriptor(descriptor)
+        .cid_to_gid_map_predefined(Name(b"Identity"));
+    let mut widths = cid.widths();
+    for (code, width, _) in &glyphs {
+        widths.same(*code, *code, f32::from(*width));
+    }
+    widths.finish();
+    cid.finish();
+    // Ends of both fonts' letters, from their files.
+    pdf.font_descriptor(descriptor)
+        .name(name)
+        .flags(FontFlags::NON_SYMBOLIC)
+        .bbox(Rect::new(-204.0, -304.0, 1059.0, 966.0))
+        .italic_angle(0.0)
+        .ascent(905.0)
+        .descent(-212.0)
+        .cap_height(729.0)
+        .stem_v([80.0, 140.0][place])
+        .font_file2(file);
+    let mut letters = UnicodeCmap::new(Name(b"Custom"), SYSTEM);
+    for (code, _, letter) in glyphs {
+        letters.pair(code, letter);
+    }
+    pdf.cmap(map, &letters.finish());
+    pdf.stream(file, font.file)
+        .filter(Filter::FlateDecode)
+        .pair(Name(b"Length1"), font.length);
 }
 
 /// A length in the figure's units.
@@ -333,25 +372,32 @@ mod tests {
 
     #[test]
     fn every_character_has_its_width() {
-        for (first, characters, widths) in SYMBOL {
-            assert_eq!(characters.chars().count(), widths.len(), "{first}");
-        }
-        // Of Adobe's Helvetica.afm and Symbol.afm.
-        for (character, expected) in [
-            (' ', (0, 32, 278)),
-            ('W', (0, 87, 944)),
-            ('~', (0, 126, 584)),
-            ('\u{b0}', (0, 0xb0, 400)),
-            ('\u{e4}', (0, 0xe4, 556)),
-            ('\u{ff}', (0, 255, 500)),
-            ('\u{2013}', (0, 0x96, 556)),
-            ('\u{3a9}', (GREEK, b'W', 768)),
-            ('\u{3b7}', (GREEK, b'h', 603)),
+        // Liberation Sans is as wide as Adobe's Helvetica.afm and Helvetica-Bold.afm.
+        for (character, regular, bold) in [
+            (' ', 278, 278),
+            ('A', 667, 722),
+            ('W', 944, 944),
+            ('~', 584, 584),
+            ('\u{b0}', 400, 400),
+            ('\u{e4}', 556, 556),
+            ('\u{ff}', 500, 556),
+            ('\u{2013}', 556, 556),
         ] {
-            assert_eq!(glyph(character), Some(expected), "{character}");
+            let glyph = GLYPHS.get(&character).expect("a glyph");
+            assert_eq!(glyph.map(|of| of.1), [regular, bold], "{character}");
         }
-        for missing in ['\u{7f}', '\u{80}', '\u{416}', '\u{4e2d}'] {
-            assert_eq!(glyph(missing), None);
+        for missing in ['\u{7f}', '\u{80}', '\u{4e2d}'] {
+            assert!(!GLYPHS.contains_key(&missing));
+        }
+        for known in "αβχδεφγηικλμνοπθρστυωξψζΩ≥≤−√Жя".chars() {
+            assert!(GLYPHS.contains_key(&known), "{known}");
+        }
+        // Every number is of one letter.
+        for font in [0, 1] {
+            let mut codes: Vec<u16> = GLYPHS.values().map(|of| of[font].0).collect();
+            codes.sort_unstable();
+            codes.dedup();
+            assert!(codes.len() + 8 > GLYPHS.len() && codes.last() < Some(&548));
         }
     }
 

@@ -8,6 +8,8 @@ pub(super) type Pixel = (i32, i32);
 pub struct Drawing {
     /// Width and height in the figure's units.
     pub(super) size: [f64; 2],
+    /// Whether it has the size of print, not of a screen.
+    pub(super) for_print: bool,
     /// The title, for assistive software and for lists of files.
     pub(super) title: String,
     /// The picture in a sentence or two.

@@ -9,11 +9,18 @@ impl Drawing {
     /// The picture as an SVG document whose colours are classes, with a title and a description for assistive software.
     pub fn svg(&self) -> String {
         let [width, height] = self.size;
+        let [wide, high] = self.size.map(|length| {
+            if self.for_print {
+                format!("{:.2}pt", self.points() * length)
+            } else {
+                length.to_string()
+            }
+        });
         let [title, description] = [&self.title, &self.description].map(|text| escape(text));
         let body = body(&self.marks);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"asoplot\" role=\"img\" \
-             aria-label=\"{title}\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} \
+             aria-label=\"{title}\" width=\"{wide}\" height=\"{high}\" viewBox=\"0 0 {width} \
              {height}\">\n\
              <title>{title}</title>\n<desc>{description}</desc>\n{STYLE}\n\
              <rect class=\"f paper\" width=\"{width}\" height=\"{height}\"/>\n{body}</svg>\n",

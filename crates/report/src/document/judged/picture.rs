@@ -31,13 +31,15 @@ const SAYS: [(&str, &str, usize); 4] = [
 struct Mark<'a> {
     cell: &'a JudgedCell,
     number: &'a JudgedNumber,
+    /// What the number says by itself.
+    says: &'static str,
     value: f64,
     /// At the level of the cell, so that it excludes the limit where the cell is certain. Ends may be infinite.
     interval: [f64; 2],
 }
 
-/// A figure for each test of a claim, at most `PICTURES`. Tests with the same condition share one if their numbers are
-/// few, so that a claim about one cell has one.
+/// A figure for each condition of a claim, at most `PICTURES`, those that fail or are open first. Tests with the same
+/// condition share one.
 pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
     let groups = groups(claim).into_iter().take(PICTURES);
     groups
@@ -47,20 +49,68 @@ pub(super) fn pictures(study: &Study, claim: &Judged) -> Vec<Drawn> {
 
 /// The tests by picture.
 fn groups(claim: &Judged) -> Vec<Vec<usize>> {
-    let numbers = claim.cells.iter().flat_map(|cell| &cell.numbers);
-    let few = numbers.count() <= ROWS;
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (i, test) in claim.tests.iter().enumerate() {
         let alike = |group: &&mut Vec<usize>| {
             let first = &claim.tests[group[0]];
-            few && first.scale == test.scale && first.limits == test.limits
+            first.scale == test.scale
+                && first.limits == test.limits
+                && !common(claim, &[group[0], i]).is_empty()
         };
         match groups.iter_mut().find(alike) {
             Some(group) => group.push(i),
             None => groups.push(vec![i]),
         }
     }
+    let numbers = |group: &[usize]| {
+        let all = claim
+            .cells
+            .iter()
+            .flat_map(|cell| cell.numbers.iter().map(move |of| (cell, of)));
+        let here = all.filter(|(_, number)| group.contains(&number.test));
+        here.map(|(cell, number)| rank(says(claim, cell, number)))
+            .min()
+    };
+    groups.sort_by_key(|group| numbers(group));
     groups
+}
+
+/// What a number says of its cell: "pass" or "fail" where its interval lies on one side of every limit, else "open".
+fn says(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber) -> &'static str {
+    if cell.numbers.len() == 1 || !["pass", "fail", "open"].contains(&cell.says) {
+        return cell.says;
+    }
+    let [low, high] = number.interval;
+    match claim.tests.get(number.test).map(|test| test.limits) {
+        Some([least, most]) if low >= least && high <= most => "pass",
+        Some([least, most]) if high < least || low > most => "fail",
+        _ => "open",
+    }
+}
+
+/// The order in which numbers decide a cell: one that fails before one that is open.
+fn rank(says: &str) -> usize {
+    ["fail", "open"]
+        .iter()
+        .position(|of| *of == says)
+        .unwrap_or(2)
+}
+
+/// Of each cell the number that decides it: the first by `rank`, and of these the one that is deepest on the failing
+/// side, or nearest to it.
+fn deciding<'a>(marks: &[Mark<'a>], limits: [f64; 2], unit: f64) -> Vec<Mark<'a>> {
+    let [least, most] = limits.map(|limit| unit * limit);
+    let room = |mark: &Mark<'_>| f64::min(mark.value - least, most - mark.value);
+    let first = |cell: &[Mark<'a>]| {
+        let compared = |a: &&Mark<'a>, b: &&Mark<'a>| {
+            rank(a.says)
+                .cmp(&rank(b.says))
+                .then(room(a).total_cmp(&room(b)))
+        };
+        cell.iter().min_by(compared).cloned()
+    };
+    let cells = marks.chunk_by(|a, b| std::ptr::eq(a.cell, b.cell));
+    cells.filter_map(first).collect()
 }
 
 /// The subject of a picture's tests: the words that all begin with, without prepositions at their end.
@@ -92,6 +142,8 @@ struct Picture<'a> {
     left: usize,
     /// Whether the axis of the numbers is logarithmic.
     log: bool,
+    /// Whether of several numbers of a cell only the one that decides is drawn.
+    only_deciding: bool,
 }
 
 impl<'a> Picture<'a> {
@@ -108,15 +160,20 @@ impl<'a> Picture<'a> {
             && limits.copied().all(|limit| limit > 0.0)
             && numbers().all(|(_, number)| number.value >= 0.0);
         let drawn = |value: f64| value.is_finite() && (!log || value > 0.0);
-        let marks = numbers().filter(|(_, number)| drawn(number.value));
-        let marks: Vec<Mark<'a>> = marks
-            .map(|(cell, number)| Mark {
-                cell,
-                number,
-                value: unit * number.value,
-                interval: number.interval.map(|end| unit * end),
-            })
-            .collect();
+        let all = numbers().map(|(cell, number)| Mark {
+            cell,
+            number,
+            says: says(claim, cell, number),
+            value: unit * number.value,
+            interval: number.interval.map(|end| unit * end),
+        });
+        let mut marks: Vec<Mark<'a>> = all.collect();
+        let count = marks.len();
+        if count > ROWS {
+            marks = deciding(&marks, test.limits, unit);
+        }
+        let only_deciding = marks.len() < count;
+        marks.retain(|mark| drawn(mark.number.value));
         let seen = |cell: &&JudgedCell| !marks.iter().any(|mark| std::ptr::eq(mark.cell, *cell));
         let left = claim.cells.iter().filter(seen).count();
         let mut picture = Self {
@@ -126,6 +183,7 @@ impl<'a> Picture<'a> {
             marks,
             left,
             log,
+            only_deciding,
         };
         picture.log &= !picture.is_narrow();
         picture
@@ -222,13 +280,8 @@ impl<'a> Picture<'a> {
             let chosen = marks
                 .iter()
                 .enumerate()
-                .filter(|(_, mark)| mark.cell.says == says);
+                .filter(|(_, mark)| mark.says == says);
             let points = chosen.map(|(i, mark)| at(i, mark)).collect();
-            let label = if self.is_part() {
-                format!("cell: {label}")
-            } else {
-                label.to_owned()
-            };
             plot = plot.series(Series::new(label, Style::Marks, points).slot(slot));
         }
         let names = matches!(plot.y.scale, Scale::Categories(_));
@@ -247,7 +300,10 @@ impl<'a> Picture<'a> {
 
     fn draw(&self, study: &Study) -> Option<Drawn> {
         // The requirement stands once: on the axis, and beside the limit.
-        let title = format!("{} {}", self.claim.id, self.claim.verdict);
+        let title = format!(
+            "{} {}\n{}",
+            self.claim.id, self.claim.verdict, self.claim.text
+        );
         let (plots, how) = if self.marks.len() <= ROWS {
             (vec![self.rows()], "Every cell".to_owned())
         } else if let Some(found) = self.panels(study) {
@@ -260,11 +316,16 @@ impl<'a> Picture<'a> {
             Numbers in the shaded range pass: {}.{}{}",
             levels(self.claim),
             self.test.must,
-            if self.is_part() {
-                " The colour is the verdict of the cell over all its numbers. Where it fails or is open, the chance is \
-                divided by their number."
-            } else {
-                ""
+            match (self.only_deciding, self.is_part()) {
+                (true, _) => {
+                    " Of the numbers of a cell the one that decides is drawn: one that fails, else the nearest to \
+                    failing. Where a cell fails or is open, the chance is divided by their number."
+                }
+                (false, true) => {
+                    " The colour is the verdict on the number itself: a cell passes if all its numbers do. Where it \
+                    fails or is open, the chance is divided by their number."
+                }
+                (false, false) => "",
             },
             if self.is_cut() {
                 " A bar to the edge of the picture goes on beyond it."
@@ -272,7 +333,7 @@ impl<'a> Picture<'a> {
                 ""
             },
         );
-        let (picture, note) = sheet(&title, &what, plots, Form::default())?;
+        let (picture, note) = sheet(title.trim_end(), &what, plots, Form::default())?;
         let left = match self.left {
             0 => String::new(),
             1 => " Not drawn: one cell whose number falls on a trial without a value, is 0, or is \

@@ -262,6 +262,37 @@ fn a_claim_about_one_cell_has_one_picture() {
     assert_eq!(pictures(&study, &claim).len(), 2);
 }
 
+/// Of two numbers of a cell, of which the first passes and the second fails, many cells show the second.
+#[test]
+fn many_cells_draw_the_number_that_decides() {
+    let study = grid("eta = { logspace = [1, 30, 19] }");
+    let mut claim = claim(&study);
+    let mut test = claim.tests[0].clone();
+    "the ratio of one to third".clone_into(&mut test.what);
+    claim.tests.push(test);
+    for cell in &mut claim.cells {
+        cell.says = "fail";
+        let number = |test: usize, value: f64| JudgedNumber {
+            test,
+            value,
+            interval: [value - 0.02, value + 0.02],
+            ..cell.numbers[0].clone()
+        };
+        cell.numbers = vec![number(0, 0.5), number(1, 2.0)];
+    }
+    let Drawn {
+        picture, caption, ..
+    } = picture(&study, &claim);
+    let svg = picture.wide.svg();
+    assert_eq!(marks(&svg, "s1"), 19);
+    assert!(!svg.contains("certainly passes"), "{svg}");
+    assert!(
+        caption.contains("the one that decides is drawn"),
+        "{caption}"
+    );
+    assert!(svg.contains(">One is better than another.<"), "{svg}");
+}
+
 /// A bar without an end runs off the picture, and does not widen it.
 #[test]
 fn a_bar_without_an_end_is_cut() {

@@ -70,7 +70,11 @@ pub(super) fn settings(study: &Study, wanted: fn(Key) -> bool) -> (Vec<Row>, Vec
         if text.is_empty() {
             continue;
         }
-        let row = row(key.name(), format!("{text} ({})", key.about()));
+        let unit = match key.entry().unit {
+            "" => String::new(),
+            unit => format!(" ({unit})"),
+        };
+        let row = row(key.name(), format!("{text}{unit}"));
         if is_default && !ALWAYS.contains(&key) {
             defaults.push(row);
         } else {

@@ -16,7 +16,7 @@ use asobench_study::files::SIMULATED_TITLE;
 use part::Part;
 
 const ORDER: &str = "In the order of Morris, White and Crowther (2019). Names are those of the keys in the experiment \
-    file, in parentheses what they mean.";
+    file, in parentheses units; `asobench explain NAME` says more of each.";
 
 fn parts(study: &Study) -> [Part; 5] {
     [

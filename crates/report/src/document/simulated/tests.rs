@@ -101,7 +101,7 @@ fn nothing_that_the_file_says_is_missing() {
             &["u(k) = -K(q) y(k) + r(k)", "numerator [0.0625]"],
         ),
         ("amplitude", &["6.25 \u{b7} 7.25"]),
-        ("eta", &["3.5 \u{b7} 4.5", "noise level"]),
+        ("eta", &["3.5 \u{b7} 4.5 (%)"]),
         ("window", &["131 \u{b7} 137"]),
         ("pole_radius", &["0.4321"]),
         // 3 plants x 2 noises x 2 amplitudes x 2 windows, less 3 x 2 with white noise of 7.25.
