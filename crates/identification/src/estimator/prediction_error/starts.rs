@@ -23,6 +23,9 @@ const NEARLY: f64 = 0.9;
 /// Lags of the long autoregression in the method of Hannan and Rissanen.
 const LONG: usize = 20;
 
+/// A model with a zero of F outside the circle of this radius is one of a plant that may be sampled fast.
+const SLOW: f64 = 0.98;
+
 /// Weighted solutions of null-space fitting.
 const REFINEMENTS: usize = 3;
 
@@ -88,6 +91,7 @@ fn recipes(orders: Orders) -> Vec<Recipe> {
             NullSpace(2),
             Denominator(Kind::SteiglitzMcBride, white),
             Denominator(Kind::LeastSquares, white),
+            Denominator(Kind::Slow, white),
         ]);
         if noise {
             all.push(Denominator(Kind::Refined, Noise::White));
@@ -208,6 +212,9 @@ impl Starts {
 
     /// Computes the model of a start; false if there is none.
     fn make(&mut self, recipe: Recipe, u: &[f64], y: &[f64], best: Option<&[f64]>) -> bool {
+        if matches!(recipe, Recipe::Denominator(Kind::Slow, _)) && !self.is_slow(best) {
+            return false;
+        }
         let LinearModel { a, c, d, f, .. } = &mut self.model;
         for polynomial in [&mut *c, &mut *d, &mut *f] {
             polynomial[1..].fill(0.0);
@@ -295,6 +302,21 @@ impl Starts {
                 }
             }
         }
+    }
+
+    /// Whether the best model so far has a zero of F near the unit circle.
+    fn is_slow(&mut self, best: Option<&[f64]>) -> bool {
+        let Orders { nf, .. } = self.orders;
+        let end = self.theta.len();
+        best.is_some_and(|best| {
+            // The zeros of F(z SLOW) are those of F over SLOW.
+            let scaled = best[end - nf..end].iter().scan(1.0, |power, f| {
+                *power /= SLOW;
+                Some(f * *power)
+            });
+            let scaled: Vec<f64> = [1.0].into_iter().chain(scaled).collect();
+            !stable(&scaled, &mut self.scratch)
+        })
     }
 
     /// Computes A and B that minimise the sum of squares given F, C and D: linear in `D/C y` and `D/(C F) u`.
