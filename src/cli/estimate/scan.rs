@@ -363,7 +363,7 @@ impl Scan {
         )];
         if self.start_told {
             lines.push(
-                "The record does not begin at rest: each model has its start (--initial zero: none)."
+                "Each model has its start: the record does not begin at rest (--initial zero: none)."
                     .to_owned(),
             );
         }

@@ -1,6 +1,6 @@
 """Records of plants that are sampled fast, and the lowest minima of their prediction errors: minima.json.
 
-numpy and scipy alone: python3 make.py > minima.json. y is stored in counts, as a converter has it, and u, a random
+numpy and scipy alone: python3 make.py > first.json; python3 recheck.py first.json > minima.json. y is stored in counts, as a converter has it, and u, a random
 binary sequence, as + and -. Losses are mean squares of e = (A y - B/F u) D/C in counts, with zeros before the record.
 
 A search is scipy's least_squares from the truth, from 11 points about it, from 4 far from it and from 8 with the true
@@ -211,24 +211,30 @@ def orders_of(noise, n):
     return [("oe", dict(nb=n, nf=n)), ("bj", dict(nb=n, nc=0, nd=1, nf=n))]
 
 
-records, dropped, most = [], 0, 25
-for noise in ("oe", "armax", "bj"):
-    count = which = 0
-    while count < most:
-        name, u, y, truth = record(noise, which)
-        which += 1
-        cases = []
-        for estimator, orders in orders_of(noise, len(truth[1]) - 1):
-            found = minimum(estimator, orders, u, y, truth)
-            if found is None or not found[1]:
-                dropped += 1
-                continue
-            cases.append({"estimator": estimator, "orders": orders, "best": float(found[0])})
-            print(noise, count, name, estimator, f"{found[0]:.6g} largest {found[2]:.7f} minima {found[3]}",
-                  file=sys.stderr, flush=True)
-        if cases:
-            count += 1
-            records.append({"plant": name, "noise": noise, "u": "".join("+" if x > 0 else "-" for x in u),
-                            "y": [int(value) for value in y], "cases": cases})
-print("kept", sum(len(of["cases"]) for of in records), "dropped", dropped, file=sys.stderr)
-print("[" + ",\n".join(json.dumps(of, separators=(",", ":")) for of in records) + "]")
+
+def main():
+    records, dropped, most = [], 0, 25
+    for noise in ("oe", "armax", "bj"):
+        count = which = 0
+        while count < most:
+            name, u, y, truth = record(noise, which)
+            which += 1
+            cases = []
+            for estimator, orders in orders_of(noise, len(truth[1]) - 1):
+                found = minimum(estimator, orders, u, y, truth)
+                if found is None or not found[1]:
+                    dropped += 1
+                    continue
+                cases.append({"estimator": estimator, "orders": orders, "best": float(found[0])})
+                print(noise, count, name, estimator, f"{found[0]:.6g} largest {found[2]:.7f} minima {found[3]}",
+                      file=sys.stderr, flush=True)
+            if cases:
+                count += 1
+                records.append({"plant": name, "noise": noise, "u": "".join("+" if x > 0 else "-" for x in u),
+                                "y": [int(value) for value in y], "cases": cases})
+    print("kept", sum(len(of["cases"]) for of in records), "dropped", dropped, file=sys.stderr)
+    print("[" + ",\n".join(json.dumps(of, separators=(",", ":")) for of in records) + "]")
+
+
+if __name__ == "__main__":
+    main()
