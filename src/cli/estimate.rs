@@ -113,10 +113,14 @@ fn tables(
     (order, delay): (Span, Span),
 ) -> Result<ExitCode, Error> {
     let estimators = orders::of_tables(&arguments.estimator)?;
-    let mut scans = Vec::new();
+    let (mut scans, mut hints) = (Vec::new(), Vec::new());
     for &estimator in &estimators {
         let options = arguments.options.taken_by(estimator);
-        scans.push(scan::scan(&report, (estimator, options), order, delay)?);
+        let is_free = arguments.options.start_is_free(estimator);
+        let (scan, hint) =
+            scan::scan_from_start(&report, (estimator, options), [order, delay], is_free)?;
+        scans.push(scan);
+        hints.push(hint);
     }
     let one = match scans.as_slice() {
         [one] => Some(one),
@@ -133,7 +137,6 @@ fn tables(
             )));
         }
     }
-    let hints: Vec<Option<String>> = scans.iter().map(|scan| scan.start(&report)).collect();
     report.tell_in_unit_of_file();
     hints::warn_of_offset(&report, &estimators);
     if let Some(scan) = one {

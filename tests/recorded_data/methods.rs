@@ -38,6 +38,9 @@ fn estimate(case: &Value) -> Value {
         .args(["--window", &size(&case["N"]).to_string()])
         .args(["--detrend", case["detrend"].as_str().expect("a name")])
         .args(["--format", "json"]);
+    if case["method"] == "pem" {
+        command.args(["--initial", "zero"]);
+    }
     if let Some(rows) = orders.get("rows") {
         command.args(["--rows", rows.as_str().expect("a name")]);
     }

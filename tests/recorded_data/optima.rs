@@ -25,7 +25,7 @@ fn estimate(case: &Value, more: &[&str]) -> (Value, String) {
         .arg("estimate")
         .arg(folder().join(text("file")))
         .args(["--estimator", &text("estimator"), "--format", "json"])
-        .args(["--orders", &orders.join(",")])
+        .args(["--orders", &orders.join(","), "--initial", "zero"])
         .args(more);
     if let Some(window) = case["N"].as_u64() {
         command.args(["--window", &window.to_string()]);

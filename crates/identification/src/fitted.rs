@@ -218,6 +218,11 @@ impl Fitted {
         precision
     }
 
+    /// Whether the record that was fitted begins at rest: x0 = 0.
+    pub fn begins_at_rest(&self) -> bool {
+        self.pass.x0.iter().all(|x| *x == 0.0)
+    }
+
     /// Returns the one-step prediction errors over a record and their tests; `None` if they cannot be tested. A record
     /// that was fitted with x0 = 0 begins at rest, of others the start is free, as it is on `another` record.
     pub fn residuals(
@@ -227,8 +232,7 @@ impl Fitted {
         another: bool,
         rounding: Rounding,
     ) -> Option<Residuals> {
-        let rest = !another && self.pass.x0.iter().all(|x| *x == 0.0);
-        let start = if rest {
+        let start = if !another && self.begins_at_rest() {
             InitialCondition::Zero
         } else {
             InitialCondition::Estimate

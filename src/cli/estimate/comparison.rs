@@ -102,6 +102,15 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
     }
     writeln!(text)?;
     text.push_str(&wrap(&reason(report, ranked), 80, ""));
+    let begun = ranked.iter().filter(|of| of.start_chance.is_some());
+    let begun: Vec<&str> = begun.map(|of| of.name.name()).collect();
+    if !begun.is_empty() {
+        let line = format!(
+            "The record does not begin at rest: the start is fitted with {}.",
+            begun.join(", ")
+        );
+        text.push_str(&wrap(&line, 80, ""));
+    }
     let best = ranked.first().and_then(|of| fit(of));
     if !best.is_some_and(|fit| fit.simulated > 0.0) {
         text.push_str(&wrap(USELESS, 80, ""));

@@ -104,7 +104,11 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
     if let Some(state) = state.map(|at| flags.remove(at))
         && let Some(signals) = flags.iter_mut().find(|flag| flag.key == SIGNALS)
     {
-        signals.help = format!("{}; {}", signals.help, state.help);
+        let help = signals.help.replace(" [default: zero]", AUTO_HELP);
+        signals.help = format!("{help}; {}", state.help);
+        if let Some(valid) = signals.schema["enum"].as_array_mut() {
+            valid.push(Value::from(AUTO));
+        }
     }
     flags
 });
@@ -113,6 +117,11 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
 /// whichever an estimator has.
 const SIGNALS: &str = "initial";
 const STATE: &str = "initial_state";
+
+/// Estimates the signals before the record where they are significantly not zero; so does no flag.
+const AUTO: &str = "auto";
+const AUTO_HELP: &str =
+    "; auto: estimate where a likelihood ratio test at 0.001 says so [default: auto]";
 
 /// The key of the offset, which is estimated where the flag stands alone.
 const OFFSET: &str = "offset";
@@ -227,7 +236,8 @@ impl clap::FromArgMatches for OptionFlags {
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         for flag in FLAGS.iter() {
-            if let Some(value) = matches.get_one::<Value>(flag.key) {
+            let value = matches.get_one::<Value>(flag.key);
+            if let Some(value) = value.filter(|value| *value != AUTO) {
                 self.options.insert(flag.key.to_owned(), value.clone());
             }
         }
@@ -272,6 +282,26 @@ impl OptionFlags {
         without
             .filter(|(_, estimators)| !estimators.is_empty())
             .collect()
+    }
+
+    /// Whether the record tells how an estimator begins.
+    pub(super) fn start_is_free(&self, estimator: EstimatorName) -> bool {
+        estimator.takes(SIGNALS) && !self.has(SIGNALS)
+    }
+
+    /// Lets an estimator begin as it does in studies, where it can begin in two ways and none was given.
+    pub(super) fn begin_as_in_studies(&mut self, estimator: EstimatorName) {
+        let mut options = estimator.options().iter();
+        let option = options.find(|option| option.key == SIGNALS);
+        if let Some(option) = option.filter(|_| self.start_is_free(estimator)) {
+            let default = option.default.clone();
+            self.options.insert(SIGNALS.to_owned(), default);
+        }
+    }
+
+    /// Fits the start together with the model.
+    pub(super) fn estimate_start(options: &mut Map<String, Value>) {
+        options.insert(SIGNALS.to_owned(), Value::from("estimate"));
     }
 
     /// Whether an option was given.

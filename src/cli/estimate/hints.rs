@@ -1,6 +1,6 @@
 //! Hints on a record: an integrator, a start that is not at rest, a step.
 
-use super::levels::levels;
+use super::levels::LEVEL;
 use super::report::{Estimate, Report};
 use crate::cli::output::note;
 use crate::diagnosis::{LoopVerdict, Outlier, Z_95};
@@ -13,18 +13,15 @@ use serde_json::Value;
 /// A pole this close to 1 may be 1 whatever its standard error is.
 const NEAR_ONE: f64 = 2e-3;
 
-/// The level at which a record is said not to begin at rest.
-const LEVEL: f64 = 1e-3;
-
-/// Returns the hints for an estimate, as sentences without a full stop.
-pub(super) fn of(estimate: &Estimate, report: &Report) -> Vec<String> {
+/// Returns the hints for an estimate, as sentences without a full stop; the first is that `of_start`.
+pub(super) fn of(estimate: &Estimate, report: &Report, of_start: Option<String>) -> Vec<String> {
     if !report.parts.is_empty() {
-        return levels(estimate, report).into_iter().collect();
+        return of_start.into_iter().collect();
     }
     // A model without its start or level misses much of the record.
     let hints = [
         direct(estimate, report),
-        of_start(estimate, report).or_else(|| outlier(estimate, report)),
+        of_start.or_else(|| outlier(estimate, report)),
         integrator(estimate),
         coloured(estimate),
         step(estimate, report),
@@ -161,14 +158,9 @@ fn direct(estimate: &Estimate, report: &Report) -> Option<String> {
     Some(sentence.to_owned())
 }
 
-/// The hint on a start that is not at rest, or a level that is not zero.
-pub(super) fn of_start(estimate: &Estimate, report: &Report) -> Option<String> {
-    levels(estimate, report).or_else(|| fixed_start(estimate, report))
-}
-
 /// Signals before the record that are not zero, for an estimator that has no other choice: its model predicts better
 /// from another start, by more than chance.
-fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String> {
+pub(super) fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String> {
     let chooses =
         ["initial", "initial_state", "rows"].map(|key| estimate.options.contains_key(key));
     let in_loop = report.in_loop();

@@ -63,6 +63,10 @@ fn estimate(estimate: &Estimate, report: &Report) -> Value {
     object.insert("options".to_owned(), json!(estimate.options));
     object.append(&mut pass(estimate.last()));
     object.insert("hints".to_owned(), json!(estimate.hints));
+    let fitted = &estimate.last().fitted;
+    let begins = (fitted.pass.progress == Progress::InitialState).then(|| fitted.begins_at_rest());
+    object.insert("begins_at_rest".to_owned(), json!(begins));
+    object.insert("start_p_value".to_owned(), json!(estimate.start_chance));
     if estimate.passes[0].0 > 0 {
         let passes = estimate.passes.iter().map(|(number, report)| {
             let mut object = pass(report);

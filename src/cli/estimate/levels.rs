@@ -9,7 +9,7 @@ use asobench_identification::Fitted;
 use serde_json::{Value, json};
 
 /// The level at which a start or an offset is said to be missing.
-const LEVEL: f64 = 1e-3;
+pub(super) const LEVEL: f64 = 1e-3;
 
 /// Samples of the longest record of which it is asked: each addition is a fit of its own.
 const MOST: usize = 100_000;
@@ -57,10 +57,20 @@ const ADDITIONS: [Addition; 4] = {
     ]
 };
 
-/// Returns the hint on a start, an offset, or both, by which the same method has a lower loss than by chance: the
+/// What is to be fitted beside the model.
+pub(super) struct Advice {
+    /// Whether a start is among it, of a method that can fit one.
+    pub(super) start: bool,
+    /// The chance of such a likelihood ratio without it.
+    pub(super) chance: f64,
+    /// The hint.
+    pub(super) sentence: String,
+}
+
+/// Returns the advice on a start, an offset, or both, by which the same method has a lower loss than by chance: the
 /// likelihood ratio, over the factor by which residuals of this colour inflate the square of a mean, is beyond the point
 /// of chi-square. Of several the one of the lowest BIC is named. `None` where the method has no such options.
-pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<String> {
+pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
     let last = &estimate.last().fitted;
     let fitted = |key: &str| Some(estimate.options.get(key)?.as_str()? == "estimate");
     let (start, offset) = (fitted("initial")?, fitted("offset").unwrap_or(false));
@@ -68,7 +78,9 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<String> {
     let failed = estimate
         .failure()
         .is_some_and(|of| !of.kind.leaves_a_model());
-    if failed || !last.pass.loss.is_finite() || report.window > MOST {
+    let exact = estimate.last().residuals.as_ref();
+    let exact = exact.is_some_and(|residuals| residuals.fits_to_rounding);
+    if failed || exact || !last.pass.loss.is_finite() || report.window > MOST {
         return None;
     }
     // No model can be told from a controller without a change of its setpoint.
@@ -96,11 +108,11 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<String> {
             let inflation = inflation(&found, of, report)?;
             let likelihood = samples * (last.pass.loss / found.pass.loss).ln() / inflation;
             // A start that the offset replaces costs nothing.
-            let is_real = chi_square_above(likelihood, count.max(1.0) as usize) < LEVEL;
-            is_real.then_some((count * samples.ln() - likelihood, of, found))
+            let chance = chi_square_above(likelihood, count.max(1.0) as usize);
+            (chance < LEVEL).then_some((count * samples.ln() - likelihood, of, found, chance))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0));
-    let (_, of, found) = best?;
+    let (_, of, found, chance) = best?;
     let unit = report.unit;
     let point = if of.from_first {
         format!("--operating-point {},0 ", rounded(first * unit, 6))
@@ -121,10 +133,14 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<String> {
     };
     let variances =
         [&last.model, &found.model].map(|model| rounded(model.noise_variance * unit * unit, 4));
-    Some(format!(
-        "{why}: with {point}{} the noise variance is {} (now {})",
-        of.flags, variances[1], variances[0]
-    ))
+    Some(Advice {
+        start: of.start && !start,
+        chance,
+        sentence: format!(
+            "{why}: with {point}{} the noise variance is {} (now {})",
+            of.flags, variances[1], variances[0]
+        ),
+    })
 }
 
 impl Addition {

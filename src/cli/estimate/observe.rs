@@ -10,6 +10,7 @@ use crate::cli::output::{Format, note, print, print_json};
 use crate::data::csv;
 use crate::estimator::{EstimatorName, Progress};
 use crate::files::{Kind, numbers_as_parquet};
+use crate::number::plus_minus;
 use crate::observer::{ObserverKind, RiccatiError};
 use crate::report::plot::Picture;
 use crate::text::{rounded, visible, wrap};
@@ -303,6 +304,13 @@ impl Observed<'_> {
         for line in model.equation().rounded(DIGITS).to_string().lines() {
             text.extend([format!("  {}\n", broken(line, 2, 6))]);
         }
+        for (name, offset) in words::offsets(&estimate.last().fitted.pass) {
+            let told = plus_minus(offset.value, offset.se);
+            text.extend([format!("  {name:<18} {told}\n")]);
+        }
+        if let Some(start) = words::start(estimate) {
+            text += &wrap(&format!("  {:<18} {start}", "start"), 80, &" ".repeat(21));
+        }
         if let Some(fit) = &estimate.fit {
             let fit = fit.window;
             text.extend([format!(
@@ -342,8 +350,17 @@ impl Observed<'_> {
         } else {
             String::new()
         };
+        let less = match (
+            self.estimate().last().fitted.offset(),
+            self.report.subtracted(),
+        ) {
+            (None, None) => "",
+            (None, Some(_)) => "; u and y are less what was subtracted",
+            (Some(_), None) => " + offset",
+            (Some(_), Some(_)) => " + offset; u and y are less what was subtracted",
+        };
         format!(
-            "x(k+1) = A x(k) + b u(k), y = x_1 + d u, last row of A is a; xhat(k) knows u and y up to k - 1{of}"
+            "x(k+1) = A x(k) + b u(k), last row of A is a, y = x_1 + d u{less}; xhat(k) knows u and y up to k - 1{of}"
         )
     }
 
@@ -382,8 +399,8 @@ impl Observed<'_> {
             self.write_states(path)?;
             written(path, "the states, k = 0 ... K");
         }
-        let (name, shift) = (self.choice.to_string(), self.estimate().shift());
-        let figure = picture::states(self.report, &name, shift, &self.states);
+        let (name, model) = (self.choice.to_string(), &self.estimate().last().fitted);
+        let figure = picture::states(self.report, &name, model, &self.states);
         if let Some(path) = &arguments.plot {
             let content = drawn("--plot", path, &figure.wide)?;
             write_whole("--plot", path, Kind::Figure, |to| to.write_all(&content))?;

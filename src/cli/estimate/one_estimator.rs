@@ -1,8 +1,9 @@
 //! Runs an estimator on the window of a record.
 
 use super::arguments::Arguments;
-use super::flags::flag_of;
+use super::flags::{OptionFlags, flag_of};
 use super::hints;
+use super::levels::{Advice, levels};
 use super::orders::delayed;
 use super::report::{
     Clock, Estimate, Fits, Observed, PartReport, PassReport, Report, Samples, Validation,
@@ -90,7 +91,35 @@ pub(super) fn estimate(
     };
     let gain = arguments.gain.check(options.order(order));
     gain.map_err(|error| Error::Input(format!("--gain: {error}")))?;
+    let start_told = arguments.options.start_is_free(name);
+    let mut found = run(arguments, options.clone(), (name, shift), report)?;
+    found.start_told = start_told;
+    let mut advice = levels(&found, report);
+    if let Some(Advice { chance, .. }) = advice.as_ref().filter(|of| of.start && start_told) {
+        let mut with_start = found.options.clone();
+        with_start.retain(|_, value| !value.is_null());
+        OptionFlags::estimate_start(&mut with_start);
+        let mut begun = run(arguments, parse(&with_start)?, (name, shift), report)?;
+        begun.start_told = true;
+        begun.start_chance = Some(*chance);
+        advice = levels(&begun, report);
+        found = begun;
+    }
+    let of_start = advice.map(|advice| advice.sentence);
+    let of_start = of_start.or_else(|| hints::fixed_start(&found, report));
+    found.hints = hints::of(&found, report, of_start);
+    Ok(found)
+}
+
+/// Runs an estimator with options on the window; without hints.
+fn run(
+    arguments: &Arguments,
+    options: MethodOptions,
+    (name, shift): (EstimatorName, usize),
+    report: &Report,
+) -> Result<Estimate, Error> {
     let samples = report.shifted(shift);
+    let order = report.orders.na;
     let shape = Shape {
         order,
         window: samples.window,
@@ -103,7 +132,8 @@ pub(super) fn estimate(
         runs: &lengths,
         ..shape.into()
     });
-    let mut estimator = prepared.map_err(|error| bad(error.to_string()))?;
+    let mut estimator =
+        prepared.map_err(|error| Error::Input(format!("--estimator {name}: {error}")))?;
     let mut passes = vec![Pass::new(order); method.passes()];
     let reference = samples.r.unwrap_or(samples.u);
     let window = Window::with_reference(samples.u, samples.y, reference, samples.window);
@@ -112,19 +142,8 @@ pub(super) fn estimate(
     let numbers = method.outputs().iter().zip(passes);
     let own = numbers.filter(|(output, _)| output.estimator == name.name());
     let passes = own.map(|(output, pass)| (output.pass, pass_report(pass, report, shift)));
-    let mut estimate = Estimate {
-        name,
-        options: described,
-        passes: passes.collect(),
-        observer: None,
-        fit: None,
-        parts: Vec::new(),
-        white: None,
-        excitation: report.excitation,
-        hints: Vec::new(),
-    };
+    let mut estimate = Estimate::new(name, described, passes.collect(), report);
     conclude(&mut estimate, &arguments.gain, report);
-    estimate.hints = hints::of(&estimate, report);
     Ok(estimate)
 }
 

@@ -167,10 +167,12 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequenc
             "undefined".to_owned()
         }
     };
-    section.settings(&[
+    let mut settings = vec![
         ("noise variance", number(model.noise_variance)),
         ("loss", number(last.fitted.pass.loss)),
-    ]);
+    ];
+    settings.extend(words::start(estimate).map(|start| ("start", start)));
+    section.settings(&settings);
     section.heading("Residuals");
     match &last.residuals {
         None => section.paragraph(&format!("{}.", words::capitalised(words::NOT_TESTED))),

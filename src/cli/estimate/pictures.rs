@@ -122,7 +122,12 @@ pub(super) fn simulated(estimate: &Estimate, report: &Report) -> Option<Vec<f64>
 fn errors_of(estimate: &Estimate, report: &Report) -> Option<(usize, Vec<f64>)> {
     let model = estimate.last().known_model()?;
     let y = estimate.last().fitted.less_offset(&report.record.y);
-    let (first, mut e) = prediction_errors(model, &report.record.u, &y, report.window)?;
+    let of_start = if estimate.last().fitted.begins_at_rest() {
+        0
+    } else {
+        report.window
+    };
+    let (first, mut e) = prediction_errors(model, &report.record.u, &y, of_start)?;
     Some((first, e.split_off(first)))
 }
 

@@ -149,15 +149,27 @@ fn part(kept: Kept, samples: usize) -> String {
 
 /// Returns what the user may do about a record that is refused.
 fn ways_on(error: &RecordError) -> Cow<'static, str> {
-    // Of two columns with names of their own, the input commonly stands first.
-    if let RecordError::UnknownColumn { column, found, .. } = error
-        && let [input, output] = found.split(", ").collect::<Vec<_>>()[..]
-        && let [input, output] = [input, output].map(|name| name.trim_matches('\''))
-        && input == column
-        && !["u", "k", "t", "time"].contains(&output.to_lowercase().as_str())
-    {
-        let [input, output] = [input, output].map(shell_word);
-        return format!("; or --input {input} --output {output}, or the reverse").into();
+    // Of two columns with names of their own, perhaps behind one of times, the input commonly stands first.
+    if let RecordError::UnknownColumn { column, found, .. } = error {
+        let names = found.split(", ").map(|name| name.trim_matches('\''));
+        let names: Vec<&str> = names.collect();
+        let is_time = |name: &str| {
+            let name = name.to_lowercase();
+            name.starts_with("zeit") || name.starts_with("time")
+        };
+        let (time, signals) = match names.as_slice() {
+            [time, signals @ ..] if is_time(time) && signals.len() == 2 => (Some(*time), signals),
+            all => (None, all),
+        };
+        if let [input, output] = signals
+            && (time == Some(column) || input == column)
+            && !["u", "k", "t", "time"].contains(&output.to_lowercase().as_str())
+        {
+            let time =
+                time.map_or_else(String::new, |time| format!("--time {} ", shell_word(time)));
+            let [input, output] = [input, output].map(shell_word);
+            return format!("; or {time}--input {input} --output {output}, or the reverse").into();
+        }
     }
     let ways = match error {
         RecordError::DataAbove { .. } => "; begin a line that is no row with #",

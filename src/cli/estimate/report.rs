@@ -192,11 +192,36 @@ pub(super) struct Estimate {
     pub(super) white: Option<Whiteness>,
     /// The order of excitation of u, as that of the [`Report`].
     pub(super) excitation: usize,
+    /// Whether the record told how the model begins, and if it does not begin at rest, the chance of that.
+    pub(super) start_told: bool,
+    pub(super) start_chance: Option<f64>,
     /// Hints on the record or the method.
     pub(super) hints: Vec<String>,
 }
 
 impl Estimate {
+    /// An estimate of which only the passes are known.
+    pub(super) fn new(
+        name: EstimatorName,
+        options: Map<String, Value>,
+        passes: Vec<(usize, PassReport)>,
+        report: &Report,
+    ) -> Self {
+        Self {
+            name,
+            options,
+            passes,
+            observer: None,
+            fit: None,
+            parts: Vec::new(),
+            white: None,
+            excitation: report.excitation,
+            start_told: false,
+            start_chance: None,
+            hints: Vec::new(),
+        }
+    }
+
     /// Returns the last pass, the estimator's result.
     pub(super) fn last(&self) -> &PassReport {
         &self.passes[self.passes.len() - 1].1

@@ -2,7 +2,9 @@
 
 mod picture;
 
+use super::flags::OptionFlags;
 use super::hints;
+use super::levels::{Advice, levels};
 use super::one_estimator::{fits, parts, pass_report};
 use super::orders::delayed;
 use super::report::{Estimate, PartReport, Report};
@@ -46,6 +48,8 @@ pub(super) struct Scan {
     ranges: [Span; 2],
     rows: Vec<Row>,
     equations: usize,
+    /// Whether the record told that the models do not begin at rest.
+    start_told: bool,
     best: Vec<Option<usize>>,
     /// The row with the best FIT on validation samples.
     best_fit: Option<usize>,
@@ -91,7 +95,32 @@ pub(super) fn scan(
         best_fit,
         rows,
         equations,
+        start_told: false,
     })
+}
+
+/// Runs the models as [`scan`], and once more with the start of the record where the model that BIC chooses does not
+/// begin at rest and `start_is_free`. Returns the hint on the start, too.
+pub(super) fn scan_from_start(
+    report: &Report,
+    (estimator, given): (EstimatorName, Map<String, Value>),
+    [order, delay]: [Span; 2],
+    start_is_free: bool,
+) -> Result<(Scan, Option<String>), Error> {
+    let mut found = scan(report, (estimator, given.clone()), order, delay)?;
+    let Some(chosen) = found.of_bic(report) else {
+        return Ok((found, None));
+    };
+    let mut advice = levels(&chosen, report);
+    if start_is_free && advice.as_ref().is_some_and(|of: &Advice| of.start) {
+        let mut given = given;
+        OptionFlags::estimate_start(&mut given);
+        found = scan(report, (estimator, given), order, delay)?;
+        found.start_told = true;
+        advice = found.of_bic(report).and_then(|of| levels(&of, report));
+    }
+    let hint = advice.map(|advice| advice.sentence);
+    Ok((found, hint.or_else(|| hints::fixed_start(&chosen, report))))
 }
 
 /// The place of a criterion among all.
@@ -273,8 +302,8 @@ impl Scan {
         text
     }
 
-    /// Returns the hints on the start of the record, of the model that BIC chooses.
-    pub(super) fn start(&self, report: &Report) -> Option<String> {
+    /// Returns the model that BIC chooses, for hints on its start.
+    fn of_bic(&self, report: &Report) -> Option<Estimate> {
         if self.estimator == EstimatorName::Arx || !report.parts.is_empty() {
             return None;
         }
@@ -291,18 +320,8 @@ impl Scan {
         let window = Window::new(&report.record.u, &report.record.y, report.window);
         prepared.ok()?.estimate(window, &mut passes);
         let [pass] = passes;
-        let estimate = Estimate {
-            name: self.estimator,
-            options: described,
-            passes: vec![(0, pass_report(pass, report, 0))],
-            observer: None,
-            fit: None,
-            parts: Vec::new(),
-            white: None,
-            excitation: report.excitation,
-            hints: Vec::new(),
-        };
-        hints::of_start(&estimate, report)
+        let passes = vec![(0, pass_report(pass, report, 0))];
+        Some(Estimate::new(self.estimator, described, passes, report))
     }
 
     /// The choices in words: that of BIC, models that are nearly as good, the other criteria, and an edge of the range.
@@ -342,6 +361,12 @@ impl Scan {
             of(best),
             others.collect::<String>()
         )];
+        if self.start_told {
+            lines.push(
+                "Each model has its start: the record does not begin at rest (--initial zero: none)."
+                    .to_owned(),
+            );
+        }
         let [order, delay] = self.ranges;
         let chosen = &self.rows[best];
         let mut edges = Vec::new();

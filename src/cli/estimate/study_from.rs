@@ -23,6 +23,7 @@ pub(in crate::cli) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     orders::understand(&mut estimator)?;
     arguments.record.clone_from(&estimator.record);
     arguments.options.clone_from(&estimator.options);
+    estimator.options.begin_as_in_studies(arguments.estimator);
     let arguments = &arguments;
     let case = Case::new(arguments, &estimator)?;
     let methods = methods::all(&case, arguments);

@@ -115,6 +115,10 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
         text.push_str(&wrap(&line, 80, &" ".repeat(21)));
     }
     write_pass(text, report, unit, estimate.parts.is_empty())?;
+    if let Some(start) = words::start(estimate) {
+        let line = format!("  {:<18} {start}", "start");
+        text.push_str(&wrap(&line, 80, &" ".repeat(21)));
+    }
     if let Some(fit) = &estimate.fit {
         let has_noise_model = words::has_noise_model(&report.fitted.model);
         write_fit(text, "window", fit.window, has_noise_model)?;

@@ -2,7 +2,7 @@
 
 use super::report::{Clock, Estimate, MOST_EXCITED, Report, Validation};
 use crate::diagnosis::{Cancellation, FeedbackTest, LoopVerdict, Precision, Residuals, Whiteness};
-use crate::estimator::{EstimatorName, FailureKind, Offset, Pass};
+use crate::estimator::{EstimatorName, FailureKind, Offset, Pass, Progress};
 use crate::model::polynomial::multiply;
 use crate::model::{LinearModel, Orders};
 use crate::plant::PoleFinder;
@@ -59,6 +59,23 @@ pub(super) fn record(report: &Report) -> String {
         return String::new();
     }
     wrap(&lines.join("; "), 80, "")
+}
+
+/// Returns how a model begins, of a method that can begin in two ways; `None` of others, or without a start.
+pub(super) fn start(estimate: &Estimate) -> Option<String> {
+    let fitted = &estimate.last().fitted;
+    let known = fitted.pass.progress == Progress::InitialState;
+    (known && estimate.options.contains_key("initial")).then(|| {
+        match (fitted.begins_at_rest(), estimate.start_chance) {
+            (true, _) if estimate.start_told => "at rest: the record tells no other".to_owned(),
+            (true, _) => "at rest: zero signals before the record".to_owned(),
+            (false, None) => "estimated".to_owned(),
+            (false, Some(p)) => format!(
+                "estimated: the record does not begin at rest ({}); --initial zero takes it so",
+                chance(p)
+            ),
+        }
+    })
 }
 
 /// Capitalises a sentence.

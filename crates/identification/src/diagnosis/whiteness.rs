@@ -119,9 +119,9 @@ impl Residuals {
         (lags > 0).then(|| Whiteness::new(degrees.max(1), p_value))
     }
 
-    /// Computes the one-step prediction errors of a model over a record, with the start of [`prediction_errors`], and
-    /// tests them. `None` if there is no start, if there are fewer than four residuals, or if residuals or u are all 0
-    /// or not finite. `start` is that of the model: the F test takes zeros before the record or fits the start too.
+    /// Computes the one-step prediction errors of a model over a record and tests them. `None` if there is no start, if
+    /// there are fewer than four residuals, or if residuals or u are all 0 or not finite. `start` is that of the model:
+    /// zeros before the record, or the start of [`prediction_errors`], which the F test fits too.
     ///
     /// Ljung and Box's statistic has as many degrees of freedom as there are lags, less the parameters of A, C and D,
     /// which are fitted to the past of the noise. In open loop those of B and F are not.
@@ -133,7 +133,11 @@ impl Residuals {
         rounding: Rounding,
     ) -> Option<Self> {
         let (whole_u, samples) = (u, u.len());
-        let (first, e) = prediction_errors(model, u, y, u.len())?;
+        let told_by = match start {
+            InitialCondition::Zero => 0,
+            InitialCondition::Estimate => u.len(),
+        };
+        let (first, e) = prediction_errors(model, u, y, told_by)?;
         let orders = model.orders();
         let (e, u) = (&e[first..], &u[first..]);
         let rows = e.len();

@@ -9,6 +9,8 @@ use crate::plant::canonical::reverse_negated;
 /// Returns the errors of a model's one-step predictions over a record, and the first sample that counts. `None` if no
 /// start is found: the predictor is unstable and overflows, or the window is shorter than its memory.
 ///
+/// A window of no samples tells no start: the signals before the record are zero, and every sample counts.
+///
 /// A predictor without C, D, F has no memory but the record. Its first `max(na, nb + nk - 1)` samples look back beyond
 /// the record and do not count. Any other predictor starts from the state that minimises the sum of squared errors over
 /// the first `window` samples, as MATLAB's `compare` and `predict` do. A start adds `P(q)/(C F)` to the errors, with a
@@ -26,6 +28,9 @@ pub fn prediction_errors(
     let orders = model.orders();
     let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
     model.residuals(u, y, &mut e, &mut scratch);
+    if window == 0 {
+        return Some((0, e));
+    }
     if orders.nc + orders.nd + orders.nf == 0 {
         return Some((orders.reach().min(u.len()), e));
     }

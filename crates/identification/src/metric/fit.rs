@@ -10,8 +10,8 @@ use std::ops::Range;
 pub struct Fit {
     /// FIT with yhat simulated from x0, using u only.
     pub simulated: f64,
-    /// FIT with yhat predicted one step ahead, using y up to k - 1, from the start of [`super::prediction_errors`]; NaN if
-    /// there is no start.
+    /// FIT with yhat predicted one step ahead, using y up to k - 1, from the start of [`super::prediction_errors`], or from
+    /// rest where x0 is 0; NaN if there is no start.
     pub one_step: f64,
     /// FIT with yhat predicted [`FitModel::horizon`] steps ahead, using y up to k - horizon; `None` for one step.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,7 +45,7 @@ pub struct FitModel<'a> {
 }
 
 /// Computes the FIT of a model on the samples k in `range` of a record that begins at k = 0. The first `window` samples
-/// determine the start of the predictor.
+/// determine the start of the predictor, unless x0 is 0: then both begin at rest.
 ///
 /// # Panics
 /// If u and y differ in length, or the window or the range reaches beyond them.
@@ -75,6 +75,11 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], window: usize, range: Rang
             }
         },
     );
+    let window = if x0.iter().all(|x| *x == 0.0) {
+        0
+    } else {
+        window
+    };
     let predicted = |horizon| fit_ahead(model, u, y, window, range.clone(), horizon);
     Fit {
         simulated: percent(simulated, &y[range.clone()], mean),

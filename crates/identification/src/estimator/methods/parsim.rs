@@ -14,7 +14,9 @@ use crate::estimator::prediction_error::kernels::Triangle;
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
 use crate::estimator::solver::Reduction;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
+use crate::estimator::{
+    Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window,
+};
 use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
 use crate::plant::polynomial_from_poles;
@@ -32,7 +34,7 @@ innovations_options!(
         Ok(Box::new(ParsimK {
             orders,
             rows,
-            stabilise: of.stabilise,
+            ending: (of.stabilise, of.initial),
             is_start: problem.is_start,
             high: HighOrder::new(true, 1, None, window),
             innovations: Innovations::new(window),
@@ -49,7 +51,8 @@ innovations_options!(
 pub struct ParsimK {
     orders: Orders,
     rows: Option<usize>,
-    stabilise: Stabilise,
+    /// How an unstable A is treated, and the start.
+    ending: (Stabilise, InitialCondition),
     /// Whether the model is a start, for which u need not excite the block rows.
     is_start: bool,
     high: HighOrder,
@@ -258,7 +261,6 @@ fn fit_given_c(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Result<f64, Fai
 impl SinglePass for ParsimK {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let found = self.find(window.u, window.y, &mut pass.singular_values)?;
-        self.innovations
-            .conclude(window, self.stabilise, found, pass)
+        self.innovations.conclude(window, self.ending, found, pass)
     }
 }

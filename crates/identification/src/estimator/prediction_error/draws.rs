@@ -17,6 +17,23 @@ pub(super) fn draw(polynomial: &mut [f64], random: &mut Stream) {
     }
 }
 
+/// Draws a polynomial with real zeros whose distances from 1 lie between 2^-13 and 1/2, as often in each octave: zeros of a
+/// plant that is sampled fast.
+pub(super) fn draw_slow(polynomial: &mut [f64], random: &mut Stream) {
+    let mut zero = || {
+        let octave = (random.next_u64() % 12) as i32;
+        let place = (random.next_u64() >> 11) as f64 / 2.0_f64.powi(53);
+        c64::new(1.0 - (1.0 + place) * 2.0_f64.powi(octave - 13), 0.0)
+    };
+    let zeros: Vec<c64> = (1..polynomial.len()).map(|_| zero()).collect();
+    for (coefficient, phi) in polynomial[1..]
+        .iter_mut()
+        .zip(polynomial_from_poles(&zeros))
+    {
+        *coefficient = phi.re;
+    }
+}
+
 /// Moves a pair of zeros of one of the polynomials, chosen by their degrees, to a random place: two conjugate or two
 /// real zeros, or the only one. Minima often differ in zeros that others nearly cancel.
 pub(super) fn move_zeros(polynomials: &mut [&mut Vec<f64>], random: &mut Stream) {

@@ -23,7 +23,13 @@ pub(super) enum Kind {
     SteiglitzMcBride,
     /// With `B/F u` instead of y in the instruments.
     Refined,
+    /// The same from least squares for signals through `1/(1 - SLOW q^-1)^n` instead: noise hides a plant that is sampled
+    /// fast from the signals themselves.
+    Slow,
 }
+
+/// The zeros of the filter of [`Kind::Slow`].
+const SLOW: f64 = 0.99;
 
 /// Buffers for records of one length.
 pub(super) struct Instrumental {
@@ -80,6 +86,15 @@ impl Instrumental {
             self.first = Some(self.theta.clone());
         }
         self.theta.copy_from_slice(self.first.as_ref()?);
+        if kind == Kind::Slow {
+            for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
+                to.copy_from_slice(from);
+                for _ in 0..self.degree {
+                    divide(&[1.0, -SLOW], to);
+                }
+            }
+            self.solve(false)?;
+        }
         self.take()?;
         self.best.copy_from_slice(&self.f);
         if kind == Kind::LeastSquares {
@@ -106,7 +121,7 @@ impl Instrumental {
                 self.best.copy_from_slice(&self.f);
             }
             divide(&self.f, &mut self.x);
-            if self.solve(kind == Kind::Refined).is_none() {
+            if self.solve(kind != Kind::SteiglitzMcBride).is_none() {
                 break;
             }
             let before = self.f.clone();

@@ -1,10 +1,11 @@
 //! The innovations form of a sequence of states, as polynomials.
 
+use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::numerator::fit_numerator;
 use crate::estimator::prediction_error::kernels::Triangle;
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use crate::estimator::{FailureKind, Pass, Window};
+use crate::estimator::{FailureKind, InitialCondition, Pass, Window, prediction_errors};
 use crate::model::LinearModel;
 use crate::plant::polynomial_from_poles;
 use faer::{Mat, MatRef};
@@ -102,25 +103,38 @@ impl Innovations {
         Ok(condition)
     }
 
-    /// Takes a model for the pass, with its loss.
+    /// Takes a model for the pass, with its loss, from rest or from the start that is best for each: the predictor's for
+    /// the loss, and x0, as stage 6 finds it, for the output.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`]; as for [`fit_numerator`].
     pub(in crate::estimator) fn conclude(
         &mut self,
-        Window { u, y, .. }: Window<'_>,
-        stabilise: Stabilise,
+        window: Window<'_>,
+        (stabilise, initial): (Stabilise, InitialCondition),
         (mut model, condition): (LinearModel, f64),
         pass: &mut Pass,
     ) -> Result<(), FailureKind> {
+        let Window { u, y, .. } = window;
         self.stabilise(u, y, stabilise, &mut model)?;
-        model.residuals(u, y, &mut self.e, &mut self.x);
+        let orders = model.orders();
+        let start = match initial {
+            InitialCondition::Zero => StartState::Zero,
+            InitialCondition::Estimate => StartState::Estimate,
+        };
+        if start == StartState::Zero {
+            model.residuals(u, y, &mut self.e, &mut self.x);
+        } else {
+            let found = prediction_errors(&model, u, y, y.len());
+            self.e = found.ok_or(FailureKind::NonFinite)?.1;
+            pass.start_numbers = orders.order();
+        }
         let sum: f64 = self.e.iter().map(|e| e * e).sum();
-        let freedom = y.len().saturating_sub(model.orders().parameters());
-        model.noise_variance = sum / freedom as f64;
+        let fitted = orders.parameters() + pass.start_numbers;
+        model.noise_variance = sum / y.len().saturating_sub(fitted) as f64;
         pass.loss = sum / y.len() as f64;
         pass.set_model(&model, condition)?;
-        pass.start_at_zero();
+        StateEstimate::new(orders.order(), start).estimate(window, 0, pass);
         Ok(())
     }
 

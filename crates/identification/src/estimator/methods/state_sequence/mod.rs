@@ -20,7 +20,9 @@ use crate::estimator::null_space::long_autoregression;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::order_choice::Criterion;
 use crate::estimator::reflection::Stabilise;
-use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
+use crate::estimator::{
+    Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window,
+};
 use crate::model::{LinearModel, Orders};
 use canonical::Canonical;
 pub(super) use innovations::Innovations;
@@ -53,6 +55,9 @@ macro_rules! innovations_options {
                 $($own)*
                 /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
                 pub stabilise: Stabilise,
+                /// The signals before the record: zero, or estimate, which finds the best start of the model (A, B and C
+                /// do not depend on it).
+                pub initial: InitialCondition,
             }
         }
 
@@ -126,7 +131,7 @@ macro_rules! state_sequence {
                 let method = StateSequence::new(orders, of.block_rows, $future, window)?;
                 Ok(Box::new(StateSequence {
                     correlations: of.correlations,
-                    stabilise: of.stabilise,
+                    ending: (of.stabilise, of.initial),
                     is_start: problem.is_start,
                     ..method
                 }))
@@ -155,7 +160,8 @@ pub struct StateSequence {
     orders: Orders,
     future: Future,
     correlations: Option<Criterion>,
-    stabilise: Stabilise,
+    /// How an unstable A is treated, and the start.
+    ending: (Stabilise, InitialCondition),
     /// The number of block rows, if it is given.
     rows: Option<usize>,
     /// Whether the model is a start, for which u need not excite the block rows.
@@ -180,7 +186,7 @@ impl StateSequence {
             orders,
             future,
             correlations: None,
-            stabilise: Stabilise::None,
+            ending: (Stabilise::None, InitialCondition::Zero),
             rows,
             is_start: false,
             window,
@@ -236,8 +242,7 @@ fn no_solution(u: &[f64], y: &[f64]) -> FailureKind {
 impl SinglePass for StateSequence {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let found = self.find(window.u, window.y, pass)?;
-        self.innovations
-            .conclude(window, self.stabilise, found, pass)
+        self.innovations.conclude(window, self.ending, found, pass)
     }
 }
 
