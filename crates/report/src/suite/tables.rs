@@ -117,7 +117,7 @@ pub fn about_loss(reason: &str) -> Option<&'static str> {
         "declined" => "the method cannot serve the scenario",
         "boundary" | "iteration-limit" => "the search came to no minimum",
         "unstable" => "a pole on or outside the unit circle",
-        "crashed" => "the program ended before it answered; workers.log has what it printed",
+        "crashed" => "the program ended before it answered",
         "timeout" => "no answer within the method's timeout",
         "malformed" => "an answer that docs/protocol.md does not allow",
         _ => return None,
@@ -200,6 +200,14 @@ impl<'a> Tables<'a> {
             let ([a, a_tenth], [b, b_tenth]) = (of(a), of(b));
             b.total_cmp(&a).then(b_tenth.total_cmp(&a_tenth))
         });
+        ranked
+    }
+
+    /// The same without those that have the numbers of another one, since they are the same here.
+    fn distinct<'b>(&'b self, group: &'b Group) -> Vec<(&'a MethodResults, &'b Score)> {
+        let mut ranked = self.ranked(group);
+        ranked
+            .dedup_by(|(_, b), (_, a)| a.efficiency == b.efficiency && a.efficiency[0].value > 0.0);
         ranked
     }
 
@@ -315,8 +323,9 @@ impl<'a> Tables<'a> {
         let ranked = self.ranked(&self.groups[0]);
         let both = self.of.methods.iter().zip(&self.groups[0].scores);
         for (method, score) in both {
-            let is_ranked = ranked.iter().any(|(of, _)| of.method == method.method);
-            let Some(own) = score.as_ref().filter(|_| !is_ranked) else {
+            let is_there = ranked.iter().any(|(of, _)| of.method == method.method);
+            let is_other = !is_there && method.method != IDEAL;
+            let Some(own) = score.as_ref().filter(|_| is_other) else {
                 continue;
             };
             let there: Vec<usize> = (0..self.scenarios.len())
@@ -386,7 +395,9 @@ impl<'a> Tables<'a> {
             Column::text("reason").width(15),
             Column::text("what it means"),
         ];
-        let caption = format!("Where {newcomer} lost runs, and why");
+        let caption = format!(
+            "Where {newcomer} lost runs, and why; workers.log of a study has what a program printed"
+        );
         let mut table = Table::new(caption, columns);
         for scenario in &own.scenarios {
             for (reason, runs) in &scenario.lost {
@@ -410,10 +421,10 @@ impl<'a> Tables<'a> {
         ];
         columns.extend(["first", "second", "third"].map(|of| Column::text(of).width(24)));
         let caption = "The best three methods of each difficulty, by the median relative efficiency, of those that \
-                       are for all its scenarios";
+                       are for all its scenarios. Methods with the same numbers stand once";
         let mut table = Table::new(caption, columns);
         for group in &self.groups[1..] {
-            let ranked = self.ranked(group);
+            let ranked = self.distinct(group);
             let best = ranked.iter().take(3);
             let best = best.map(|(method, score)| beside(method, score.efficiency[0]));
             let first = [
@@ -434,7 +445,7 @@ impl<'a> Tables<'a> {
     /// The claim of a group: its first method is certainly nearer to the truth, run by run on the same records, than
     /// all others but [`ALIKE`], and certainly farther than none.
     fn claim(&self, group: &Group) -> Option<String> {
-        let ranked = self.ranked(group);
+        let ranked = self.distinct(group);
         let ((first, score), others) = ranked.split_first()?;
         let mut alike = Vec::new();
         for (other, _) in others {
@@ -452,6 +463,7 @@ impl<'a> Tables<'a> {
         }
         let when = match group.words.as_str() {
             "all" => "Over all scenarios".to_owned(),
+            words if NOISES.contains(&words) => format!("Where the noise model is {words}"),
             words => format!("Where the difficulty is {words}"),
         };
         let not_told_apart = if alike.is_empty() {
@@ -737,4 +749,35 @@ pub fn recorded(fits: &RecordedFits) -> Vec<SuiteTable> {
             SuiteTable::new(name, "Recorded data", table)
         });
     tables.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn method(scenarios: &[(usize, f64)]) -> MethodResults {
+        let scenarios = scenarios.iter().map(|(runs, d)| ScenarioResults {
+            d: vec![Some(*d); *runs],
+            ..ScenarioResults::default()
+        });
+        MethodResults {
+            scenarios: scenarios.collect(),
+            ..MethodResults::default()
+        }
+    }
+
+    /// By hand: n wins of n are n / sqrt(n) standard errors of equal methods; with 4 and 16 runs in two scenarios of equal
+    /// weight 2 / sqrt(1/4 + 1/16).
+    #[test]
+    fn a_lead_is_in_errors_of_equal_methods() {
+        let near = method(&[(4, 1.0), (16, 1.0)]);
+        let far = method(&[(4, 2.0), (16, 3.0)]);
+        let of = |members: &[usize]| lead(&near, &far, &members.iter().copied().collect());
+        assert_eq!(of(&[1]), 4.0);
+        assert_eq!(of(&[0]), 2.0);
+        assert!((of(&[0, 1]) - 2.0 / 0.3125_f64.sqrt()).abs() < 1e-12);
+        let all = [0, 1].into_iter().collect();
+        assert_eq!(lead(&far, &near, &all), -of(&[0, 1]));
+        assert_eq!(lead(&near, &near, &all), 0.0);
+    }
 }
