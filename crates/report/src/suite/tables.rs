@@ -245,7 +245,7 @@ impl<'a> Tables<'a> {
         }
         let ranked = self.ranked(all);
         let mut caption = format!(
-            "Methods over the same {} scenarios, by relative efficiency: 1 is the Cramer-Rao bound, 0 says that the \
+            "Methods over the same scenarios ({}), by relative efficiency: 1 is the Cramer-Rao bound, 0 says that the \
              run of that quantile is lost",
             all.members.len()
         );

@@ -85,7 +85,10 @@ impl Contribution {
     /// # Errors
     /// [`ResultsError`].
     pub fn parse(text: &str, suite: &Suite) -> Result<Self, ResultsError> {
-        let value: Value = parsed(text)?;
+        let value: Value = match parsed(text) {
+            Err(error) if text.starts_with('{') => return Err(error),
+            read => read.unwrap_or_default(),
+        };
         if value["contribution"] != FORM {
             return Err(ResultsError::Other(
                 "no contribution; expected a file of suite export".to_owned(),
