@@ -1,6 +1,9 @@
 //! Scores where they are known: exact laws, hand-made samples, lost runs; and the edition, which is frozen.
 
+mod browser;
 mod commands;
+mod contributions;
+mod newcomers;
 
 use asobench::estimator::EstimatorName;
 use asobench::study::{Block, Measure, Trial, run};

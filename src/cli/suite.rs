@@ -1,5 +1,6 @@
 //! `asobench suite`: the reference suite. Runs it, lists and shows it, prints its numbers, and measures a newcomer.
 
+mod archive;
 mod newcomer;
 mod page;
 mod part;
@@ -32,6 +33,8 @@ enum What {
     Published(published::Arguments),
     Times(times::Arguments),
     Recorded(recorded::Arguments),
+    Export(archive::Export),
+    Add(archive::Add),
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
@@ -44,5 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Some(What::Published(arguments)) => published::run(arguments),
         Some(What::Times(arguments)) => times::run(arguments),
         Some(What::Recorded(arguments)) => recorded::run(arguments),
+        Some(What::Export(arguments)) => archive::export(arguments),
+        Some(What::Add(arguments)) => archive::add(arguments),
     }
 }

@@ -280,7 +280,7 @@ fn times_are_apart_from_results() {
     assert_eq!(before, runs.result("one", "oe"));
     assert!(
         runs.read("one/report.html")
-            .contains("time: that of arx is 1")
+            .contains("over that of <code>arx</code> in the same scenario")
     );
 }
 

@@ -15,7 +15,7 @@ use super::plot::{self, Picture};
 const CSS: &str = include_str!("html/page.css");
 const JS: &str = include_str!("html/page.js");
 /// The base64 of the SHA-256 of what stands between the tags of the page's one script: a browser runs no other.
-const JS_HASH: &str = "fPGP4sAxnsoFEFL7WxJa0zjuACst/hNQZaDTgp+hyiQ=";
+const JS_HASH: &str = "SuWn2J1aER/3u1Is3vXwn7inQrvSJcNxQjrSuChBTz8=";
 
 /// A page of sections with a table of contents.
 #[derive(Clone, Debug)]

@@ -31,5 +31,5 @@ pub use figures::{OneTrial, TrialErrors, draw};
 pub use folder::{Files, prepare as prepare_report, write as write_report};
 pub use gpebo_table::{ends, example_table};
 pub use results::{ResultsError, Study, Time};
-pub use suite::{SuitePage, recorded_tables, suite_page, suite_tables};
+pub use suite::{SuitePage, SuiteTable, about_loss, recorded_tables, suite_page, suite_tables};
 pub use verdict_table::verdict_table;

@@ -8,16 +8,22 @@ use crate::cli::cluster::word;
 use crate::cli::error::{Error, failed};
 use crate::cli::output::note;
 use crate::cli::programs::{self, Consent};
+use crate::report::about_loss;
 use crate::study::file::{ExperimentFile, MethodTable};
 use crate::study::{Experiment, Trial};
-use crate::suite::{Competitor, Suite, shipped};
+use crate::suite::{Competitor, Suite, SuiteStudy, shipped};
 use crate::text::{file_part, visible};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Records of the smoke test.
-const RECORDS: u64 = 3;
+/// The word for a run that left a model.
+const OK: &str = "ok";
+/// Faults of a program, and so many of them end the smoke test if nothing else has come.
+const FAULTS: [&str; 3] = ["crashed", "malformed", "timeout"];
+const MOST_FAULTS: usize = 2;
+/// Studies that are named for a reason.
+const SHOWN: usize = 4;
 
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -34,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let Arguments { file, part, how } = arguments;
     let Some(path) = file else {
         return Err(Error::Input(
-            "expected an experiment file, or run, list, show, scores, published, times, recorded"
+            "expected an experiment file, or run, list, show, scores, published, times, recorded, export, add"
                 .to_owned(),
         ));
     };
@@ -49,14 +55,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         );
         return Err(Error::Input(format!("{}: {message}", path.display())));
     }
-    smoke(&suite, &competitor, path, how)?;
+    smoke(&suite, &competitor, path, &how.consent)?;
     let default = || PathBuf::from(format!("{}-{}", part.folder(), file_part(&name)));
     let out = how.out.clone().unwrap_or_else(default);
-    let own = compute(&suite, &[competitor], (how, Some(path)), &out)?;
-    methods.splice(0..0, own);
+    let found = compute(&suite, &[competitor], (how, Some(path)), &out)?;
+    methods.splice(0..0, found);
     let beside = Beside {
         methods: &methods,
         newcomer: Some(&name),
+        contributed: &[],
         part,
         command: format!(
             "asobench suite {} {}{} --out {}",
@@ -129,44 +136,89 @@ pub(super) fn started(
     Ok(experiment)
 }
 
-/// Runs the method on a few records of the first study. At least one must leave a model.
-fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, how: &How) -> Result<(), Error> {
-    let Some(study) = suite.studies.first() else {
-        return Ok(());
-    };
-    let made = study.experiment(std::slice::from_ref(competitor), RECORDS);
-    let (experiment, declined) = made.map_err(|error| wrong(&error))?;
-    let Some(experiment) = experiment else {
-        let reason = declined
-            .into_iter()
-            .next()
-            .map_or_else(String::new, |(_, reason)| reason);
-        return Err(Error::Input(format!("{}: {reason}", path.display())));
-    };
-    let experiment = started(experiment, path, &how.consent)?;
-    let mut words: BTreeMap<String, u64> = BTreeMap::new();
-    let mut trial = Trial::new(&experiment, &experiment.cells[0]).map_err(failed)?;
-    for number in 0..RECORDS {
-        for row in trial.run(number).map_err(failed)? {
-            *words.entry(row.status().to_owned()).or_default() += 1;
+/// Runs the method on the first record of each study, a record in a message. One at least must leave a model; two faults
+/// of a program without one end the test.
+fn smoke(
+    suite: &Suite,
+    competitor: &Competitor,
+    path: &Path,
+    consent: &Consent,
+) -> Result<(), Error> {
+    let mut found: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    let mut at_work: Option<Experiment> = None;
+    for study in &suite.studies {
+        if !study.is_for(competitor) {
+            continue;
+        }
+        let made = study.experiment(std::slice::from_ref(competitor), 1);
+        let word = match made.map_err(|error| wrong(&error))? {
+            (None, declined) => declined
+                .first()
+                .map_or("declined".to_owned(), |(_, reason)| reason.clone()),
+            (Some(experiment), _) => {
+                let experiment = match &at_work {
+                    None => started(experiment, path, consent)?,
+                    Some(before) => {
+                        programs::take_over(&experiment, Some(before));
+                        experiment
+                    }
+                };
+                let word = first_record(study, &experiment)?;
+                at_work = Some(experiment);
+                word
+            }
+        };
+        found.entry(word).or_default().push(&study.name);
+        let faults = FAULTS.iter().filter_map(|word| found.get(*word));
+        if !found.contains_key(OK) && faults.map(Vec::len).sum::<usize>() >= MOST_FAULTS {
+            break;
         }
     }
-    drop(trial);
-    experiment.programs.iter().for_each(|program| program.end());
-    let found: Vec<String> = words
-        .iter()
-        .map(|(word, count)| format!("{count} {word}"))
-        .collect();
+    let count: usize = found.values().map(Vec::len).sum();
     let text = format!(
-        "smoke test on {RECORDS} records of {}: {}",
-        study.name,
-        found.join(", ")
+        "smoke test, the first record of {count} of {} studies: {}",
+        suite.studies.len(),
+        told(&found)
     );
-    if !words.contains_key("ok") {
+    let programs = at_work.iter().flat_map(|of| &of.programs);
+    let is_faulty = FAULTS.iter().any(|word| found.contains_key(*word));
+    for program in programs {
+        program.end();
+        if is_faulty {
+            for line in programs::printed(program, 0) {
+                note(&line);
+            }
+        }
+    }
+    if !found.contains_key(OK) {
         return Err(Error::Failed(format!(
-            "{text}; expected a model of at least one"
+            "{}: {text}; expected a model of one at least",
+            visible(path.display())
         )));
     }
     note(&text);
     Ok(())
+}
+
+/// Why the first record of a study is lost, or [`OK`].
+fn first_record(study: &SuiteStudy, experiment: &Experiment) -> Result<String, Error> {
+    let mut trial = Trial::new(experiment, &experiment.cells[0]).map_err(failed)?;
+    let rows = trial.run(0).map_err(failed)?;
+    let last = rows.last().and_then(|row| study.why_lost(row));
+    Ok(last.unwrap_or(OK).to_owned())
+}
+
+/// The reasons with the studies, all but a few of them.
+fn told(found: &BTreeMap<String, Vec<&str>>) -> String {
+    let each = found.iter().map(|(word, studies)| {
+        let count = studies.len();
+        if word == OK {
+            return format!("{count} ok");
+        }
+        let more = if count > SHOWN { ", ..." } else { "" };
+        let names = studies[..count.min(SHOWN)].join(", ");
+        let about = about_loss(word).map_or_else(String::new, |about| format!(": {about}"));
+        format!("{count} {word} ({names}{more}{about})")
+    });
+    each.collect::<Vec<_>>().join(", ")
 }

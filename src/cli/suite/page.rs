@@ -8,7 +8,8 @@ use crate::cli::output::print;
 use crate::files::{self, Kind};
 use crate::report::{SuitePage, prepare_report, suite_page, suite_tables, write_report};
 use crate::suite::{
-    Division, MethodResults, RecordedFits, ResultsError, Suite, Times, of_folder, shipped,
+    Contribution, Division, MethodResults, RecordedFits, ResultsError, Suite, Times, of_folder,
+    shipped,
 };
 use crate::text::visible;
 use std::path::{Path, PathBuf};
@@ -27,10 +28,14 @@ pub(super) struct Arguments {
     page: Option<PathBuf>,
 }
 
+/// The tables that a run ends with.
+const FIRST: [&str; 5] = ["ranking", "partial", "newcomer", "lost", "choosing-ranking"];
+
 /// The results on a page, with their part of the suite and the command.
 pub(super) struct Beside<'a> {
     pub(super) methods: &'a [MethodResults],
     pub(super) newcomer: Option<&'a str>,
+    pub(super) contributed: &'a [Contribution],
     pub(super) part: &'a Part,
     pub(super) command: String,
 }
@@ -94,6 +99,7 @@ impl Shipped {
             suite,
             methods: beside.methods,
             newcomer: beside.newcomer,
+            contributed: beside.contributed,
             has_studies,
             command: &beside.command,
             times: self
@@ -109,6 +115,7 @@ impl Shipped {
         let open = SuitePage {
             suite,
             methods,
+            contributed: &[],
             times: None,
             recorded: None,
             ..page
@@ -134,6 +141,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let beside = Beside {
         methods: &methods,
         newcomer: None,
+        contributed: &[],
         part,
         command: format!("asobench suite scores{of} {}", part.flags()),
     };
@@ -142,10 +150,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         write_page(&suite, &beside, &more, out)?;
     }
     let tables = more.page(&suite, &beside, false, suite_tables);
-    let texts: Vec<String> = tables
-        .iter()
-        .map(crate::report::html::Table::markdown)
-        .collect();
+    let texts: Vec<String> = tables.iter().map(|of| of.table.markdown()).collect();
     print(&(texts.join("\n") + "\n"))?;
     Ok(ExitCode::SUCCESS)
 }
@@ -170,12 +175,15 @@ fn write_page(suite: &Suite, beside: &Beside<'_>, more: &Shipped, out: &Path) ->
     ))
 }
 
-/// Prints the first tables as text: the scores, and the newcomer beside the others.
+/// Prints the first tables as text: the ranking, and the newcomer beside the others with the reasons for its lost runs.
 pub(super) fn print_scores(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
     let more = Shipped::new(beside.part, Some(out))?;
     let tables = more.page(suite, beside, false, suite_tables);
-    let shown = if beside.newcomer.is_some() { 2 } else { 1 };
-    for table in tables.iter().take(shown) {
+    let shown = tables.iter().filter(|of| FIRST.contains(&&*of.name));
+    for table in shown.map(|of| &of.table) {
+        if table.rows.is_empty() {
+            continue;
+        }
         let rows = table.rows.iter().map(|row| table.text_row(row));
         let text = format!(
             "{}{}{}",

@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             .push(RecordFits::of(&entry, about, record, &methods));
     }
     for table in recorded_tables(&found) {
-        print(&(table.markdown() + "\n"))?;
+        print(&(table.table.markdown() + "\n"))?;
     }
     for record in &found.records {
         print(&format!(

@@ -45,6 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let beside = Beside {
         methods: &methods,
         newcomer: None,
+        contributed: &[],
         part,
         command: format!("asobench suite scores {} {}", word(&out), part.flags()),
     };

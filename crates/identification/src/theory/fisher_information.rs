@@ -131,16 +131,19 @@ impl FisherInformation {
         (variance > 0.0).then(|| variance.sqrt())
     }
 
-    /// Returns d of an estimate from the paper's a and h and those of the truth; NaN if it has another order.
+    /// Returns d of an estimate from the paper's a and h and those of the truth. The coefficients that a model of a
+    /// smaller order leaves out are zero; NaN if its order is larger.
     pub fn distance(&self, [a, h]: [&[f64]; 2], [true_a, true_h]: [&[f64]; 2]) -> f64 {
         let n = self.matrix.nrows() / 2;
-        if [a, h, true_a, true_h].iter().any(|part| part.len() != n) {
+        if a.len() != h.len() || a.len() > n || [true_a, true_h].iter().any(|of| of.len() != n) {
             return f64::NAN;
         }
-        // alpha_i = -a_(n+1-i).
+        // alpha_i = -a_(m+1-i) of a model of order m.
+        let alpha = |a: &[f64], i: usize| a.len().checked_sub(i + 1).map_or(0.0, |place| -a[place]);
+        let beta = |h: &[f64], i: usize| h.get(i).copied().unwrap_or(0.0);
         let error = |i: usize| match i.checked_sub(n) {
-            None => true_a[n - 1 - i] - a[n - 1 - i],
-            Some(i) => h[i] - true_h[i],
+            None => alpha(a, i) - alpha(true_a, i),
+            Some(i) => beta(h, i) - beta(true_h, i),
         };
         let row = |i: usize| -> f64 { (0..2 * n).map(|j| self.matrix[(i, j)] * error(j)).sum() };
         let square: f64 = (0..2 * n).map(|i| error(i) * row(i)).sum();

@@ -18,7 +18,7 @@ pub(crate) mod lead;
 mod medians;
 mod method_times;
 mod nested_loop;
-mod paper;
+pub(crate) mod paper;
 mod passes;
 mod simulated;
 mod state_error;

@@ -25,7 +25,7 @@ pub(super) fn fits(table: &Table) -> bool {
 }
 
 /// The files of a table with its paths in the report: `tables/NAME.tex` and `tables/NAME-paper.csv`.
-pub(super) fn files(name: &str, title: &str, table: &Table) -> Files {
+pub(crate) fn files(name: &str, title: &str, table: &Table) -> Files {
     vec![
         (format!("tables/{name}.tex"), table.latex(name, title)),
         (format!("tables/{name}-paper.csv"), table.csv_as_shown()),
@@ -33,7 +33,7 @@ pub(super) fn files(name: &str, title: &str, table: &Table) -> Files {
 }
 
 /// Links to files of a study: what they say, and the paths.
-pub(super) fn links(files: &Files, study: &str) -> Vec<(String, String)> {
+pub(crate) fn links(files: &Files, study: &str) -> Vec<(String, String)> {
     let link = |(path, _): &(String, String)| (label(path, study), path.clone());
     files.iter().map(link).collect()
 }

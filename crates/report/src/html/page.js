@@ -32,6 +32,13 @@ for (const table of document.querySelectorAll("table.sortable")) {
     });
   });
 }
+const wide = [...document.querySelectorAll(".wide")];
+const measure = () => {
+  for (const box of wide) box.classList.toggle("scrolls", box.scrollWidth > box.clientWidth + 1);
+};
+addEventListener("resize", measure);
+addEventListener("toggle", measure, true);
+measure();
 let opened = [];
 addEventListener("beforeprint", () => {
   opened = [...document.querySelectorAll("details:not([open])")];

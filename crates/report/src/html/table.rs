@@ -4,7 +4,15 @@ use super::verdict::{Badge, Verdict};
 use crate::markup::{address, escape};
 use crate::table::{CellText, Column, Table, reads_as_number};
 
+/// A name has at most so many characters.
+const NAME: usize = 40;
+
 impl CellText {
+    /// Whether the text is too long to stay on a line.
+    fn is_prose(&self) -> bool {
+        self.text.chars().count() > 24
+    }
+
     fn html(&self, numeric: bool) -> String {
         let shown = self
             .verdict
@@ -18,7 +26,7 @@ impl CellText {
         } else {
             content
         };
-        let class = match (numeric, self.text.chars().count() > 24) {
+        let class = match (numeric, self.is_prose()) {
             (true, _) => " class=\"n\"",
             (false, true) => " class=\"prose\"",
             (false, false) => "",
@@ -35,11 +43,19 @@ impl Table {
     pub(super) fn html(&self, number: usize) -> String {
         // A short table is printed on one page; a long one may break between rows.
         let long = if self.rows.len() > 30 { " long" } else { "" };
+        // Short names in the first column stay in view where the table scrolls.
+        let is_short =
+            |row: &Vec<CellText>| row.first().is_none_or(|of| of.text.chars().count() <= NAME);
+        let named = if self.rows.iter().all(is_short) {
+            " named"
+        } else {
+            ""
+        };
         let caption = escape(&self.caption);
         let heads: String = self.columns.iter().map(head).collect();
         let mut html = format!(
             "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"Table {number}\">\n\
-             <table class=\"sortable{long}\">\n\
+             <table class=\"sortable{long}{named}\">\n\
              <caption><span><b>Table {number}.</b> {caption}</span></caption>\n\
              <thead><tr>{heads}</tr></thead>\n<tbody>\n"
         );

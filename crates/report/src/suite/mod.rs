@@ -4,41 +4,42 @@ mod pictures;
 mod subject;
 mod tables;
 
+use super::document::paper;
 use super::folder::Files;
 use super::html::{Page, Section};
-use super::table::Table;
-use asobench_study::suite::{Division, IDEAL, REFERENCE, RecordedFits, TIME_LIMIT};
+use asobench_study::suite::{Division, REFERENCE, RecordedFits, TIME_LIMIT};
 use asobench_study::text::grouped;
 pub use subject::SuitePage;
 use tables::Tables;
-pub use tables::recorded as recorded_tables;
+pub use tables::{SuiteTable, about_loss, recorded as recorded_tables};
 
-/// The tables of the suite's page, in its order.
-pub fn suite_tables(of: &SuitePage<'_>) -> Vec<Table> {
-    let tables = Tables::new(of);
-    let mut all = vec![tables.scores()];
-    all.extend(tables.against());
-    all.extend(tables.difficulties());
-    all.extend(tables.reasons());
-    all.push(tables.scenarios());
-    all.extend(tables.efficiencies());
+/// The rows of the first table; the others stand below.
+const FIRST: usize = 10;
+
+/// The tables of the suite's page: those that a run ends with first.
+pub fn suite_tables(of: &SuitePage<'_>) -> Vec<SuiteTable> {
+    let mut all = Tables::new(of).all();
     if let Some(open) = of.open {
-        let open = Tables::new(open);
-        all.push(open.scores());
-        all.extend(open.difficulties());
-        all.extend(open.reasons());
+        all.extend(Tables::new(open).all());
     }
     all.extend(of.recorded.into_iter().flat_map(recorded_tables));
     all
 }
 
+/// A page that is being written, with the files beside it.
+struct Sheet<'a> {
+    of: &'a SuitePage<'a>,
+    tables: Tables<'a>,
+    files: Files,
+}
+
 /// The files of the suite's page.
 pub fn suite_page(of: &SuitePage<'_>) -> Files {
     let suite = of.suite;
-    let tables = Tables::new(of);
-    let division = match suite.division {
-        Division::Closed => "",
-        Division::Open => ", open division",
+    let division = if suite.division == Division::Open {
+        ", open division"
+    } else {
+        ""
     };
     let newcomer = of.newcomer.map(|name| format!(", with {name}"));
     let title = format!(
@@ -48,162 +49,231 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
         newcomer.unwrap_or_default()
     );
     let mut page = Page::new(title);
+    let mut sheet = Sheet {
+        of,
+        tables: Tables::new(of),
+        files: Files::new(),
+    };
     page.introduction(|section| introduction(section, of));
-    let mut files = Files::new();
-    let scores = tables.scores();
-    let (picture, caption) = pictures::overview(of);
-    files.push(("figures/suite.svg".to_owned(), picture.wide.svg()));
-    page.section("all", "All scenarios", |section| {
-        section.figure(&picture, &caption);
-        section.table(&scores);
-        if tables.has_below() {
+    page.section("ranking", "The ranking", |section| sheet.ranking(section));
+    page.section("words", "The words", |section| words(section, of));
+    if of.newcomer.is_some() {
+        page.section("newcomer", "The newcomer beside the others", |section| {
+            sheet.put(section, sheet.tables.own_losses());
+            sheet.put(section, sheet.tables.against());
+        });
+    }
+    page.section("all", "All methods", |section| sheet.all(section));
+    page.section("difficulty", "What is hard for whom", |section| {
+        sheet.put(section, sheet.tables.difficulties());
+        sheet.put(section, sheet.tables.reasons());
+    });
+    if let Some(open) = of.open {
+        page.section("open", "Methods that choose their order", |section| {
+            sheet.choosing(section, open);
+        });
+    }
+    page.section("scenarios", "Scenario by scenario", |section| {
+        sheet.put(section, [sheet.tables.scenarios()]);
+        sheet.put(section, sheet.tables.efficiencies());
+    });
+    page.section("by-method", "Method by method", |section| {
+        sheet.pictured(section, of);
+    });
+    if let Some(fits) = of.recorded {
+        page.section("recorded", "Recorded data", |section| {
+            sheet.recorded(section, fits);
+        });
+    }
+    if let Some(table) = sheet.tables.contributed() {
+        page.section("contributed", "Results of others", |section| {
+            sheet.put(section, [table]);
+        });
+    }
+    page.section("about", "About this page", |section| about(section, of));
+    let mut files = sheet.files;
+    files.push(("report.html".to_owned(), page.html()));
+    files
+}
+
+impl Sheet<'_> {
+    /// Writes tables, each with links to its files.
+    fn put(&mut self, section: &mut Section, tables: impl IntoIterator<Item = SuiteTable>) {
+        for SuiteTable { name, title, table } in tables {
+            section.table(&table);
+            let mut files = vec![(format!("tables/{name}.csv"), table.csv())];
+            files.extend(paper::files(&name, title, &table));
+            section.files(&paper::links(&files, ""));
+            self.files.extend(files);
+        }
+    }
+
+    /// The first screen.
+    fn ranking(&mut self, section: &mut Section) {
+        section.table(&self.tables.ranking(FIRST).table);
+        let claims = self.tables.claims();
+        if !claims.is_empty() {
+            section.heading("Use X when Y");
+            section.list(&claims);
+        }
+        self.put(section, self.tables.best());
+    }
+
+    fn all(&mut self, section: &mut Section) {
+        self.put(section, [self.tables.ranking(usize::MAX)]);
+        if self.tables.has_below() {
             section.paragraph(
                 "Below the bound: certainly more than half of a method's runs, over all or in one scenario, are nearer \
                  to the truth than the median of an efficient method. It is biased towards the truth, or knows what it \
                  should not.",
             );
         }
-    });
-    if let Some(against) = tables.against() {
-        page.section("newcomer", "The newcomer beside the others", |section| {
-            section.table(&against);
-        });
+        self.put(section, self.tables.partial());
+        self.overview(section, self.of, "figures/suite.svg");
     }
-    page.section("difficulty", "What is hard for whom", |section| {
-        for table in tables.difficulties().into_iter().chain(tables.reasons()) {
-            section.table(&table);
+
+    fn overview(&mut self, section: &mut Section, of: &SuitePage<'_>, path: &str) {
+        let (picture, caption) = pictures::overview(of);
+        section.figure(&picture, &caption);
+        self.files.push((path.to_owned(), picture.wide.svg()));
+    }
+
+    /// The open division.
+    fn choosing(&mut self, section: &mut Section, open: &SuitePage<'_>) {
+        section.paragraph(
+            "Here methods are told the delay and that the order is at most 6, and choose by BIC; `kernel-fir` needs no \
+             order. There is no common theta, so d is the squared error of the impulse response, or of the frequency \
+             response over all frequencies, over what it is on average at the Cramer-Rao bound of the true structure. \
+             `pem-from-truth` is told that structure.",
+        );
+        let tables = Tables::new(open);
+        self.put(section, [tables.ranking(usize::MAX)]);
+        section.list(&tables.claims());
+        self.put(section, tables.best());
+        self.overview(section, open, "figures/suite-choosing.svg");
+        self.pictured(section, open);
+        self.put(section, tables.difficulties());
+        self.put(section, tables.reasons());
+    }
+
+    /// The distributions of each method.
+    fn pictured(&mut self, section: &mut Section, of: &SuitePage<'_>) {
+        for (name, picture, caption) in pictures::distributions(of) {
+            section.figure(&picture, &caption);
+            let path = format!("figures/suite-{name}.svg");
+            self.files.push((path, picture.wide.svg()));
         }
-    });
-    if let Some(open) = of.open {
-        page.section("open", "Methods that choose their order", |section| {
-            choosing(section, open, &mut files);
-        });
     }
-    page.section("scenarios", "Scenario by scenario", |section| {
-        section.table(&tables.scenarios());
-        for table in tables.efficiencies() {
-            section.table(&table);
-        }
-    });
-    page.section("by-method", "Method by method", |section| {
-        pictured(section, of, &mut files);
-    });
-    if let Some(fits) = of.recorded {
-        page.section("recorded", "Recorded data", |section| {
-            recorded(section, fits);
-        });
+
+    /// The appendix of recorded data.
+    fn recorded(&mut self, section: &mut Section, fits: &RecordedFits) {
+        section.paragraph(
+            "Models of the methods that choose their order, from the first samples of records of real plants, and \
+             their FIT over the rest. One record has one noise, so these numbers have no Monte-Carlo error and rank no \
+             method. Their command is `asobench suite recorded`.",
+        );
+        self.put(section, recorded_tables(fits));
+        let about = fits
+            .records
+            .iter()
+            .map(|of| format!("{}: {}", of.file, of.about.join("; ")));
+        section.list(&about.collect::<Vec<_>>());
     }
-    page.section("reading", "How to read it", |section| reading(section, of));
-    files.push(("tables/scores.csv".to_owned(), scores.csv_as_shown()));
-    files.push(("report.html".to_owned(), page.html()));
-    files
 }
 
 fn introduction(section: &mut Section, of: &SuitePage<'_>) {
     let suite = of.suite;
     section
         .question("How near do methods come to what a record can say, and how often do they fail?");
-    let told = match suite.division {
-        Division::Closed => {
-            "The distance d of an estimate from the truth is measured with the Fisher information of the record: for a \
-             method that reaches the Cramer-Rao bound it is 1 on average in a long record. Each method is told the \
-             orders of the truth in its own form; one that takes the order alone is not told the delay."
-        }
-        Division::Open => {
-            "Methods choose their order. d is the squared error of the response over what it is on average at the \
-             Cramer-Rao bound."
-        }
-    };
-    section.paragraph(told);
-    let unfinished = match suite.division {
-        Division::Closed => {
-            "ends its search without a minimum, or leaves an unstable model or one of another order"
-        }
-        Division::Open => "leaves an unstable model",
+    let told = if suite.division == Division::Open {
+        "which chooses its order"
+    } else {
+        "told the orders of the truth in its own form"
     };
     section.paragraph(&format!(
-        "A run that fails, {unfinished} is lost: infinitely far, and in every denominator. Options are the defaults. \
-         No number depends on who else takes part. 0.88(3) is 0.88 with Monte-Carlo standard error 0.03; methods share \
-         their records, so differences between them are known better than two such errors say."
+        "{} methods with default options, each {told}, on {} scenarios with {} runs each. Relative efficiency is the \
+         error at the Cramer-Rao bound over that of the method; 0.88(3) is 0.88 with Monte-Carlo standard error 0.03.",
+        of.methods.len(),
+        suite.scenarios().count(),
+        grouped(suite.trials()),
     ));
-    let scenarios = suite.scenarios().count();
-    section.settings(&[
-        ("suite", suite.manifest.edition.clone()),
-        ("tier", suite.tier.to_string()),
-        ("scenarios", scenarios.to_string()),
-        ("runs in each", grouped(suite.trials())),
+}
+
+/// The definitions of the words in the tables.
+fn words(section: &mut Section, of: &SuitePage<'_>) {
+    let (distance, unfinished) = if of.suite.division == Division::Open {
         (
-            "methods taking part",
-            of.methods
-                .iter()
-                .filter(|of| of.method != IDEAL)
-                .count()
-                .to_string(),
+            "the squared error of the impulse response over what it is on average at the Cramer-Rao bound",
+            "leaves an unstable model",
+        )
+    } else {
+        (
+            "(theta_hat - theta)' F (theta_hat - theta) / p, the squared error of the p coefficients of the plant over \
+             what the record allows: F is its Fisher information, with the noise's coefficients unknown. At the \
+             Cramer-Rao bound its mean is 1",
+            "ends its search without a minimum, or leaves an unstable model or one of a larger order than it was told",
+        )
+    };
+    let lost = format!(
+        "the share of runs that are lost: a lost run fails, {unfinished}; its d is infinite, and it stays in every denominator"
+    );
+    let all = [
+        ("d", distance),
+        (
+            "relative efficiency",
+            "the median of d at the bound over the median of d of the method in each scenario, then the mean over \
+             scenarios; from edition 2.0 on at most 1 in each, so that luck or bias in one does not make up for \
+             another, and a perfect method has a little less than 1",
         ),
-        ("program", format!("asobench {}", env!("CARGO_PKG_VERSION"))),
-    ]);
+        (
+            "90 %",
+            "the same of the 90 % quantiles, the worst tenth of the runs: 0 where a tenth is lost",
+        ),
+        ("failure rate", lost.as_str()),
+        (
+            "coverage",
+            "empirical: the share of the 95 % intervals of the coefficients that hold the truth, none in a lost run, \
+             over the scenarios in which the method gives intervals",
+        ),
+        (
+            "FIT",
+            "the median of the simulated FIT on fresh data without noise, 0 where it is below",
+        ),
+        (
+            "noise model",
+            "white: output error; 1/A: the noise that least squares has; coloured: any other filter",
+        ),
+        (
+            "certainly",
+            "run by run on the same records, by more than four standard errors, where a lost run is farther than any \
+             other",
+        ),
+    ];
+    section.settings(&all);
+    if let Some(times) = of.times {
+        section.settings(&[(
+            "time",
+            format!(
+                "of an estimate on one thread over that of `{REFERENCE}` in the same scenario, all methods in turns; \
+                 the geometric mean over scenarios of the median over rounds. A run of more than {TIME_LIMIT} s is \
+                 lost. Measured by {}, apart from the results, which hold no times",
+                times.program
+            ),
+        )]);
+    }
+}
+
+fn about(section: &mut Section, of: &SuitePage<'_>) {
     section.paragraph("This command prints every number of the tables:");
     section.code(of.command);
-}
-
-/// The open division.
-fn choosing(section: &mut Section, open: &SuitePage<'_>, files: &mut Files) {
-    section.paragraph(
-        "Here methods are told the delay and that the order is at most 6, and choose by BIC; `kernel-fir` needs no \
-         order. There is no common theta, so d is the squared error of the impulse response, or of the frequency \
-         response over all frequencies, over what it is on average at the Cramer-Rao bound of the true structure. \
-         `pem-from-truth` is told that structure.",
-    );
-    let tables = Tables::new(open);
-    let scores = tables.scores();
-    let (picture, caption) = pictures::overview(open);
-    section.figure(&picture, &caption);
-    files.push(("figures/suite-choosing.svg".to_owned(), picture.wide.svg()));
-    section.table(&scores);
-    pictured(section, open, files);
-    for table in tables.difficulties().into_iter().chain(tables.reasons()) {
-        section.table(&table);
-    }
-    files.push(("tables/choosing.csv".to_owned(), scores.csv_as_shown()));
-}
-
-/// The distributions of each method.
-fn pictured(section: &mut Section, of: &SuitePage<'_>, files: &mut Files) {
-    for (name, picture, caption) in pictures::distributions(of) {
-        section.figure(&picture, &caption);
-        files.push((format!("figures/suite-{name}.svg"), picture.wide.svg()));
-    }
-}
-
-/// The appendix of recorded data.
-fn recorded(section: &mut Section, fits: &RecordedFits) {
-    section.paragraph(
-        "Models of the methods that choose their order, from the first samples of records of real plants, and their \
-         FIT over the rest. One record has one noise, so these numbers have no Monte-Carlo error and rank no method. \
-         Their command is `asobench suite recorded`.",
-    );
-    for table in recorded_tables(fits) {
-        section.table(&table);
-    }
-    let about = fits
-        .records
-        .iter()
-        .map(|of| format!("{}: {}", of.file, of.about.join("; ")));
-    section.list(&about.collect::<Vec<_>>());
-}
-
-fn reading(section: &mut Section, of: &SuitePage<'_>) {
-    if let Some(times) = of.times {
-        section.paragraph(&format!(
-            "Time: that of an estimate on one thread over that of `{REFERENCE}` in the same scenario, all methods in \
-             turns; the geometric mean over scenarios of the median over rounds. A run of more than {TIME_LIMIT} s is \
-             lost. Measured by {}, apart from the results, which hold no times: `asobench suite times`.",
-            times.program
-        ));
-    }
+    section.settings(&[
+        ("suite", of.suite.manifest.edition.clone()),
+        ("tier", of.suite.tier.to_string()),
+        ("program", format!("asobench {}", env!("CARGO_PKG_VERSION"))),
+    ]);
     section.list(&[
-        "d = (theta_hat - theta)' F (theta_hat - theta) / p, with F the Fisher information of the record about the p \
-         free coefficients of the plant, the noise's unknown.",
+        "No number depends on who else takes part. Methods share their records, so differences between them are known \
+         better than the errors of both say.",
         "Pictures: the share of runs within d. A curve ends at the share of runs that are within d = 10,000. One curve \
          is the law of an efficient method, chi-squared(p)/p; `pem-from-truth` is the prediction error \
          method of the scenario's structure that starts its search at the truth: where it leaves the law, the record \
@@ -211,18 +281,9 @@ fn reading(section: &mut Section, of: &SuitePage<'_>) {
         "A method of another structure than the truth's has a bound of its own, which may be far from 1. In noise 1/A \
          the bound knows that plant and noise share A: `arx` is efficient there, and methods with separate \
          polynomials, such as `oe` and `bj`, cannot be. In white noise it is the other way round.",
-        "Lost, by reason: `boundary` and `iteration-limit`, a search came to no minimum, which one-step methods \
-         cannot; `declined`, the method cannot serve the scenario; `other orders`, its model has another order than it \
-         was told.",
         "Methods with the same numbers are the same here: `rls` without forgetting is `arx`, and so is \
          `iv-compensated`, which is told that u and y have none. `wnsf` and `rpem` are told a model B/F; with \
          `-structure` they are told that of the truth too.",
-        "Efficiency: the quantile of d that the bound has over that of the method, for a typical run (median) and for \
-         the worst tenth (90 % quantile), averaged over scenarios with equal weights: 1 is the bound, 0 says that half \
-         (or a tenth) of the runs is lost. Values above 1 are Monte-Carlo error or bias towards the truth.",
-        "Coverage: how many of the 95 % intervals of the coefficients hold the truth, none in a lost run, over the \
-         scenarios in which the method gives intervals.",
-        "FIT: the median of the simulated FIT on fresh data without noise, 0 where it is below.",
         "What it does not say: what an expert's options would give; anything of outliers, unknown delays or irregular \
          sampling. All that is said of closed loops rests on two systems.",
         "The page of `asobench suite run` has a report of every study, and links each number of a scenario to it.",

@@ -1,6 +1,6 @@
 //! The subject of the suite's page.
 
-use asobench_study::suite::{MethodResults, RecordedFits, Suite, Times};
+use asobench_study::suite::{Contribution, MethodResults, RecordedFits, Suite, Times};
 
 /// The contents of a page of the suite.
 #[derive(Clone, Copy)]
@@ -11,6 +11,8 @@ pub struct SuitePage<'a> {
     pub methods: &'a [MethodResults],
     /// The method that is measured against the others, if there is one.
     pub newcomer: Option<&'a str>,
+    /// Those of the methods that others have computed, with where they are from.
+    pub contributed: &'a [Contribution],
     /// Whether the reports of the studies are beside the page.
     pub has_studies: bool,
     /// The command that prints the page's numbers.

@@ -241,7 +241,7 @@ const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\
 
 /// The header of a report's table contains at least one of these texts. Builds before the columns `measure` called them
 /// `figure`.
-const TABLES: [&str; 18] = [
+const TABLES: [&str; 29] = [
     "output,measure,trials,failed,unstable,",
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",
@@ -260,6 +260,17 @@ const TABLES: [&str; 18] = [
     "claim,what it says,verdict,experiment",
     "method,lost (%),",
     "method,scenarios,lost (%),",
+    "method,median,90 %,",
+    "method,scenarios,median,90 %,",
+    "what is hard,scenarios,first,",
+    "method,all (",
+    "method,failure rate (%),",
+    "scenario,lost runs,reason,",
+    "beside,nearer (%),tie (%),",
+    "scenario,system,p,noise model,",
+    "scenario,noise model,",
+    "record,samples,used,",
+    "method,computed by,what it is,",
 ];
 
 /// Whether the footer of a Parquet file, which names its columns, has columns with these names.

@@ -232,6 +232,9 @@ impl Scorer {
         if let Some(bound) = &self.bound {
             row[Measure::ResponseDistance] = bound.distance(a, b, *direct);
         }
+        if let Some(information) = &self.information {
+            row[Measure::Distance] = information.distance([&pass.a, &pass.h], [&truth.a, &truth.h]);
+        }
         if truth.a.len() != pass.a.len() {
             return;
         }
@@ -242,9 +245,6 @@ impl Scorer {
         ] {
             row[relative] = relative_error(truth, found);
             row[printed] = relative_error_as_printed(truth, found);
-        }
-        if let Some(information) = &self.information {
-            row[Measure::Distance] = information.distance([&pass.a, &pass.h], [&truth.a, &truth.h]);
         }
         let Some(mut model) = pass.observed() else {
             return;

@@ -6,6 +6,7 @@
 //! with the Fisher information F of the scenario ([`asobench_identification::theory::FisherInformation`]); a lost run
 //! is infinitely far. No number depends on who else takes part.
 
+mod archive;
 mod competitor;
 mod manifest;
 mod paired;
@@ -17,6 +18,7 @@ mod scenario;
 mod score;
 mod times;
 
+pub use archive::{ARCHIVE, Contribution};
 pub use competitor::{Competitor, KINDS};
 pub use manifest::{Division, Manifest, StudyEntry, Tier, VALUES};
 pub use paired::{Paired, paired};

@@ -40,6 +40,9 @@ pub struct PublishedTable {
     pub ours: Option<u64>,
     /// The numbers are of theory, and printed to this error.
     pub rounding: Option<f64>,
+    /// The source prints no numbers but a formula: they are a bound that we evaluated ourselves.
+    #[serde(default)]
+    pub evaluated: bool,
     /// The estimates: coefficients such as f1; E, the relative error of the noise-free output; E<0.05, the share
     /// of runs with less.
     pub coefficients: Vec<String>,

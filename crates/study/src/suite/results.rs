@@ -6,6 +6,7 @@ use super::scenario::{Scenario, Suite, SuiteStudy};
 use crate::design::{Experiment, Measure};
 use crate::files::{self, Kind, PathError};
 use crate::outcome::layout::MANIFEST;
+use crate::outcome::row::Row;
 use crate::outcome::rows::Rows;
 use crate::run::blocks::{BlockError, BlockFolder};
 use crate::text::visible;
@@ -87,13 +88,17 @@ impl MethodResults {
     /// # Errors
     /// [`ResultsError::Damaged`].
     pub fn parse(text: &str) -> Result<Self, ResultsError> {
-        let own: Self = parsed(text)?;
-        match own.scenarios.iter().find(|of| !of.is_sound()) {
+        parsed::<Self>(text)?.checked()
+    }
+
+    /// Checks that a run could have written it.
+    pub(super) fn checked(self) -> Result<Self, ResultsError> {
+        match self.scenarios.iter().find(|of| !of.is_sound()) {
             Some(of) => Err(ResultsError::Damaged(format!(
                 "scenario {}: d, fit and hits of other numbers of trials, or more hits than intervals",
                 visible(&of.name)
             ))),
-            None => Ok(own),
+            None => Ok(self),
         }
     }
 
@@ -310,19 +315,30 @@ pub fn collect(
     Ok(all)
 }
 
+/// Why a run is lost; `None` if it is not. `distance`: the measure that is d.
+fn why_lost(row: &Row, distance: Measure) -> Option<&str> {
+    if !row.is_lost() {
+        (!row[distance].is_finite()).then_some("other orders")
+    } else if row.failure.is_some() {
+        Some(row.status())
+    } else {
+        Some("unstable")
+    }
+}
+
+impl SuiteStudy {
+    /// Why a run of the study is lost; `None` if it is not.
+    pub fn why_lost<'a>(&self, row: &'a Row) -> Option<&'a str> {
+        why_lost(row, self.distance())
+    }
+}
+
 /// Appends the runs of an output, with what d is.
 fn append(rows: &Rows, output: usize, distance: Measure, to: &mut ScenarioResults) {
     for place in 0..rows.trial_count() {
         let row = rows.row(place, output);
         let (d, fit) = (row[distance], row[Measure::FreshFit]);
-        let lost = if !row.is_lost() {
-            (!d.is_finite()).then_some("other orders")
-        } else if row.failure.is_some() {
-            Some(row.status())
-        } else {
-            Some("unstable")
-        };
-        if let Some(reason) = lost {
+        if let Some(reason) = why_lost(&row, distance) {
             *to.lost.entry(reason.to_owned()).or_default() += 1;
             to.d.push(None);
             to.fit.push(None);

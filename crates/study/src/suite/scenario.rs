@@ -299,7 +299,11 @@ impl SuiteStudy {
         let mut declined = Vec::new();
         for competitor in competitors.iter().filter(|of| self.is_for(of)) {
             match self.method(competitor) {
-                Ok(table) => file.methods.push(table),
+                Ok(mut table) => {
+                    // Records beyond the trials would be estimated for nothing.
+                    table.limit_batch(trials);
+                    file.methods.push(table);
+                }
                 Err(reason) => declined.push((competitor.name(), reason)),
             }
         }

@@ -184,8 +184,12 @@ impl Times {
     /// # Errors
     /// [`ResultsError::Damaged`].
     pub fn parse(text: &str) -> Result<Self, ResultsError> {
-        let own: Self = parsed(text)?;
-        let all = own.methods.iter().flat_map(|of| &of.scenarios);
+        parsed::<Self>(text)?.checked()
+    }
+
+    /// Checks that a run could have written it.
+    pub(super) fn checked(self) -> Result<Self, ResultsError> {
+        let all = self.methods.iter().flat_map(|of| &of.scenarios);
         let known = |x: f64| x > 0.0 && x.is_finite();
         let mut unsound = all.filter(|of| {
             of.ratios.is_empty()
@@ -197,7 +201,7 @@ impl Times {
                 "scenario {}: expected times of one round or more",
                 visible(&of.name)
             ))),
-            None => Ok(own),
+            None => Ok(self),
         }
     }
 

@@ -335,6 +335,13 @@ impl MethodTable {
         }
     }
 
+    /// Sends a program at most so many records in a message.
+    pub fn limit_batch(&mut self, most: u64) {
+        if let Some(program) = &mut self.program {
+            program.batch = program.batch.min(most);
+        }
+    }
+
     /// Returns an option's value as part of a name, in the option's own spelling.
     fn value_text(&self, index: usize, key: &str, value: &Value) -> String {
         let alone = Map::from_iter([(key.to_owned(), value.clone())]);
