@@ -33,7 +33,7 @@ const WITHOUT_RESULTS: [(&str, &str); 34] = [
     ("docs/files.md", "*"),
     (
         "docs/findings.md",
-        "What moved, and what was written after results",
+        "How far to trust these verdicts",
     ),
     ("docs/glossary.md", "*"),
     ("docs/methods.md", "What each method does"),
