@@ -31,10 +31,7 @@ const WITHOUT_RESULTS: [(&str, &str); 33] = [
     ("docs/conventions.md", "*"),
     ("docs/continuous-observers.md", "*"),
     ("docs/files.md", "*"),
-    (
-        "docs/findings.md",
-        "How far to trust these verdicts",
-    ),
+    ("docs/findings.md", "How far to trust these verdicts"),
     ("docs/glossary.md", "*"),
     ("docs/methods.md", "What each method does"),
     ("docs/methods.md", "Recursive methods"),
