@@ -273,6 +273,8 @@ fn a_figure_is_drawn_as_it_is_asked_for() {
         svg.contains("arx") && !svg.contains("iv(4)") && said.contains("median"),
         "{said}"
     );
+    let (_, svg, _) = drawn(&["--measure", "e_b", "--method", "arx, iv(4)"]);
+    assert!(svg.contains("arx") && svg.contains("iv(4)"));
     let (path, svg, said) = drawn(&[
         "--statistic",
         "rmse",

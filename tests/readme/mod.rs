@@ -17,18 +17,6 @@ fn the_verdict_table_is_the_committed_one() {
     assert!(read("docs/reproduce.md").contains(verdict.trim_end()));
 }
 
-/// So is the table of claims.
-#[test]
-fn the_table_of_claims_is_the_committed_one() {
-    let (findings, claims) = (read("docs/findings.md"), read("results/report/claims.md"));
-    let rows: Vec<&str> = claims
-        .lines()
-        .filter(|line| line.starts_with('|'))
-        .collect();
-    assert!(rows.len() > 10);
-    assert!(findings.contains(&rows.join("\n")));
-}
-
 /// "10 pass, 13 fail": the cells of a claim in the table of all numbers.
 fn cells_of(numbers: &[Vec<String>], id: &str, study: &str) -> String {
     let rows = numbers.iter().filter(|row| row[0] == id && row[5] == study);

@@ -330,22 +330,30 @@ fn outputs(study: &Study, names: &[String]) -> Result<Vec<(usize, String)>, Stri
         return Ok(lead_outputs(study));
     }
     let labels = study.labels();
+    let of_name = |name: &str| -> Vec<&String> {
+        let is = |label: &&String| {
+            let method = label
+                .split_once('(')
+                .map_or(&label[..], |(method, _)| method);
+            folded(label) == folded(name) || folded(method) == folded(name)
+        };
+        labels.iter().filter(is).collect()
+    };
     let mut found: Vec<String> = Vec::new();
     for name in names {
-        let method = |label: &String| {
-            label
-                .split_once('(')
-                .map_or(&label[..], |(method, _)| method)
-                .to_owned()
+        // Names may have commas too.
+        let parts: Vec<&str> = if of_name(name).is_empty() {
+            name.split(',').map(str::trim).collect()
+        } else {
+            vec![name]
         };
-        let is = |label: &&String| {
-            folded(label) == folded(name) || folded(&method(label)) == folded(name)
-        };
-        let of_name: Vec<&String> = labels.iter().filter(is).collect();
-        if of_name.is_empty() {
-            return Err(UnknownName::new("output", name, labels).to_string());
+        for part in parts {
+            let of_part = of_name(part);
+            if of_part.is_empty() {
+                return Err(UnknownName::new("output", part, labels).to_string());
+            }
+            found.extend(of_part.into_iter().cloned());
         }
-        found.extend(of_name.into_iter().cloned());
     }
     found.dedup();
     if found.len() > OUTPUTS {
