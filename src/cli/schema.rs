@@ -65,9 +65,9 @@ fn page(schema: &Value) -> String {
             }
         }
     }
-    EstimatorName::ALL
-        .iter()
-        .for_each(|method| options(&mut text, *method));
+    for method in EstimatorName::ALL {
+        options(&mut text, *method);
+    }
     text
 }
 
