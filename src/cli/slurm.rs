@@ -237,7 +237,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     };
     print(&planned.text(&path))?;
     submit(arguments.submit, array, (&script, &merge_script))?;
-    print(&format!("what is there: asobench status {}\n", word(&path)))?;
+    print(&format!("progress: asobench status {}\n", word(&path)))?;
     Ok(ExitCode::SUCCESS)
 }
 
