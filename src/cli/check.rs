@@ -21,7 +21,7 @@ mod pilot;
 mod plants;
 
 /// Check an experiment file; print the grid's size, and time, memory and room on disk, estimated from a few trials. Of a
-/// folder of results: check that it is what was written.
+/// folder of results: check that its files are unchanged.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -29,7 +29,7 @@ pub(super) struct Arguments {
     /// Folder of the results: trials found there are not counted again [default: results/NAME of NAME.toml]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Simulate M trials of every cell, and print what they say of the claims and how many trials would decide them
+    /// Simulate M trials of every cell, and print the verdicts that they foretell and the trials that would decide
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pilot: Option<u64>,
 }

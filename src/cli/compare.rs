@@ -7,8 +7,8 @@ use crate::study::Measure;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Compare the results of studies: what differs in their experiments, and the medians of a measure in
-/// the same cells
+/// Compare the results of studies: the differences of their experiments, and the medians of a measure
+/// in the same cells
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// Results folders, such as results/window results/window-2

@@ -235,7 +235,7 @@ impl Meant<'_> {
         true
     }
 
-    /// Puts what is typed instead of an argument in its place.
+    /// Replaces an unknown argument by its counterpart here.
     fn put(&mut self, at: usize, argument: &str, typed: Option<&str>) {
         let is_value = |word: &&String| !word.starts_with('-') || word.parse::<f64>().is_ok();
         let next = self.line.get(at + 1).filter(is_value).cloned();
@@ -316,7 +316,7 @@ fn elsewhere(argument: &str, command: &clap::Command, all: &clap::Command) -> St
     let own = command.get_name();
     if others.is_empty() {
         return format!(
-            "unexpected argument '{argument}'; {PROGRAM} {own} --help lists what there is"
+            "unexpected argument '{argument}'; {PROGRAM} {own} --help lists all arguments"
         );
     }
     format!(

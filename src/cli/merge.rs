@@ -19,7 +19,7 @@ use std::process::ExitCode;
 pub(super) struct Arguments {
     /// The plan, as `asobench plan` writes it
     plan: PathBuf,
-    /// Folders with what shards left, at any depth [default: NAME-shards beside the plan]
+    /// Folders of the shards' results, at any depth [default: NAME-shards beside the plan]
     folders: Vec<PathBuf>,
     /// Folder of the results [default: results/NAME of NAME.plan.json]
     #[arg(long, value_name = "DIR")]

@@ -19,7 +19,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 /// Plan a study in shards for many machines, balanced by a short timing. The same command again
-/// plans what is still missing, or the next round if `trials` is a rule.
+/// plans the missing trials, or the next round if `trials` is a rule.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]

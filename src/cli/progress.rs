@@ -214,7 +214,7 @@ pub(super) fn stop_flag() -> Result<Arc<AtomicBool>, Error> {
         // The step under way may be one long trial, or a large file.
         let waits = std::thread::Builder::new().spawn(|| {
             std::thread::sleep(PATIENCE);
-            note("asobench: interrupted in the middle of a step; what was finished before it is stored");
+            note("asobench: interrupted in the middle of a step; all that was finished before is stored");
             std::process::exit(EXIT.load(Ordering::Relaxed));
         });
         if waits.is_err() {

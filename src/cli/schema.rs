@@ -2,6 +2,7 @@
 
 use super::error::Error;
 use super::output::{print, print_json};
+use crate::estimator::EstimatorName;
 use crate::study::Measure;
 use crate::study::file::{Key, StudyKind, schema};
 use serde_json::Value;
@@ -11,7 +12,7 @@ use std::process::ExitCode;
 /// Print the JSON schema of experiment files, for editors
 #[derive(clap::Args)]
 pub(super) struct Arguments {
-    /// Print docs/reference.md instead: every key with its type, default and meaning
+    /// Print a page instead: every key with its type, default and meaning, and the options of every method
     #[arg(long)]
     markdown: bool,
 }
@@ -28,13 +29,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 const HEAD: &str = "\
 # Every key of an experiment file
 
-`asobench schema --markdown` prints this page, `asobench schema` the same for editors. [studies.md](studies.md) is the guide; \
-the options of the estimators are in [methods.md](methods.md).
+`asobench schema --markdown` prints this page, `asobench schema` the same for editors. The [index](README.md) leads to \
+the guides; [methods.md](methods.md) says what each method computes.
 
 `q^-1` delays by one sample. \"Null\" stands for a key that is not given.
 ";
 
-/// Returns the page: sections for the keys of the file, settings, measures, and the tables of the schema.
+/// Returns the page: sections for the keys of the file, settings, measures, the tables of the schema, and the methods.
 fn page(schema: &Value) -> String {
     let mut text = HEAD.to_owned();
     section(&mut text, "The file", &schema["properties"], &[]);
@@ -64,7 +65,26 @@ fn page(schema: &Value) -> String {
             }
         }
     }
+    for method in EstimatorName::ALL {
+        options(&mut text, *method);
+    }
     text
+}
+
+/// Appends a section for the options of a method.
+fn options(text: &mut String, method: EstimatorName) {
+    let _ = write!(text, "\n## Method `{method}`\n\n{}\n", cell(method.about()));
+    for (i, option) in method.options().iter().enumerate() {
+        if i == 0 {
+            text.push_str("\n| option | default | meaning |\n|---|---|---|\n");
+        }
+        let default = match &option.default {
+            Value::Null => String::new(),
+            value => format!("`{value}`"),
+        };
+        let about = cell(&option.about);
+        let _ = writeln!(text, "| `{}` | {} | {about} |", option.key, cell(&default));
+    }
 }
 
 /// Appends a section for a table of the file: what it is, and its keys.

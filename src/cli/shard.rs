@@ -17,9 +17,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Compute one shard of a plan, in a folder of this process's own. What earlier processes left of
-/// the shard is not computed again. Stopped by SIGTERM or --time-limit it ends with exit code 75:
-/// run it again.
+/// Compute one shard of a plan, in a folder of this process's own. Blocks that earlier processes
+/// left are not computed again. Stopped by SIGTERM or --time-limit it ends with exit code 75: run it
+/// again.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// The plan, as `asobench plan` writes it
@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     /// The shard, such as 3 or 3/12, from 1 [default: SLURM_ARRAY_TASK_ID]
     #[arg(value_name = "I/S")]
     shard: Option<String>,
-    /// Folder of what all shards leave, on a file system that the machines share [default:
+    /// Folder of the results of all shards, on a file system that the machines share [default:
     /// NAME-shards beside the plan]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -15,7 +15,7 @@ use std::process::{Command, ExitCode};
 use std::time::Duration;
 
 /// Write a plan of a study, a job script of its shards and one that puts their results together,
-/// for Slurm. The same command again plans what is still missing, or the next round if `trials`
+/// for Slurm. The same command again plans the missing trials, or the next round if `trials`
 /// is a rule.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
@@ -237,7 +237,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     };
     print(&planned.text(&path))?;
     submit(arguments.submit, array, (&script, &merge_script))?;
-    print(&format!("what is there: asobench status {}\n", word(&path)))?;
+    print(&format!("progress: asobench status {}\n", word(&path)))?;
     Ok(ExitCode::SUCCESS)
 }
 

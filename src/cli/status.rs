@@ -9,13 +9,13 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Show how much of a plan is computed, by shard and by cell, and print the line that computes what is
-/// missing. Ends with exit code 75 while something is.
+/// Show how much of a plan is computed, by shard and by cell, and print the command that computes the
+/// rest. Ends with exit code 75 while trials are missing.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     /// The plan, as `asobench plan` writes it
     plan: PathBuf,
-    /// Folders with what shards left, at any depth [default: NAME-shards beside the plan]
+    /// Folders of the shards' results, at any depth [default: NAME-shards beside the plan]
     folders: Vec<PathBuf>,
     /// Read every block, and count only those that are intact
     #[arg(long)]

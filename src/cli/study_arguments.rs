@@ -33,7 +33,7 @@ pub(super) struct StudyArguments {
     /// comparisons that need others are left out. Several are separated by commas
     #[arg(long = "method", aliases = ["methods", "estimator"], value_name = "NAME")]
     pub(super) method: Vec<String>,
-    /// What is kept, instead of the file's: summaries, or trials too
+    /// The results that are kept, instead of the file's choice: summaries, or trials too
     #[arg(long, value_name = "WHAT")]
     pub(super) store: Option<Store>,
     /// Engine instead of the file's: auto, lanes or faer

@@ -11,8 +11,8 @@ use crate::theory::{Missing, SmoothMeasure, Theory};
 use serde_json::{Map, Value, json};
 use std::process::ExitCode;
 
-/// Print what theory says of an experiment file's cells as N grows: limits of biased estimates,
-/// sqrt(N) times the rms of the errors, Cramer-Rao bounds
+/// Print the theory of an experiment file's cells as N grows: limits of biased estimates, sqrt(N)
+/// times the rms of the errors, Cramer-Rao bounds
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]

@@ -195,7 +195,7 @@ pub(super) struct RecordArguments {
     /// Mark before decimals: point or comma [default: the one that the numbers show]
     #[arg(long, value_name = "MARK", hide_short_help = true, help_heading = RECORD)]
     pub(super) decimal: Option<Decimal>,
-    /// What is done about missing samples: refuse, longest-run (the longest part without a gap is the record), equations
+    /// The treatment of missing samples: refuse, longest-run (the longest part without a gap is the record), equations
     /// (only the equations that touch a gap are left out; arx, iv, oe, armax, bj)
     #[arg(long, value_name = "WHAT", default_value_t, hide_short_help = true, help_heading = RECORD)]
     pub(super) missing: Missing,

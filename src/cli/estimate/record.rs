@@ -186,7 +186,7 @@ fn ways_on(error: &RecordError) -> Cow<'static, str> {
              touch one"
         }
         RecordError::Thousands { .. } | RecordError::MixedDecimals { .. } => {
-            "; --decimal point or --decimal comma says which mark is that of decimals"
+            "; --decimal point or --decimal comma says which mark separates decimals"
         }
         RecordError::Time { .. } | RecordError::AmbiguousTimes { .. } => {
             "; --time none --ts SECONDS, if the samples are equally spaced"
@@ -210,7 +210,7 @@ fn ways_on(error: &RecordError) -> Cow<'static, str> {
              exact"
         }
         RecordError::NotThere { column, .. } if column == "fixed" || column == "spectrum" => {
-            "; what the trials of study-from have is --trial-input"
+            "; --trial-input sets the input of the trials of study-from"
         }
         _ => "",
     };

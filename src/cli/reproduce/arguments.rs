@@ -48,7 +48,7 @@ pub(in crate::cli) struct Arguments {
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
-    /// What computes the trials: auto, lanes or faer
+    /// The engine that computes the trials: auto, lanes or faer
     #[arg(long, value_name = "ENGINE", default_value_t)]
     pub(super) engine: Engine,
     /// Folder of the results [default: results/reproduce, replaced at every run]

@@ -16,7 +16,7 @@ pub(super) struct Part {
     /// How much of it: quick (a minute), standard (a quarter of an hour on two cores) or full
     #[arg(long, value_name = "TIER", default_value_t)]
     pub(super) tier: Tier,
-    /// What methods are told: closed, the orders of the truth, or open, the delay and a largest order
+    /// The knowledge of the methods: closed, the orders of the truth, or open, the delay and a largest order
     #[arg(long, value_name = "DIVISION", default_value_t)]
     pub(super) division: Division,
     /// Edition of the suite, such as 1.0 [default: the newest]

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 /// Time one fixed workload, W98 (n = 6, N = 98, K = 400, least squares and four IV passes,
 /// observer), on each engine and number of threads, as a share of the machine's peak of fused
 /// multiply-adds. With FILE: time the trials of an experiment file, all cells, outputs and
-/// measures, and throw the results away: what `run` on the same file could reach at most.
+/// measures, and throw the results away: an upper limit of the speed of `run` on the file.
 #[derive(clap::Args)]
 pub(in crate::cli) struct Arguments {
     /// Experiment file to time instead of W98

@@ -57,7 +57,7 @@ options! {
         pub iterations: usize = 4,
         /// Formula of stage 10, reading E2: corrected, as-printed, as-printed-2024.
         pub stage10: Stage10,
-        /// What each IV pass renews, reading E4: refresh, frozen, literal.
+        /// The quantities that each IV pass renews, reading E4: refresh, frozen, literal.
         pub auxiliary: Auxiliary,
         /// The auxiliary model, reading E12: model (simulation of the estimate), observer.
         pub drive: Drive,
@@ -65,7 +65,7 @@ options! {
         pub gain: Gain,
         /// The signal from which the instruments are formed: u or r.
         pub instruments: InstrumentSource,
-        /// What is done about unstable poles of the auxiliary model: none, reflect (into the unit circle).
+        /// The treatment of unstable poles of the auxiliary model: none, reflect (into the unit circle).
         pub stabilise: Stabilise,
         /// Initial state, in every pass: estimate (stage 6), or zero.
         pub initial_state: StartState,
@@ -78,7 +78,7 @@ options! {
         pub reading: Option<Reading>,
         /// A fixed model x = B/F u for the instruments, such as B=0,1;F=1,-0.5: one pass.
         pub fixed_model: Option<FixedModel>,
-        /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+        /// The equation errors that standard errors assume: white (the default), coloured (and independent of the
         /// instruments), robust.
         pub covariance: Option<Covariance>,
     }

@@ -65,7 +65,7 @@ pub struct CommandOptions {
     /// Largest number of processes, or "auto": one for each thread.
     #[serde(default)]
     pub workers: Workers,
-    /// What the program may know about a cell besides its records.
+    /// The facts that the program may know about a cell besides its records.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub told: Vec<Told>,
     /// The orders of the requested model, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.

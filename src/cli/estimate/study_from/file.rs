@@ -64,11 +64,11 @@ pub(super) fn doubts(case: &Case) -> Vec<String> {
     let tests = [
         (
             residuals.white,
-            "the residuals are not white: the noise of the trials is not that of the record",
+            "the residuals are not white: the trials have another noise than the record",
         ),
         (
             residuals.free_of_past_input,
-            "past input explains residuals: the plant of the trials is not that of the record",
+            "past input explains residuals: the trials have another plant than the record",
         ),
     ];
     let failed = tests

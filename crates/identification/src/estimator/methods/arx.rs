@@ -26,7 +26,7 @@ options! {
         pub reading: Option<Reading>,
         /// Chooses n = na = nb, from 1 to the na = nb of `orders`, by a criterion: aic, aicc, bic, fpe.
         pub choose: Option<Criterion>,
-        /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+        /// The equation errors that standard errors assume: white (the default), coloured (and independent of the
         /// instruments), robust.
         pub covariance: Option<Covariance>,
     }

@@ -32,7 +32,7 @@ options! {
         /// The order of the long model from the reference; by default that by AIC, at most 50 and a
         /// sixth of the samples.
         pub long: Option<usize>,
-        /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none (the
+        /// The treatment of an unstable A(s): reflect (its zeros into the left half-plane, the default), none (the
         /// method fails).
         pub stabilise: Option<Stabilise>,
     }

@@ -22,7 +22,7 @@ options! {
         pub orders: Option<Orders>,
         /// The controller K of the loop u = r - K(q) y: a gain, or c_0,c_1,.../1,d_1,...; by default 0, open loop.
         pub controller: Option<OutputFeedback>,
-        /// What is done if the model of the loop is unstable: reflect (its poles into the unit circle, the default),
+        /// The treatment of an unstable model of the loop: reflect (its poles into the unit circle, the default),
         /// none (the method fails).
         pub stabilise: Option<Stabilise>,
     }

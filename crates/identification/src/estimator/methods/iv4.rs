@@ -33,7 +33,7 @@ options! {
         pub reading: Option<Reading>,
         /// The signal from which the instruments are formed: u (the default) or r, the reference of a closed loop.
         pub instruments: Option<InstrumentSource>,
-        /// What is done if the model whose output makes the instruments is unstable: reflect (its poles into the unit
+        /// The treatment of an unstable model whose output makes the instruments: reflect (its poles into the unit
         /// circle, the default), none (also with a reading).
         pub stabilise: Option<Stabilise>,
     }

@@ -21,7 +21,7 @@ options! {
         pub rows: Rows,
         /// The initial state: estimate (stage 6 for the model found), or zero.
         pub initial_state: StartState,
-        /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+        /// The equation errors that standard errors assume: white (the default), coloured (and independent of the
         /// instruments), robust.
         pub covariance: Option<Covariance>,
     }

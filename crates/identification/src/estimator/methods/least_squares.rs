@@ -19,7 +19,7 @@ options! {
         pub solver: Solver,
         /// Stage 6: estimate, or zero.
         pub initial_state: StartState,
-        /// What standard errors assume of the equation errors: white (the default), coloured (and independent of the
+        /// The equation errors that standard errors assume: white (the default), coloured (and independent of the
         /// regressors), robust.
         pub covariance: Option<Covariance>,
     }

@@ -191,9 +191,9 @@ estimators! {
     Clriv = "clriv": closed_loop_iv::ClrivOptions,
     /// Refined instrumental variables in continuous time for a closed loop: B(s)/A(s), C/D, instruments from the reference.
     Clrivc = "clrivc": closed_loop_continuous::ClrivcOptions,
-    /// Two-stage method for a closed loop: what of u follows from the reference, then the output-error model from it.
+    /// Two-stage method for a closed loop: the reference's part of u, then the output-error model from it.
     TwoStage = "two-stage": two_stage::TwoStageOptions,
-    /// Joint input-output method for a closed loop: the ratio of what of y and of u follows from the reference.
+    /// Joint input-output method for a closed loop: the ratio of the reference's parts of y and u.
     Joint = "joint": two_stage::JointOptions,
     /// Indirect method for a closed loop with a known controller: the plant from a model of the loop.
     Indirect = "indirect": indirect::IndirectOptions,

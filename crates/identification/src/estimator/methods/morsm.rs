@@ -47,7 +47,7 @@ macro_rules! filtered_iteration {
                 pub orders: Option<Orders>,
                 /// Order of the high-order model; by default that by AIC, at most 50 and a sixth of the samples.
                 pub high_order: Option<usize>,
-                /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the
+                /// The treatment of an unstable F: reflect (its zeros into the unit circle, the default), none (the
                 /// method fails).
                 pub stabilise: Option<Stabilise>,
                 /// The signals before the record: zero, or estimate, which fits their effect on the prediction errors.

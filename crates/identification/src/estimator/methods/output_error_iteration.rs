@@ -28,7 +28,7 @@ macro_rules! iteration {
                 /// Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk
                 /// = 1.
                 pub orders: Option<Orders>,
-                /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the
+                /// The treatment of an unstable F: reflect (its zeros into the unit circle, the default), none (the
                 /// method fails).
                 pub stabilise: Option<Stabilise>,
             }

@@ -51,7 +51,7 @@ options! {
         /// A constant mu of the output, `A (y - mu) = B/F u + C/D e`: none, or estimate, together with the
         /// parameters.
         pub offset: OffsetChoice,
-        /// What standard errors assume of the prediction errors: white (the default), coloured, robust.
+        /// The prediction errors that standard errors assume: white (the default), coloured, robust.
         pub covariance: Option<Covariance>,
         /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the last
         /// third of a model of the first two).

@@ -21,7 +21,7 @@ options! {
         /// Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the
         /// setting `order`, nk = 1.
         pub orders: Option<Orders>,
-        /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the method
+        /// The treatment of an unstable F: reflect (its zeros into the unit circle, the default), none (the method
         /// fails).
         pub stabilise: Option<Stabilise>,
     }

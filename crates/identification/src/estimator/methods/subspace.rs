@@ -63,7 +63,7 @@ macro_rules! subspace {
                 /// Block rows s of the future and of the past, more than n; by default chosen for each record: k, 3/2 k
                 /// or 2 k, k being the order of `A y = B u + e` by AIC, whichever output is closest to y.
                 pub block_rows: Option<usize>,
-                /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
+                /// The treatment of an unstable A: none (the default), reflect (its eigenvalues into the unit circle).
                 pub stabilise: Stabilise,
                 /// The conventions of another tool: sippy, which subtracts the first sample from u and y and divides
                 /// them by their standard deviations.

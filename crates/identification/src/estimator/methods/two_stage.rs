@@ -25,7 +25,7 @@ macro_rules! staged {
                 /// The order of the long model from the reference; by default that by AIC, at most 50
                 /// and a sixth of the samples.
                 pub long: Option<usize>,
-                /// What is done if F is unstable: reflect (its zeros into the unit circle, the default), none (the
+                /// The treatment of an unstable F: reflect (its zeros into the unit circle, the default), none (the
                 /// method fails).
                 pub stabilise: Option<Stabilise>,
             }

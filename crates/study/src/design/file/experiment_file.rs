@@ -64,9 +64,9 @@ tables! {
         /// nothing is left for further looks. Without it there may be any number, and the first spends nine tenths of
         /// the level.
         looks?: Option<u32>,
-        /// What computes the trials: "auto", "lanes" or "faer".
+        /// The engine that computes the trials: "auto", "lanes" or "faer".
         engine: Engine,
-        /// What is kept: "summaries" or "trials".
+        /// The results that are kept: "summaries" or "trials".
         store: Store,
         /// Whether trials whose search left a model that is not at a minimum (`boundary`, `iteration-limit`) are "lost"
         /// (the default) or "counted".
@@ -133,7 +133,7 @@ tables! {
         slopes: Vec<SlopeTable>,
         /// Bounds whose share of trials is counted.
         bounds: Vec<BoundTable>,
-        /// What `--quick` changes: a run of a minute or less.
+        /// The changes by `--quick`: a run of a minute or less.
         quick: Option<QuickTable>,
     }
 }

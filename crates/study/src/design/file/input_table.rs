@@ -25,7 +25,7 @@ pub enum InputTable {
         /// Samples for which each sign is held.
         #[serde(default = "one")]
         clock: usize,
-        /// What -1 and +1 become, before the amplitude.
+        /// The values that -1 and +1 become, before the amplitude.
         #[serde(default = "signs")]
         levels: [f64; 2],
     },

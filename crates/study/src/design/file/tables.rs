@@ -43,7 +43,7 @@ tables! {
         sampling_time?: Option<f64>,
         /// The delay in seconds of a plant in s, a multiple of `Ts` or not; 0 if absent.
         delay?: Option<f64>,
-        /// What u(t) is between two samples of a plant in s: "zero" (the last sample) or "linear".
+        /// The hold of u(t) between two samples of a plant in s: "zero" (the last sample) or "linear".
         hold?: Option<HoldName>,
         /// Instead of all these: matrices in states of the plant's own, in discrete time or, with `Ts`, sampled.
         states?: Option<StatesTable>,

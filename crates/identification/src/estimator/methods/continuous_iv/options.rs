@@ -36,7 +36,7 @@ macro_rules! continuous {
                 /// A constant mu of the output, `A (y - mu) = B/F u + C/D e`: none, or estimate, together with the
                 /// parameters.
                 pub offset: OffsetChoice,
-                /// What is done if A(s) is unstable: reflect (its zeros into the left half-plane, the default), none
+                /// The treatment of an unstable A(s): reflect (its zeros into the left half-plane, the default), none
                 /// (the method fails).
                 pub stabilise: Option<Stabilise>,
             }

@@ -28,7 +28,8 @@ recursive_options! {
         /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
         orders,
         first {
-            /// What replaces the outputs: delayed (inputs, the default), auxiliary (the output of the present model).
+            /// The signals that replace the outputs: delayed (inputs, the default), auxiliary (the output of the
+            /// present model).
             pub instruments: RecursiveInstruments,
         }
         with start

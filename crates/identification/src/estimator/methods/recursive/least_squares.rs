@@ -25,8 +25,8 @@ recursive_options! {
         /// Orders na, nb and the delay nk, such as na=2,nb=2,nk=1; by default na = nb = the setting `order`, nk = 1.
         orders,
         then {
-            /// What is carried from sample to sample: square-root (of the information, the default), covariance (P
-            /// itself).
+            /// The matrix that is carried from sample to sample: square-root (of the information, the default),
+            /// covariance (P itself).
             pub form: Option<RecursiveForm>,
         }
     }

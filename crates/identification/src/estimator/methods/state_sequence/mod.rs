@@ -53,7 +53,7 @@ macro_rules! innovations_options {
                 /// last third of a model of the first two).
                 pub choose: Option<OrderRule>,
                 $($own)*
-                /// What is done if A is unstable: none (the default), reflect (its eigenvalues into the unit circle).
+                /// The treatment of an unstable A: none (the default), reflect (its eigenvalues into the unit circle).
                 pub stabilise: Stabilise,
                 /// The signals before the record: zero, or estimate, which finds the best start of the model (A, B and C
                 /// do not depend on it).
