@@ -1,5 +1,6 @@
 //! `asobench suite`: the reference suite. Runs it, lists and shows it, prints its numbers, and measures a newcomer.
 
+mod law;
 mod newcomer;
 mod page;
 mod part;
@@ -31,6 +32,7 @@ enum What {
     Scores(page::Arguments),
     Published(published::Arguments),
     Times(times::Arguments),
+    Law(law::Arguments),
     Recorded(recorded::Arguments),
 }
 
@@ -43,6 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Some(What::Scores(arguments)) => page::run(arguments),
         Some(What::Published(arguments)) => published::run(arguments),
         Some(What::Times(arguments)) => times::run(arguments),
+        Some(What::Law(arguments)) => law::run(arguments),
         Some(What::Recorded(arguments)) => recorded::run(arguments),
     }
 }

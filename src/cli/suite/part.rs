@@ -16,9 +16,10 @@ pub(super) struct Part {
     /// How much of it: quick (a minute), standard (a quarter of an hour on two cores) or full
     #[arg(long, value_name = "TIER", default_value_t)]
     pub(super) tier: Tier,
-    /// What methods are told: closed, the orders of the truth, or open, the delay and a largest order
-    #[arg(long, value_name = "DIVISION", default_value_t)]
-    pub(super) division: Division,
+    /// What methods are told: orders (na, nb, nk), structure (which polynomials), or open (nothing but the record); of
+    /// editions 1 closed or open [default: orders, of editions 1 closed]
+    #[arg(long = "contest", alias = "division", value_name = "CONTEST")]
+    pub(super) division: Option<Division>,
     /// Edition of the suite, such as 1.0 [default: the newest]
     #[arg(long, value_name = "E")]
     pub(super) edition: Option<String>,
@@ -61,10 +62,8 @@ impl Part {
         let only = self.only.iter().map(|name| format!(" --only {name}"));
         let first = self.first.map(|first| format!(" --first {first}"));
         let first = first.unwrap_or_default();
-        let division = match self.division {
-            Division::Closed => "",
-            Division::Open => " --division open",
-        };
+        let division = self.division.map(|of| format!(" --contest {of}"));
+        let division = division.unwrap_or_default();
         let only = only.collect::<String>();
         let edition = self.edition.as_ref();
         let edition = edition.map_or_else(String::new, |edition| format!(" --edition {edition}"));
@@ -73,10 +72,8 @@ impl Part {
 
     /// Returns the default folder of results.
     pub(super) fn folder(&self) -> String {
-        let division = match self.division {
-            Division::Closed => "",
-            Division::Open => "open-",
-        };
+        let division = self.division.map(|of| format!("{of}-"));
+        let division = division.unwrap_or_default();
         let edition = self.edition.as_ref();
         let edition = edition.map_or_else(String::new, |edition| format!("{edition}-"));
         format!("results/suite-{division}{edition}{}", self.tier)

@@ -37,7 +37,7 @@ pub fn suite_page(of: &SuitePage<'_>) -> Files {
     let suite = of.suite;
     let tables = Tables::new(of);
     let division = match suite.division {
-        Division::Closed => "",
+        Division::Closed | Division::Orders | Division::Structure => "",
         Division::Open => ", open division",
     };
     let newcomer = of.newcomer.map(|name| format!(", with {name}"));
@@ -104,7 +104,7 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
     section
         .question("How near do methods come to what a record can say, and how often do they fail?");
     let told = match suite.division {
-        Division::Closed => {
+        Division::Closed | Division::Orders | Division::Structure => {
             "The distance d of an estimate from the truth is measured with the Fisher information of the record: for a \
              method that reaches the Cramer-Rao bound it is 1 on average in a long record. Each method is told the \
              orders of the truth in its own form; one that takes the order alone is not told the delay."
@@ -116,7 +116,7 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
     };
     section.paragraph(told);
     let unfinished = match suite.division {
-        Division::Closed => {
+        Division::Closed | Division::Orders | Division::Structure => {
             "ends its search without a minimum, or leaves an unstable model or one of another order"
         }
         Division::Open => "leaves an unstable model",

@@ -93,7 +93,7 @@ impl<'a> Tables<'a> {
             Column::text("near").width(8),
         ];
         // Responses of the open division have no intervals.
-        let is_covered = self.of.suite.division == Division::Closed;
+        let is_covered = !self.of.suite.division.is_open();
         if is_covered {
             columns.push(Column::number("cover", "%").width(7));
         }
@@ -102,7 +102,9 @@ impl<'a> Tables<'a> {
             columns.push(Column::number("time", "").width(8));
         }
         let caption = match self.of.suite.division {
-            Division::Closed => "Each method over the scenarios that it is for, weighted equally",
+            Division::Closed | Division::Orders | Division::Structure => {
+                "Each method over the scenarios that it is for, weighted equally"
+            }
             Division::Open => {
                 "Each method that chooses its order, weighted equally; d is that of the response"
             }

@@ -21,11 +21,13 @@ pub const KINDS: [&str; 6] = ["arx", "iv4", "bj", "ssarx", "kernel-fir", "zhang"
 pub enum Competitor {
     /// An estimator of the registry with its default options.
     Estimator(EstimatorName),
-    /// The same, told the structure of the truth too: for estimators of several structures, whose default is B/F.
+    /// The same, told the structure of the truth too: for estimators of several structures, whose default is B/F. In
+    /// the contest `structure` all are told it.
     Structured(EstimatorName),
     /// An estimator that chooses its order.
     Choosing(EstimatorName),
-    /// The prediction error method of the scenario's own structure, started at the truth.
+    /// The maximum likelihood of the scenario's own structure and density, started at the truth; in editions 1 the
+    /// prediction error method.
     Ideal,
     /// A method of a user's file.
     Own(Box<MethodTable>),
@@ -44,18 +46,65 @@ pub(super) struct Told {
     pub(super) shortest: usize,
     /// The knowledge of it that methods are given.
     pub(super) division: Division,
+    /// Whether the edition has contests.
+    pub(super) has_contests: bool,
+}
+
+impl Told {
+    /// The orders of the truth, as far as methods are told them: na, nb and nk of the plant, all, or the largest to
+    /// choose from. In the open contest the delay is not told either.
+    fn orders(&self) -> Orders {
+        let Orders { na, nb, nf, nk, .. } = self.truth;
+        match self.division {
+            Division::Closed | Division::Structure => self.truth,
+            Division::Orders => Orders::arx(na + nf, nb, nk),
+            Division::Open if self.has_contests => Orders::arx(MOST, MOST, 1),
+            Division::Open => Orders::arx(MOST, MOST, nk),
+        }
+    }
+
+    /// The orders that an estimator of a form is told; `form`: its own defaults, of an order.
+    fn of_form(&self, form: impl Fn(usize) -> Option<Orders>) -> Option<Orders> {
+        let told = self.orders();
+        match self.division {
+            Division::Closed | Division::Structure => Some(told.holding(form(self.order)?)),
+            Division::Orders => {
+                // Of the noise it has its own defaults.
+                let own = form(told.na)?;
+                let Orders { na, nb, nf, nk, .. } = told.holding(own);
+                Some(Orders {
+                    na,
+                    nb,
+                    nf,
+                    nk,
+                    ..own
+                })
+            }
+            Division::Open => Some(Orders {
+                nk: told.nk,
+                ..form(MOST)?
+            }),
+        }
+    }
 }
 
 impl Competitor {
     /// All that take part in a division by default, the ideal last. Closed: the estimators of the registry, and those
-    /// that are told the structure. Open: the estimators that choose their order by themselves.
+    /// that are told the structure. Orders: the estimators of the registry. Structure: those whose form has a model of
+    /// the noise, and those of any structure. Open: the estimators that choose their order by themselves.
     pub fn of(division: Division) -> Vec<Self> {
         let estimators = EstimatorName::ALL.iter().copied();
+        let estimators = estimators.filter(|name| *name != EstimatorName::Known);
+        let structured = STRUCTURED.map(Self::Structured);
         let mut all: Vec<Self> = match division {
             Division::Closed => {
-                let structured = [EstimatorName::Wnsf, EstimatorName::Rpem].map(Self::Structured);
-                let estimators = estimators.filter(|name| *name != EstimatorName::Known);
+                let structured = structured.into_iter().take(2);
                 estimators.map(Self::Estimator).chain(structured).collect()
+            }
+            Division::Orders => estimators.map(Self::Estimator).collect(),
+            Division::Structure => {
+                let shaped = estimators.filter(|name| models_noise(*name));
+                shaped.map(Self::Estimator).chain(structured).collect()
             }
             Division::Open => estimators
                 .filter(|name| chooses(*name))
@@ -115,7 +164,7 @@ impl Competitor {
                 // The response is the model.
                 let orders = Orders {
                     nb: TAPS.min(told.shortest / 2),
-                    nk: truth.nk,
+                    nk: told.orders().nk,
                     ..Orders::default()
                 };
                 vec![with_orders(orders, EstimatorName::KernelFir.name())]
@@ -140,11 +189,7 @@ impl Competitor {
                     return vec![Value::Object(given)];
                 }
                 if table.program().is_some() {
-                    let orders = match told.division {
-                        Division::Closed => truth,
-                        Division::Open => Orders::arx(MOST, MOST, truth.nk),
-                    };
-                    given.insert("orders".to_owned(), json!(orders));
+                    given.insert("orders".to_owned(), json!(told.orders()));
                     return vec![Value::Object(given)];
                 }
                 let options = options.into_iter().chain(given).collect();
@@ -152,6 +197,16 @@ impl Competitor {
             }
         }
     }
+}
+
+/// The estimators of several structures; the first two take part in editions 1.
+const STRUCTURED: [EstimatorName; 2] = [EstimatorName::Wnsf, EstimatorName::Rpem];
+
+/// Whether the form of an estimator has C or D.
+fn models_noise(estimator: EstimatorName) -> bool {
+    let default = estimator.parse(Map::new());
+    let form = default.ok().and_then(|options| options.model_orders(1));
+    form.is_some_and(|form| form.nc + form.nd > 0)
 }
 
 /// Whether an estimator chooses its order: by an option, or as an impulse response that needs none.
@@ -175,8 +230,7 @@ fn of_structure(truth: Orders) -> (&'static str, bool) {
     }
 }
 
-/// The tables of an estimator with some options, with orders and without: in the closed division the smallest orders of
-/// its form that hold the truth, in the open one the largest to choose from and the delay.
+/// The tables of an estimator with some options, with the orders that it is told and without.
 fn of_estimator(
     estimator: EstimatorName,
     name: &str,
@@ -192,19 +246,13 @@ fn of_estimator(
     if let Some(last) = default.outputs("").last().filter(|last| last.pass > 0) {
         plain.entry("report").or_insert(json!([last.pass]));
     }
-    let orders = match told.division {
-        Division::Closed => {
-            let form = default.model_orders(told.order);
-            form.map(|form| told.truth.holding(form))
+    let orders = told.of_form(|order| {
+        if told.division.is_open() {
+            default.default_orders(order)
+        } else {
+            default.model_orders(order)
         }
-        Division::Open => {
-            let form = default.default_orders(MOST);
-            form.map(|form| Orders {
-                nk: told.truth.nk,
-                ..form
-            })
-        }
-    };
+    });
     let told = orders.map(|orders| {
         let mut told = plain.clone();
         told.insert("orders".to_owned(), json!(orders));

@@ -119,6 +119,7 @@ fn options(estimator: EstimatorName, first: usize) -> Option<MethodOptions> {
         controller: None,
         shortest: first,
         division: Division::Open,
+        has_contests: false,
     };
     let table = Competitor::Choosing(estimator)
         .tables(&told)

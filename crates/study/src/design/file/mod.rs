@@ -40,7 +40,7 @@ pub use continuous_tables::{
 };
 pub use course_table::CourseTable;
 pub use error::FileError;
-pub use experiment_file::{ExperimentFile, Store, Unfinished};
+pub use experiment_file::{ExperimentFile, InformationOf, Store, Unfinished};
 pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, partners};
 pub use input_table::InputTable;
 pub use key::{AUTOMATIC, Entry as KeyEntry, Key, StudyKind};
@@ -49,7 +49,7 @@ pub use needs::{MediansTable, Needs, SeriesTable};
 pub use observer_table::{FactorName, ObserverOptions, ObserverTable};
 pub use parse::schema;
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
-pub use tables::{FeedbackTable, NoiseTable, PlantTable, QuickTable, SlopeTable};
+pub use tables::{FeedbackTable, NoiseTable, OutlierTable, PlantTable, QuickTable, SlopeTable};
 pub use test_table::{TestTable, TimeOf};
 
 pub(crate) use claim::list;
