@@ -7,6 +7,7 @@
 
 mod autoregression;
 pub mod auxiliary;
+mod band;
 mod chosen;
 mod covariance;
 mod excitation;
@@ -56,6 +57,7 @@ mod triangular;
 pub use crate::failure::{FailureKind, Reason};
 pub(crate) use autoregression::Autoregression;
 pub use autoregression::spectrum;
+pub(crate) use band::BandRoot;
 pub use chosen::{OrderRule, first_part};
 pub use covariance::Covariance;
 pub use excitation::excitation_order;

@@ -11,8 +11,8 @@ use super::noise_model::{NoiseModel, lowest_terms};
 use super::passes::regressors;
 use super::population::Population;
 use super::signal::Signal;
-use crate::model::Orders;
 use crate::model::polynomial::divide;
+use crate::model::{LinearModel, Orders};
 
 /// Checks that a filter of the predictor is stable.
 fn stable(polynomial: &[f64]) -> Result<&[f64], Missing> {
@@ -96,6 +96,8 @@ pub struct TrueModel {
     pub slopes: Matrix,
     /// The variance of the innovations.
     pub variance: f64,
+    /// The model itself.
+    pub model: LinearModel,
 }
 
 impl TrueModel {
@@ -140,11 +142,21 @@ impl TrueModel {
             nf,
             nk: 1,
         };
+        let model = LinearModel {
+            b: beta.clone(),
+            noise_variance: noise.variance,
+            a,
+            c: noise.c,
+            d,
+            f,
+            ..LinearModel::zero(orders)
+        };
         Ok(Self {
             psi,
             orders,
             slopes,
             variance: noise.variance,
+            model,
         })
     }
 }

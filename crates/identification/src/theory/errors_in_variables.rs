@@ -31,22 +31,12 @@ pub(super) fn errors_in_variables(
     population: &Population,
     window: usize,
 ) -> Result<Matrix, Missing> {
-    let settings = process.settings();
-    let is_white = population.noise.0.len() == 1 && population.noise.1.len() == 1;
-    let is_covered = matches!(process.input(), Input::Gaussian { .. })
-        && matches!(settings.feedback, Feedback::None)
-        && settings.process_noise == 0.0
-        && is_white;
-    if !is_covered {
-        return Err(Missing::NoisyInput);
-    }
+    let [input, input_noise, output_noise] = variances(process, population)?;
     let n = population.plant.order();
-    let variance = |source: usize| population.sources[source].variance;
-    let lead = population.noise.0[0];
     let spectra = Spectra {
-        input: variance(REFERENCE),
-        input_noise: variance(INPUT_NOISE),
-        output_noise: variance(NOISE) * lead * lead,
+        input,
+        input_noise,
+        output_noise,
     };
     let count = 2 * n + VARIANCES;
     let mut sum = Matrix::zeros(count, count);
@@ -67,6 +57,29 @@ pub(super) fn errors_in_variables(
     } else {
         Err(Missing::Singular)
     }
+}
+
+/// The variances of the input, its noise and that of the output, all white and Gaussian, in open loop.
+///
+/// # Errors
+/// [`Missing::NoisyInput`] if they are not.
+pub(super) fn variances(process: &Process, population: &Population) -> Result<[f64; 3], Missing> {
+    let settings = process.settings();
+    let is_white = population.noise.0.len() == 1 && population.noise.1.len() == 1;
+    let is_covered = matches!(process.input(), Input::Gaussian { .. })
+        && matches!(settings.feedback, Feedback::None)
+        && settings.process_noise == 0.0
+        && is_white;
+    if !is_covered {
+        return Err(Missing::NoisyInput);
+    }
+    let variance = |source: usize| population.sources[source].variance;
+    let lead = population.noise.0[0];
+    Ok([
+        variance(REFERENCE),
+        variance(INPUT_NOISE),
+        variance(NOISE) * lead * lead,
+    ])
 }
 
 /// A Hermitian matrix `[a, b*; b, d]`.

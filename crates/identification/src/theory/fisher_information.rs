@@ -31,6 +31,8 @@ use crate::signal::Input;
 /// unknown:
 /// `errors_in_variables.rs`.
 ///
+/// Everything is stationary here; [`super::OwnInformation`] is that of each record, from rest.
+///
 /// Source: Ljung, System Identification, 2nd ed., sections 7.4 and 9.3.
 #[derive(Clone, Debug)]
 pub struct FisherInformation {
@@ -58,27 +60,35 @@ impl FisherInformation {
             return Err(Missing::Singular);
         }
         let moments = moments(process, &population, &model.psi, window)?;
-        let count = model.slopes.nrows();
-        let of_plant = without_noise(&moments, count)?;
-        // F about p is S^-T F S^-1, with S = dp / d(parameters).
-        let inverse = model.slopes.solve(&Matrix::identity(count));
-        let about_p = &(&inverse.transpose() * &of_plant) * &inverse;
+        let of_plant = without_noise(&moments, model.slopes.nrows())?;
         let density = match &process.settings().noise {
             NoiseColour::InverseDenominator => Some(1.0),
             NoiseColour::Filter(filter) => filter.law().information(),
         };
         let density = density.ok_or(NoTheory::NotGaussian)?;
         let scale = 0.5 * window as f64 * density / model.variance;
+        let orders = without_zeros(model.orders, &population);
+        Self::about_p(&of_plant, &model.slopes, scale, orders)
+    }
+
+    /// The information about p, `S^-T F S^-1`, from twice the scale, F about the plant's parameters and
+    /// `S = dp / d(parameters)`.
+    pub(super) fn about_p(
+        of_plant: &Matrix,
+        slopes: &Matrix,
+        scale: f64,
+        orders: Orders,
+    ) -> Result<Self, Missing> {
+        let count = slopes.nrows();
+        let inverse = slopes.solve(&Matrix::identity(count));
+        let about_p = &(&inverse.transpose() * of_plant) * &inverse;
         let matrix = Matrix::from_fn(count, count, |i, j| {
             scale * (about_p[(i, j)] + about_p[(j, i)])
         });
         if !matrix.is_all_finite() {
             return Err(Missing::Singular);
         }
-        Ok(Self {
-            matrix,
-            orders: without_zeros(model.orders, &population),
-        })
+        Ok(Self { matrix, orders })
     }
 
     /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
@@ -165,7 +175,7 @@ fn moments(
 }
 
 /// The orders of `y = B/F u + e`.
-fn output_error_orders(population: &Population) -> Orders {
+pub(super) fn output_error_orders(population: &Population) -> Orders {
     let n = population.plant.order();
     let Orders { na, nb, nk, .. } = without_zeros(Orders::arx(n, n, 1), population);
     Orders {
@@ -178,7 +188,7 @@ fn output_error_orders(population: &Population) -> Orders {
 }
 
 /// The orders without the zeros that pad alpha and beta to the plant's order.
-fn without_zeros(orders: Orders, population: &Population) -> Orders {
+pub(super) fn without_zeros(orders: Orders, population: &Population) -> Orders {
     let Population { alpha, beta, .. } = population;
     let (first, last) = extent(beta).unwrap_or((1, 1));
     let padding = alpha.iter().rev().take_while(|a| **a == 0.0).count();

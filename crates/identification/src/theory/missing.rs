@@ -86,6 +86,12 @@ pub enum Missing {
     /// The noise has a zero on the unit circle.
     #[error("the noise has a zero on the unit circle")]
     NoNoiseModel,
+    /// The information of a record is that from rest.
+    #[error("the record does not begin at rest")]
+    NotAtRest,
+    /// Feedback and plant act on each other within a sample, so that e has a gain that depends on the plant.
+    #[error("no information of a loop whose plant and controller both act without delay")]
+    DirectLoop,
     /// A reading that the theory does not cover.
     #[error("{0} = \"{1}\" is not covered")]
     Reading(&'static str, &'static str),

@@ -63,14 +63,19 @@ impl Population {
     /// As [`Self::new`] for what takes second moments alone, so noise may be of any density. Signals from a
     /// reference that is given sample by sample are not to be averaged: it is no stationary source here.
     pub(super) fn of_record(process: &Process, eta: f64) -> Result<Self, NoTheory> {
-        let has_density = |law: &NoiseLaw| law.information().is_some();
         let reference = if matches!(process.input(), Input::Samples(_)) {
             process.common_scale(eta).ok_or(NoTheory::GivenInput)?;
             Reference::of(Source::white(process.input().amplitude().powi(2), 0.0))
         } else {
             Reference::new(process.input())?
         };
-        Self::of_reference(process, eta, reference, has_density)
+        Self::of_reference(process, eta, reference, |law| law.information().is_some())
+    }
+
+    /// As [`Self::of_record`] for what does not depend on the reference, of which only the size counts.
+    pub(super) fn of_any_reference(process: &Process, eta: f64) -> Result<Self, NoTheory> {
+        let reference = Reference::of(Source::white(process.input().amplitude().powi(2), 0.0));
+        Self::of_reference(process, eta, reference, |law| law.information().is_some())
     }
 
     /// `covers`: which noises are covered.

@@ -15,6 +15,7 @@ use faer::c64;
 mod cells;
 mod fisher_information;
 mod frequency;
+mod record_information;
 mod references;
 
 /// A process in open loop with signs of amplitude 10.

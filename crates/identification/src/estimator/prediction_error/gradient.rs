@@ -12,7 +12,7 @@ pub(crate) struct PredictionGradient {
     pub(crate) errors: Vec<f64>,
     /// The first sample whose prediction does not look back beyond the record, or from the start that is taken.
     pub(crate) first: usize,
-    /// The columns of psi, up to their signs: these delays of each signal, which is zero before the record.
+    /// The columns of psi: these delays of each signal, which is zero before the record.
     pub(crate) signals: Vec<(Vec<f64>, Range<usize>)>,
 }
 
@@ -119,7 +119,7 @@ mod tests {
                     };
                     for ((more, less), psi) in at(h).iter().zip(at(-h)).zip(column) {
                         let slope = (more - less) / (2.0 * h);
-                        let error = (slope.abs() - psi.abs()).abs();
+                        let error = (slope - psi).abs();
                         assert!(
                             error < 1e-6 * (1.0 + psi.abs()),
                             "{orders} {i}: {slope} {psi}"

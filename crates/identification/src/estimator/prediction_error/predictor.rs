@@ -339,14 +339,16 @@ impl Predictor {
         (reduced.is_ok() && columns.solve(&mut start)).then_some(start)
     }
 
-    /// Returns the signals whose delays are the columns of psi up to their signs, and which delays, at the last
-    /// [`Self::sum`].
+    /// Returns the signals whose delays are the columns of psi, and which delays, at the last [`Self::sum`].
     pub(super) fn signals(&mut self) -> Vec<(Vec<f64>, Range<usize>)> {
         self.filter_signals();
         let blocks = self.blocks().into_iter();
         let used = blocks.filter(|(_, count, ..)| *count > 0);
-        used.map(|(signal, count, first, _)| (signal.to_vec(), first..first + count))
-            .collect()
+        used.map(|(signal, count, first, sign)| {
+            let signed = signal.iter().map(|x| sign * x);
+            (signed.collect(), first..first + count)
+        })
+        .collect()
     }
 
     fn blocks(&self) -> [Block<'_>; 7] {

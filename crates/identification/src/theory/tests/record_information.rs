@@ -1,0 +1,220 @@
+//! The information of records against reference values: power series in ball arithmetic of 256 bits, whose every printed
+//! digit is right, and second differences of the likelihood with 700 bits; of t-distributed errors by quadrature.
+
+use super::*;
+use crate::model::LinearModel;
+use crate::signal::NoiseLaw;
+use serde::Deserialize;
+use std::collections::HashMap;
+
+#[derive(Deserialize)]
+struct Case {
+    name: String,
+    #[serde(rename = "N")]
+    samples: usize,
+    model: HashMap<String, Vec<f64>>,
+    #[serde(default)]
+    variance_e: f64,
+    plant_parameters: usize,
+    input: Option<Drive>,
+    #[serde(default)]
+    input_first: Vec<f64>,
+    controller: Option<Law>,
+    student_t: Option<u16>,
+    errors_in_variables: Option<Variances>,
+    #[serde(rename = "F_all")]
+    all: Vec<Vec<f64>>,
+    #[serde(rename = "F")]
+    of_plant: Vec<Vec<f64>>,
+}
+
+#[derive(Deserialize)]
+struct Variances {
+    input_var: f64,
+    input_noise: f64,
+    output_noise: f64,
+}
+
+#[derive(Deserialize)]
+struct Law {
+    num: Vec<f64>,
+    den: Vec<f64>,
+    reference: f64,
+}
+
+/// The laws of the inputs, by a generator that any program has.
+#[derive(Deserialize)]
+struct Drive {
+    law: String,
+    seed: u64,
+    clock: Option<usize>,
+    hold: Option<usize>,
+    #[serde(default)]
+    pole: f64,
+    #[serde(default)]
+    amplitudes: Vec<f64>,
+    #[serde(default)]
+    periods: Vec<f64>,
+}
+
+impl Drive {
+    fn samples(&self, count: usize) -> Vec<f64> {
+        let mut x = self.seed;
+        let mut share = || {
+            x = (1_664_525 * x + 1_013_904_223) % (1 << 32);
+            x as f64 / 2_f64.powi(32)
+        };
+        let mut past = 0.0;
+        let held = self.clock.or(self.hold).unwrap_or(1);
+        let mut value = |k: usize| match self.law.as_str() {
+            "signs" => (share() - 0.5).signum(),
+            "uniform" | "steps" => 2.0 * share() - 1.0,
+            "gaussian12" => (0..12).map(|_| share()).sum::<f64>() - 6.0,
+            "filtered" => {
+                let sign = if share() >= 0.5 { 1.0 } else { -1.0 };
+                past = self.pole * past + sign;
+                past
+            }
+            "sines" => {
+                let wave = |(a, period): (&f64, &f64)| {
+                    a * (std::f64::consts::TAU * k as f64 / period).sin()
+                };
+                self.amplitudes.iter().zip(&self.periods).map(wave).sum()
+            }
+            law => panic!("{law}"),
+        };
+        let mut u = Vec::new();
+        while u.len() < count {
+            let next = value(u.len());
+            u.extend(std::iter::repeat_n(next, held));
+        }
+        u.truncate(count);
+        u
+    }
+}
+
+impl Case {
+    fn model(&self) -> LinearModel {
+        let of = |name: &str| self.model[name].clone();
+        let delay = of("B").iter().position(|b| *b != 0.0).unwrap();
+        LinearModel {
+            a: of("A"),
+            b: of("B"),
+            c: of("C"),
+            d: of("D"),
+            f: of("F"),
+            delay,
+            noise_variance: self.variance_e,
+            covariance: Vec::new(),
+        }
+    }
+
+    fn reference(&self) -> Vec<f64> {
+        let gain = self.controller.as_ref().map_or(1.0, |law| law.reference);
+        let u = self.input.as_ref().unwrap().samples(self.samples);
+        for (found, expected) in u.iter().zip(&self.input_first) {
+            assert!((found - expected).abs() < 1e-15, "{}: {u:?}", self.name);
+        }
+        u.iter().map(|u| gain * u).collect()
+    }
+
+    fn information(&self) -> RecordInformation {
+        let model = self.model();
+        if let Some(of) = &self.errors_in_variables {
+            let variances = [of.input_var, of.input_noise, of.output_noise];
+            return RecordInformation::of_noisy_input(&model, variances, self.samples).unwrap();
+        }
+        let feedback = self.controller.as_ref();
+        let feedback = feedback.map(|law| OutputFeedback::new(&law.num, &law.den).unwrap());
+        let law = self
+            .student_t
+            .map_or(NoiseLaw::Gaussian, NoiseLaw::StudentT);
+        RecordInformation::new(&model, &law, feedback.as_ref(), &self.reference()).unwrap()
+    }
+}
+
+fn cases() -> Vec<Case> {
+    serde_json::from_str(include_str!("records.json")).unwrap()
+}
+
+/// Every element, in units of the roots of its diagonal.
+fn agree(found: &Matrix, expected: &[Vec<f64>], name: &str) {
+    assert_eq!(found.nrows(), expected.len(), "{name}");
+    for (i, row) in expected.iter().enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            let unit = (expected[i][i] * expected[j][j]).sqrt();
+            let apart = (found[(i, j)] - value).abs() / unit;
+            assert!(apart < 1e-11, "{name} {i} {j}: {} {value}", found[(i, j)]);
+        }
+    }
+}
+
+#[test]
+fn reference_records() {
+    let cases = cases();
+    assert_eq!(cases.len(), 19);
+    for case in cases {
+        let found = case.information();
+        agree(found.all(), &case.all, &case.name);
+        agree(found.of_plant(), &case.of_plant, &case.name);
+        assert_eq!(found.of_plant().nrows(), case.plant_parameters);
+    }
+}
+
+/// The information of a process's records is that of its model, in the coordinates of alpha and beta.
+#[test]
+fn records_of_a_process() {
+    let names = ["OE-P06-300", "ARX-P18-120", "t5-loop-ARMAX-P03-200"];
+    for case in cases()
+        .iter()
+        .filter(|case| names.contains(&case.name.as_str()))
+    {
+        let model = case.model();
+        let plant: StateSpace = model.plant().unwrap();
+        let denominator = crate::model::polynomial::multiply(&model.a, &model.d);
+        let noise = NoiseFilter::new(&model.c, &denominator).unwrap();
+        let noise = match case.student_t {
+            Some(freedom) => noise.student_t(freedom).unwrap(),
+            None => noise,
+        };
+        let absolute = LevelReading {
+            over: LevelOver::Nothing,
+            of: LevelOf::NoiseFree,
+        };
+        let feedback = case.controller.as_ref().map_or(Feedback::None, |law| {
+            Feedback::Output(OutputFeedback::new(&law.num, &law.den).unwrap())
+        });
+        let settings = ProcessSettings {
+            feedback,
+            ..process(&plant, noise.into(), absolute).settings().clone()
+        };
+        let process = Process::from_settings(settings).unwrap();
+        let scale = case.variance_e.sqrt();
+        let own = OwnInformation::new(&process, 100.0 * scale, case.samples).unwrap();
+        let found = own.of(&case.reference(), scale).unwrap();
+        let (_, free) = found.of_free();
+        // p is alpha_1 ..., beta_1 ...: the order of A, F, B.
+        agree(&free, &case.of_plant, &case.name);
+    }
+}
+
+/// Nothing that has no information of a record gets one.
+#[test]
+fn refusals() {
+    let mut model = LinearModel::zero("nb=1,nf=1,nk=0".parse().unwrap());
+    model.set_parameters(&[1.0, -0.5]);
+    let r = [1.0, -1.0, 1.0, 1.0, -1.0];
+    let of = |model: &LinearModel, feedback: Option<&OutputFeedback>| {
+        RecordInformation::new(model, &NoiseLaw::Gaussian, feedback, &r).map(|_| ())
+    };
+    assert_eq!(of(&model, None), Err(Missing::Singular));
+    model.noise_variance = 1.0;
+    assert_eq!(of(&model, None), Ok(()));
+    let direct = OutputFeedback::new(&[0.5], &[1.0]).unwrap();
+    assert_eq!(of(&model, Some(&direct)), Err(Missing::DirectLoop));
+    model.f[1] = -1.5;
+    assert_eq!(of(&model, None), Err(Missing::UnstableModel));
+    model.f[1] = -0.5;
+    let noisy = RecordInformation::of_noisy_input(&model, [1.0, 0.0, 1.0], 5);
+    assert_eq!(noisy.map(|_| ()), Err(Missing::Singular));
+}
