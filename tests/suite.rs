@@ -29,6 +29,7 @@ fn scenario(free: usize) -> Scenario {
         is_bank: false,
         plant: "G".to_owned(),
         weight: 1.0,
+        separate: 1.0,
         trials: 400,
         is_capped: false,
     }
@@ -682,6 +683,18 @@ fn weights_are_by_plant() {
         assert!(count(word) >= 3, "{word}");
     }
     assert!(suite.scenarios().all(|of| !of.name.starts_with("P23")));
+    // Separate polynomials cap the efficiency of P04 at 0.0012 by another program's stationary F, and nothing where
+    // plant and noise share none.
+    let separate = |name: &str| {
+        suite
+            .scenarios()
+            .find(|of| of.name == name)
+            .unwrap()
+            .separate
+    };
+    let shared = separate("P04-shared-1000");
+    assert!((0.0006..0.0024).contains(&shared), "{shared}");
+    assert_eq!(separate("P06-bj-1000"), 1.0);
     assert_eq!(
         suite
             .scenarios()

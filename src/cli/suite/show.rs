@@ -38,7 +38,11 @@ pub(super) fn list(arguments: &ListArguments) -> Result<ExitCode, Error> {
     );
     for scenario in suite.scenarios() {
         let head = format!("{:<17} p = {:<3}", scenario.name, scenario.free);
-        text += &filled(&head, &scenario.hard.join(", "), 25);
+        let mut words = scenario.hard.join(", ");
+        if scenario.separate < 0.995 {
+            words += &format!("; separate polynomials: at most {:.2}", scenario.separate);
+        }
+        text += &filled(&head, &words, 25);
     }
     print(&text)?;
     Ok(ExitCode::SUCCESS)
@@ -77,8 +81,8 @@ fn described(study: &SuiteStudy, suite: &Suite) -> String {
     for scenario in &study.scenarios {
         text += &filled(
             &format!(
-                "  {} p = {}, {}: ",
-                scenario.name, scenario.free, scenario.content
+                "  {} p = {}, {}, weight {:.6}: ",
+                scenario.name, scenario.free, scenario.content, scenario.weight
             ),
             &scenario.hard.join(", "),
             4,

@@ -12,7 +12,9 @@ use asobench_identification::data::{Feedback, NoiseColour, Process, Realisation}
 use asobench_identification::model::Orders;
 use asobench_identification::names::UnknownName;
 use asobench_identification::signal::NoiseLaw;
-use asobench_identification::theory::{FisherInformation, Missing, OwnInformation, ResponseBound};
+use asobench_identification::theory::{
+    FisherInformation, Missing, OwnInformation, ResponseBound, quantile, weights_between,
+};
 use serde_json::json;
 use std::collections::BTreeMap;
 
@@ -105,6 +107,9 @@ pub struct Scenario {
     /// Its weight. 1 in editions 1. From 2.0 on a plant counts once, its sets of difficulties share that equally, and
     /// so do the scenarios of a set; the published plants and the bank, each as a whole, have the weight 1.
     pub weight: f64,
+    /// The efficiency that a method with separate polynomials of plant and noise, `B/F u + C/D e`, cannot exceed on the
+    /// first record; 1 where the truth has no common one.
+    pub separate: f64,
     /// Trials in the suite's tier.
     pub trials: u64,
     /// Whether its efficiency counts up to 1 in a score, so that luck or bias here does not make up for another: from
@@ -279,6 +284,10 @@ impl SuiteStudy {
                 is_bank,
                 plant: plant(process),
                 weight: 1.0,
+                separate: match cell.discrete().filter(|_| has_contests && truth.na > 0) {
+                    Some(cell) => separate(cell, file.seed).unwrap_or(1.0),
+                    None => 1.0,
+                },
                 trials: manifest.trials_of(tier, is_bank),
                 is_capped: has_contests,
             });
@@ -459,6 +468,20 @@ fn response_weights(
             .for_each(|(mean, own)| *mean += own / RECORDS as f64);
     }
     Ok(mean)
+}
+
+/// The typical efficiency at the bound of separate polynomials, on the first record; `None` without such a bound.
+fn separate(cell: &DiscreteCell, seed: u64) -> Option<f64> {
+    let (process, window) = (&cell.process, cell.window);
+    let own = OwnInformation::new(process, cell.eta, window).ok()?;
+    let separate = own.separate()?;
+    let mut record = Realisation::default();
+    process.realise(seed, 0, cell.eta, window, window, &mut record);
+    let of = |of: &OwnInformation| of.of(&record.r, record.scale).ok();
+    let own = of(&own)?;
+    let weights = weights_between(&own, &of(&separate)?)?;
+    let median = |weights: &[f64]| quantile(weights, 0.5).powi(2);
+    Some(median(&ideal_weights(own.free())) / median(&weights))
 }
 
 /// Gives each scenario its weight.
