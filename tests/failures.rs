@@ -111,7 +111,8 @@ fn observes(name: EstimatorName) -> bool {
 fn of_no_rank(name: EstimatorName) -> &'static [FailureKind] {
     use FailureKind::{NotIdentifiable, RankDeficient, Singular};
     match name.name() {
-        "oe" | "armax" | "bj" => &[NotIdentifiable],
+        "oe" | "armax" | "bj" | "general" | "pem-t" => &[NotIdentifiable],
+        "pem-eiv" => &[NotIdentifiable, Singular],
         "wnsf" | "bjsm" | "morsm" | "ssarx" | "rls" | "recursive-iv" | "rels"
         | "recursive-sriv" | "rpem" => &[RankDeficient],
         "moesp" | "n4sid" | "cva" | "parsim-k" | "pem" => &[Singular, RankDeficient],
@@ -241,9 +242,13 @@ fn kinds(name: EstimatorName) -> [Vec<FailureKind>; 2] {
             vec![NonFinite, RankDeficient, IterationLimit, UnstablePredictor],
             vec![],
         ],
-        "oe" | "armax" | "bj" => [
+        "oe" | "armax" | "bj" | "general" | "pem-t" => [
             vec![NonFinite, NotIdentifiable, Boundary],
             vec![IterationLimit],
+        ],
+        "pem-eiv" => [
+            vec![NonFinite, Boundary],
+            vec![Singular, RankDeficient, NotIdentifiable, IterationLimit],
         ],
         "pem" => [with(&[Boundary]), vec![NotIdentifiable, IterationLimit]],
         "kernel-fir" => [

@@ -20,7 +20,7 @@ impl BandRoot {
         };
         for k in 0..samples {
             for l in k.saturating_sub(width - 1)..=k {
-                let mut sum: f64 = terms.iter().map(|(v, c)| v * lagged(c, k - l, l)).sum();
+                let mut sum: f64 = terms.iter().map(|(v, c)| v * lagged(c, c, k - l, l)).sum();
                 for m in k.saturating_sub(width - 1)..l {
                     sum -= root.at(k, m) * root.at(l, m);
                 }
@@ -35,6 +35,40 @@ impl BandRoot {
             }
         }
         Some(root)
+    }
+
+    /// The derivative of L where that of `L L'` is `sum_s v_s T_x T_y'`, symmetric and within the band: terms v, x, y.
+    pub(crate) fn derivative(&self, terms: &[(f64, &[f64], &[f64])]) -> Self {
+        let width = self.width;
+        let mut by = Self {
+            width,
+            rows: vec![0.0; self.rows.len()],
+        };
+        for k in 0..self.rows.len() / width {
+            let first = k.saturating_sub(width - 1);
+            for l in first..=k {
+                let lagged = |(v, x, y): &(f64, &[f64], &[f64])| v * lagged(y, x, k - l, l);
+                let mut sum: f64 = terms.iter().map(lagged).sum();
+                for m in first..l {
+                    sum -= by.at(k, m) * self.at(l, m) + self.at(k, m) * by.at(l, m);
+                }
+                sum = if l < k {
+                    (sum - self.at(k, l) * by.at(l, l)) / self.at(l, l)
+                } else {
+                    sum / (2.0 * self.at(k, k))
+                };
+                by.rows[k * width + l + width - 1 - k] = sum;
+            }
+        }
+        by
+    }
+
+    /// Subtracts the product with a vector.
+    pub(crate) fn subtract_product(&self, x: &[f64], from: &mut [f64]) {
+        for (k, to) in from.iter_mut().enumerate() {
+            let first = k.saturating_sub(self.width - 1);
+            *to -= (first..=k).map(|l| self.at(k, l) * x[l]).sum::<f64>();
+        }
     }
 
     /// Entry (k, l), `l <= k`, within the band.
@@ -62,8 +96,8 @@ impl BandRoot {
     }
 }
 
-/// `sum_m c_m c_(m+lag)` over m up to `most`: the first samples have fewer terms.
-fn lagged(c: &[f64], lag: usize, most: usize) -> f64 {
-    let late = c.get(lag..).unwrap_or_default();
-    c.iter().zip(late).take(most + 1).map(|(x, y)| x * y).sum()
+/// `sum_m y_m x_(m+lag)` over m up to `most`: the first samples have fewer terms.
+fn lagged(y: &[f64], x: &[f64], lag: usize, most: usize) -> f64 {
+    let late = x.get(lag..).unwrap_or_default();
+    y.iter().zip(late).take(most + 1).map(|(y, x)| y * x).sum()
 }

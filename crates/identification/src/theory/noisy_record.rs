@@ -6,8 +6,8 @@ use crate::model::LinearModel;
 use crate::model::polynomial::{divide, filter};
 use crate::signal::arithmetic::dot;
 
-/// The information about `f, b, s_r, s_u, s_y` ([`super::RecordInformation::of_noisy_input`]); `None` if the covariance is
-/// not positive definite.
+/// The information about `f, b, s_r, s_u, s_y` ([`super::RecordInformation::of_noisy_input`]); `None` if the
+/// covariance is not positive definite.
 ///
 /// Given u, y is Gaussian with mean `kappa T u` and covariance `R = q T T' + s_y I`, with `kappa = s_r / a`,
 /// `q = s_r s_u / a`, and u is white with variance `a = s_r + s_u`. So

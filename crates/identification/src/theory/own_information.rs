@@ -12,12 +12,12 @@ use crate::model::polynomial::multiply;
 use crate::model::{LinearModel, Orders};
 use crate::signal::NoiseLaw;
 
-/// The records of a process: made once, then [`Self::of`] each record. Where [`FisherInformation::new`] takes all signals
-/// as stationary and the mean over inputs, this takes the record from rest with its own input or reference
+/// The records of a process: made once, then [`Self::of`] each record. Where [`FisherInformation::new`] takes all
+/// signals as stationary and the mean over inputs, this takes the record from rest with its own input or reference
 /// ([`RecordInformation`]), in the same coordinates.
 ///
-/// A resonant plant sees few independent stretches of an input, so that information differs by a factor of four between
-/// records of some hundred samples, and the law of d needs each record's own.
+/// A resonant plant sees few independent stretches of an input, so that information differs by a factor of four
+/// between records of some hundred samples, and the law of d needs each record's own.
 #[derive(Clone, Debug)]
 pub struct OwnInformation {
     /// The truth; the variance of e is that of noise with the factor 1.
@@ -82,8 +82,8 @@ impl OwnInformation {
         })
     }
 
-    /// Computes the information of a record from its r ([`crate::data::Realisation::r`], the samples of the window) and
-    /// the factor of its noise ([`crate::data::Realisation::scale`]).
+    /// Computes the information of a record from its r ([`crate::data::Realisation::r`], the samples of the window)
+    /// and the factor of its noise ([`crate::data::Realisation::scale`]).
     ///
     /// # Errors
     /// [`Missing`].

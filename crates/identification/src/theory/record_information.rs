@@ -13,8 +13,8 @@ use crate::signal::{NoiseLaw, arithmetic::dot};
 /// The Fisher information of a record `y(0) ... y(N-1)` of `A y = B/F u + C/D e` given what drives it, r: u itself in
 /// open loop, the reference in a loop `u = r - K y`. All signals are zero before k = 0, and e begins there.
 ///
-/// The prediction errors and their gradient `psi = -de/dtheta`, from rest, are linear in r and e: `psi = P_r r + P_e e`.
-/// With `x = P_r r` and h_j the impulse response of P_e,
+/// The prediction errors and their gradient `psi = -de/dtheta`, from rest, are linear in r and e: `psi = P_r r + P_e
+/// e`. With `x = P_r r` and h_j the impulse response of P_e,
 ///
 /// ```text
 /// F = i (1/s2 sum_(k<N) x(k) x(k)' + sum_(j<N) (N - j) h_j h_j'),
@@ -28,8 +28,8 @@ use crate::signal::{NoiseLaw, arithmetic::dot};
 /// Noise that was stationary before k = 0 has a little more or less information than this, by terms that do not grow
 /// with N.
 ///
-/// Source: Ljung, *System Identification*, 2nd ed., sections 7.4 and 13.4; of the density Lange, Little and Taylor, JASA
-/// 84, 1989.
+/// Source: Ljung, *System Identification*, 2nd ed., sections 7.4 and 13.4; of the density Lange, Little and Taylor,
+/// JASA 84, 1989.
 #[derive(Clone, Debug)]
 pub struct RecordInformation {
     all: Matrix,
@@ -37,8 +37,8 @@ pub struct RecordInformation {
 }
 
 impl RecordInformation {
-    /// Computes the information in O(N p^2). `model` is the truth with the variance of e; `r` has what enters the loop,
-    /// so where the law is `u = g r - K y` it is `g r`.
+    /// Computes the information in O(N p^2). `model` is the truth with the variance of e; `r` has what enters the
+    /// loop, so where the law is `u = g r - K y` it is `g r`.
     ///
     /// # Errors
     /// [`Missing::UnstableModel`] if C or F is not stable; [`Missing::Singular`] if there is no noise, a number
@@ -77,8 +77,8 @@ impl RecordInformation {
         Self::of(all, of_plant)
     }
 
-    /// Computes the expected information of N samples of `u = r + w_u`, `y = B/F r + w_y` from rest, r, `w_u` and `w_y`
-    /// white and Gaussian with these variances, none of them known:
+    /// Computes the expected information of N samples of `u = r + w_u`, `y = B/F r + w_y` from rest, r, `w_u` and
+    /// `w_y` white and Gaussian with these variances, none of them known:
     ///
     /// ```text
     /// F_ij = tr(S^-1 S_i S^-1 S_j) / 2,   S = [(s_r + s_u) I, s_r T'; s_r T, s_r T T' + s_y I],
@@ -88,7 +88,8 @@ impl RecordInformation {
     /// r is not known, so there is no information of one record. Takes O(N^2 p n).
     ///
     /// # Errors
-    /// [`Missing::NoisyInput`] if the model has A, C or D; [`Missing::Singular`] if the parameters are not identifiable.
+    /// [`Missing::NoisyInput`] if the model has A, C or D; [`Missing::Singular`] if the parameters are not
+    /// identifiable.
     pub fn of_noisy_input(
         model: &LinearModel,
         variances: [f64; 3],

@@ -17,10 +17,12 @@ mod morsm;
 mod output_error_iteration;
 mod parsim;
 mod pem;
+mod pem_eiv;
 mod prediction_error;
 pub mod recursive;
 mod riv;
 mod state_sequence;
+mod student_t;
 mod subspace;
 mod two_stage;
 mod wnsf;
@@ -41,9 +43,11 @@ pub use morsm::{BjsmOptions, Morsm, MorsmOptions};
 pub use output_error_iteration::{OutputErrorIteration, SrivOptions, StmcbOptions};
 pub use parsim::{ParsimK, ParsimKOptions};
 pub use pem::{PemOptions, SubspaceStart};
-pub use prediction_error::{ArmaxOptions, BjOptions, OeOptions};
+pub use pem_eiv::PemEivOptions;
+pub use prediction_error::{ArmaxOptions, BjOptions, GeneralOptions, OeOptions};
 pub use riv::{RefinedIv, RivOptions};
 pub use state_sequence::{CvaOptions, SsarxOptions, StateSequence};
+pub use student_t::PemTOptions;
 pub use subspace::{MoespOptions, N4sidOptions, Subspace, SubspaceReading, Weights};
 pub use two_stage::{JointOptions, TwoStage, TwoStageOptions};
 
@@ -211,6 +215,12 @@ estimators! {
     Armax = "armax": prediction_error::ArmaxOptions,
     /// Prediction error method: the Box-Jenkins model B/F, C/D.
     Bj = "bj": prediction_error::BjOptions,
+    /// Prediction error method: any model A, B, C, D, F, by default B/F.
+    General = "general": prediction_error::GeneralOptions,
+    /// Maximum likelihood with errors of Student's t, for heavy tails and outliers: any model A, B, C, D, F.
+    PemT = "pem-t": student_t::PemTOptions,
+    /// Maximum likelihood for errors in variables: B/F, white Gaussian input and noises in u and y, variances estimated.
+    PemEiv = "pem-eiv": pem_eiv::PemEivOptions,
     /// Subspace method with past inputs and outputs as instruments (PO-MOESP).
     Moesp = "moesp": subspace::MoespOptions,
     /// Subspace method N4SID: as moesp, with a choice of the weighting.

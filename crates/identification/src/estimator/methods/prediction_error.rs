@@ -1,4 +1,4 @@
-//! The options of `oe`, `armax` and `bj`: structures of one prediction error method.
+//! The options of `oe`, `armax`, `bj` and `general`: structures of one prediction error method.
 
 use super::pem::with_other;
 use crate::estimator::chosen::{Chosen, OrderRule};
@@ -165,6 +165,21 @@ structure!(
         nb: n,
         nc: n,
         nd: n,
+        nf: n,
+        nk: 1,
+        ..Orders::default()
+    }
+);
+
+structure!(
+    GeneralOptions,
+    "The options of `general`, `A y = B/F u + C/D e`.",
+    "Orders na, nb, nc, nd, nf of any structure and the delay nk, such as na=1,nb=2,nc=1,nf=1,nk=1; by default nb = nf = \
+     the setting `order`, nk = 1.",
+    |orders| (orders.na + orders.nb == 0)
+        .then_some("expected na or nb of at least 1, nc, nd, nf, nk"),
+    |n| Orders {
+        nb: n,
         nf: n,
         nk: 1,
         ..Orders::default()

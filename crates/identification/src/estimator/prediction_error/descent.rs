@@ -95,7 +95,7 @@ pub(in crate::estimator) struct Descent {
 }
 
 /// Solves `H x = b` in place by Cholesky, using H's lower triangle; returns false if H is not positive definite.
-fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> bool {
+pub(in crate::estimator) fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> bool {
     let n = x.len();
     for j in 0..n {
         let square = h[(j, j)] - (0..j).map(|l| h[(j, l)] * h[(j, l)]).sum::<f64>();

@@ -2,8 +2,9 @@
 //! digit is right, and second differences of the likelihood with 700 bits; of t-distributed errors by quadrature.
 
 use super::*;
+use crate::estimator::{MethodOptions, Pass, PemTOptions, Shape, Window};
 use crate::model::LinearModel;
-use crate::signal::NoiseLaw;
+use crate::signal::{NoiseLaw, Purpose, stream};
 use serde::Deserialize;
 use std::collections::HashMap;
 
@@ -217,4 +218,64 @@ fn refusals() {
     model.f[1] = -0.5;
     let noisy = RecordInformation::of_noisy_input(&model, [1.0, 0.0, 1.0], 5);
     assert_eq!(noisy.map(|_| ()), Err(Missing::Singular));
+}
+
+/// Maximum likelihood of t(3) errors reaches this bound: d has the law of chi-squared(2)/2 over 300 records, so its mean is
+/// 1 within four of its standard errors, `1/sqrt(300)`. Least squares has half the efficiency.
+#[test]
+fn maximum_likelihood_reaches_the_bound_of_heavy_tails() {
+    const RECORDS: u64 = 300;
+    const N: usize = 400;
+    let mut truth = LinearModel::zero("nb=1,nf=1,nk=1".parse().unwrap());
+    truth.set_parameters(&[0.8, -0.9]);
+    truth.noise_variance = 1.0;
+    let noise = NoiseFilter::white().student_t(3).unwrap();
+    let orders = Some(truth.orders());
+    let shape = Shape {
+        order: 1,
+        window: N,
+    };
+    let robust = MethodOptions::from(PemTOptions {
+        orders,
+        freedom: Some(3.0),
+        ..PemTOptions::default()
+    });
+    let squares = MethodOptions::from(OeOptions {
+        orders,
+        ..OeOptions::default()
+    });
+    let mut methods = [robust, squares].map(|of| of.prepare(&shape.into()).unwrap());
+    let mut means = [0.0; 2];
+    for trial in 0..RECORDS {
+        let mut r = vec![0.0; N];
+        Input::Gaussian { amplitude: 1.0 }.fill(&mut stream(60, trial, Purpose::Input), &mut r);
+        let (mut f, mut y) = (vec![0.0; N], vec![0.0; N]);
+        let [mut start, mut drive] =
+            [Purpose::NoiseStart, Purpose::NoiseDrive].map(|of| stream(60, trial, of));
+        noise.fill(&mut start, &mut drive, &mut Vec::new(), &mut f);
+        truth.simulate(&r, &mut y);
+        y.iter_mut().zip(&f).for_each(|(y, f)| *y += f);
+        let own = RecordInformation::new(&truth, noise.law(), None, &r).unwrap();
+        let window = Window {
+            u: &r,
+            y: &y,
+            r: &r,
+        };
+        for (method, mean) in methods.iter_mut().zip(&mut means) {
+            let mut pass = Pass::new(1);
+            method.estimate(window, std::slice::from_mut(&mut pass));
+            assert_eq!(pass.failure, None);
+            // F before B.
+            let error = [pass.model.f[1] + 0.9, pass.model.b[1] - 0.8];
+            let f = own.of_plant();
+            let d: f64 = (0..4)
+                .map(|i| error[i / 2] * f[(i / 2, i % 2)] * error[i % 2])
+                .sum();
+            *mean += d / 2.0 / RECORDS as f64;
+        }
+    }
+    let [robust, squares] = means;
+    let error = (RECORDS as f64).sqrt().recip();
+    assert!((robust - 1.0).abs() < 4.0 * error, "{means:?}");
+    assert!(squares > 1.5 * robust, "{means:?}");
 }
