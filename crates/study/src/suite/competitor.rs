@@ -5,6 +5,7 @@ use crate::design::file::MethodTable;
 use crate::suite::IDEAL;
 use asobench_identification::estimator::{EstimatorName, Needs, OrderRule};
 use asobench_identification::model::Orders;
+use asobench_identification::signal::NoiseLaw;
 use serde_json::{Map, Value, json};
 
 /// In the open division the largest order to choose from.
@@ -48,9 +49,26 @@ pub(super) struct Told {
     pub(super) division: Division,
     /// Whether the edition has contests.
     pub(super) has_contests: bool,
+    /// The density of the innovations.
+    pub(super) law: NoiseLaw,
+    /// Whether the input is measured with noise.
+    pub(super) has_noisy_input: bool,
 }
 
 impl Told {
+    /// The estimator that reaches the bound, and whether it searches: maximum likelihood of the input's noise, of the
+    /// density, or of the structure. Outliers have that of Student's t, which is near theirs.
+    fn ideal(&self) -> (&'static str, bool) {
+        match (self.has_contests, &self.law, self.has_noisy_input) {
+            (true, _, true) => ("pem-eiv", true),
+            (true, NoiseLaw::StudentT(_) | NoiseLaw::Contaminated { .. }, _) => ("pem-t", true),
+            (true, _, _) if self.truth.na > 0 && self.truth.nd + self.truth.nf > 0 => {
+                ("general", true)
+            }
+            _ => of_structure(self.truth),
+        }
+    }
+
     /// The orders of the truth, as far as methods are told them: na, nb and nk of the plant, all, or the largest to
     /// choose from. In the open contest the delay is not told either.
     fn orders(&self) -> Orders {
@@ -94,10 +112,13 @@ impl Competitor {
     /// the noise, and those of any structure. Open: the estimators that choose their order by themselves.
     pub fn of(division: Division) -> Vec<Self> {
         let estimators = EstimatorName::ALL.iter().copied();
-        let estimators = estimators.filter(|name| *name != EstimatorName::Known);
+        // By default `general` is `oe`.
+        let others = [EstimatorName::Known, EstimatorName::General];
+        let estimators = estimators.filter(|name| !others.contains(name));
         let structured = STRUCTURED.map(Self::Structured);
         let mut all: Vec<Self> = match division {
             Division::Closed => {
+                let estimators = estimators.filter(|name| !LATER.contains(name));
                 let structured = structured.into_iter().take(2);
                 estimators.map(Self::Estimator).chain(structured).collect()
             }
@@ -119,6 +140,7 @@ impl Competitor {
     pub fn name(&self) -> String {
         match self {
             Self::Estimator(name) | Self::Choosing(name) => name.name().to_owned(),
+            Self::Structured(EstimatorName::General) => "pem-structure".to_owned(),
             Self::Structured(name) => format!("{name}-structure"),
             Self::Ideal => IDEAL.to_owned(),
             Self::Own(table) => table.output_name(0),
@@ -174,10 +196,13 @@ impl Competitor {
                 of_estimator(*estimator, &name, options, told)
             }
             Self::Ideal => {
-                let (estimator, is_searched) = of_structure(truth);
+                let (estimator, is_searched) = told.ideal();
                 let mut table = with_orders(truth, estimator);
                 if is_searched {
                     table["starts"] = json!("truth");
+                }
+                if let (NoiseLaw::StudentT(freedom), "pem-t") = (&told.law, estimator) {
+                    table["freedom"] = json!(freedom);
                 }
                 vec![table]
             }
@@ -200,7 +225,18 @@ impl Competitor {
 }
 
 /// The estimators of several structures; the first two take part in editions 1.
-const STRUCTURED: [EstimatorName; 2] = [EstimatorName::Wnsf, EstimatorName::Rpem];
+const STRUCTURED: [EstimatorName; 4] = [
+    EstimatorName::Wnsf,
+    EstimatorName::Rpem,
+    EstimatorName::General,
+    EstimatorName::PemT,
+];
+/// The estimators that came after editions 1.
+const LATER: [EstimatorName; 3] = [
+    EstimatorName::General,
+    EstimatorName::PemT,
+    EstimatorName::PemEiv,
+];
 
 /// Whether the form of an estimator has C or D.
 fn models_noise(estimator: EstimatorName) -> bool {

@@ -77,8 +77,6 @@ pub struct SuiteStudy {
     file: ExperimentFile,
     /// The facts that methods may be told.
     told: Told,
-    /// Whether the input is measured with noise.
-    has_noisy_input: bool,
     /// Its scenarios, one for each N.
     pub scenarios: Vec<Scenario>,
 }
@@ -258,16 +256,26 @@ impl SuiteStudy {
         let first = experiment.cells.first().and_then(|cell| cell.discrete());
         let cell = first.ok_or_else(|| wrong(FileError::key("window", "no N")))?;
         let process = &cell.process;
-        let information = information(cell, &name)?;
-        let truth = information.orders();
         let has_noisy_input = process.settings().input_noise > 0.0;
+        let truth = if has_contests && !has_noisy_input {
+            // Near the unit circle a record has an information where a stationary one is lost by rounding.
+            let own = OwnInformation::new(process, cell.eta, cell.window);
+            let missing = |why| SuiteError::NoInformation {
+                study: name.clone(),
+                why,
+            };
+            own.map_err(missing)?.orders()
+        } else {
+            information(cell, &name)?.orders()
+        };
+        let free = truth.na + truth.nf + truth.nb;
         let mut scenarios = Vec::new();
         for ((window, content), cell) in entry.window.iter().zip(contents).zip(&experiment.cells) {
             let weights = match (division, cell.discrete()) {
                 (Division::Open, Some(cell)) => {
                     response_weights(cell, has_contests.then_some(file.seed), &name)?
                 }
-                _ => ideal_weights(information.free()),
+                _ => ideal_weights(free),
             };
             scenarios.push(Scenario {
                 name: if is_bank {
@@ -277,7 +285,7 @@ impl SuiteStudy {
                 },
                 content,
                 window: *window,
-                free: information.free(),
+                free,
                 weights,
                 is_closed: is_closed(process),
                 hard: hard(entry, process, truth, *window),
@@ -303,8 +311,9 @@ impl SuiteStudy {
                 shortest: entry.window.iter().copied().min().unwrap_or(0),
                 division,
                 has_contests,
+                law: law(process),
+                has_noisy_input,
             },
-            has_noisy_input,
             scenarios,
             entry: entry.clone(),
             file,
@@ -381,7 +390,12 @@ impl SuiteStudy {
         let needs = competitor.needs();
         let is_closed = self.scenarios.iter().all(|scenario| scenario.is_closed);
         // No prediction error method of editions 1 has the structure of a noisy input.
-        let has_truth = *competitor != Competitor::Ideal || !self.has_noisy_input;
+        let Told {
+            has_contests,
+            has_noisy_input,
+            ..
+        } = self.told;
+        let has_truth = *competitor != Competitor::Ideal || has_contests || !has_noisy_input;
         has_truth
             && (needs.reference.is_none() || is_closed)
             && (!needs.controller || self.told.controller.is_some())
@@ -528,16 +542,21 @@ fn content(file: &ExperimentFile, window: usize) -> String {
     checksum(of.to_string().as_bytes())[..16].to_owned()
 }
 
+/// The density of the innovations.
+fn law(process: &Process) -> NoiseLaw {
+    match &process.settings().noise {
+        NoiseColour::Filter(filter) => filter.law().clone(),
+        NoiseColour::InverseDenominator => NoiseLaw::Gaussian,
+    }
+}
+
 /// The difficulties: the noises (white, 1/A as least squares has it, or another colour; heavy tails; on the input too),
 /// loop, delay and a short record by themselves, then the words of the manifest.
 fn hard(entry: &StudyEntry, process: &Process, truth: Orders, window: usize) -> Vec<String> {
     let Orders { na, nc, nd, nk, .. } = truth;
     let settings = process.settings();
     let is_noisy = settings.input_noise > 0.0;
-    let law = match &settings.noise {
-        NoiseColour::Filter(filter) => filter.law().clone(),
-        NoiseColour::InverseDenominator => NoiseLaw::Gaussian,
-    };
+    let law = law(process);
     let is_contaminated = matches!(law, NoiseLaw::Contaminated { .. });
     let is_heavy = law != NoiseLaw::Gaussian && !is_contaminated;
     let (is_white, is_shaped) = (na + nc + nd == 0 && !is_noisy, nc + nd > 0);
