@@ -126,6 +126,8 @@ pub struct NoiseFilter {
     predictors: StepDown,
     /// The distribution of w.
     law: NoiseLaw,
+    /// Whether all is zero before k = 0.
+    is_from_rest: bool,
 }
 
 /// Why a noise filter was refused.
@@ -171,6 +173,7 @@ impl NoiseFilter {
             denominator: denominator[1..].to_vec(),
             predictors,
             law: NoiseLaw::Gaussian,
+            is_from_rest: false,
         })
     }
 
@@ -214,6 +217,13 @@ impl NoiseFilter {
         }
         self.law = NoiseLaw::Contaminated { share, scale };
         Ok(self)
+    }
+
+    /// Lets the noise begin at k = 0, from rest, instead of being stationary.
+    #[must_use]
+    pub fn from_rest(mut self) -> Self {
+        self.is_from_rest = true;
+        self
     }
 
     /// Returns what w is drawn from.
@@ -321,8 +331,12 @@ impl NoiseFilter {
         }
     }
 
-    /// Converts white numbers to the samples of v before k = 0, with their stationary distribution.
+    /// Converts white numbers to the samples of v before k = 0, with their stationary distribution; zeros from rest.
     pub fn start<R: Real>(&self, v: &mut [R]) {
+        if self.is_from_rest {
+            v.fill(R::splat(0.0));
+            return;
+        }
         R::run(
             #[inline(always)]
             || {
@@ -505,6 +519,23 @@ mod tests {
         for same in [&[2.0, 2.0][..], &[], &[f64::NAN, 1.0]] {
             let refused = NoiseFilter::white().drawn_from(same);
             assert_eq!(refused, Err(NoiseFilterError::Residuals));
+        }
+    }
+
+    /// `D f = C w` with zeros before k = 0.
+    #[test]
+    fn noise_from_rest_is_the_filtered_drive() {
+        let (c, d) = ([1.0, 0.5], [1.0, -1.5, 0.7]);
+        let filter = NoiseFilter::new(&c, &d).unwrap().from_rest();
+        let (f, w) = (
+            realise(&filter, 3, 50),
+            realise(&NoiseFilter::white(), 3, 50),
+        );
+        let at = |x: &[f64], k: usize, by: usize| k.checked_sub(by).map_or(0.0, |k| x[k]);
+        for k in 0..50 {
+            let left: f64 = (0..3).map(|i| d[i] * at(&f, k, i)).sum();
+            let right: f64 = (0..2).map(|i| c[i] * at(&w, k, i)).sum();
+            assert!((left - right).abs() < 1e-12, "{k} {left} {right}");
         }
     }
 

@@ -342,6 +342,25 @@ impl SettingsReader<'_> {
     }
 
     fn noise(&self) -> Result<NoiseColour, FileError> {
+        let noise = self.stationary_noise()?;
+        if !self.file.noise_from_rest {
+            return Ok(noise);
+        }
+        let filter = match (noise, self.plant()?) {
+            (NoiseColour::Filter(filter), _) => filter,
+            (NoiseColour::InverseDenominator, PlantSource::Fixed(plant)) => {
+                NoiseFilter::new(&[1.0], &plant.denominator()).at("noise")?
+            }
+            _ => {
+                let message =
+                    "expected the same plant in every trial, or another noise than \"ar\"";
+                return wrong("noise_from_rest", message);
+            }
+        };
+        Ok(filter.from_rest().into())
+    }
+
+    fn stationary_noise(&self) -> Result<NoiseColour, FileError> {
         let name = self.text(Key::Noise);
         match name.as_str() {
             // 1/A without F, for a plant B/(A F).

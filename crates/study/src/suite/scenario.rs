@@ -245,6 +245,7 @@ impl SuiteStudy {
         let has_contests = manifest.has_contests();
         if has_contests {
             file.information = InformationOf::Record;
+            file.noise_from_rest = true;
         }
         if division.is_open() {
             // A model that a search left without a minimum is a response like any other.

@@ -81,6 +81,8 @@ tables! {
         /// Whether trials whose search left a model that is not at a minimum (`boundary`, `iteration-limit`) are "lost"
         /// (the default) or "counted".
         unfinished?: Unfinished,
+        /// Whether the measurement noise begins at rest, as the plant does with x0 = 0, instead of being stationary.
+        noise_from_rest?: bool,
         /// Whose Fisher information `d` and `d_g` are measured with: "stationary" (the default), or "record", that of
         /// each record from rest with its own input.
         information?: InformationOf,
