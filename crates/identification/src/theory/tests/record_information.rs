@@ -2,7 +2,9 @@
 //! digit is right, and second differences of the likelihood with 700 bits; of t-distributed errors by quadrature.
 
 use super::*;
-use crate::estimator::{MethodOptions, Pass, PemTOptions, Shape, Window};
+use crate::estimator::{
+    MethodOptions, Pass, PemEivOptions, PemTOptions, SearchStarts, Shape, Window,
+};
 use crate::model::LinearModel;
 use crate::signal::{NoiseLaw, Purpose, stream};
 use serde::Deserialize;
@@ -220,62 +222,118 @@ fn refusals() {
     assert_eq!(noisy.map(|_| ()), Err(Missing::Singular));
 }
 
-/// Maximum likelihood of t(3) errors reaches this bound: d has the law of chi-squared(2)/2 over 300 records, so its mean is
-/// 1 within four of its standard errors, `1/sqrt(300)`. Least squares has half the efficiency.
-#[test]
-fn maximum_likelihood_reaches_the_bound_of_heavy_tails() {
-    const RECORDS: u64 = 300;
-    const N: usize = 400;
+/// `y = 0.8 q^-1 / (1 - 0.9 q^-1) u + e`, e of variance 1.
+fn first_order() -> LinearModel {
     let mut truth = LinearModel::zero("nb=1,nf=1,nk=1".parse().unwrap());
     truth.set_parameters(&[0.8, -0.9]);
     truth.noise_variance = 1.0;
-    let noise = NoiseFilter::white().student_t(3).unwrap();
-    let orders = Some(truth.orders());
+    truth
+}
+
+/// Records of the tests of efficiency, and their samples.
+const RECORDS: u64 = 300;
+const SAMPLES: usize = 400;
+
+/// The means of d of methods over records, each with its information.
+fn mean_distances(
+    methods: &[MethodOptions],
+    mut record: impl FnMut(u64) -> ([Vec<f64>; 2], Matrix),
+) -> Vec<f64> {
     let shape = Shape {
         order: 1,
-        window: N,
+        window: SAMPLES,
     };
-    let robust = MethodOptions::from(PemTOptions {
-        orders,
-        freedom: Some(3.0),
-        ..PemTOptions::default()
-    });
-    let squares = MethodOptions::from(OeOptions {
-        orders,
-        ..OeOptions::default()
-    });
-    let mut methods = [robust, squares].map(|of| of.prepare(&shape.into()).unwrap());
-    let mut means = [0.0; 2];
+    let prepared = methods.iter().map(|of| of.prepare(&shape.into()).unwrap());
+    let mut methods: Vec<_> = prepared.map(|method| (method, 0.0)).collect();
     for trial in 0..RECORDS {
-        let mut r = vec![0.0; N];
-        Input::Gaussian { amplitude: 1.0 }.fill(&mut stream(60, trial, Purpose::Input), &mut r);
-        let (mut f, mut y) = (vec![0.0; N], vec![0.0; N]);
-        let [mut start, mut drive] =
-            [Purpose::NoiseStart, Purpose::NoiseDrive].map(|of| stream(60, trial, of));
-        noise.fill(&mut start, &mut drive, &mut Vec::new(), &mut f);
-        truth.simulate(&r, &mut y);
-        y.iter_mut().zip(&f).for_each(|(y, f)| *y += f);
-        let own = RecordInformation::new(&truth, noise.law(), None, &r).unwrap();
+        let ([u, y], f) = record(trial);
         let window = Window {
-            u: &r,
+            u: &u,
             y: &y,
-            r: &r,
+            r: &u,
         };
-        for (method, mean) in methods.iter_mut().zip(&mut means) {
+        for (method, sum) in &mut methods {
             let mut pass = Pass::new(1);
             method.estimate(window, std::slice::from_mut(&mut pass));
             assert_eq!(pass.failure, None);
             // F before B.
             let error = [pass.model.f[1] + 0.9, pass.model.b[1] - 0.8];
-            let f = own.of_plant();
-            let d: f64 = (0..4)
-                .map(|i| error[i / 2] * f[(i / 2, i % 2)] * error[i % 2])
-                .sum();
-            *mean += d / 2.0 / RECORDS as f64;
+            let terms = (0..4).map(|i| error[i / 2] * f[(i / 2, i % 2)] * error[i % 2]);
+            *sum += terms.sum::<f64>() / 2.0;
         }
     }
-    let [robust, squares] = means;
-    let error = (RECORDS as f64).sqrt().recip();
-    assert!((robust - 1.0).abs() < 4.0 * error, "{means:?}");
-    assert!(squares > 1.5 * robust, "{means:?}");
+    let means = methods.iter().map(|(_, sum)| sum / RECORDS as f64);
+    means.collect()
+}
+
+fn white(noise: &NoiseFilter, purpose: Purpose, trial: u64, size: f64) -> Vec<f64> {
+    let mut w = vec![0.0; SAMPLES];
+    let mut start = stream(60, trial, Purpose::NoiseStart);
+    let mut drive = stream(60, trial, purpose);
+    noise.fill(&mut start, &mut drive, &mut Vec::new(), &mut w);
+    w.iter().map(|w| size * w).collect()
+}
+
+fn sum(x: &[f64], w: &[f64]) -> Vec<f64> {
+    x.iter().zip(w).map(|(x, w)| x + w).collect()
+}
+
+/// Whether a mean is that of chi-squared(2)/2, of variance 1, within four standard errors.
+fn is_efficient(mean: f64) -> bool {
+    (mean - 1.0).abs() < 4.0 / (RECORDS as f64).sqrt()
+}
+
+/// Maximum likelihood of t(3) errors reaches the bound of each record; least squares has half the efficiency.
+#[test]
+fn maximum_likelihood_reaches_the_bound_of_heavy_tails() {
+    let truth = first_order();
+    let (orders, starts) = (Some(truth.orders()), SearchStarts::Random(0));
+    let robust = PemTOptions {
+        orders,
+        starts,
+        freedom: Some(3.0),
+    };
+    let squares = OeOptions {
+        orders,
+        starts,
+        ..OeOptions::default()
+    };
+    let normal = NoiseFilter::white();
+    let noise = NoiseFilter::white().student_t(3).unwrap();
+    let means = mean_distances(&[robust.into(), squares.into()], |trial| {
+        let u = white(&normal, Purpose::Input, trial, 1.0);
+        let mut x = vec![0.0; SAMPLES];
+        truth.simulate(&u, &mut x);
+        let y = sum(&x, &white(&noise, Purpose::NoiseDrive, trial, 1.0));
+        let own = RecordInformation::new(&truth, noise.law(), None, &u).unwrap();
+        ([u, y], own.of_plant().clone())
+    });
+    assert!(is_efficient(means[0]), "{means:?}");
+    assert!(means[1] > 1.5 * means[0], "{means:?}");
+}
+
+/// Maximum likelihood reaches the expected bound where the input is measured with noise; least squares is biased.
+#[test]
+fn maximum_likelihood_reaches_the_bound_of_a_noisy_input() {
+    let truth = first_order();
+    let (orders, starts) = (Some(truth.orders()), SearchStarts::Random(0));
+    let exact = PemEivOptions { orders, starts };
+    let squares = OeOptions {
+        orders,
+        starts,
+        ..OeOptions::default()
+    };
+    let normal = NoiseFilter::white();
+    let variances = [1.0, 0.25, 1.0];
+    let bound = RecordInformation::of_noisy_input(&truth, variances, SAMPLES).unwrap();
+    let means = mean_distances(&[exact.into(), squares.into()], |trial| {
+        let r = white(&normal, Purpose::Input, trial, 1.0);
+        let mut x = vec![0.0; SAMPLES];
+        truth.simulate(&r, &mut x);
+        let u = sum(&r, &white(&normal, Purpose::FreshInput, trial, 0.5));
+        let y = sum(&x, &white(&normal, Purpose::NoiseDrive, trial, 1.0));
+        ([u, y], bound.of_plant().clone())
+    });
+    assert!(is_efficient(means[0]), "{means:?}");
+    assert!(means[1] > 1.5 * means[0], "{means:?}");
 }
