@@ -12,7 +12,10 @@ fn git(arguments: &[&str]) -> Option<String> {
 
 /// The files of a folder with this extension, by name.
 fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
-    println!("cargo::rerun-if-changed={}", folder.display());
+    // One that is not there yet would be a change each time.
+    if folder.exists() {
+        println!("cargo::rerun-if-changed={}", folder.display());
+    }
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
     paths.retain(|path| path.extension().is_some_and(|of| of == extension));
@@ -43,12 +46,21 @@ fn suite() {
         ("RECORDS", suite.join("recorded/records.toml")),
         ("RECORDED", suite.join("recorded/fits.json")),
         ("TIMES", suite.join("times.json")),
+        ("BANK", suite.join("bank.jsonl")),
+        ("LAWS", suite.join("law.json")),
     ];
     let mut systems = files(&suite, "toml");
     systems.retain(|path| single.iter().all(|(_, other)| path != other));
     let mut generated = texts("SYSTEMS", &systems);
-    generated += &texts("RESULTS", &files(&suite.join("results"), "json"));
-    generated += &texts("OPEN_RESULTS", &files(&suite.join("results/open"), "json"));
+    for (name, folder) in [
+        ("RESULTS", "results"),
+        ("OPEN_RESULTS", "results/open"),
+        ("ORDERS_RESULTS", "results/2.0/orders"),
+        ("STRUCTURE_RESULTS", "results/2.0/structure"),
+        ("NOTHING_RESULTS", "results/2.0/open"),
+    ] {
+        generated += &texts(name, &files(&suite.join(folder), "json"));
+    }
     for (name, path) in single {
         println!("cargo::rerun-if-changed={}", path.display());
         // Before they are made for the first time there are none.

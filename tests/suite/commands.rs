@@ -58,11 +58,22 @@ impl Runs {
 #[test]
 fn results_do_not_depend_on_threads_shards_or_other_methods() {
     let parts: [(Tier, &str, &[&str]); 2] = [
-        (Tier::Quick, "P18-bj", &["--only", "P18-bj"]),
+        (
+            Tier::Quick,
+            "P18-bj",
+            &["--edition", "1.1", "--only", "P18-bj"],
+        ),
         (
             Tier::Standard,
             "P18-white",
-            &["--tier", "standard", "--only", "P18-white"],
+            &[
+                "--edition",
+                "1.1",
+                "--tier",
+                "standard",
+                "--only",
+                "P18-white",
+            ],
         ),
     ];
     for (tier, study, part) in parts {
@@ -78,7 +89,7 @@ fn results_do_not_depend_on_threads_shards_or_other_methods() {
         runs.run("three", "1", &["arx", "oe"]);
         assert_eq!(runs.result("one", "arx"), runs.result("three", "arx"));
         assert_eq!(runs.result("one", "oe"), runs.result("three", "oe"));
-        let suite = Suite::new(tier, &[study.to_owned()]).unwrap();
+        let suite = Suite::of(Some("1.1"), None, tier, &[study.to_owned()]).unwrap();
         let there = shipped(&suite).unwrap();
         let there = there.iter().find(|of| of.method == "arx").unwrap();
         let here = MethodResults::parse(&runs.result("one", "arx")).unwrap();
@@ -94,7 +105,7 @@ fn results_do_not_depend_on_threads_shards_or_other_methods() {
 #[test]
 fn shipped_results_serve_two_tiers() {
     let [quick, standard] = [Tier::Quick, Tier::Standard].map(|tier| {
-        let suite = Suite::new(tier, &[]).unwrap();
+        let suite = Suite::of(Some("1.1"), None, tier, &[]).unwrap();
         let methods = shipped(&suite).unwrap();
         (suite, methods)
     });
@@ -115,7 +126,7 @@ fn shipped_results_serve_two_tiers() {
             assert_eq!(results.d, longer.d[..20]);
         }
     }
-    let open = Suite::of(None, Division::Open, Tier::Standard, &[]).unwrap();
+    let open = Suite::of(Some("1.1"), Some(Division::Open), Tier::Standard, &[]).unwrap();
     let choosing = Competitor::of(Division::Open).into_iter();
     let choosing: Vec<String> = choosing.map(|of| of.name()).collect();
     assert_eq!(names(&shipped(&open).unwrap()), choosing);
@@ -139,7 +150,8 @@ fn a_newcomer_is_placed_and_the_page_is_printed() {
         "[[methods]]\nname = \"mine\"\nestimator = \"oe\"\nstarts = 0\n",
     )
     .unwrap();
-    let arguments = ["suite", "mine.toml", "--only", "P18-bj", "--out", "mine"];
+    let part = ["--edition", "1.1", "--only", "P18-bj"];
+    let arguments = [&["suite", "mine.toml", "--out", "mine"], &part[..]].concat();
     let printed = done(folder, &arguments);
     assert!(
         printed.contains("mine beside each method on the same records"),
@@ -176,7 +188,7 @@ fn a_newcomer_is_placed_and_the_page_is_printed() {
     assert!(std::fs::exists(folder.join("mine/studies/P18-bj/report.html")).unwrap());
     let scores = done(
         folder,
-        &["suite", "scores", "--only", "P18-bj", "--page", "shipped"],
+        &[&["suite", "scores", "--page", "shipped"], &part[..]].concat(),
     );
     let page = read(&folder.join("shipped/report.html"));
     let cells = page.split("<td").skip(1).map(|cell| {
@@ -219,7 +231,7 @@ fn refusals() {
     );
     for (arguments, part) in [
         (
-            vec!["suite", "taken.toml"],
+            vec!["suite", "taken.toml", "--edition", "1.1"],
             "'arx' is the name of a method of the suite",
         ),
         (
@@ -228,7 +240,7 @@ fn refusals() {
         ),
         (vec!["suite", "none.toml"], "none.toml"),
         (
-            vec!["suite", "mine.toml", "--tier", "full"],
+            vec!["suite", "mine.toml", "--tier", "full", "--edition", "1.1"],
             "as in tier full",
         ),
         (
@@ -257,7 +269,7 @@ fn refusals() {
 #[test]
 fn times_are_apart_from_results() {
     let place = tempfile::tempdir().unwrap();
-    let part: &[&str] = &["--only", "P18-bj"];
+    let part: &[&str] = &["--edition", "1.1", "--only", "P18-bj"];
     let runs = Runs { place, part };
     runs.run("one", "1", &["arx", "oe"]);
     let before = runs.result("one", "oe");
@@ -326,7 +338,7 @@ fn a_stopped_run_is_told_from_none() {
         assert_eq!(output.status.code(), Some(2));
         stderr(&output)
     };
-    let studies = Suite::of(None, Division::Closed, Tier::Quick, &["P01".to_owned()])
+    let studies = Suite::new(Tier::Quick, &["P01".to_owned()])
         .expect("a suite")
         .studies;
     let ended = place.path().join("out/studies").join(&studies[0].name);

@@ -66,11 +66,11 @@ impl Shipped {
             Some(own) => Some(own),
             None => Times::shipped().map_err(|error| refused(&error))?,
         };
-        let is_whole = out.is_none() && part.division == Division::Closed;
+        let is_whole = out.is_none() && part.division.is_none_or(|of| !of.is_open());
         let recorded = RecordedFits::shipped().map_err(|error| refused(&error))?;
         let open = if is_whole {
             let part = Part {
-                division: Division::Open,
+                division: Some(Division::Open),
                 ..part.clone()
             };
             let suite = part.suite()?;
@@ -102,10 +102,7 @@ impl Shipped {
             contributed: beside.contributed,
             has_studies,
             command: &beside.command,
-            times: self
-                .times
-                .as_ref()
-                .filter(|_| suite.division == Division::Closed),
+            times: self.times.as_ref().filter(|_| !suite.division.is_open()),
             open: None,
             recorded: self.recorded.as_ref(),
         };

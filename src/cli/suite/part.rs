@@ -61,10 +61,8 @@ impl Part {
         let only = self.only.iter().map(|name| format!(" --only {name}"));
         let first = self.first.map(|first| format!(" --first {first}"));
         let first = first.unwrap_or_default();
-        let division = match self.division {
-            Division::Closed => "",
-            Division::Open => " --division open",
-        };
+        let division = self.division.map(|of| format!(" --contest {of}"));
+        let division = division.unwrap_or_default();
         let only = only.collect::<String>();
         let edition = self.edition.as_ref();
         let edition = edition.map_or_else(String::new, |edition| format!(" --edition {edition}"));
@@ -73,10 +71,8 @@ impl Part {
 
     /// Returns the default folder of results.
     pub(super) fn folder(&self) -> String {
-        let division = match self.division {
-            Division::Closed => "",
-            Division::Open => "open-",
-        };
+        let division = self.division.map(|of| format!("{of}-"));
+        let division = division.unwrap_or_default();
         let edition = self.edition.as_ref();
         let edition = edition.map_or_else(String::new, |edition| format!("{edition}-"));
         format!("results/suite-{division}{edition}{}", self.tier)

@@ -36,7 +36,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let Arguments { part, method, how } = arguments;
-    let (suite, competitors) = (part.suite()?, competitors(part.division, method)?);
+    let suite = part.suite()?;
+    let competitors = competitors(suite.division, method)?;
     let out = how
         .out
         .clone()
@@ -118,7 +119,8 @@ fn of_study(
     (how, own): (&How, Option<&Path>),
     folder: &Path,
 ) -> Result<Vec<Vec<ScenarioResults>>, Error> {
-    let trials = suite.trials();
+    let trials = study.scenarios.first();
+    let trials = trials.map_or(0, |scenario| suite.trials_of(scenario));
     let made = study.experiment(competitors, trials);
     let (experiment, _) = made.map_err(|error| wrong(&error))?;
     let found = match experiment {

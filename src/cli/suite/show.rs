@@ -26,16 +26,23 @@ pub(super) fn list(arguments: &ListArguments) -> Result<ExitCode, Error> {
     let suite = arguments.part.suite()?;
     let scenarios = suite.scenarios().count();
     let mut text = format!(
-        "suite {}, tier {}: {scenarios} scenarios, {} runs each\n",
+        "suite {}, tier {}, contest {}: {scenarios} scenarios, {} runs each{}\n",
         suite.manifest.edition,
         suite.tier,
-        suite.trials()
-    );
-    for study in &suite.studies {
-        for scenario in &study.scenarios {
-            let head = format!("{:<17} p = {:<3}", scenario.name, scenario.free);
-            text += &filled(&head, &scenario.hard.join(", "), 25);
+        suite.division,
+        suite.trials(),
+        match suite.scenarios().find(|of| of.is_bank) {
+            Some(of) => format!(", {} of a plant of the bank", suite.trials_of(of)),
+            None => String::new(),
         }
+    );
+    for scenario in suite.scenarios() {
+        let head = format!("{:<17} p = {:<3}", scenario.name, scenario.free);
+        let mut words = scenario.hard.join(", ");
+        if scenario.separate < 0.995 {
+            words += &format!("; separate polynomials: at most {:.2}", scenario.separate);
+        }
+        text += &filled(&head, &words, 25);
     }
     print(&text)?;
     Ok(ExitCode::SUCCESS)
@@ -74,8 +81,8 @@ fn described(study: &SuiteStudy, suite: &Suite) -> String {
     for scenario in &study.scenarios {
         text += &filled(
             &format!(
-                "  {} p = {}, {}: ",
-                scenario.name, scenario.free, scenario.content
+                "  {} p = {}, {}, weight {:.6}: ",
+                scenario.name, scenario.free, scenario.content, scenario.weight
             ),
             &scenario.hard.join(", "),
             4,

@@ -39,14 +39,14 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let Arguments { file, part, .. } = arguments;
     let suite = part.suite()?;
-    let mut chosen = competitors(part.division, &arguments.method)?;
+    let mut chosen = competitors(suite.division, &arguments.method)?;
     if let Some(path) = file {
         if arguments.method.is_empty() {
             chosen.clear();
         }
         chosen.push(Competitor::Own(Box::new(method(path)?)));
     }
-    let all = Competitor::of(part.division);
+    let all = Competitor::of(suite.division);
     let reference = all.into_iter().find(|of| of.name() == REFERENCE);
     // The reference is timed too, first.
     chosen.retain(|of| of.name() != REFERENCE);

@@ -321,6 +321,8 @@ impl Process {
             Feedback::None => {
                 self.draw_process_noise(names, to);
                 self.run_open(&resolved, eta, window, to);
+                // Nobody knows the input better than it was measured.
+                to.r.copy_from_slice(&to.u);
             }
             Feedback::Output(law) => {
                 Self::rest(to);

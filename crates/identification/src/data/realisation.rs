@@ -11,7 +11,7 @@ pub struct Realisation {
     pub u: Vec<f64>,
     /// The measured output `y(k) = x_1(k) + s f(k)`.
     pub y: Vec<f64>,
-    /// The external reference r(k); in open loop the input itself.
+    /// The external reference r(k); in open loop the input as it was measured, u(k).
     pub r: Vec<f64>,
     /// The true input, which drives the plant. It equals `u` if there is no input-measurement noise.
     pub u0: Vec<f64>,

@@ -74,6 +74,11 @@ impl NoiseColour {
                     described["drive"] =
                         json!(format!("Student's t with {freedom} degrees of freedom"));
                 }
+                NoiseLaw::Contaminated { share, scale } => {
+                    described["drive"] = json!(format!(
+                        "normal numbers, a share of {share} of them {scale} times as large"
+                    ));
+                }
                 NoiseLaw::Drawn(_) => described["drive"] = json!("drawn from given numbers"),
             }
             described

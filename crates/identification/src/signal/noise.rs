@@ -21,6 +21,15 @@ pub enum NoiseLaw {
     /// Student's t with so many degrees of freedom, at least 3, scaled to variance 1: a normal number z over the root
     /// of the mean of as many squares of others, `w = z sqrt((nu - 2) / (z_1^2 + ... + z_nu^2))`.
     StudentT(u16),
+    /// Normal numbers, a share of which are outliers, `scale` times as large; all scaled to variance 1. The density is
+    /// `(1 - share) phi(x/s)/s + share phi(x/(scale s))/(scale s)`, `1/s^2 = 1 - share + share scale^2` (Tukey, *A
+    /// survey of sampling from contaminated distributions*, 1960).
+    Contaminated {
+        /// The share of outliers, between 0 and 1.
+        share: f64,
+        /// Their size, above 1.
+        scale: f64,
+    },
     /// Given numbers, with replacement.
     Drawn(Arc<[f64]>),
 }
@@ -29,7 +38,8 @@ impl NoiseLaw {
     /// The Fisher information of one number about a shift of it, `E[(f' / f)^2]` with f the density: 1 for normal
     /// numbers,
     /// `nu (nu + 1) / ((nu - 2) (nu + 3))` for Student's t (Lange, Little and Taylor, *Robust statistical modeling
-    /// using the t distribution*, JASA 84, 1989). `None` for given numbers, which have no density.
+    /// using the t distribution*, JASA 84, 1989), an integral for contamination. `None` for given numbers, which have no
+    /// density.
     pub fn information(&self) -> Option<f64> {
         match self {
             Self::Gaussian => Some(1.0),
@@ -37,6 +47,7 @@ impl NoiseLaw {
                 let nu = f64::from(*freedom);
                 Some(nu * (nu + 1.0) / ((nu - 2.0) * (nu + 3.0)))
             }
+            Self::Contaminated { share, scale } => Some(contaminated(*share, *scale)),
             Self::Drawn(_) => None,
         }
     }
@@ -54,6 +65,14 @@ impl NoiseLaw {
                     *w = z[0] * ((f64::from(*freedom) - 2.0) / squares).sqrt();
                 }
             }
+            Self::Contaminated { share, scale } => {
+                let size = (1.0 - share + share * scale * scale).sqrt().recip();
+                for w in w {
+                    fill_standard_normal(stream, std::slice::from_mut(w));
+                    let place = (stream.next_u64() >> 11) as f64 / 9_007_199_254_740_992.0;
+                    *w *= if place < *share { scale * size } else { size };
+                }
+            }
             Self::Drawn(numbers) => {
                 for w in w {
                     // Each number has the probability 1/count, up to 2^-64.
@@ -63,6 +82,31 @@ impl NoiseLaw {
             }
         }
     }
+}
+
+/// The information of a contaminated density about a shift, by the trapezoidal rule: with `w = s x`, f the mixture of
+/// x and `1/s^2` its variance, `E[(f'/f)^2] / s^2`. The sum is exact to rounding: f'^2/f is analytic and decays as f.
+fn contaminated(share: f64, scale: f64) -> f64 {
+    const STEP: f64 = 1.0 / 64.0;
+    let part = |weight: f64, size: f64, x: f64| {
+        let z = x / size;
+        weight / size * libm::exp(-0.5 * z * z)
+    };
+    let last = (40.0 * scale / STEP).ceil() as usize;
+    let at = |k: usize| {
+        let x = k as f64 * STEP;
+        let (inner, outer) = (part(1.0 - share, 1.0, x), part(share, scale, x));
+        let (density, slope) = (inner + outer, x * (inner + outer / (scale * scale)));
+        if density > 0.0 {
+            slope * slope / density
+        } else {
+            0.0
+        }
+    };
+    // An even function whose term at 0 is 0.
+    let sum: f64 = (1..=last).map(at).sum();
+    let variance = 1.0 - share + share * scale * scale;
+    variance * sum * 2.0 * STEP / (2.0 * std::f64::consts::PI).sqrt()
 }
 
 /// The noise filter `C(q) / D(q)`: `f(k) = sum_i c_i v(k-i)`, `v(k) = w(k) - sum_i d_i v(k-i)`, with w white, of unit
@@ -82,6 +126,8 @@ pub struct NoiseFilter {
     predictors: StepDown,
     /// The distribution of w.
     law: NoiseLaw,
+    /// Whether all is zero before k = 0.
+    is_from_rest: bool,
 }
 
 /// Why a noise filter was refused.
@@ -102,6 +148,11 @@ pub enum NoiseFilterError {
     /// Student's t has no variance, or is too near to the normal law for its cost.
     #[error("{0} degrees of freedom of Student's t; expected 3 to {MOST_FREEDOM}")]
     Freedom(u16),
+    /// Outliers are none, or all.
+    #[error(
+        "a share of {0} and a scale of {1}; expected a share between 0 and 1 and a scale above 1, up to 1000"
+    )]
+    Contamination(f64, f64),
 }
 
 impl NoiseFilter {
@@ -122,6 +173,7 @@ impl NoiseFilter {
             denominator: denominator[1..].to_vec(),
             predictors,
             law: NoiseLaw::Gaussian,
+            is_from_rest: false,
         })
     }
 
@@ -152,6 +204,26 @@ impl NoiseFilter {
         }
         self.law = NoiseLaw::StudentT(freedom);
         Ok(self)
+    }
+
+    /// Changes w to contaminated normal numbers. The stationary start is still Gaussian: its mean and covariance are
+    /// right, its higher moments are not.
+    ///
+    /// # Errors
+    /// If the share is not between 0 and 1, or the scale not between 1 and 1000.
+    pub fn contaminated(mut self, share: f64, scale: f64) -> Result<Self, NoiseFilterError> {
+        if !(share > 0.0 && share < 1.0 && scale > 1.0 && scale <= 1000.0) {
+            return Err(NoiseFilterError::Contamination(share, scale));
+        }
+        self.law = NoiseLaw::Contaminated { share, scale };
+        Ok(self)
+    }
+
+    /// Lets the noise begin at k = 0, from rest, instead of being stationary.
+    #[must_use]
+    pub fn from_rest(mut self) -> Self {
+        self.is_from_rest = true;
+        self
     }
 
     /// Returns what w is drawn from.
@@ -259,8 +331,12 @@ impl NoiseFilter {
         }
     }
 
-    /// Converts white numbers to the samples of v before k = 0, with their stationary distribution.
+    /// Converts white numbers to the samples of v before k = 0, with their stationary distribution; zeros from rest.
     pub fn start<R: Real>(&self, v: &mut [R]) {
+        if self.is_from_rest {
+            v.fill(R::splat(0.0));
+            return;
+        }
         R::run(
             #[inline(always)]
             || {
@@ -443,6 +519,54 @@ mod tests {
         for same in [&[2.0, 2.0][..], &[], &[f64::NAN, 1.0]] {
             let refused = NoiseFilter::white().drawn_from(same);
             assert_eq!(refused, Err(NoiseFilterError::Residuals));
+        }
+    }
+
+    /// `D f = C w` with zeros before k = 0.
+    #[test]
+    fn noise_from_rest_is_the_filtered_drive() {
+        let (c, d) = ([1.0, 0.5], [1.0, -1.5, 0.7]);
+        let filter = NoiseFilter::new(&c, &d).unwrap().from_rest();
+        let (f, w) = (
+            realise(&filter, 3, 50),
+            realise(&NoiseFilter::white(), 3, 50),
+        );
+        let at = |x: &[f64], k: usize, by: usize| k.checked_sub(by).map_or(0.0, |k| x[k]);
+        for k in 0..50 {
+            let left: f64 = (0..3).map(|i| d[i] * at(&f, k, i)).sum();
+            let right: f64 = (0..2).map(|i| c[i] * at(&w, k, i)).sum();
+            assert!((left - right).abs() < 1e-12, "{k} {left} {right}");
+        }
+    }
+
+    /// Against adaptive quadrature (scipy.integrate.quad to 1e-13 over the square of the slope of f over f, f the mixture
+    /// of variance 1); the variance of a sample within four standard errors.
+    #[test]
+    fn contaminated_numbers_have_their_density() {
+        for (share, scale, expected) in [
+            (0.05, 10.0, 5.385_506_003_637_427),
+            (0.1, 5.0, 2.713_806_666_871_938),
+        ] {
+            let filter = NoiseFilter::white().contaminated(share, scale).unwrap();
+            let found = filter.law().information().unwrap();
+            assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        }
+        let filter = NoiseFilter::white().contaminated(0.05, 10.0).unwrap();
+        let mut w = vec![0.0; 100_000];
+        let mut drawn = stream(3, 1, Purpose::NoiseDrive);
+        filter.law().fill(&mut drawn, &mut w);
+        let square = w.iter().map(|w| w * w).sum::<f64>() / 1e5;
+        // E w^4 = 3 (0.95 + 0.05 * 10^4) / (0.95 + 5)^2 = 42.45.
+        assert!(
+            (square - 1.0).abs() < 4.0 * (41.45_f64 / 1e5).sqrt(),
+            "{square}"
+        );
+        let mut longer = vec![0.0; 100_001];
+        let mut again = stream(3, 1, Purpose::NoiseDrive);
+        filter.law().fill(&mut again, &mut longer);
+        assert_eq!(w, longer[..100_000]);
+        for (share, scale) in [(0.0, 10.0), (1.0, 10.0), (0.1, 1.0), (f64::NAN, 2.0)] {
+            assert!(NoiseFilter::white().contaminated(share, scale).is_err());
         }
     }
 

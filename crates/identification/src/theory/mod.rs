@@ -49,7 +49,7 @@ pub use own_information::OwnInformation;
 pub use population::Population;
 pub use quadratic_form::{distribution, quantile};
 pub use record_information::RecordInformation;
-pub use response_bound::ResponseBound;
+pub use response_bound::{ResponseBound, weights_between};
 pub use signal::{Signal, Source};
 pub use smooth_measure::{Figure, SmoothMeasure};
 

@@ -8,6 +8,7 @@ use super::missing::Missing;
 use super::population::{NOISE, Population};
 use super::record_information::RecordInformation;
 use crate::data::{Feedback, NoiseColour, OutputFeedback, Process};
+use crate::model::polynomial::multiply;
 use crate::model::{LinearModel, Orders};
 use crate::signal::NoiseLaw;
 
@@ -96,6 +97,43 @@ impl OwnInformation {
         };
         let own = RecordInformation::new(&model, &self.law, self.feedback.as_ref(), r)?;
         FisherInformation::about_p(own.of_plant(), &self.slopes, 0.5, self.orders)
+    }
+
+    /// The same records for methods that do not know that plant and noise share A, `y = B/(A F) u + C/(A D) e` with all
+    /// polynomials free; `None` where A is 1.
+    pub fn separate(&self) -> Option<Self> {
+        let LinearModel { a, b, c, d, f, .. } = &self.model;
+        let shared = a.iter().rposition(|a| *a != 0.0).filter(|na| *na > 0)?;
+        let (f, d) = (multiply(a, f), multiply(&a[..=shared], d));
+        let count = |of: &[f64]| of.len() - 1;
+        let orders = Orders {
+            na: 0,
+            nb: count(b),
+            nc: count(c),
+            nd: count(&d),
+            nf: count(&f),
+            nk: 1,
+        };
+        let model = LinearModel {
+            b: b.clone(),
+            c: c.clone(),
+            d,
+            f,
+            noise_variance: self.model.noise_variance,
+            ..LinearModel::zero(orders)
+        };
+        let Orders { na, nd, nf, .. } = self.orders;
+        Some(Self {
+            slopes: Matrix::identity(self.slopes.nrows()),
+            model,
+            orders: Orders {
+                na: 0,
+                nf: na + nf,
+                nd: na + nd,
+                ..self.orders
+            },
+            ..self.clone()
+        })
     }
 
     /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.

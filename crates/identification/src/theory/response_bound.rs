@@ -104,6 +104,17 @@ impl ResponseBound {
     }
 }
 
+/// Returns the weights of the law of d, measured with one information, of an estimate that reaches the bound of another
+/// about the same coefficients: the eigenvalues of `F G^-1` over p. `None` if one is singular.
+pub fn weights_between(
+    measured: &FisherInformation,
+    reached: &FisherInformation,
+) -> Option<Vec<f64>> {
+    let [(_, f), (_, g)] = [measured, reached].map(FisherInformation::of_free);
+    let each = relative_eigenvalues(&f, &g)?.into_iter();
+    Some(each.map(|of| of / measured.free() as f64).collect())
+}
+
 /// The eigenvalues of `M F^-1`: those of `R' F^-1 R` with `M = R R'`, both scaled so that F has ones on its diagonal.
 fn relative_eigenvalues(m: &Matrix, f: &Matrix) -> Option<Vec<f64>> {
     let size = f.nrows();

@@ -67,7 +67,9 @@ impl<'a> Loop<'a> {
         let x = PlotAxis::log("d").range(10.0_f64.powi(DECADES.0), 10.0_f64.powi(DECADES.1));
         let y = PlotAxis::linear("share of runs").range(0.0, 1.0);
         let law = match self.of.suite.division {
-            Division::Closed => "efficient: chi-squared(p)/p",
+            Division::Closed | Division::Orders | Division::Structure => {
+                "efficient: chi-squared(p)/p"
+            }
             Division::Open => "law of an efficient method",
         };
         let ideal = grid().map(|d| Point::new(d, ideal_share(d, self.scenarios())));
@@ -130,7 +132,7 @@ pub(super) fn overview(of: &SuitePage<'_>) -> (Picture, String) {
 /// Name, picture and caption for open and closed loops: a panel for each method.
 pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(String, Picture, String)> {
     let division = match of.suite.division {
-        Division::Closed => "",
+        Division::Closed | Division::Orders | Division::Structure => "",
         Division::Open => "choosing-",
     };
     let drawn = Loop::all(of).map(|part| {

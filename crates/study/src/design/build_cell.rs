@@ -2,8 +2,8 @@
 
 use crate::design::build_continuous_cell::continuous_cell;
 use crate::design::file::{
-    At, ExperimentFile, FeedbackTable, FileError, InputTable, Key, LAWS, NoiseTable, PlantTable,
-    Scalar, wrong,
+    At, ExperimentFile, FeedbackTable, FileError, InputTable, Key, LAWS, NoiseTable, OutlierTable,
+    PlantTable, Scalar, wrong,
 };
 use crate::design::{
     CURVES_LIMIT, Cell, DiscreteCell, LARGEST_COUNT, Measure, ScoredFrom, SettingsReader, Source,
@@ -265,7 +265,7 @@ impl SettingsReader<'_> {
             .chain(noises.keys().map(String::as_str));
         let unknown = || UnknownName::new(Key::Input, name, known);
         let table = noises.get(name).ok_or_else(unknown).at(place)?;
-        if table.residuals.is_some() || table.student_t.is_some() {
+        if table.has_law() {
             let message = format!("noise '{name}' is not Gaussian; expected one that is");
             return wrong(place, message);
         }
@@ -367,6 +367,25 @@ impl SettingsReader<'_> {
     }
 
     fn noise(&self) -> Result<NoiseColour, FileError> {
+        let noise = self.stationary_noise()?;
+        if !self.file.noise_from_rest {
+            return Ok(noise);
+        }
+        let filter = match (noise, self.plant()?) {
+            (NoiseColour::Filter(filter), _) => filter,
+            (NoiseColour::InverseDenominator, PlantSource::Fixed(plant)) => {
+                NoiseFilter::new(&[1.0], &plant.denominator()).at("noise")?
+            }
+            _ => {
+                let message =
+                    "expected the same plant in every trial, or another noise than \"ar\"";
+                return wrong("noise_from_rest", message);
+            }
+        };
+        Ok(filter.from_rest().into())
+    }
+
+    fn stationary_noise(&self) -> Result<NoiseColour, FileError> {
         let name = self.text(Key::Noise);
         match name.as_str() {
             // 1/A without F, for a plant B/(A F).
@@ -388,6 +407,10 @@ impl SettingsReader<'_> {
                 if let Some(freedom) = table.student_t {
                     let heavy = white.student_t(freedom);
                     return Ok(heavy.at(format_args!("noises.{name}.student_t"))?.into());
+                }
+                if let Some(OutlierTable { share, scale }) = table.outliers {
+                    let spiked = white.contaminated(share, scale);
+                    return Ok(spiked.at(format_args!("noises.{name}.outliers"))?.into());
                 }
                 let Some(column) = &table.residuals else {
                     return Ok(white.into());

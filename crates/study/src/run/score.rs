@@ -1,6 +1,6 @@
 //! Measures passes against the truth.
 
-use crate::design::file::Unfinished;
+use crate::design::file::{InformationOf, Unfinished};
 use crate::design::{
     CellObserver, DiscreteCell, Experiment, Measure, ObserverStart, RESPONSE_SAMPLES,
 };
@@ -12,10 +12,10 @@ use asobench_identification::metric::{
     Response, StateError, System, fit_ahead, relative_error, relative_error_as_printed,
 };
 use asobench_identification::observer::ObservedModel;
-use asobench_identification::plant::PoleFinder;
+use asobench_identification::plant::{PoleFinder, StateSpace};
 use asobench_identification::real::with_fma;
 use asobench_identification::signal::{Input, Purpose, stream};
-use asobench_identification::theory::{FisherInformation, ResponseBound};
+use asobench_identification::theory::{FisherInformation, OwnInformation, ResponseBound};
 
 /// Measures passes of one cell, with its own buffers.
 pub(crate) struct Scorer {
@@ -35,6 +35,8 @@ pub(crate) struct Scorer {
     information: Option<FisherInformation>,
     /// The bound of the response, if `d_g` is wanted and there is one.
     bound: Option<ResponseBound>,
+    /// Where these two are each record's own: their source, the plant and the window.
+    own: Option<(OwnInformation, StateSpace, usize)>,
     /// Room for the state of the plant or of a model.
     x: Vec<f64>,
     wanted: Wanted,
@@ -49,6 +51,8 @@ pub(crate) struct Scorer {
 /// The quantities to compute.
 #[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
 struct Wanted {
+    distance: bool,
+    response_distance: bool,
     states: bool,
     absolute: bool,
     innovations: bool,
@@ -75,9 +79,14 @@ impl Scorer {
         let largest = methods.clone().map(|method| method.order(cell.order)).max();
         let largest = largest.unwrap_or(cell.order).max(process.order());
         let wanted = any(&[F::Distance, F::ResponseDistance]);
+        let is_own = wanted && experiment.file.information == InformationOf::Record;
         let information = || {
             let of_record = || FisherInformation::new(process, cell.eta, cell.window).ok();
-            wanted.then(of_record).flatten()
+            (wanted && !is_own).then(of_record).flatten()
+        };
+        let own = || {
+            let own = OwnInformation::new(process, cell.eta, cell.window).ok()?;
+            Some((own, process.plant()?.clone(), cell.window))
         };
         let observers: Result<_, SetupError> = methods
             .map(|method| CellObserver::new(cell, method))
@@ -104,9 +113,12 @@ impl Scorer {
                     let information = information()?;
                     ResponseBound::new(&information, plant).ok()
                 }),
+            own: is_own.then(own).flatten(),
             x: vec![0.0; largest],
             fed_back: StateError::default(),
             wanted: Wanted {
+                distance: any(&[F::Distance]),
+                response_distance: any(&[F::ResponseDistance]),
                 states: comparable
                     && (experiment.file.curves || measures.iter().any(|of| of.entry().of_state)),
                 absolute: any(&[F::RmsState]),
@@ -133,6 +145,14 @@ impl Scorer {
         self.fed_back = StateError::default();
         if record.failure.is_some() {
             return;
+        }
+        if let Some((own, plant, window)) = &self.own {
+            let information = own.of(&record.r[..*window], record.scale).ok();
+            let bound = information
+                .as_ref()
+                .filter(|_| self.wanted.response_distance);
+            self.bound = bound.and_then(|of| ResponseBound::new(of, plant).ok());
+            self.information = information.filter(|_| self.wanted.distance);
         }
         let n = record.truth.a.len();
         let estimates = record.estimates.chunks_exact(n);

@@ -5,6 +5,7 @@ use crate::design::file::MethodTable;
 use crate::suite::IDEAL;
 use asobench_identification::estimator::{EstimatorName, Needs, OrderRule};
 use asobench_identification::model::Orders;
+use asobench_identification::signal::NoiseLaw;
 use serde_json::{Map, Value, json};
 
 /// In the open division the largest order to choose from.
@@ -21,11 +22,13 @@ pub const KINDS: [&str; 6] = ["arx", "iv4", "bj", "ssarx", "kernel-fir", "zhang"
 pub enum Competitor {
     /// An estimator of the registry with its default options.
     Estimator(EstimatorName),
-    /// The same, told the structure of the truth too: for estimators of several structures, whose default is B/F.
+    /// The same, told the structure of the truth too: for estimators of several structures, whose default is B/F. In
+    /// the contest `structure` all are told it.
     Structured(EstimatorName),
     /// An estimator that chooses its order.
     Choosing(EstimatorName),
-    /// The prediction error method of the scenario's own structure, started at the truth.
+    /// The maximum likelihood of the scenario's own structure and density, started at the truth; in editions 1 the
+    /// prediction error method.
     Ideal,
     /// A method of a user's file.
     Own(Box<MethodTable>),
@@ -44,18 +47,85 @@ pub(super) struct Told {
     pub(super) shortest: usize,
     /// The knowledge of it that methods are given.
     pub(super) division: Division,
+    /// Whether the edition has contests.
+    pub(super) has_contests: bool,
+    /// The density of the innovations.
+    pub(super) law: NoiseLaw,
+    /// Whether the input is measured with noise.
+    pub(super) has_noisy_input: bool,
+}
+
+impl Told {
+    /// The estimator that reaches the bound, and whether it searches: maximum likelihood of the input's noise, of the
+    /// density, or of the structure. Outliers have that of Student's t, which is near theirs.
+    fn ideal(&self) -> (&'static str, bool) {
+        match (self.has_contests, &self.law, self.has_noisy_input) {
+            (true, _, true) => ("pem-eiv", true),
+            (true, NoiseLaw::StudentT(_) | NoiseLaw::Contaminated { .. }, _) => ("pem-t", true),
+            (true, _, _) if self.truth.na > 0 && self.truth.nd + self.truth.nf > 0 => {
+                ("general", true)
+            }
+            _ => of_structure(self.truth),
+        }
+    }
+
+    /// The orders of the truth, as far as methods are told them: na, nb and nk of the plant, all, or the largest to
+    /// choose from. In the open contest the delay is not told either.
+    fn orders(&self) -> Orders {
+        let Orders { na, nb, nf, nk, .. } = self.truth;
+        match self.division {
+            Division::Closed | Division::Structure => self.truth,
+            Division::Orders => Orders::arx(na + nf, nb, nk),
+            Division::Open if self.has_contests => Orders::arx(MOST, MOST, 1),
+            Division::Open => Orders::arx(MOST, MOST, nk),
+        }
+    }
+
+    /// The orders that an estimator of a form is told; `form`: its own defaults, of an order.
+    fn of_form(&self, form: impl Fn(usize) -> Option<Orders>) -> Option<Orders> {
+        let told = self.orders();
+        match self.division {
+            Division::Closed | Division::Structure => Some(told.holding(form(self.order)?)),
+            Division::Orders => {
+                // Of the noise it has its own defaults.
+                let own = form(told.na)?;
+                let Orders { na, nb, nf, nk, .. } = told.holding(own);
+                Some(Orders {
+                    na,
+                    nb,
+                    nf,
+                    nk,
+                    ..own
+                })
+            }
+            Division::Open => Some(Orders {
+                nk: told.nk,
+                ..form(MOST)?
+            }),
+        }
+    }
 }
 
 impl Competitor {
     /// All that take part in a division by default, the ideal last. Closed: the estimators of the registry, and those
-    /// that are told the structure. Open: the estimators that choose their order by themselves.
+    /// that are told the structure. Orders: the estimators of the registry. Structure: those whose form has a model of
+    /// the noise, and those of any structure. Open: the estimators that choose their order by themselves.
     pub fn of(division: Division) -> Vec<Self> {
         let estimators = EstimatorName::ALL.iter().copied();
+        // By default `general` is `oe`.
+        let others = [EstimatorName::Known, EstimatorName::General];
+        let estimators = estimators.filter(|name| !others.contains(name));
+        let structured = STRUCTURED.map(Self::Structured);
         let mut all: Vec<Self> = match division {
             Division::Closed => {
-                let structured = [EstimatorName::Wnsf, EstimatorName::Rpem].map(Self::Structured);
-                let estimators = estimators.filter(|name| *name != EstimatorName::Known);
+                let estimators = estimators.filter(|name| !LATER.contains(name));
+                let structured = structured.into_iter().take(2);
                 estimators.map(Self::Estimator).chain(structured).collect()
+            }
+            Division::Orders => estimators.map(Self::Estimator).collect(),
+            Division::Structure => {
+                let shaped = estimators.filter(|name| models_noise(*name));
+                shaped.map(Self::Estimator).chain(structured).collect()
             }
             Division::Open => estimators
                 .filter(|name| chooses(*name))
@@ -70,6 +140,7 @@ impl Competitor {
     pub fn name(&self) -> String {
         match self {
             Self::Estimator(name) | Self::Choosing(name) => name.name().to_owned(),
+            Self::Structured(EstimatorName::General) => "pem-structure".to_owned(),
             Self::Structured(name) => format!("{name}-structure"),
             Self::Ideal => IDEAL.to_owned(),
             Self::Own(table) => table.output_name(0),
@@ -115,7 +186,7 @@ impl Competitor {
                 // The response is the model.
                 let orders = Orders {
                     nb: TAPS.min(told.shortest / 2),
-                    nk: truth.nk,
+                    nk: told.orders().nk,
                     ..Orders::default()
                 };
                 vec![with_orders(orders, EstimatorName::KernelFir.name())]
@@ -125,10 +196,13 @@ impl Competitor {
                 of_estimator(*estimator, &name, options, told)
             }
             Self::Ideal => {
-                let (estimator, is_searched) = of_structure(truth);
+                let (estimator, is_searched) = told.ideal();
                 let mut table = with_orders(truth, estimator);
                 if is_searched {
                     table["starts"] = json!("truth");
+                }
+                if let (NoiseLaw::StudentT(freedom), "pem-t") = (&told.law, estimator) {
+                    table["freedom"] = json!(freedom);
                 }
                 vec![table]
             }
@@ -140,11 +214,7 @@ impl Competitor {
                     return vec![Value::Object(given)];
                 }
                 if table.program().is_some() {
-                    let orders = match told.division {
-                        Division::Closed => truth,
-                        Division::Open => Orders::arx(MOST, MOST, truth.nk),
-                    };
-                    given.insert("orders".to_owned(), json!(orders));
+                    given.insert("orders".to_owned(), json!(told.orders()));
                     return vec![Value::Object(given)];
                 }
                 let options = options.into_iter().chain(given).collect();
@@ -152,6 +222,27 @@ impl Competitor {
             }
         }
     }
+}
+
+/// The estimators of several structures; the first two take part in editions 1.
+const STRUCTURED: [EstimatorName; 4] = [
+    EstimatorName::Wnsf,
+    EstimatorName::Rpem,
+    EstimatorName::General,
+    EstimatorName::PemT,
+];
+/// The estimators that came after editions 1.
+const LATER: [EstimatorName; 3] = [
+    EstimatorName::General,
+    EstimatorName::PemT,
+    EstimatorName::PemEiv,
+];
+
+/// Whether the form of an estimator has C or D.
+fn models_noise(estimator: EstimatorName) -> bool {
+    let default = estimator.parse(Map::new());
+    let form = default.ok().and_then(|options| options.model_orders(1));
+    form.is_some_and(|form| form.nc + form.nd > 0)
 }
 
 /// Whether an estimator chooses its order: by an option, or as an impulse response that needs none.
@@ -175,8 +266,7 @@ fn of_structure(truth: Orders) -> (&'static str, bool) {
     }
 }
 
-/// The tables of an estimator with some options, with orders and without: in the closed division the smallest orders of
-/// its form that hold the truth, in the open one the largest to choose from and the delay.
+/// The tables of an estimator with some options, with the orders that it is told and without.
 fn of_estimator(
     estimator: EstimatorName,
     name: &str,
@@ -192,19 +282,13 @@ fn of_estimator(
     if let Some(last) = default.outputs("").last().filter(|last| last.pass > 0) {
         plain.entry("report").or_insert(json!([last.pass]));
     }
-    let orders = match told.division {
-        Division::Closed => {
-            let form = default.model_orders(told.order);
-            form.map(|form| told.truth.holding(form))
+    let orders = told.of_form(|order| {
+        if told.division.is_open() {
+            default.default_orders(order)
+        } else {
+            default.model_orders(order)
         }
-        Division::Open => {
-            let form = default.default_orders(MOST);
-            form.map(|form| Orders {
-                nk: told.truth.nk,
-                ..form
-            })
-        }
-    };
+    });
     let told = orders.map(|orders| {
         let mut told = plain.clone();
         told.insert("orders".to_owned(), json!(orders));

@@ -1,6 +1,6 @@
 //! `suite/suite.toml`: which systems, settings and sizes, in which tier; and the files that the program carries.
 
-use crate::design::file::{Axis, Key};
+use crate::design::file::{Axis, ExperimentFile, FileError, Key};
 use asobench_identification::names::{UnknownName, named_enum};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -20,11 +20,16 @@ named_enum! {
 }
 
 named_enum! {
-    /// What methods are told.
-    Division, "division" {
-        /// The orders of the truth (the default).
+    /// What methods are told. Editions 1 have the divisions `closed` and `open`; from 2.0 on there are the contests
+    /// `orders`, `structure` and `open`.
+    Division, "contest" {
+        /// Editions 1: the orders of the truth.
         Closed = "closed",
-        /// The delay and a largest order: methods choose.
+        /// na, nb and nk of the plant alone (the default from 2.0 on).
+        Orders = "orders",
+        /// Which polynomials the truth has, with their orders.
+        Structure = "structure",
+        /// Nothing but the record: methods choose. In editions 1 the delay too.
         Open = "open",
     }
 }
@@ -37,6 +42,11 @@ impl Division {
     )]
     pub(super) fn is_closed(&self) -> bool {
         *self == Self::Closed
+    }
+
+    /// Whether d is that of the response, since methods choose their orders.
+    pub fn is_open(self) -> bool {
+        self == Self::Open
     }
 }
 
@@ -57,10 +67,14 @@ pub struct Manifest {
     pub edition: String,
     /// All editions, the first one first. Each has the scenarios of those before it.
     pub editions: Vec<String>,
+    /// The first edition with contests, weights by plant, and the information of each record.
+    pub contests: String,
     /// The seed of all records.
     pub seed: u64,
     /// Trials of a scenario in each tier. The trials of a smaller tier are the first of a larger one.
     pub trials: BTreeMap<Tier, u64>,
+    /// Trials of a plant of the bank in each tier.
+    pub bank_trials: BTreeMap<Tier, u64>,
     /// The studies.
     pub studies: Vec<StudyEntry>,
 }
@@ -78,6 +92,12 @@ pub struct StudyEntry {
     /// The first edition that has it; the first of all if absent.
     #[serde(default)]
     pub since: Option<String>,
+    /// The edition that withdrew it; none if absent.
+    #[serde(default)]
+    pub until: Option<String>,
+    /// The system of a plant of the bank.
+    #[serde(skip)]
+    bank: Option<Box<ExperimentFile>>,
     /// The sizes N.
     pub window: Vec<usize>,
     /// Its difficulties, in the suite's words; colour, loop, delay and short records are added.
@@ -101,8 +121,23 @@ impl Manifest {
     pub fn read() -> Result<Self, String> {
         let read = toml::from_str(MANIFEST).map_err(|error| format!("suite/suite.toml: {error}"));
         let mut manifest: Self = read?;
+        for line in BANK.lines() {
+            let entry = StudyEntry::of_bank(line, &manifest.contests);
+            let entry = entry.map_err(|error| format!("suite/bank.jsonl: {error}"))?;
+            manifest.studies.push(entry);
+        }
         manifest.edition = manifest.editions.last().cloned().unwrap_or_default();
         Ok(manifest)
+    }
+
+    /// Whether the edition has contests.
+    pub fn has_contests(&self) -> bool {
+        self.place_of(&self.edition) >= self.place_of(&self.contests)
+    }
+
+    /// Whether results of an edition are measured as those of this one: F, weights and contests.
+    pub(super) fn is_alike(&self, edition: &str) -> bool {
+        (self.place_of(edition) >= self.place_of(&self.contests)) == self.has_contests()
     }
 
     /// The place of an edition among all; `None` if there is no such one.
@@ -119,17 +154,74 @@ impl Manifest {
             return Err(UnknownName::new("edition", edition, &self.editions));
         };
         let mut studies = std::mem::take(&mut self.studies);
+        let begins = |at: &str| self.place_of(at).is_some_and(|at| at <= place);
         studies.retain(|of| {
-            let since = of.since.as_deref().map(|since| self.place_of(since));
-            since.is_none_or(|since| since.is_some_and(|since| since <= place))
+            of.since.as_deref().is_none_or(begins) && !of.until.as_deref().is_some_and(begins)
         });
         edition.clone_into(&mut self.edition);
         Ok(Self { studies, ..self })
     }
 
-    /// Returns the number of trials of a scenario in a tier.
-    pub fn trials_of(&self, tier: Tier) -> u64 {
-        self.trials.get(&tier).copied().unwrap_or(0)
+    /// Returns the number of trials of a scenario in a tier, or of a plant of the bank.
+    pub fn trials_of(&self, tier: Tier, is_bank: bool) -> u64 {
+        let trials = if is_bank {
+            &self.bank_trials
+        } else {
+            &self.trials
+        };
+        trials.get(&tier).copied().unwrap_or(0)
+    }
+}
+
+/// A line of the bank: a system with what its entry would say.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BankLine {
+    name: String,
+    tier: Tier,
+    window: usize,
+    hard: Vec<String>,
+    sampled: bool,
+    file: ExperimentFile,
+}
+
+impl StudyEntry {
+    fn of_bank(line: &str, since: &str) -> Result<Self, serde_json::Error> {
+        let line: BankLine = serde_json::from_str(line)?;
+        Ok(Self {
+            system: line.name,
+            variant: String::new(),
+            tier: line.tier,
+            since: Some(since.to_owned()),
+            until: None,
+            bank: Some(Box::new(line.file)),
+            window: vec![line.window],
+            hard: line.hard,
+            sampled: line.sampled,
+            settings: BTreeMap::new(),
+        })
+    }
+
+    /// The name of the study: the system and the variant, if there is one.
+    pub(super) fn name(&self) -> String {
+        match self.variant.as_str() {
+            "" => self.system.clone(),
+            variant => format!("{}-{variant}", self.system),
+        }
+    }
+
+    /// Whether it is a plant of the bank.
+    pub fn is_bank(&self) -> bool {
+        self.bank.is_some()
+    }
+
+    /// The system, as an experiment without methods; `None` if there is no such one.
+    pub(super) fn file(&self) -> Option<Result<ExperimentFile, FileError>> {
+        if let Some(file) = &self.bank {
+            return Some(Ok((**file).clone()));
+        }
+        let found = SYSTEMS.iter().find(|(of, _)| *of == self.system);
+        found.map(|(_, text)| ExperimentFile::parse(text))
     }
 }
 
@@ -148,15 +240,14 @@ pub(super) fn recorded() -> &'static str {
     RECORDED
 }
 
+/// The shipped laws of d; empty without any.
+pub(super) fn laws() -> &'static str {
+    LAWS
+}
+
 /// The shipped times; empty without any.
 pub(super) fn times() -> &'static str {
     TIMES
-}
-
-/// Returns the text of a system's file.
-pub(super) fn system(name: &str) -> Option<&'static str> {
-    let found = SYSTEMS.iter().find(|(of, _)| *of == name);
-    found.map(|(_, text)| *text)
 }
 
 /// The names of the systems.
@@ -164,10 +255,13 @@ pub(super) fn systems() -> impl Iterator<Item = &'static str> {
     SYSTEMS.iter().map(|(name, _)| *name)
 }
 
-/// The shipped results of a division, one text for each method.
-pub(super) fn results(division: Division) -> impl Iterator<Item = &'static str> {
+/// The shipped results of a division, one text for each method; `contests`: those of the editions with contests.
+pub(super) fn results(division: Division, contests: bool) -> impl Iterator<Item = &'static str> {
     let all = match division {
         Division::Closed => RESULTS,
+        Division::Orders => ORDERS_RESULTS,
+        Division::Structure => STRUCTURE_RESULTS,
+        Division::Open if contests => NOTHING_RESULTS,
         Division::Open => OPEN_RESULTS,
     };
     all.iter().map(|(_, text)| *text)

@@ -2,12 +2,13 @@
 //! measured against.
 //!
 //! A scenario is one cell of an ordinary experiment: a system of `suite/NAME.toml` with the settings of
-//! `suite/suite.toml` and one N. The score of a run is the measure d, `(theta_hat - theta)' F (theta_hat - theta) / p`
-//! with the Fisher information F of the scenario ([`asobench_identification::theory::FisherInformation`]); a lost run
-//! is infinitely far. No number depends on who else takes part.
+//! `suite/suite.toml` and one N, or a plant of the bank, `suite/bank.jsonl`. The score of a run is the measure d,
+//! `(theta_hat - theta)' F (theta_hat - theta) / p` with the Fisher information F of the record, in editions 1 of the
+//! scenario ([`asobench_identification::theory::FisherInformation`]); a lost run is infinitely far. No number depends on who else takes part.
 
 mod archive;
 mod competitor;
+mod law;
 mod manifest;
 mod paired;
 mod published;
@@ -20,6 +21,7 @@ mod times;
 
 pub use archive::{ARCHIVE, Contribution};
 pub use competitor::{Competitor, KINDS};
+pub use law::{Law, Laws, law};
 pub use manifest::{Division, Manifest, StudyEntry, Tier, VALUES};
 pub use paired::{Paired, paired};
 pub use published::{PublishedTable, Reproduced, published};
@@ -29,7 +31,9 @@ pub use results::{
     shipped,
 };
 pub use scenario::{Made, Scenario, Suite, SuiteError, SuiteStudy, ideal_weights};
-pub use score::{Estimated, NEAR, Score, efficiency, ideal_share, score, share_within};
+pub use score::{
+    Estimated, NEAR, Ranks, Score, efficiency, ideal_share, ranks, score, score_by, share_within,
+};
 pub use times::{MethodTimes, REFERENCE, ScenarioTimes, TIME_LIMIT, Times, time};
 
 /// The name under which the prediction error method started at the truth stands in results.

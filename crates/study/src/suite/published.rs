@@ -19,6 +19,8 @@ use std::sync::atomic::AtomicBool;
 
 /// So many standard errors of the difference make two numbers differ.
 const CERTAIN: f64 = 4.0;
+/// The edition whose methods are told as those of the sources.
+const TOLD: &str = "1.1";
 /// Runs where the source has a single one.
 const RUNS: u64 = 500;
 
@@ -147,7 +149,9 @@ impl PublishedTable {
     /// The estimates on the records of a scenario.
     fn on_scenario(&self, threads: usize) -> Result<Estimates, SuiteError> {
         let runs = self.our_runs();
-        let suite = Suite::new(Tier::Full, std::slice::from_ref(&self.scenario))?;
+        let only = std::slice::from_ref(&self.scenario);
+        // Methods were told the orders of the truth.
+        let suite = Suite::of(Some(TOLD), None, Tier::Full, only)?;
         let all = Competitor::of(suite.division);
         let names: Vec<String> = all.iter().map(Competitor::name).collect();
         let Some(place) = names.iter().position(|name| *name == self.method) else {

@@ -10,6 +10,7 @@ use asobench_identification::data::{Detrend, Trend, csv::Record};
 use asobench_identification::estimator::{EstimatorName, MethodOptions};
 use asobench_identification::fit;
 use asobench_identification::model::Orders;
+use asobench_identification::signal::NoiseLaw;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -119,6 +120,9 @@ fn options(estimator: EstimatorName, first: usize) -> Option<MethodOptions> {
         controller: None,
         shortest: first,
         division: Division::Open,
+        has_contests: false,
+        law: NoiseLaw::Gaussian,
+        has_noisy_input: false,
     };
     let table = Competitor::Choosing(estimator)
         .tables(&told)

@@ -130,20 +130,22 @@ impl MethodResults {
             };
             return Err(other(message));
         }
+        if !manifest.is_alike(&self.suite) {
+            let (found, here) = (&self.suite, &manifest.edition);
+            let message = format!("of suite {found}, whose measure is another than that of {here}");
+            return Err(other(message));
+        }
         if self.division != suite.division {
             let (found, here) = (self.division, suite.division);
-            return Err(other(format!(
-                "of the {found} division; expected the {here} one"
-            )));
+            return Err(other(format!("of contest {found}; expected {here}")));
         }
         if self.seed != manifest.seed {
             let (found, here) = (self.seed, manifest.seed);
             return Err(other(format!("of seed {found}; expected seed {here}")));
         }
-        let trials = suite.trials() as usize;
         let mut scenarios = Vec::new();
         for scenario in suite.scenarios() {
-            let name = &scenario.name;
+            let (name, trials) = (&scenario.name, suite.trials_of(scenario) as usize);
             if self.not_for.contains(name) {
                 scenarios.push(ScenarioResults::of_none(scenario));
                 continue;
@@ -226,7 +228,8 @@ impl ScenarioResults {
 /// # Errors
 /// [`ResultsError`].
 pub fn shipped(suite: &Suite) -> Result<Vec<MethodResults>, ResultsError> {
-    let read = manifest::results(suite.division).map(|text| MethodResults::parse(text)?.of(suite));
+    let texts = manifest::results(suite.division, suite.manifest.has_contests());
+    let read = texts.map(|text| MethodResults::parse(text)?.of(suite));
     Ok(in_order(read.collect::<Result<_, _>>()?))
 }
 

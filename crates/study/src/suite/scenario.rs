@@ -1,20 +1,27 @@
 //! The experiments of the suite, and the scenarios in them.
 
 use super::competitor::{Competitor, Told};
-use super::manifest::{Division, Manifest, StudyEntry, Tier, system, systems};
+use super::manifest::{Division, Manifest, StudyEntry, Tier, systems};
 use crate::design::file::{
-    Axis, ExperimentFile, FileError, Key, MethodTable, Scalar, Store, TrialRule, Unfinished,
+    Axis, ExperimentFile, FileError, InformationOf, Key, MethodTable, Scalar, Store, TrialRule,
+    Unfinished,
 };
 use crate::design::{DiscreteCell, Experiment, Measure};
 use crate::files::checksum;
-use asobench_identification::data::{Feedback, NoiseColour, Process};
+use asobench_identification::data::{Feedback, NoiseColour, Process, Realisation};
 use asobench_identification::model::Orders;
 use asobench_identification::names::UnknownName;
-use asobench_identification::theory::{FisherInformation, Missing, ResponseBound};
+use asobench_identification::signal::NoiseLaw;
+use asobench_identification::theory::{
+    FisherInformation, Missing, OwnInformation, ResponseBound, quantile, weights_between,
+};
 use serde_json::json;
+use std::collections::BTreeMap;
 
 /// Records of at most this many samples are short.
 const SHORT: usize = 200;
+/// Records whose laws of d of the response are averaged.
+const RECORDS: u64 = 5;
 
 /// Why there is no suite, or no such part of it.
 #[derive(Debug, thiserror::Error)]
@@ -70,8 +77,6 @@ pub struct SuiteStudy {
     file: ExperimentFile,
     /// The facts that methods may be told.
     told: Told,
-    /// Whether the input is measured with noise.
-    has_noisy_input: bool,
     /// Its scenarios, one for each N.
     pub scenarios: Vec<Scenario>,
 }
@@ -93,36 +98,64 @@ pub struct Scenario {
     pub is_closed: bool,
     /// Its difficulties.
     pub hard: Vec<String>,
+    /// Whether its plant is one of the bank.
+    pub is_bank: bool,
+    /// Its plant: the checksum of the transfer function, to ten digits.
+    pub plant: String,
+    /// Its weight. 1 in editions 1. From 2.0 on a plant counts once, its sets of difficulties share that equally, and
+    /// so do the scenarios of a set; the published plants and the bank, each as a whole, have the weight 1.
+    pub weight: f64,
+    /// The efficiency that a method with separate polynomials of plant and noise, `B/F u + C/D e`, cannot exceed on the
+    /// first record; 1 where the truth has no common one.
+    pub separate: f64,
+    /// Trials in the suite's tier.
+    pub trials: u64,
+    /// Whether its efficiency counts up to 1 in a score, so that luck or bias here does not make up for another: from
+    /// edition 2.0 on.
+    pub is_capped: bool,
 }
 
 impl Suite {
-    /// Makes the closed division of a tier. `only`: systems, studies or scenarios; all if empty.
+    /// Makes the contest `orders` of a tier. `only`: systems, studies or scenarios; all if empty.
     ///
     /// # Errors
     /// [`SuiteError`].
     pub fn new(tier: Tier, only: &[String]) -> Result<Self, SuiteError> {
-        Self::of(None, Division::Closed, tier, only)
+        Self::of(None, None, tier, only)
     }
 
-    /// Makes a division of a tier, of an edition or the newest one. `only`: systems, studies or scenarios; all if
-    /// empty.
+    /// Makes a contest of a tier, of an edition or the newest one; without one `orders`, or `closed` of editions 1.
+    /// `only`: systems, studies or scenarios; all if empty.
     ///
     /// # Errors
     /// [`SuiteError`].
     pub fn of(
         edition: Option<&str>,
-        division: Division,
+        division: Option<Division>,
         tier: Tier,
         only: &[String],
     ) -> Result<Self, SuiteError> {
         let mut manifest = Manifest::read().map_err(SuiteError::Manifest)?;
-        if let Some(edition) = edition {
-            manifest = manifest.of_edition(edition)?;
+        let newest = manifest.edition.clone();
+        manifest = manifest.of_edition(edition.unwrap_or(&newest))?;
+        let known = if manifest.has_contests() {
+            &[Division::Orders, Division::Structure, Division::Open][..]
+        } else {
+            &[Division::Closed, Division::Open]
+        };
+        let division = division.unwrap_or(known[0]);
+        if !known.contains(&division) {
+            let known = known.iter().map(|of| of.name());
+            let error = UnknownName::new("contest of this edition", division.name(), known);
+            return Err(error.into());
         }
         let mut studies = Vec::new();
         let entries = manifest.studies.iter();
         for entry in entries.filter(|entry| tier.contains(entry.tier)) {
-            studies.push(SuiteStudy::new(&manifest, entry, division)?);
+            studies.push(SuiteStudy::new(&manifest, entry, (division, tier))?);
+        }
+        if manifest.has_contests() {
+            weigh(&mut studies);
         }
         for wanted in only {
             let names = |study: &SuiteStudy| study.names();
@@ -151,9 +184,15 @@ impl Suite {
         self.studies.iter().flat_map(|study| &study.scenarios)
     }
 
-    /// Trials of a scenario.
+    /// Trials of a scenario of a published system.
     pub fn trials(&self) -> u64 {
-        let all = self.manifest.trials_of(self.tier);
+        let all = self.manifest.trials_of(self.tier, false);
+        self.first.map_or(all, |first| first.min(all))
+    }
+
+    /// Trials of a scenario.
+    pub fn trials_of(&self, scenario: &Scenario) -> u64 {
+        let all = scenario.trials;
         self.first.map_or(all, |first| first.min(all))
     }
 
@@ -178,16 +217,16 @@ impl SuiteStudy {
     fn new(
         manifest: &Manifest,
         entry: &StudyEntry,
-        division: Division,
+        (division, tier): (Division, Tier),
     ) -> Result<Self, SuiteError> {
-        let name = format!("{}-{}", entry.system, entry.variant);
+        let name = entry.name();
         let wrong = |error: FileError| SuiteError::Study {
             study: name.clone(),
             error,
         };
-        let text = system(&entry.system);
-        let text = text.ok_or_else(|| UnknownName::new("system", &entry.system, systems()))?;
-        let mut file = ExperimentFile::parse(text).map_err(wrong)?;
+        let file = entry.file();
+        let file = file.ok_or_else(|| UnknownName::new("system", &entry.system, systems()))?;
+        let mut file = file.map_err(wrong)?;
         file.settings.extend(entry.settings.clone());
         file.seed = manifest.seed;
         let contents: Vec<String> = entry
@@ -200,35 +239,66 @@ impl SuiteStudy {
             .map(|window| Scalar::Number(*window as f64))
             .collect();
         file.settings.insert(Key::Window, Axis::Many(windows));
-        file.trials = TrialRule::Fixed(manifest.trials_of(entry.tier));
+        let is_bank = entry.is_bank();
+        file.trials = TrialRule::Fixed(manifest.trials_of(entry.tier, is_bank));
         file.store = Store::Trials;
-        if !division.is_closed() {
+        let has_contests = manifest.has_contests();
+        if has_contests {
+            file.information = InformationOf::Record;
+            file.noise_from_rest = true;
+        }
+        if division.is_open() {
             // A model that a search left without a minimum is a response like any other.
             file.unfinished = Unfinished::Counted;
         }
-        file.coverage = division.is_closed();
+        file.coverage = !division.is_open();
         file.measures = vec![distance(division), Measure::FreshFit];
         let experiment = Experiment::new(file.clone()).map_err(wrong)?;
         let first = experiment.cells.first().and_then(|cell| cell.discrete());
         let cell = first.ok_or_else(|| wrong(FileError::key("window", "no N")))?;
         let process = &cell.process;
-        let information = information(cell, &name)?;
-        let truth = information.orders();
         let has_noisy_input = process.settings().input_noise > 0.0;
+        let truth = if has_contests && !has_noisy_input {
+            // Near the unit circle a record has an information where a stationary one is lost by rounding.
+            let own = OwnInformation::new(process, cell.eta, cell.window);
+            let missing = |why| SuiteError::NoInformation {
+                study: name.clone(),
+                why,
+            };
+            own.map_err(missing)?.orders()
+        } else {
+            information(cell, &name)?.orders()
+        };
+        let free = truth.na + truth.nf + truth.nb;
         let mut scenarios = Vec::new();
         for ((window, content), cell) in entry.window.iter().zip(contents).zip(&experiment.cells) {
             let weights = match (division, cell.discrete()) {
-                (Division::Open, Some(cell)) => response_weights(cell, &name)?,
-                _ => ideal_weights(information.free()),
+                (Division::Open, Some(cell)) => {
+                    response_weights(cell, has_contests.then_some(file.seed), &name)?
+                }
+                _ => ideal_weights(free),
             };
             scenarios.push(Scenario {
-                name: format!("{name}-{window}"),
+                name: if is_bank {
+                    name.clone()
+                } else {
+                    format!("{name}-{window}")
+                },
                 content,
                 window: *window,
-                free: information.free(),
+                free,
                 weights,
                 is_closed: is_closed(process),
                 hard: hard(entry, process, truth, *window),
+                is_bank,
+                plant: plant(process),
+                weight: 1.0,
+                separate: match cell.discrete().filter(|_| has_contests && truth.na > 0) {
+                    Some(cell) => separate(cell, file.seed).unwrap_or(1.0),
+                    None => 1.0,
+                },
+                trials: manifest.trials_of(tier, is_bank),
+                is_capped: has_contests,
             });
         }
         Ok(Self {
@@ -241,8 +311,10 @@ impl SuiteStudy {
                 },
                 shortest: entry.window.iter().copied().min().unwrap_or(0),
                 division,
+                has_contests,
+                law: law(process),
+                has_noisy_input,
             },
-            has_noisy_input,
             scenarios,
             entry: entry.clone(),
             file,
@@ -322,8 +394,13 @@ impl SuiteStudy {
     pub fn is_for(&self, competitor: &Competitor) -> bool {
         let needs = competitor.needs();
         let is_closed = self.scenarios.iter().all(|scenario| scenario.is_closed);
-        // No prediction error method has the structure of a noisy input.
-        let has_truth = *competitor != Competitor::Ideal || !self.has_noisy_input;
+        // No prediction error method of editions 1 has the structure of a noisy input.
+        let Told {
+            has_contests,
+            has_noisy_input,
+            ..
+        } = self.told;
+        let has_truth = *competitor != Competitor::Ideal || has_contests || !has_noisy_input;
         has_truth
             && (needs.reference.is_none() || is_closed)
             && (!needs.controller || self.told.controller.is_some())
@@ -354,9 +431,10 @@ impl SuiteStudy {
 
 /// The measure that is d in a division.
 fn distance(division: Division) -> Measure {
-    match division {
-        Division::Closed => Measure::Distance,
-        Division::Open => Measure::ResponseDistance,
+    if division.is_open() {
+        Measure::ResponseDistance
+    } else {
+        Measure::Distance
     }
 }
 
@@ -374,16 +452,80 @@ pub fn ideal_weights(free: usize) -> Vec<f64> {
     vec![1.0 / free as f64; free]
 }
 
-/// The weights of the law of d of the response.
-fn response_weights(cell: &DiscreteCell, study: &str) -> Result<Vec<f64>, SuiteError> {
-    let information = information(cell, study)?;
-    let plant = cell.process.plant().ok_or(Missing::Singular);
-    let bound = plant.and_then(|plant| ResponseBound::new(&information, plant));
-    let bound = bound.map_err(|why| SuiteError::NoInformation {
+/// The weights of the law of d of the response: of the stationary record, or, with a seed, the mean of the ordered
+/// weights of the first records.
+fn response_weights(
+    cell: &DiscreteCell,
+    of_records: Option<u64>,
+    study: &str,
+) -> Result<Vec<f64>, SuiteError> {
+    let missing = |why| SuiteError::NoInformation {
         study: study.to_owned(),
         why,
-    })?;
-    Ok(bound.weights().to_vec())
+    };
+    let plant = cell.process.plant();
+    let plant = plant.ok_or(Missing::Singular).map_err(missing)?;
+    let of = |information: &FisherInformation| {
+        let bound = ResponseBound::new(information, plant).map_err(missing)?;
+        let mut weights = bound.weights().to_vec();
+        weights.sort_unstable_by(f64::total_cmp);
+        Ok(weights)
+    };
+    let Some(seed) = of_records else {
+        return of(&information(cell, study)?);
+    };
+    let (window, mut record) = (cell.window, Realisation::default());
+    let records = OwnInformation::new(&cell.process, cell.eta, window).map_err(missing)?;
+    let mut mean = Vec::new();
+    for trial in 0..RECORDS {
+        let process = &cell.process;
+        process.realise(seed, trial, cell.eta, window, window, &mut record);
+        let own = of(&records.of(&record.r, record.scale).map_err(missing)?)?;
+        mean.resize(own.len(), 0.0);
+        mean.iter_mut()
+            .zip(own)
+            .for_each(|(mean, own)| *mean += own / RECORDS as f64);
+    }
+    Ok(mean)
+}
+
+/// The typical efficiency at the bound of separate polynomials, on the first record; `None` without such a bound.
+fn separate(cell: &DiscreteCell, seed: u64) -> Option<f64> {
+    let (process, window) = (&cell.process, cell.window);
+    let own = OwnInformation::new(process, cell.eta, window).ok()?;
+    let separate = own.separate()?;
+    let mut record = Realisation::default();
+    process.realise(seed, 0, cell.eta, window, window, &mut record);
+    let of = |of: &OwnInformation| of.of(&record.r, record.scale).ok();
+    let own = of(&own)?;
+    let weights = weights_between(&own, &of(&separate)?)?;
+    let median = |weights: &[f64]| quantile(weights, 0.5).powi(2);
+    Some(median(&ideal_weights(own.free())) / median(&weights))
+}
+
+/// Gives each scenario its weight.
+fn weigh(studies: &mut [SuiteStudy]) {
+    let mut sets: BTreeMap<(bool, String), BTreeMap<Vec<String>, usize>> = BTreeMap::new();
+    let all = || studies.iter().flat_map(|study| &study.scenarios);
+    for of in all() {
+        let plant = sets.entry((of.is_bank, of.plant.clone())).or_default();
+        *plant.entry(of.hard.clone()).or_default() += 1;
+    }
+    let plants = |bank: bool| sets.keys().filter(|(of, _)| *of == bank).count();
+    let plants = [plants(false), plants(true)];
+    for of in studies.iter_mut().flat_map(|study| &mut study.scenarios) {
+        let own = &sets[&(of.is_bank, of.plant.clone())];
+        let alike = own[&of.hard] * own.len() * plants[usize::from(of.is_bank)];
+        of.weight = 1.0 / alike as f64;
+    }
+}
+
+/// The checksum of the transfer function.
+fn plant(process: &Process) -> String {
+    let coefficients = process.plant().map(|plant| [plant.a().to_vec(), plant.h()]);
+    let digits = coefficients.into_iter().flatten().flatten();
+    let digits: Vec<String> = digits.map(|x| format!("{:.9e}", x + 0.0)).collect();
+    checksum(digits.join(" ").as_bytes())[..16].to_owned()
 }
 
 fn is_closed(process: &Process) -> bool {
@@ -405,13 +547,23 @@ fn content(file: &ExperimentFile, window: usize) -> String {
     checksum(of.to_string().as_bytes())[..16].to_owned()
 }
 
+/// The density of the innovations.
+fn law(process: &Process) -> NoiseLaw {
+    match &process.settings().noise {
+        NoiseColour::Filter(filter) => filter.law().clone(),
+        NoiseColour::InverseDenominator => NoiseLaw::Gaussian,
+    }
+}
+
 /// The difficulties: the noises (white, 1/A as least squares has it, or another colour; heavy tails; on the input too),
 /// loop, delay and a short record by themselves, then the words of the manifest.
 fn hard(entry: &StudyEntry, process: &Process, truth: Orders, window: usize) -> Vec<String> {
     let Orders { na, nc, nd, nk, .. } = truth;
     let settings = process.settings();
     let is_noisy = settings.input_noise > 0.0;
-    let is_heavy = matches!(&settings.noise, NoiseColour::Filter(filter) if !filter.is_gaussian());
+    let law = law(process);
+    let is_contaminated = matches!(law, NoiseLaw::Contaminated { .. });
+    let is_heavy = law != NoiseLaw::Gaussian && !is_contaminated;
     let (is_white, is_shaped) = (na + nc + nd == 0 && !is_noisy, nc + nd > 0);
     let own = [
         (is_white, "white"),
@@ -419,6 +571,7 @@ fn hard(entry: &StudyEntry, process: &Process, truth: Orders, window: usize) -> 
         (is_shaped, "coloured"),
         (is_noisy, "errors in variables"),
         (is_heavy, "heavy tails"),
+        (is_contaminated, "outliers"),
         (window <= SHORT, "short"),
         (nk > 1, "delay"),
         (is_closed(process), "closed loop"),

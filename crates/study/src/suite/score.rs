@@ -1,12 +1,12 @@
-//! The score of a method: shares and quantiles of d in each scenario, averaged over scenarios with equal weights. d
+//! The score of a method: shares and quantiles of d in each scenario, averaged over scenarios with their weights. d
 //! itself is the `distance` of `FisherInformation` in the crate of identification.
 //!
 //! Scenarios have records of their own settings, so the errors of their numbers are independent. Nothing here depends
 //! on another method.
 
 use super::manifest::VALUES;
-use super::results::ScenarioResults;
-use super::scenario::Scenario;
+use super::results::{MethodResults, ScenarioResults};
+use super::scenario::{Scenario, Suite};
 use crate::files::checksum;
 use asobench_identification::theory::{distribution, quantile};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -34,7 +34,7 @@ pub struct Score {
     /// The share of lost runs.
     pub lost: Estimated,
     /// For each of [`VALUES`], the quantile of d that the bound has over that of the method: 1 if it is efficient, 0 if
-    /// that many runs are not kept.
+    /// that many runs are not kept; from edition 2.0 on at most 1 in each scenario, and the bank's runs are pooled.
     pub efficiency: [Estimated; 2],
     /// The share of 95 % intervals that hold the truth, none in a lost run, over the scenarios in which the method
     /// gives intervals or loses every run; `None` where it never gives any.
@@ -48,6 +48,17 @@ pub struct Score {
     pub is_below: bool,
 }
 
+/// The places of a method by scenario, by plant and by bank.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ranks {
+    /// The method.
+    pub method: String,
+    /// Its typical efficiency, up to 1.
+    pub efficiency: [f64; 3],
+    /// Its place.
+    pub place: [usize; 3],
+}
+
 /// Returns the share of runs of an efficient method with d up to x, scenarios weighted equally.
 pub fn ideal_share<'a>(x: f64, scenarios: impl Iterator<Item = &'a Scenario>) -> f64 {
     let shares = scenarios.map(|scenario| distribution(&scenario.weights, x));
@@ -57,7 +68,7 @@ pub fn ideal_share<'a>(x: f64, scenarios: impl Iterator<Item = &'a Scenario>) ->
 /// Returns the share of runs with d up to x, scenarios weighted equally.
 pub fn share_within<'a>(x: f64, results: impl Iterator<Item = &'a ScenarioResults>) -> Estimated {
     let counts = results.map(|of| (of.distances().filter(|d| *d <= x).count(), of.d.len()));
-    share(&counts.collect::<Vec<_>>())
+    share(&counts.collect::<Vec<_>>(), std::iter::repeat(1.0))
 }
 
 /// Returns the efficiency in one scenario at a quantile, one of [`VALUES`].
@@ -75,45 +86,114 @@ pub fn efficiency(scenario: &Scenario, results: &ScenarioResults, at: f64) -> Es
     bootstrap(&scenario.content, &d, of)
 }
 
-/// Returns the score of a method over scenarios with their results.
-pub fn score(of: &[(&Scenario, &ScenarioResults)]) -> Score {
-    let each = |number: &dyn Fn(&Scenario, &ScenarioResults) -> Estimated| {
-        let numbers: Vec<Estimated> = of.iter().map(|(of, results)| number(of, results)).collect();
-        average(&numbers)
-    };
-    let covered: Vec<Estimated> = of
-        .iter()
-        .filter(|(_, results)| results.intervals > 0 || results.lost_runs() == results.d.len())
-        .map(|(_, results)| coverage(results))
-        .collect();
-    let has_intervals = of.iter().any(|(_, results)| results.intervals > 0);
-    let efficiencies = VALUES.map(|at| -> Vec<Estimated> {
-        let each = of.iter();
-        each.map(|(of, results)| efficiency(of, results, at))
-            .collect()
+/// Returns the efficiency over plants of the bank at a quantile. Their few runs are pooled: d over the quantile of the
+/// plant's own law has that quantile at 1 if the method is efficient, whatever the plant. The standard error is that of
+/// a bootstrap over plants.
+fn pooled(of: &[(&Scenario, &ScenarioResults)], at: f64) -> Estimated {
+    let each = of.iter().map(|(scenario, results)| -> Vec<f64> {
+        let ideal = quantile(&scenario.weights, at).powi(2);
+        results.distances().map(|d| d / ideal).collect()
     });
-    let typical = efficiencies[0].iter();
-    let near = typical.filter(|of| of.value >= NEAR).count();
-    let lost = of
-        .iter()
-        .map(|(_, results)| (results.lost_runs(), results.d.len()));
+    let each: Vec<Vec<f64>> = each.collect();
+    let plants: Vec<f64> = (0..each.len()).map(|i| i as f64).collect();
+    let names: Vec<&str> = of.iter().map(|(of, _)| of.content.as_str()).collect();
+    let content = checksum(names.join(" ").as_bytes());
+    bootstrap(&content, &plants, |drawn| {
+        let runs = drawn.iter().flat_map(|i| each[*i as usize].iter());
+        let found = sample_quantile(&mut runs.copied().collect::<Vec<_>>(), at);
+        if found.is_finite() { 1.0 / found } else { 0.0 }
+    })
+}
+
+/// The number up to 1, where it counts so; its error stays.
+fn capped(of: &Scenario, number: Estimated) -> Estimated {
+    let most = if of.is_capped { 1.0 } else { f64::INFINITY };
+    Estimated {
+        value: number.value.min(most),
+        ..number
+    }
+}
+
+/// Returns the score of a method over scenarios with their results, by the scenarios' weights.
+pub fn score(of: &[(&Scenario, &ScenarioResults)]) -> Score {
+    score_by(of, |scenario| scenario.weight)
+}
+
+/// Returns the score of a method over scenarios with their results, by any weights.
+pub fn score_by(of: &[(&Scenario, &ScenarioResults)], weight: impl Fn(&Scenario) -> f64) -> Score {
+    let weights = || of.iter().map(|(scenario, _)| weight(scenario));
+    let covers =
+        |results: &ScenarioResults| results.intervals > 0 || results.lost_runs() == results.d.len();
+    let covered = of.iter().filter(|(_, results)| covers(results));
+    let covered = covered.map(|(scenario, results)| (weight(scenario), coverage(results)));
+    let covered: Vec<(f64, Estimated)> = covered.collect();
+    let has_intervals = of.iter().any(|(_, results)| results.intervals > 0);
+    let (bank, published): (Vec<_>, Vec<_>) = of.iter().copied().partition(|(of, _)| of.is_bank);
+    let efficiencies = VALUES.map(|at| {
+        let each = published.iter();
+        let each = each.map(|(of, results)| (weight(of), capped(of, efficiency(of, results, at))));
+        let mut each: Vec<(f64, Estimated)> = each.collect();
+        if !bank.is_empty() {
+            let whole = bank.iter().map(|(of, _)| weight(of)).sum();
+            each.push((whole, capped(bank[0].0, pooled(&bank, at))));
+        }
+        average(&each)
+    });
+    let typical = |(of, results): &&(&Scenario, &ScenarioResults)| {
+        let d = sample_quantile(&mut results.distances().collect::<Vec<_>>(), VALUES[0]);
+        quantile(&of.weights, VALUES[0]).powi(2) / d >= NEAR
+    };
+    let lost = of.iter();
+    let lost = lost.map(|(_, results)| (results.lost_runs(), results.d.len()));
     let lost: Vec<(usize, usize)> = lost.collect();
+    let fits = of.iter().map(|(of, results)| {
+        let fit = results.fit.iter();
+        let fit = fit.map(|fit| fit.unwrap_or(f64::NEG_INFINITY));
+        bootstrap(&of.content, &fit.collect::<Vec<_>>(), |fit| {
+            sample_quantile(fit, 0.5).max(0.0)
+        })
+    });
     Score {
-        lost: share(&lost),
-        efficiency: efficiencies.map(|each| average(&each)),
+        lost: share(&lost, weights()),
+        efficiency: efficiencies,
         coverage: has_intervals.then(|| average(&covered)),
-        fit: each(&|of, results| {
-            let fit = results
-                .fit
-                .iter()
-                .map(|fit| fit.unwrap_or(f64::NEG_INFINITY));
-            bootstrap(&of.content, &fit.collect::<Vec<_>>(), |fit| {
-                sample_quantile(fit, 0.5).max(0.0)
-            })
-        }),
-        near,
+        fit: average(&weights().zip(fits).collect::<Vec<_>>()),
+        near: of.iter().filter(typical).count(),
         is_below: is_below(of),
     }
+}
+
+/// The places of the methods that are for every scenario, by typical efficiency up to 1: over the published scenarios
+/// with equal weights, by plant, and in the bank; the best is 1, and equal ones share a place.
+pub fn ranks(suite: &Suite, methods: &[MethodResults]) -> Vec<Ranks> {
+    let all: Vec<&MethodResults> = methods
+        .iter()
+        .filter(|of| of.scenarios.iter().all(ScenarioResults::has_runs))
+        .collect();
+    let typical = |is_bank: bool, weight: fn(&Scenario) -> f64| -> Vec<f64> {
+        let each = all.iter().map(|method| {
+            let both = suite.scenarios().zip(&method.scenarios);
+            let both: Vec<_> = both.filter(|(of, _)| of.is_bank == is_bank).collect();
+            if both.is_empty() {
+                0.0
+            } else {
+                score_by(&both, weight).efficiency[0].value.min(1.0)
+            }
+        });
+        each.collect()
+    };
+    let by = [
+        typical(false, |_| 1.0),
+        typical(false, |of| of.weight),
+        typical(true, |of| of.weight),
+    ];
+    let place = |of: &Vec<f64>, own: f64| 1 + of.iter().filter(|other| **other > own).count();
+    let each = all.iter().enumerate().map(|(i, method)| Ranks {
+        method: method.method.clone(),
+        efficiency: [0, 1, 2].map(|by_| by[by_][i]),
+        place: [0, 1, 2].map(|by_| place(&by[by_], by[by_][i])),
+    });
+    each.collect()
 }
 
 /// Whether the number of runs below the bound's median is certainly more than half, in a scenario or over all.
@@ -145,15 +225,15 @@ fn coverage(results: &ScenarioResults) -> Estimated {
     Estimated { value, error }
 }
 
-/// The mean of the shares of successes in each scenario. Its standard error is at least what one run more makes of it,
+/// The weighted mean of the shares of successes in each scenario. Its standard error is at least what one run more makes of it,
 /// so that none and all are not certain.
-fn share(counts: &[(usize, usize)]) -> Estimated {
+fn share(counts: &[(usize, usize)], weights: impl Iterator<Item = f64>) -> Estimated {
     let each = counts.iter().map(|(count, runs)| {
         let (value, runs) = (*count as f64 / *runs as f64, *runs as f64);
         let error = (value * (1.0 - value) / runs).sqrt();
         Estimated { value, error }
     });
-    let Estimated { value, error } = average(&each.collect::<Vec<_>>());
+    let Estimated { value, error } = average(&weights.zip(each).collect::<Vec<_>>());
     let runs: usize = counts.iter().map(|(_, runs)| runs).sum();
     Estimated {
         value,
@@ -161,13 +241,16 @@ fn share(counts: &[(usize, usize)]) -> Estimated {
     }
 }
 
-/// The mean of independent numbers.
-fn average(numbers: &[Estimated]) -> Estimated {
-    let values: Vec<f64> = numbers.iter().map(|of| of.value).collect();
-    let squares: f64 = numbers.iter().map(|of| of.error * of.error).sum();
+/// The weighted mean of independent numbers.
+fn average(numbers: &[(f64, Estimated)]) -> Estimated {
+    let whole: f64 = numbers.iter().map(|(weight, _)| weight).sum();
+    let values = numbers.iter().map(|(weight, of)| weight * of.value);
+    let squares = numbers
+        .iter()
+        .map(|(weight, of)| (weight * of.error).powi(2));
     Estimated {
-        value: mean(&values),
-        error: squares.sqrt() / numbers.len() as f64,
+        value: values.sum::<f64>() / whole,
+        error: squares.sum::<f64>().sqrt() / whole,
     }
 }
 

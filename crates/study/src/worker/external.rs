@@ -43,7 +43,7 @@ pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
         program: format!("asobench {}", env!("CARGO_PKG_VERSION")),
         method: program.name.clone(),
         fingerprint: program.fingerprint.clone(),
-        order,
+        order: program.options.orders_for(order).order(),
         samples: problem.shape.window,
         sampling: 1.0,
         feedback: if closed { "closed" } else { "open" },

@@ -31,6 +31,16 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// Whose Fisher information d and d_g are measured with.
+    InformationOf, "information" {
+        /// That of a stationary record (the default); along an input that is the same in every trial, from rest.
+        Stationary = "stationary",
+        /// That of each record from rest, with its own input or reference.
+        Record = "record",
+    }
+}
+
 tables! {
     /// A study: what is asked, the data-generating process, the grid, the methods, what is measured.
     pub struct ExperimentFile: Default {
@@ -71,6 +81,11 @@ tables! {
         /// Whether trials whose search left a model that is not at a minimum (`boundary`, `iteration-limit`) are "lost"
         /// (the default) or "counted".
         unfinished?: Unfinished,
+        /// Whether the measurement noise begins at rest, as the plant does with x0 = 0, instead of being stationary.
+        noise_from_rest?: bool,
+        /// Whose Fisher information `d` and `d_g` are measured with: "stationary" (the default), or "record", that of
+        /// each record from rest with its own input.
+        information?: InformationOf,
         /// The measures that are computed and summarised.
         measures: Vec<Measure> = vec![
             Measure::Ea,

@@ -40,7 +40,7 @@ pub use continuous_tables::{
 };
 pub use course_table::CourseTable;
 pub use error::FileError;
-pub use experiment_file::{ExperimentFile, Store, Unfinished};
+pub use experiment_file::{ExperimentFile, InformationOf, Store, Unfinished};
 pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, partners};
 pub use input_table::InputTable;
 pub use key::{AUTOMATIC, Entry as KeyEntry, Key, StudyKind};

@@ -129,6 +129,17 @@ tables! {
         /// The white noise has heavy tails: Student's t with so many degrees of freedom, 3 to 100, scaled to variance
         /// 1; Gaussian if absent.
         student_t?: Option<u16>,
+        /// The white noise has outliers: `{ share = 0.05, scale = 10 }`, normal numbers of which this share is so many
+        /// times as large, all scaled to variance 1.
+        outliers?: Option<OutlierTable>,
+    }
+
+    /// Outliers of a noise.
+    pub struct OutlierTable {
+        /// Their share, between 0 and 1.
+        share: f64,
+        /// Their standard deviation over that of the others.
+        scale: f64,
     }
 
     /// A feedback: of the measured output, `u(k) = -K(q) y(k) + r(k)`, or of the adaptive observer's state,
@@ -309,9 +320,13 @@ impl NoiseTable {
             denominator,
             residuals,
             student_t,
+            outliers,
         } = self;
-        if residuals.is_some() && student_t.is_some() {
-            return Err("both residuals and student_t are given; expected one of them".to_owned());
+        let laws = [residuals.is_some(), student_t.is_some(), outliers.is_some()];
+        let laws = laws.into_iter().filter(|is| *is).count();
+        if laws > 1 {
+            let given = "two of residuals, student_t, outliers are given; expected one of them";
+            return Err(given.to_owned());
         }
         let polynomials = c.is_some() || d.is_some();
         let (numerator, denominator) = match (polynomials, numerator, denominator) {
@@ -325,9 +340,7 @@ impl NoiseTable {
                         .to_owned(),
                 );
             }
-            (false, None, None) if residuals.is_some() || student_t.is_some() => {
-                (vec![1.0], vec![1.0])
-            }
+            (false, None, None) if laws > 0 => (vec![1.0], vec![1.0]),
             (false, None, _) => {
                 return Err("expected C = [1, ...] and D = [1, ...], or numerator".to_owned());
             }
@@ -337,8 +350,14 @@ impl NoiseTable {
             denominator: Some(denominator),
             residuals,
             student_t,
+            outliers,
             ..Self::default()
         })
+    }
+
+    /// Whether the white noise is not Gaussian.
+    pub(crate) fn has_law(&self) -> bool {
+        self.residuals.is_some() || self.student_t.is_some() || self.outliers.is_some()
     }
 
     /// Returns numerator and denominator of a resolved table.

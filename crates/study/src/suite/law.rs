@@ -1,0 +1,181 @@
+//! The law of d, shown: maximum likelihood from the truth in many runs beside the law of an efficient method.
+
+use super::competitor::Competitor;
+use super::manifest;
+use super::results::{ResultsError, parsed};
+use super::scenario::{Scenario, SuiteError, SuiteStudy};
+use super::score::Estimated;
+use crate::files;
+use crate::run::runner::{Block, run};
+use asobench_identification::theory::distribution;
+use serde::{Deserialize, Serialize};
+use std::convert::Infallible;
+use std::sync::atomic::AtomicBool;
+
+/// The mean of d is in here where the law holds.
+const NEAR: [f64; 2] = [0.9, 1.1];
+/// The level of Kolmogorov's test over all scenarios together.
+const LEVEL: f64 = 0.05;
+
+/// The law of d in some scenarios.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Laws {
+    /// The edition of the suite.
+    pub suite: String,
+    /// Runs of each scenario.
+    pub runs: u64,
+    /// The scenarios.
+    pub scenarios: Vec<Law>,
+}
+
+/// The law of d in a scenario.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Law {
+    /// The scenario.
+    pub name: String,
+    /// The checksum of what it is.
+    pub content: String,
+    /// Lost runs.
+    pub lost: u64,
+    /// The mean of d over the other runs, and its standard error.
+    pub mean: [f64; 2],
+    /// The p-value of Kolmogorov's test of d, infinite in a lost run, against its law.
+    pub p: f64,
+    /// The same corrected over all scenarios (Holm).
+    pub holm: f64,
+}
+
+impl Law {
+    /// Whether the law holds: a mean of 0.9 to 1.1, and no certain difference from the law.
+    pub fn holds(&self) -> bool {
+        (NEAR[0]..=NEAR[1]).contains(&self.mean[0]) && self.holm >= LEVEL
+    }
+}
+
+/// Runs the ideal in the scenarios of a study that it is for.
+///
+/// # Errors
+/// [`SuiteError`].
+pub fn law(study: &SuiteStudy, runs: u64, threads: usize) -> Result<Vec<Law>, SuiteError> {
+    let wrong = |what: &str| SuiteError::Manifest(format!("{}: {what}", study.name));
+    let (experiment, declined) = study.experiment(&[Competitor::Ideal], runs)?;
+    if let Some((_, why)) = declined.first() {
+        return Err(wrong(why));
+    }
+    let Some(experiment) = experiment else {
+        return Ok(Vec::new());
+    };
+    let (mut found, stop) = (
+        vec![Vec::new(); study.scenarios.len()],
+        AtomicBool::new(false),
+    );
+    run::<Infallible>(&experiment, runs, threads, &stop, |block: Block| {
+        for place in 0..block.rows.trial_count() {
+            let row = block.rows.row(place, 0);
+            let d = row[study.distance()];
+            let is_kept = !row.is_lost() && d.is_finite();
+            found[block.span.cell].push(if is_kept { d } else { f64::INFINITY });
+        }
+        Ok(())
+    })
+    .map_err(|error| wrong(&error.to_string()))?;
+    let both = study.scenarios.iter().zip(found);
+    Ok(both.map(|(scenario, d)| of_sample(scenario, d)).collect())
+}
+
+/// The law of a sample. Kolmogorov's distance D has the p-value `2 sum_k (-1)^(k-1) exp(-2 k^2 x^2)`,
+/// `x = (sqrt(n) + 0.12 + 0.11/sqrt(n)) D` (Stephens, JRSS B 32, 1970).
+fn of_sample(scenario: &Scenario, mut d: Vec<f64>) -> Law {
+    d.sort_unstable_by(f64::total_cmp);
+    let n = d.len() as f64;
+    let apart = d.iter().enumerate().map(|(i, d)| {
+        let law = if d.is_finite() {
+            distribution(&scenario.weights, *d)
+        } else {
+            1.0
+        };
+        let below = if d.is_finite() {
+            (i + 1) as f64 / n - law
+        } else {
+            0.0
+        };
+        (law - i as f64 / n).max(below)
+    });
+    let apart = apart.fold(0.0, f64::max);
+    let x = (n.sqrt() + 0.12 + 0.11 / n.sqrt()) * apart;
+    let term = |k: u32| {
+        let sign = if k % 2 == 1 { 2.0 } else { -2.0 };
+        sign * (-2.0 * f64::from(k * k) * x * x).exp()
+    };
+    let p = if x < 0.2 {
+        1.0
+    } else {
+        (1..100).map(term).sum::<f64>()
+    };
+    let kept: Vec<f64> = d.into_iter().filter(|d| d.is_finite()).collect();
+    let count = kept.len() as f64;
+    let mean = kept.iter().sum::<f64>() / count;
+    let squares: f64 = kept.iter().map(|d| (d - mean).powi(2)).sum();
+    Law {
+        name: scenario.name.clone(),
+        content: scenario.content.clone(),
+        lost: (n - count) as u64,
+        mean: [mean, (squares / (count - 1.0) / count).sqrt()],
+        p: p.clamp(0.0, 1.0),
+        holm: 1.0,
+    }
+}
+
+impl Laws {
+    /// The laws of scenarios, with Holm's correction over all of them.
+    pub fn new(suite: String, runs: u64, mut scenarios: Vec<Law>) -> Self {
+        for of in &mut scenarios {
+            if !of.mean.iter().all(|x| x.is_finite()) {
+                of.mean = [f64::MAX, 0.0];
+            }
+        }
+        let mut order: Vec<usize> = (0..scenarios.len()).collect();
+        order.sort_by(|i, j| scenarios[*i].p.total_cmp(&scenarios[*j].p));
+        let mut most = 0.0_f64;
+        for (place, i) in order.iter().enumerate() {
+            most = most.max(scenarios[*i].p * (order.len() - place) as f64);
+            scenarios[*i].holm = most.min(1.0);
+        }
+        Self {
+            suite,
+            runs,
+            scenarios,
+        }
+    }
+
+    /// Those that the program carries.
+    ///
+    /// # Errors
+    /// [`ResultsError::Damaged`].
+    pub fn shipped() -> Result<Option<Self>, ResultsError> {
+        let text = manifest::laws();
+        (!text.is_empty()).then(|| parsed(text)).transpose()
+    }
+
+    /// The law in a scenario, if it was measured.
+    pub fn of(&self, scenario: &Scenario) -> Option<&Law> {
+        self.scenarios
+            .iter()
+            .find(|of| of.content == scenario.content)
+    }
+
+    /// Returns the text of the file, with its checksum.
+    pub fn text(&self) -> String {
+        files::sealed(self)
+    }
+}
+
+impl Law {
+    /// The mean of d with its standard error.
+    pub fn mean(&self) -> Estimated {
+        let [value, error] = self.mean;
+        Estimated { value, error }
+    }
+}

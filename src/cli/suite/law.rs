@@ -1,0 +1,84 @@
+//! `asobench suite law`: whether d has the law of an efficient method.
+
+use super::part::{Part, wrong};
+use crate::cli::error::Error;
+use crate::cli::execute::threads;
+use crate::cli::files::cannot_write;
+use crate::cli::output::{note, print};
+use crate::files::{self, Kind};
+use crate::number::uncertain_within;
+use crate::report::html::{CellText, Column, Table};
+use crate::suite::{Laws, law};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// The file with the laws.
+const LAWS: &str = "law.json";
+
+/// Show whether d has the law of an efficient method: maximum likelihood from the truth in many runs of each scenario,
+/// the mean of d and Kolmogorov's test, corrected over all scenarios (Holm)
+#[derive(clap::Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    part: Part,
+    /// Runs of each scenario
+    #[arg(long, value_name = "R", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(10..=1_000_000))]
+    runs: u64,
+    /// Threads [default: one per processor]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Write law.json into this folder too
+    #[arg(long, value_name = "OUT")]
+    out: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+    let suite = arguments.part.suite()?;
+    let mut found = Vec::new();
+    for study in &suite.studies {
+        let own = law(study, arguments.runs, threads(arguments.threads));
+        found.extend(own.map_err(|error| wrong(&error))?);
+        note(&study.name);
+    }
+    let laws = Laws::new(suite.manifest.edition, arguments.runs, found);
+    print(&shown(&laws))?;
+    if let Some(out) = &arguments.out {
+        files::make_folder(out).map_err(|error| cannot_write(&error))?;
+        let written = files::replace(&out.join(LAWS), Kind::Suite, laws.text().as_bytes());
+        written.map_err(|error| cannot_write(&error))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn shown(laws: &Laws) -> String {
+    let columns = vec![
+        Column::text("scenario").width(18),
+        Column::number("lost", "").width(6),
+        Column::number("mean d", "").width(10),
+        Column::number("KS p", "").width(9),
+        Column::number("Holm", "").width(9),
+        Column::text("law"),
+    ];
+    let mut table = Table::new("", columns);
+    for of in &laws.scenarios {
+        let mean = of.mean();
+        let number = |x: f64| CellText::number(uncertain_within(x, 0.0, 3), x);
+        table.row([
+            CellText::text(of.name.clone()),
+            CellText::number(of.lost.to_string(), of.lost as f64),
+            CellText::number(uncertain_within(mean.value, mean.error, 4), mean.value),
+            number(of.p),
+            number(of.holm),
+            CellText::text(if of.holds() { "holds" } else { "does not hold" }),
+        ]);
+    }
+    let holds = laws.scenarios.iter().filter(|of| of.holds()).count();
+    let rows = table.rows.iter().map(|row| table.text_row(row));
+    format!(
+        "{} runs of each scenario; the law holds in {holds} of {}\n{}{}",
+        laws.runs,
+        laws.scenarios.len(),
+        table.text_head(),
+        rows.collect::<String>()
+    )
+}
