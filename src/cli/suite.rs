@@ -1,6 +1,7 @@
 //! `asobench suite`: the reference suite. Runs it, lists and shows it, prints its numbers, and measures a newcomer.
 
 mod archive;
+mod law;
 mod newcomer;
 mod page;
 mod part;

@@ -18,7 +18,7 @@ fn made(levels: &str) -> Study {
 /// Sets the medians of each cell by its plant, eta and method, with a standard error of one in a hundred.
 fn set(study: &mut Study, value: impl Fn(&str, f64, &str) -> f64) {
     for cell in &mut study.summary.cells {
-        let (plant, eta) = (cell.setting(Key::Plant).to_owned(), cell.eta);
+        let (plant, eta) = (cell.setting(Key::Plant).clone(), cell.eta);
         for output in &mut cell.outputs {
             let value = value(&plant, eta, &output.estimator);
             let statistics = output.measures.get_mut(&Measure::Ea).expect("e_a");
@@ -35,7 +35,7 @@ fn set(study: &mut Study, value: impl Fn(&str, f64, &str) -> f64) {
 fn lose(study: &mut Study, (plant, eta): (&str, f64), method: &str, count: u64) {
     for cell in &mut study.summary.cells {
         let here = cell.setting(Key::Plant) == plant && cell.eta == eta;
-        for output in cell.outputs.iter_mut() {
+        for output in &mut cell.outputs {
             let lost = if here && output.estimator == method {
                 count
             } else {
