@@ -22,10 +22,7 @@ fn record(order: usize, window: usize) -> [Vec<f64>; 3] {
     let (mut y0, mut states) = (vec![0.0; window], vec![0.0; window * order]);
     plant.simulate(&mut vec![1.0; order], &u, &mut y0, &mut states);
     let mut f = vec![0.0; window];
-    let (mut start, mut drive) = (
-        stream(1, 0, Purpose::NoiseStart),
-        stream(1, 0, Purpose::NoiseDrive),
-    );
+    let (mut start, mut drive) = (stream(1, 0, Purpose::NoiseStart), stream(1, 0, Purpose::NoiseDrive));
     NoiseFilter::white().fill(&mut start, &mut drive, &mut Vec::new(), &mut f);
     let y = y0.iter().zip(&f).map(|(y, f)| y + 0.1 * f).collect();
     [u, y0, y]
@@ -35,11 +32,7 @@ const SHAPES: [(usize, usize); 6] = [(2, 98), (6, 98), (12, 98), (2, 998), (6, 9
 
 fn solvers(criterion: &mut Criterion) {
     for instruments in [false, true] {
-        let name = if instruments {
-            "solver_iv"
-        } else {
-            "solver_ls"
-        };
+        let name = if instruments { "solver_iv" } else { "solver_ls" };
         let mut group = criterion.benchmark_group(name);
         group
             .warm_up_time(Duration::from_millis(300))
@@ -59,20 +52,12 @@ fn solvers(criterion: &mut Criterion) {
                 let mut solution = Solution::new(order);
                 let mut prepared = solver.least_squares(shape).expect("a valid shape");
                 if instruments {
-                    let mut prepared = solver
-                        .instruments(shape, Stage10::Corrected)
-                        .expect("a valid shape");
+                    let mut prepared = solver.instruments(shape, Stage10::Corrected).expect("a valid shape");
                     prepared
                         .least_squares(samples, &mut solution)
                         .expect("a regular record");
                     group.bench_function(id, |b| {
-                        b.iter(|| {
-                            prepared.instruments(
-                                black_box(samples),
-                                Instruments::new(&y0),
-                                &mut solution,
-                            )
-                        });
+                        b.iter(|| prepared.instruments(black_box(samples), Instruments::new(&y0), &mut solution));
                     });
                 } else {
                     group.bench_function(id, |b| {

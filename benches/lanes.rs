@@ -8,9 +8,7 @@ use asobench::study::file::ExperimentFile;
 use asobench::study::kernels::Kernel;
 use asobench::study::{Block, Engine, Experiment, PackTrial, Plan, Trials, W98, Worker, run};
 use criterion::measurement::WallTime;
-use criterion::{
-    BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
-};
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::convert::Infallible;
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
@@ -167,12 +165,7 @@ fn scaling(criterion: &mut Criterion) {
     for (name, size, experiment) in of_windows.into_iter().chain(of_orders) {
         let mut group = group(criterion, name);
         let mut pack = plan(&experiment).pack(Isa::best());
-        bench_pack(
-            &mut group,
-            BenchmarkId::new("lanes", &size),
-            &experiment,
-            &mut *pack,
-        );
+        bench_pack(&mut group, BenchmarkId::new("lanes", &size), &experiment, &mut *pack);
         bench_faer(&mut group, BenchmarkId::new("faer", &size), &experiment);
         group.finish();
     }

@@ -95,11 +95,7 @@ fn bench(criterion: &mut Criterion, n: usize, name: &str, u: &[f64], y: &[f64]) 
         Some((estimator.name(), options))
     });
     for (name_of_method, options) in named.chain([("arx-choose", chosen_of_eight())]) {
-        let mut passes: Vec<Pass> = options
-            .outputs("method")
-            .iter()
-            .map(|_| Pass::new(n))
-            .collect();
+        let mut passes: Vec<Pass> = options.outputs("method").iter().map(|_| Pass::new(n)).collect();
         let mut method = options.prepare(&shape.into()).expect("a valid shape");
         group.bench_function(BenchmarkId::new(name_of_method, name), |b| {
             b.iter(|| {

@@ -4,12 +4,12 @@
 //! Recursions run round a record of 5000 samples; criterion's time is that of one sample.
 
 use asobench::adaptive::{
-    AdaptiveObserver, FedObserver, JointEkf, JointEkfSettings, Kreisselmeier,
-    KreisselmeierSettings, StateFilters, Zhang, ZhangSettings,
+    AdaptiveObserver, FedObserver, JointEkf, JointEkfSettings, Kreisselmeier, KreisselmeierSettings, StateFilters,
+    Zhang, ZhangSettings,
 };
 use asobench::estimator::recursive::{
-    ExtendedLeastSquares, RecursiveEstimator, RecursiveForm, RecursiveInstruments, RecursiveIv,
-    RecursiveLeastSquares, RecursivePrediction, RecursiveSettings, RecursiveSriv,
+    ExtendedLeastSquares, RecursiveEstimator, RecursiveForm, RecursiveInstruments, RecursiveIv, RecursiveLeastSquares,
+    RecursivePrediction, RecursiveSettings, RecursiveSriv,
 };
 use asobench::estimator::{IvOptions, Method, Pass, Shape, Window};
 use asobench::model::Orders;
@@ -72,15 +72,9 @@ fn recursions(n: usize) -> Vec<(&'static str, Box<dyn RecursiveEstimator>)> {
         ("rls", rls(RecursiveForm::SquareRoot)),
         ("rls-covariance", rls(RecursiveForm::Covariance)),
         ("recursive-iv-delayed", iv(RecursiveInstruments::Delayed)),
-        (
-            "recursive-iv-auxiliary",
-            iv(RecursiveInstruments::Auxiliary),
-        ),
+        ("recursive-iv-auxiliary", iv(RecursiveInstruments::Auxiliary)),
         ("rels", Box::new(ExtendedLeastSquares::new(armax))),
-        (
-            "recursive-sriv",
-            Box::new(RecursiveSriv::new(output_error())),
-        ),
+        ("recursive-sriv", Box::new(RecursiveSriv::new(output_error()))),
         ("rpem", Box::new(RecursivePrediction::new(output_error()))),
     ]
 }
@@ -154,15 +148,12 @@ fn recursive(criterion: &mut Criterion) {
             let shape = Shape { order: n, window };
             let mut estimator = method.prepare(shape).expect("a shape");
             let mut passes = vec![Pass::new(n); method.passes()];
-            group.bench_function(
-                BenchmarkId::new("iv-again", format!("n={n},N={window}")),
-                |b| {
-                    b.iter(|| {
-                        estimator.estimate(Window::new(&u, &y, window), &mut passes);
-                        black_box(passes.len())
-                    });
-                },
-            );
+            group.bench_function(BenchmarkId::new("iv-again", format!("n={n},N={window}")), |b| {
+                b.iter(|| {
+                    estimator.estimate(Window::new(&u, &y, window), &mut passes);
+                    black_box(passes.len())
+                });
+            });
         }
     }
 }

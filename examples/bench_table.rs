@@ -88,11 +88,7 @@ fn main() -> Result<()> {
         }
     }
     if changes.is_empty() {
-        return Err(format!(
-            "no benchmark of baseline '{baseline}' in {}",
-            home.display()
-        )
-        .into());
+        return Err(format!("no benchmark of baseline '{baseline}' in {}", home.display()).into());
     }
     // Largest slowdown first.
     changes.sort_by(|a, b| b.ratio[0].total_cmp(&a.ratio[0]).then(a.name.cmp(&b.name)));
@@ -102,8 +98,7 @@ fn main() -> Result<()> {
         let [before, now] = change.times.map(time);
         let [ratio, low, high] = change.ratio;
         let (name, mark) = (&change.name, change.mark(noise));
-        let line =
-            format!("{name:<33} {before:>8} {now:>8}  {ratio:.2} [{low:.2}, {high:.2}] {mark}");
+        let line = format!("{name:<33} {before:>8} {now:>8}  {ratio:.2} [{low:.2}, {high:.2}] {mark}");
         println!("{}", line.trim_end());
     }
     println!("{}", "-".repeat(80));

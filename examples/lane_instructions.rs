@@ -11,9 +11,7 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
-    let what = arguments
-        .next()
-        .ok_or("avx2, portable, faer or reproduce?")?;
+    let what = arguments.next().ok_or("avx2, portable, faer or reproduce?")?;
     let count: u64 = arguments.next().ok_or("how many trials?")?.parse()?;
     let reproduce = what == "reproduce";
     let text = if reproduce { NIKOLOV2023 } else { W98 };

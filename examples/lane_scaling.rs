@@ -24,10 +24,8 @@ fn main() -> Result<()> {
     println!("order, N      lanes us    faer us   times faster   lanes: exponent of N");
     println!("{}", "-".repeat(71));
     let orders = (1..=12).map(|n| (n, 98)).chain([(20, 2000)]);
-    let orders =
-        orders.map(|(n, window)| ("scaling_order", n, window, format!("n{n:02}_N{window}")));
-    let windows =
-        [98, 998, 9998].map(|window| ("scaling_window", 6, window, format!("N{window:04}")));
+    let orders = orders.map(|(n, window)| ("scaling_order", n, window, format!("n{n:02}_N{window}")));
+    let windows = [98, 998, 9998].map(|window| ("scaling_window", 6, window, format!("N{window:04}")));
     let mut before: Option<(usize, f64)> = None;
     for (group, n, window, size) in orders.chain(windows) {
         let time = |engine| microseconds(&criterion::folder().join(group).join(engine).join(&size));

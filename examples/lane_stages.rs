@@ -9,8 +9,7 @@ use asobench::estimator::information::Information;
 use asobench::estimator::initial_state::InitialState;
 use asobench::estimator::solver::{Solution, SolveInstruments};
 use asobench::estimator::{
-    Drive, Estimator, InstrumentalVariables, Instruments, IvOptions, Pass, Shape, Solver, Stage10,
-    Window,
+    Drive, Estimator, InstrumentalVariables, Instruments, IvOptions, Pass, Shape, Solver, Stage10, Window,
 };
 use asobench::lanes::Isa;
 use asobench::metric::{Response, StateError, System};
@@ -73,25 +72,15 @@ fn flop(kernel: Kernel, cell: &DiscreteCell, rows: usize) -> usize {
     let m = 2 * n;
     let sample = 4 * n - 1;
     match kernel {
-        Kernel::Draw => {
-            33 * (horizon + n) + (2 * n + 1) * horizon + n * (n + 1) + (sample + 4 + 4 + 2) * window
-        }
-        Kernel::LeastSquaresSums => {
-            2 * (4 * n + 1) * (window - n) + 3 * 4 * (n - 1) * (n - 1) + 4 * 2 * (n - 1)
-        }
+        Kernel::Draw => 33 * (horizon + n) + (2 * n + 1) * horizon + n * (n + 1) + (sample + 4 + 4 + 2) * window,
+        Kernel::LeastSquaresSums => 2 * (4 * n + 1) * (window - n) + 3 * 4 * (n - 1) * (n - 1) + 4 * 2 * (n - 1),
         Kernel::IvSums => 2 * (4 * n - 1) * (window - n) + 2 * 4 * (n - 1) * (n - 1) + 4 * (n - 1),
         Kernel::Solve => (m - 1) * m * (2 * m - 1) / 3 + 5 * m * (m - 1) / 2 + 2 * m + n * (n - 1),
         Kernel::InitialState => {
-            (10 * n - 1) * rows
-                + 3 * n * (n + 1)
-                + (n * n * n - n) / 3
-                + 5 * n * (n - 1) / 2
-                + 2 * n
+            (10 * n - 1) * rows + 3 * n * (n + 1) + (n * n * n - n) / 3 + 5 * n * (n - 1) / 2 + 2 * n
         }
         Kernel::Auxiliary => sample * window,
-        Kernel::Observer => {
-            6 * n * horizon + (sample + 2 + 2 * n + 1 + 3 * n + 2) * (horizon - window)
-        }
+        Kernel::Observer => 6 * n * horizon + (sample + 2 + 2 * n + 1 + 3 * n + 2) * (horizon - window),
         Kernel::SpectralRadius => 6 * n * (18 * n + 18 * (n - 1) + 48),
         Kernel::ImpulseResponse => (2 * n - 1 + 3) * FRESH,
         Kernel::FreshFit => (2 * sample + 1 + 3 + 3) * FRESH,
@@ -253,10 +242,7 @@ impl<'e> Faer<'e> {
                 let input = cell.process.input();
                 input.fill(&mut fresh, self.response.input());
                 self.response.set_fresh_output(plant, &mut self.x0);
-                black_box(
-                    self.response
-                        .fresh_fit(System { a, b, d: 0.0 }, &mut self.x0),
-                );
+                black_box(self.response.fresh_fit(System { a, b, d: 0.0 }, &mut self.x0));
             }
             Kernel::Estimate => {
                 self.passes.iter_mut().for_each(Pass::clear);
@@ -316,12 +302,7 @@ impl<'a> Timed<'a> {
 }
 
 /// The kernel of a stage in the lanes, and on faer.
-fn stage<'e>(
-    fast: &'e Experiment,
-    slow: &'e Experiment,
-    isa: Isa,
-    kernel: Kernel,
-) -> Result<[Timed<'e>; 2]> {
+fn stage<'e>(fast: &'e Experiment, slow: &'e Experiment, isa: Isa, kernel: Kernel) -> Result<[Timed<'e>; 2]> {
     let mut pack = Plan::new(fast, &fast.cells[0])?.kernels(isa);
     let mut faer = Faer::new(slow)?;
     Ok([
@@ -350,9 +331,7 @@ fn median(mut x: Vec<f64>) -> f64 {
 /// Prints the nanoseconds of a trial in the lanes and on faer: the stages, all passes, the whole trial.
 fn print(isa: Isa, lanes: usize, cell: &DiscreteCell, rows: usize, peak: f64, times: &[[f64; 2]]) {
     let (n, window, horizon) = (cell.order, cell.window, cell.horizon);
-    println!(
-        "W98 (n = {n}, N = {window}, K = {horizon}), {isa}, lanes: {lanes}; a trial's share of a pack"
-    );
+    println!("W98 (n = {n}, N = {window}, K = {horizon}), {isa}, lanes: {lanes}; a trial's share of a pack");
     println!("medians of {ROUNDS} rounds; peak of fused multiply-adds {peak:.1} Gflop/s\n");
     println!("stage              times     flop    bytes  lanes ns  of peak   faer ns  ratio");
     println!("{}", "-".repeat(79));
@@ -360,9 +339,7 @@ fn print(isa: Isa, lanes: usize, cell: &DiscreteCell, rows: usize, peak: f64, ti
         let [flop, bytes] = work;
         let share = 100.0 * flop as f64 / fast / peak;
         let ratio = slow / fast;
-        println!(
-            "{name:<18} {count:>5} {flop:>8} {bytes:>8} {fast:>9.1} {share:>6.1} % {slow:>9.0} {ratio:>6.1}"
-        );
+        println!("{name:<18} {count:>5} {flop:>8} {bytes:>8} {fast:>9.1} {share:>6.1} % {slow:>9.0} {ratio:>6.1}");
     };
     let [iv_sums, estimate, whole] = [times[2], times[STAGES.len()], times[STAGES.len() + 1]];
     let (mut sum, mut sum_work) = ([0.0; 2], [0; 2]);

@@ -40,10 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // Name and version are part of the design: results of another version are never reused.
         let ridge = Method::single(&format!("ridge {lambda}"), "1.1", move |shape| {
             let information = Information::new(shape.order);
-            Ok(Box::new(Ridge {
-                lambda,
-                information,
-            }))
+            Ok(Box::new(Ridge { lambda, information }))
         });
         experiment.methods.push(ridge);
     }

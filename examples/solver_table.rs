@@ -6,9 +6,7 @@
 mod criterion;
 
 use asobench::data::csv;
-use asobench::estimator::{
-    Estimator, InstrumentalVariables, IvOptions, LeastSquares, Pass, Shape, Solver, Window,
-};
+use asobench::estimator::{Estimator, InstrumentalVariables, IvOptions, LeastSquares, Pass, Shape, Solver, Window};
 use asobench::metric::relative_error;
 use serde_json::Value;
 use std::path::Path;
@@ -28,9 +26,7 @@ fn time(group: &str, solver: Solver, size: &str) -> String {
 /// The worst relative error of p = (alpha, beta) over the passes of one golden file.
 fn error(name: &str, solver: Solver, instruments: bool) -> Result<f64> {
     let folder = Path::new("tests/golden/data");
-    let reference: Value = serde_json::from_str(&std::fs::read_to_string(
-        folder.join(format!("{name}.json")),
-    )?)?;
+    let reference: Value = serde_json::from_str(&std::fs::read_to_string(folder.join(format!("{name}.json")))?)?;
     let record = csv::read(std::fs::File::open(folder.join(format!("{name}.csv")))?)?;
     let size = |key: &str| reference[key].as_u64().unwrap_or(0) as usize;
     let shape = Shape {

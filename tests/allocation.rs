@@ -7,9 +7,7 @@ mod counting;
 use asobench::estimator::{ArxOptions, EstimatorName, Method, Pass, Shape, Window};
 use asobench::model::Orders;
 use asobench::signal::{Purpose, stream};
-use asobench::study::{
-    Cell, DiscreteCell, Engine, Experiment, Measure, OutputRows, Source, Trials, Worker,
-};
+use asobench::study::{Cell, DiscreteCell, Engine, Experiment, Measure, OutputRows, Source, Trials, Worker};
 use counting::allocations;
 use rand::Rng as _;
 
@@ -34,10 +32,7 @@ fn an_estimate_allocates_nothing() {
             continue;
         }
         let mut passes = vec![Pass::new(2); options.outputs("method").len()];
-        let shape = Shape {
-            order: 2,
-            window: n,
-        };
+        let shape = Shape { order: 2, window: n };
         let mut method = options.prepare(&shape.into()).expect("an estimator");
         let mut run = |range: std::ops::Range<usize>| {
             for (u, y) in &records[range] {
@@ -72,9 +67,8 @@ fn a_trial_allocates_nothing() {
             Measure::FitAhead,
             Measure::InnovationsWhite,
         ];
-        let has = |measure: &Measure| {
-            !distances.contains(measure) || engine == Engine::Faer && *measure == Measure::Distance
-        };
+        let has =
+            |measure: &Measure| !distances.contains(measure) || engine == Engine::Faer && *measure == Measure::Distance;
         experiment.file.measures = discrete.copied().filter(has).collect();
         if engine == Engine::Faer {
             let orders = Some(Orders::arx(3, 2, 2));
@@ -114,10 +108,7 @@ fn a_trial_allocates_nothing() {
             let end = (3000..3500).step_by(50).map(&mut run).max();
             let made = allocations() - before;
             let claim = &cell.claim;
-            assert_eq!(
-                made, 0,
-                "{engine}, {claim}: {made} allocations in 500 trials"
-            );
+            assert_eq!(made, 0, "{engine}, {claim}: {made} allocations in 500 trials");
             // Solves of lanes alone were among them.
             if engine == Engine::Lanes && claim == "diverging" {
                 assert!(end > warm, "{warm:?} {end:?}");

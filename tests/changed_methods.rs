@@ -66,11 +66,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut found = Vec::new();
     for file in std::fs::read_dir(folder).expect("a folder") {
         let path = file.expect("a file").path();
-        let name = path
-            .file_name()
-            .expect("a name")
-            .to_string_lossy()
-            .into_owned();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
         if path.is_dir() {
             let inside = files(&path).into_iter();
             found.extend(inside.map(|(file, content)| (format!("{name}/{file}"), content)));
@@ -83,8 +79,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 fn assert_same(one: &Path, other: &Path, blocks: bool) {
-    let names =
-        |of: &[(String, Vec<u8>)]| of.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    let names = |of: &[(String, Vec<u8>)]| of.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
     let kept = |of: Vec<(String, Vec<u8>)>| -> Vec<_> {
         of.into_iter()
             .filter(|(name, _)| blocks || !name.starts_with("blocks/c"))
@@ -113,10 +108,7 @@ fn changed(first: &str, second: &str, blocks: bool) -> String {
 fn an_eleventh_method_is_computed_alone() {
     let (ten, eleven) = (study("", &LANES[..10]), study("", &LANES));
     let said = changed(&ten, &eleven, true);
-    assert_eq!(
-        said.lines().next(),
-        Some("the methods changed: 10 kept; computed: new")
-    );
+    assert_eq!(said.lines().next(), Some("the methods changed: 10 kept; computed: new"));
     // In the middle of the list, with the courses of e_x(k), of which the first and the last method's are kept.
     let middle: Vec<&str> = [&LANES[..4], &LANES[10..], &LANES[4..10]].concat();
     let said = changed(
@@ -140,13 +132,9 @@ fn an_eleventh_method_is_computed_alone() {
 /// Pairs need the trials of both: they are there, or the old method is computed again, and it says so.
 #[test]
 fn comparisons_of_old_and_new() {
-    let claims = "\n[[claims]]\nid = \"R\"\ntext = \"r\"\ntest = { ratio = \"e_a\", of = \"c(1)\", to = \"ls\", below = 2 }\n";
-    let before = |store: &str| {
-        study(
-            &format!("{store}compare = [[\"c(1)\", \"ls\"]]\n"),
-            &LANES[..10],
-        ) + claims
-    };
+    let claims =
+        "\n[[claims]]\nid = \"R\"\ntext = \"r\"\ntest = { ratio = \"e_a\", of = \"c(1)\", to = \"ls\", below = 2 }\n";
+    let before = |store: &str| study(&format!("{store}compare = [[\"c(1)\", \"ls\"]]\n"), &LANES[..10]) + claims;
     let after = |store: &str| {
         study(
             &format!("{store}compare = [[\"new(4)\", \"ls\"], [\"c(1)\", \"ls\"]]\n"),
@@ -174,10 +162,7 @@ fn methods_of_faer_that_come_go_and_change() {
     let of = |methods: &[&str]| study("coverage = true\nengine = \"faer\"\n", methods);
     changed(&of(&FAER[..3]), &of(&FAER), true);
     let said = changed(&of(&FAER), &of(&FAER[1..]), true);
-    assert!(
-        said.contains("3 kept; removed from the results: iv4"),
-        "{said}"
-    );
+    assert!(said.contains("3 kept; removed from the results: iv4"), "{said}");
     let said = changed(&of(&FAER), &of(&[FAER[3], FAER[1], FAER[0], FAER[2]]), true);
     assert!(said.starts_with("the methods changed: 4 kept\n"), "{said}");
     let other = FAER[3].replace("qr", "lu");
@@ -201,20 +186,16 @@ fn interruptions_and_extensions() {
     let old = files(&blocks);
     done(at, &eleven, &["grown"]);
     let new = files(&blocks);
-    let of_first =
-        |of: &[(String, Vec<u8>)]| of.iter().position(|(name, _)| name.starts_with("c00000"));
+    let of_first = |of: &[(String, Vec<u8>)]| of.iter().position(|(name, _)| name.starts_with("c00000"));
     let first = of_first(&new).expect("a block");
     done(at, &eleven, &["fresh"]);
     // The looks stay what they were: at 30 and at 70 trials in each of four cells. The fresh folder has one.
     let looks = |folder: &str| -> Value {
-        serde_json::from_slice(&std::fs::read(at.join(folder).join("looks.json")).expect("a file"))
-            .expect("JSON")
+        serde_json::from_slice(&std::fs::read(at.join(folder).join("looks.json")).expect("a file")).expect("JSON")
     };
     let trials = |looks: &Value| -> Vec<u64> {
         let looks = looks["looks"].as_array().expect("a list").iter();
-        looks
-            .map(|look| look["trials"].as_u64().expect("a number"))
-            .collect()
+        looks.map(|look| look["trials"].as_u64().expect("a number")).collect()
     };
     assert_eq!(
         (trials(&looks("grown")), trials(&looks("fresh"))),
@@ -251,10 +232,7 @@ fn every_block_of_a_run_that_was_ended() {
     let (ten, eleven) = (study("", &LANES[..10]), study("", &LANES));
     done(at, &ten, &["grown"]);
     let blocks = at.join("grown/blocks");
-    for (name, _) in files(&blocks)
-        .iter()
-        .filter(|(name, _)| name.starts_with('c'))
-    {
+    for (name, _) in files(&blocks).iter().filter(|(name, _)| name.starts_with('c')) {
         std::fs::remove_file(blocks.join(name)).expect("a block");
     }
     // Blocks of seven trials, as two shards leave them.
@@ -294,11 +272,7 @@ fn refusals() {
     let refused = |file: &str, arguments: &[&str], part: &str| {
         let output = asobench(at, file, arguments);
         let line = stderr(&output);
-        assert_eq!(
-            (output.status.code(), line.lines().count()),
-            (Some(2), 1),
-            "{line}"
-        );
+        assert_eq!((output.status.code(), line.lines().count()), (Some(2), 1), "{line}");
         assert!(line.contains(part), "{line}");
         assert!(files(&at.join("out")) == before, "nothing was touched");
     };

@@ -25,10 +25,7 @@ fn refused(arguments: &[&str], parts: &[&str]) {
     assert_eq!(lines.count(), 1, "{arguments:?}: {message}");
     assert!(message.starts_with("asobench: "), "{message}");
     for part in parts {
-        assert!(
-            message.contains(part),
-            "{arguments:?}: no '{part}' in: {message}"
-        );
+        assert!(message.contains(part), "{arguments:?}: no '{part}' in: {message}");
     }
 }
 
@@ -44,12 +41,7 @@ impl Files {
     }
 
     fn path(&self, name: &str) -> String {
-        self.folder
-            .path()
-            .join(name)
-            .to_str()
-            .expect("UTF-8")
-            .to_owned()
+        self.folder.path().join(name).to_str().expect("UTF-8").to_owned()
     }
 
     fn write(&self, name: &str, content: &str) -> String {
@@ -109,10 +101,7 @@ fn bad_records_are_refused_by_line_and_column() {
     refuse("u,y\n1,inf\n", &["line 2", "column y", "'inf'"]);
     refuse("u,y\n1,2\n3\n", &["line 3", "1 cell, but the header has 2"]);
     refuse("u,y\n1,2\n3,4,5\n", &["line 3", "3 cells"]);
-    refuse(
-        "u,y\n1,2\n2,3\n",
-        &["2 samples are too few for order 1", "at least 3"],
-    );
+    refuse("u,y\n1,2\n2,3\n", &["2 samples are too few for order 1", "at least 3"]);
     refuse("u,y\n1,2\n1,3\n1,4\n1,7\n", &["column u is constant"]);
     refuse("u,y\n1,2\n0,2\n1,2\n4,2\n", &["column y is constant"]);
     refuse("u,y\n", &["no samples"]);
@@ -127,17 +116,9 @@ fn bad_records_are_refused_by_line_and_column() {
     );
     let binary = files.path("binary.csv");
     std::fs::write(&binary, [0xff, 0xfe, 0x00, 0x01]).expect("a writable file");
+    refused(&["estimate", &binary, "--order", "1"], &["binary.csv", "line 1"]);
     refused(
-        &["estimate", &binary, "--order", "1"],
-        &["binary.csv", "line 1"],
-    );
-    refused(
-        &[
-            "estimate",
-            files.folder.path().to_str().unwrap(),
-            "--order",
-            "1",
-        ],
+        &["estimate", files.folder.path().to_str().unwrap(), "--order", "1"],
         &["directory"],
     );
 }
@@ -150,19 +131,9 @@ fn what_would_fill_the_memory_is_refused() {
         long += &format!("{},{}\n", k % 7, k % 5);
     }
     let long = files.write("long.csv", &long);
+    refused(&["estimate", &long, "--order", "1001"], &["--order: ", "at most 1000"]);
     refused(
-        &["estimate", &long, "--order", "1001"],
-        &["--order: ", "at most 1000"],
-    );
-    refused(
-        &[
-            "estimate",
-            &long,
-            "--order",
-            "1",
-            "--iterations",
-            "1000000000000",
-        ],
+        &["estimate", &long, "--order", "1", "--iterations", "1000000000000"],
         &["--iterations: ", "1 to 1000"],
     );
 }
@@ -176,30 +147,18 @@ fn bad_settings_are_refused_by_flag() {
         arguments.extend(flags);
         refused(&arguments, parts);
     };
-    refuse(
-        &["--plot", "output"],
-        &["--plot: needs a single model", "--order"],
-    );
+    refuse(&["--plot", "output"], &["--plot: needs a single model", "--order"]);
     refuse(&["--order", "0"], &["--order", "at least 1"]);
     refuse(&["--order", "two"], &["--order", "two"]);
     refuse(&["--order", "14"], &["40 samples are too few for order 14"]);
     refuse(&["--order", "18446744073709551615"], &["too few"]);
-    refuse(
-        &["--order", "1", "--delay", "-1"],
-        &["--delay", "at least 0"],
-    );
+    refuse(&["--order", "1", "--delay", "-1"], &["--delay", "at least 0"]);
     refuse(
         &["--order", "1", "--delay", "0", "--estimator", "ls"],
         &["--estimator ls", "no direct term for --delay 0"],
     );
-    refuse(
-        &["--order", "1", "--window", "41"],
-        &["--window", "41", "40 samples"],
-    );
-    refuse(
-        &["--order", "2", "--window", "5"],
-        &["--window", "5", "at least 6"],
-    );
+    refuse(&["--order", "1", "--window", "41"], &["--window", "41", "40 samples"]);
+    refuse(&["--order", "2", "--window", "5"], &["--window", "5", "at least 6"]);
     refuse(
         &["--order", "1", "--solver", "cholesy"],
         &["--solver", "did you mean 'cholesky'"],
@@ -220,10 +179,7 @@ fn bad_settings_are_refused_by_flag() {
         &["--order", "1", "--detrend", "meen"],
         &["--detrend", "did you mean 'mean'"],
     );
-    refuse(
-        &["--order", "1", "--format", "xml"],
-        &["--format", "text, json"],
-    );
+    refuse(&["--order", "1", "--format", "xml"], &["--format", "text, json"]);
     refuse(&["--order", "1", "--iterations", "0"], &["--iterations"]);
     refuse(
         &["--order", "1", "--solver", "cholesky"],
@@ -260,10 +216,7 @@ fn bad_settings_are_refused_by_flag() {
         &["--order", "1", "--states", "/dev/null"],
         &["--states", "not a regular file"],
     );
-    refuse(
-        &["--order", "1", "--gain", "scaled:1e400"],
-        &["--gain", "'1e400'"],
-    );
+    refuse(&["--order", "1", "--gain", "scaled:1e400"], &["--gain", "'1e400'"]);
     refuse(&["--order", "1", "--solver", "a\n\nb"], &["--solver"]);
     refused(&["estimate", "a\nb.csv", "--order", "1"], &["a\\nb.csv"]);
 }
@@ -276,14 +229,8 @@ fn bad_flags_of_reproduce_are_refused() {
         &["reproduce", "--paper", "nikolov", "--trials", "0"],
         &["--trials", "0"],
     );
-    refused(
-        &["reproduce", "--replay", "C2"],
-        &["--replay", "CELL:TRIAL"],
-    );
-    refused(
-        &["reproduce", "--replay", "C9:0"],
-        &["--replay", "C9", "C1, C2, C3"],
-    );
+    refused(&["reproduce", "--replay", "C2"], &["--replay", "CELL:TRIAL"]);
+    refused(&["reproduce", "--replay", "C9:0"], &["--replay", "C9", "C1, C2, C3"]);
     refused(&["reprodce"], &["reprodce", "reproduce"]);
 }
 
@@ -338,28 +285,19 @@ fn orders_and_estimators_that_do_not_fit_are_refused() {
             "--estimator arx --delay 2 --orders na=1,nb=1",
             ["--delay: ", "together with --orders"],
         ),
-        (
-            "--estimator arx --orders na=1,nx=1",
-            ["--orders: 'nx'", "na, nb, nc"],
-        ),
+        ("--estimator arx --orders na=1,nx=1", ["--orders: 'nx'", "na, nb, nc"]),
         (
             "--estimator arx --orders na=1,nb=1,nc=1",
             ["--orders: expected na, nb, nk", ""],
         ),
-        (
-            "--estimator arx --orders nk=1",
-            ["--orders: ", "at least 1"],
-        ),
+        ("--estimator arx --orders nk=1", ["--orders: ", "at least 1"]),
         (
             "--estimator arx --orders na=20,nb=30",
             ["40 samples are too few", "orders na=20,nb=30,nk=1"],
         ),
         (
             "--estimator arx --order 1 --iterations 3",
-            [
-                "--iterations: an option of estimator 'iv' or 'wnsf' only",
-                "",
-            ],
+            ["--iterations: an option of estimator 'iv' or 'wnsf' only", ""],
         ),
         (
             "--estimator ls --order 1 --rows padded",
@@ -369,16 +307,11 @@ fn orders_and_estimators_that_do_not_fit_are_refused() {
             "--estimator arx --order 1 --rows all",
             ["unknown rows 'all'", "prewindow"],
         ),
-        (
-            "--estimator known --order 1",
-            ["--estimator known: ", "no known plant"],
-        ),
+        ("--estimator known --order 1", ["--estimator known: ", "no known plant"]),
         ("--order 1 --plot x.csv", ["--plot ", ".svg"]),
         ("--order 1 --report x.svg", ["--report ", ".html"]),
     ] {
-        let arguments = ["estimate", &path]
-            .into_iter()
-            .chain(flags.split_whitespace());
+        let arguments = ["estimate", &path].into_iter().chain(flags.split_whitespace());
         refused(&arguments.collect::<Vec<_>>(), &parts);
     }
 }
@@ -473,10 +406,7 @@ fn a_delay_moves_every_model() {
 #[test]
 fn a_page_about_a_record() {
     let files = Files::new();
-    let (path, page) = (
-        files.write("a<b>&'c.csv", &noisy_record()),
-        files.path("page.html"),
-    );
+    let (path, page) = (files.write("a<b>&'c.csv", &noisy_record()), files.path("page.html"));
     let arguments = [
         "estimate",
         &path,
@@ -495,10 +425,7 @@ fn a_page_about_a_record() {
     let output = asobench(&arguments);
     let (text, message) = (stdout(&output), stderr(&output));
     assert_eq!(output.status.code(), Some(0), "{message}");
-    assert!(
-        text.lines().all(|line| line.chars().count() <= 80),
-        "{text}"
-    );
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     let words: Vec<&str> = text.split_whitespace().collect();
     let sentence = "the order may be too high; try orders na=1,nb=1,nk=1";
     assert!(words.join(" ").contains(sentence), "{text}");
@@ -514,12 +441,7 @@ fn a_page_about_a_record() {
     );
     assert!(pair["p_value"].as_f64().expect("a chance") >= 0.05);
     assert_eq!(arx["zeros"][0]["re"], pair["zero"]["re"]);
-    assert!(
-        moesp["cancellations"]
-            .as_array()
-            .expect("a list")
-            .is_empty()
-    );
+    assert!(moesp["cancellations"].as_array().expect("a list").is_empty());
     let html = std::fs::read_to_string(&page).expect("a page");
     for part in [
         "<title>asobench report: a&lt;b&gt;&amp;&#39;c.csv</title>",
@@ -563,21 +485,12 @@ fn a_page_about_orders() {
     let (svg, page) = (files.path("orders.svg"), files.path("orders.html"));
     for (delay, line) in [("1:3", "delay nk = 3"), ("1:9", "best delay of each order")] {
         let output = asobench(&[
-            "estimate", &path, "--order", "1:4", "--delay", delay, "--window", "300", "--plot",
-            &svg, "--report", &page,
+            "estimate", &path, "--order", "1:4", "--delay", delay, "--window", "300", "--plot", &svg, "--report", &page,
         ]);
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         for file in [&svg, &page] {
             let drawn = std::fs::read_to_string(file).expect("a drawing");
-            for part in [
-                "AIC",
-                "AICc",
-                "BIC",
-                "FPE",
-                "FIT after the window, %",
-                "best",
-                line,
-            ] {
+            for part in ["AIC", "AICc", "BIC", "FPE", "FIT after the window, %", "best", line] {
                 assert!(drawn.contains(&format!(">{part}<")), "{file}: no {part}");
             }
         }
@@ -607,14 +520,7 @@ fn a_range_of_orders_of_any_estimator() {
         assert!((row["aic"].as_f64().expect("AIC") - aic).abs() < 1e-9);
     }
     // Two numbers of the start are fitted beside two of B and two of F.
-    let table = json(&[
-        "--order",
-        "1:3",
-        "--estimator",
-        "oe",
-        "--initial",
-        "estimate",
-    ]);
+    let table = json(&["--order", "1:3", "--estimator", "oe", "--initial", "estimate"]);
     let row = &table["table"][1];
     let aic = row["V"].as_f64().expect("V").ln() * 1000.0 + 2.0 * 6.0;
     assert_eq!(row["d"], 6);
@@ -676,8 +582,7 @@ fn check_prints_the_same_equation_in_every_notation() {
         "{text}"
     );
     // The orders of models are those of the setting, not the plant's.
-    let arx =
-        "trials = 2\n[settings]\norder = [2, 3]\nwindow = 98\n[[methods]]\nestimator = \"arx\"\n";
+    let arx = "trials = 2\n[settings]\norder = [2, 3]\nwindow = 98\n[[methods]]\nestimator = \"arx\"\n";
     let path = files.write("orders.toml", arx);
     let text = stdout(&asobench(&["check", &path, "--out", &files.path("out")]));
     assert!(
@@ -698,22 +603,10 @@ fn unstable_gains_are_warned_of() {
     let files = Files::new();
     let path = files.write("good.csv", &record());
     for (gain, part) in [("poles:1.0", "poles:1"), ("scaled:4", "scaled:4")] {
-        let output = asobench(&[
-            "estimate",
-            &path,
-            "--order",
-            "1",
-            "--estimator",
-            "ls",
-            "--gain",
-            gain,
-        ]);
+        let output = asobench(&["estimate", &path, "--order", "1", "--estimator", "ls", "--gain", gain]);
         assert_eq!(output.status.code(), Some(0));
         let message = stderr(&output);
-        assert!(
-            message.starts_with("warning: ") && message.contains(part),
-            "{message}"
-        );
+        assert!(message.starts_with("warning: ") && message.contains(part), "{message}");
         assert_eq!(message.lines().count(), 1, "{message}");
     }
 }
@@ -730,22 +623,11 @@ fn a_numerical_failure_is_a_status() {
     assert_eq!(ls["status"], "rank-deficient");
     assert_eq!(ls["failure"]["stage"], 3);
     assert_eq!(iv["passes"][3]["failure"]["pass"], 0);
-    for key in [
-        "a",
-        "b",
-        "h",
-        "x0",
-        "observer",
-        "fit_percent",
-        "spectral_radius",
-    ] {
+    for key in ["a", "b", "h", "x0", "observer", "fit_percent", "spectral_radius"] {
         assert!(ls[key].is_null() && iv[key].is_null(), "{key}");
     }
     let text = stdout(&asobench(&["estimate", &path, "--order", "3"]));
-    assert!(
-        text.contains("FAILED: rank-deficient (stage 3, pass 0)"),
-        "{text}"
-    );
+    assert!(text.contains("FAILED: rank-deficient (stage 3, pass 0)"), "{text}");
 }
 
 /// An observer that overflows is a failure of stage 12; what comes before it stands.
@@ -762,8 +644,7 @@ fn an_observer_that_overflows_is_a_status() {
     let path = files.write("long.csv", &text);
     let states = files.path("states.csv");
     let output = asobench(&[
-        "estimate", &path, "--order", "1", "--gain", "scaled:4", "--format", "json", "--states",
-        &states,
+        "estimate", &path, "--order", "1", "--gain", "scaled:4", "--format", "json", "--states", &states,
     ]);
     assert_eq!(output.status.code(), Some(1));
     let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
@@ -772,9 +653,7 @@ fn an_observer_that_overflows_is_a_status() {
         assert!(estimate["observer"].is_null() && !estimate["a"].is_null());
     }
     assert!(!Path::new(&states).exists());
-    let text = stdout(&asobench(&[
-        "estimate", &path, "--order", "1", "--gain", "scaled:4",
-    ]));
+    let text = stdout(&asobench(&["estimate", &path, "--order", "1", "--gain", "scaled:4"]));
     assert!(
         text.contains("FAILED: non-finite (stage 12") && !text.contains("inf"),
         "{text}"
@@ -783,17 +662,13 @@ fn an_observer_that_overflows_is_a_status() {
 
 fn numbers(value: &Value) -> Vec<f64> {
     let array = value.as_array().expect("an array");
-    array
-        .iter()
-        .map(|v| v.as_f64().expect("a number"))
-        .collect()
+    array.iter().map(|v| v.as_f64().expect("a number")).collect()
 }
 
 /// JSON on a golden record: the stated shape, the golden values, both readings.
 #[test]
 fn estimates_as_json() {
-    let reference =
-        std::fs::read_to_string(golden("case11_01_n6_N98.json")).expect("a golden file");
+    let reference = std::fs::read_to_string(golden("case11_01_n6_N98.json")).expect("a golden file");
     let reference: Value = serde_json::from_str(&reference).expect("JSON");
     for auxiliary in ["refresh", "frozen"] {
         let file = golden("case11_01_n6_N98.csv");
@@ -809,37 +684,25 @@ fn estimates_as_json() {
             "--auxiliary",
             auxiliary,
         ]);
-        assert_eq!(
-            (output.status.code(), stderr(&output).as_str()),
-            (Some(0), "")
-        );
+        assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
         let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
         let close = |found: &Value, expected: &Value| {
             let (found, expected) = (numbers(found), numbers(expected));
             asobench::metric::relative_error(&expected, &found) < 1e-8
         };
         let (ls, iv) = (&json["estimates"][0], &json["estimates"][1]);
-        assert_eq!(
-            (&ls["estimator"], &iv["estimator"]),
-            (&"ls".into(), &"iv".into())
-        );
+        assert_eq!((&ls["estimator"], &iv["estimator"]), (&"ls".into(), &"iv".into()));
         assert_eq!((&ls["status"], &iv["status"]), (&"ok".into(), &"ok".into()));
         for key in ["a", "b", "h", "x0"] {
             assert!(close(&ls[key], &reference["ls"][key]), "ls {key}");
             for pass in 0..4 {
                 let expected = &reference[format!("iv_{auxiliary}")][pass][key];
-                assert!(
-                    close(&iv["passes"][pass][key], expected),
-                    "{auxiliary} {pass} {key}"
-                );
+                assert!(close(&iv["passes"][pass][key], expected), "{auxiliary} {pass} {key}");
             }
         }
         if auxiliary == "refresh" {
             for key in ["g", "x_at_window", "x_last"] {
-                assert!(
-                    close(&iv["observer"][key], &reference["observer"][key]),
-                    "{key}"
-                );
+                assert!(close(&iv["observer"][key], &reference["observer"][key]), "{key}");
             }
         }
     }
@@ -852,19 +715,14 @@ fn observer_states_as_csv() {
     let states = files.path("states.csv");
     let file = golden("case11_05_n2_N126.csv");
     let output = asobench(&[
-        "estimate", &file, "--order", "2", "--window", "126", "--format", "json", "--states",
-        &states,
+        "estimate", &file, "--order", "2", "--window", "126", "--format", "json", "--states", &states,
     ]);
     let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
     let text = std::fs::read_to_string(&states).expect("the states");
     let rows: Vec<Vec<f64>> = text
         .lines()
         .filter(|line| !line.starts_with(['#', 'k']))
-        .map(|line| {
-            line.split(',')
-                .map(|cell| cell.parse().expect("a number"))
-                .collect()
-        })
+        .map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect())
         .collect();
     let samples = json["samples"].as_u64().expect("a size") as usize;
     assert_eq!(rows.len(), samples + 1);
@@ -881,33 +739,10 @@ fn text_fits_eighty_columns() {
     let out = files.path("out");
     for arguments in [
         vec!["estimate", &file, "--order", "6", "--window", "18"],
-        vec![
-            "reproduce",
-            "--paper",
-            "nikolov",
-            "--trials",
-            "1",
-            "--out",
-            &out,
-        ],
-        vec![
-            "reproduce",
-            "--paper",
-            "nikolov",
-            "--trials",
-            "40",
-            "--out",
-            &out,
-        ],
+        vec!["reproduce", "--paper", "nikolov", "--trials", "1", "--out", &out],
+        vec!["reproduce", "--paper", "nikolov", "--trials", "40", "--out", &out],
         vec!["reproduce", "--replay", "c3:3", "--out", &out],
-        vec![
-            "estimate",
-            &file,
-            "--orders",
-            "na=6,nb=3,nk=2",
-            "--estimator",
-            "arx",
-        ],
+        vec!["estimate", &file, "--orders", "na=6,nb=3,nk=2", "--estimator", "arx"],
         vec!["methods"],
         vec!["theory", "experiments/nikolov2023.toml"],
         vec!["theory", "experiments/gpebo-noise.toml"],
@@ -984,10 +819,7 @@ fn theory_as_json() {
     };
     let close = |value: &Value, printed: f64, digit: f64| {
         let value = value.as_f64().unwrap();
-        assert!(
-            (value - printed).abs() <= 0.5001 * digit,
-            "{value} {printed}"
-        );
+        assert!((value - printed).abs() <= 0.5001 * digit, "{value} {printed}");
     };
     let (ls, iv) = (output("ls"), output("iv(4)"));
     close(&ls["limit"]["e_a"], 0.8435, 1e-4);
@@ -1030,33 +862,16 @@ fn throughput_is_measured_beside_the_peak() {
     let output = asobench(&arguments);
     assert!(output.status.success(), "{}", stderr(&output));
     let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
-    let keys = |object: &Value| -> Vec<String> {
-        object
-            .as_object()
-            .expect("an object")
-            .keys()
-            .cloned()
-            .collect()
-    };
+    let keys = |object: &Value| -> Vec<String> { object.as_object().expect("an object").keys().cloned().collect() };
     assert_eq!(
         keys(&json),
-        [
-            "workload",
-            "flop_per_trial",
-            "processors",
-            "fma_peak_gflops",
-            "engines"
-        ]
+        ["workload", "flop_per_trial", "processors", "fma_peak_gflops", "engines"]
     );
     assert_eq!(json["workload"], "W98");
     let engines = json["engines"].as_array().expect("engines");
     let asked = [("lanes", 1), ("lanes", 2), ("faer", 1), ("faer", 2)];
     assert_eq!(engines.len(), asked.len());
-    let number = |object: &Value, key: &str| {
-        object[key]
-            .as_f64()
-            .unwrap_or_else(|| panic!("{key}: {object}"))
-    };
+    let number = |object: &Value, key: &str| object[key].as_f64().unwrap_or_else(|| panic!("{key}: {object}"));
     for (timing, (engine, threads)) in engines.iter().zip(asked) {
         assert_eq!(
             keys(timing),
@@ -1086,31 +901,20 @@ fn throughput_is_measured_beside_the_peak() {
         assert_eq!(timing["trials"], 2000);
         assert_eq!(timing["repetitions"], 1);
         assert_eq!(timing["failed"], 0);
-        assert!(
-            number(timing, "fallbacks") < 2000.0 && (engine == "lanes" || timing["fallbacks"] == 0)
-        );
+        assert!(number(timing, "fallbacks") < 2000.0 && (engine == "lanes" || timing["fallbacks"] == 0));
         for (key, expected) in [("e_a", 0.119), ("e_b", 0.0223), ("e_x_max", 0.649)] {
             let error = number(timing, &format!("{key}_mcse"));
             let found = number(timing, key);
             assert!(error > 0.0 && error < 0.05 * expected, "{key}: {error}");
-            assert!(
-                (found - expected).abs() < 5.0 * error,
-                "{key}: {found} +- {error}"
-            );
+            assert!((found - expected).abs() < 5.0 * error, "{key}: {found} +- {error}");
         }
         let rate = number(timing, "trials_per_second");
-        assert!(
-            rate > 0.0 && rate == number(timing, "slowest") && rate == number(timing, "fastest")
-        );
+        assert!(rate > 0.0 && rate == number(timing, "slowest") && rate == number(timing, "fastest"));
         let peaks = numbers(&timing["fma_peak_gflops"]);
         assert_eq!(peaks.len(), 2);
         let fraction = rate * number(&json, "flop_per_trial") / (0.5e9 * (peaks[0] + peaks[1]));
         assert!((number(timing, "fraction_of_fma_peak") / fraction - 1.0).abs() < 1e-12);
-        assert!(
-            peaks
-                .iter()
-                .all(|peak| *peak <= number(&json, "fma_peak_gflops"))
-        );
+        assert!(peaks.iter().all(|peak| *peak <= number(&json, "fma_peak_gflops")));
     }
     // Threads move no figure.
     for key in ["e_a", "e_b", "e_x_max", "fallbacks"] {
@@ -1121,15 +925,7 @@ fn throughput_is_measured_beside_the_peak() {
 
 #[test]
 fn throughput_as_text() {
-    let fast = [
-        "throughput",
-        "--trials",
-        "100",
-        "--repetitions",
-        "2",
-        "--threads",
-        "1",
-    ];
+    let fast = ["throughput", "--trials", "100", "--repetitions", "2", "--threads", "1"];
     let output = asobench(&[&fast[..], &["--format", "text"]].concat());
     assert!(output.status.success(), "{}", stderr(&output));
     let text = stdout(&output);
@@ -1142,17 +938,11 @@ fn throughput_as_text() {
         &["throughput", "--engine", "auto"],
         &["--engine", "'auto'", "lanes or faer"],
     );
-    refused(
-        &["throughput", "--engine", "lane"],
-        &["--engine", "'lane'", "lanes"],
-    );
+    refused(&["throughput", "--engine", "lane"], &["--engine", "'lane'", "lanes"]);
     refused(&["throughput", "--trials", "99"], &["--trials", "99"]);
     refused(&["throughput", "--threads", "0"], &["--threads", "0"]);
     refused(&["throughput", "--threads", "1,x"], &["--threads", "x"]);
-    refused(
-        &["throughput", "--repetitions", "0"],
-        &["--repetitions", "0"],
-    );
+    refused(&["throughput", "--repetitions", "0"], &["--repetitions", "0"]);
 }
 
 /// Files of a folder, hidden ones too.
@@ -1160,13 +950,7 @@ fn listing(path: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(path).expect("a folder");
     // The lock stays, whatever happens to a run.
     let mut names: Vec<String> = entries
-        .map(|entry| {
-            entry
-                .expect("an entry")
-                .file_name()
-                .into_string()
-                .expect("UTF-8")
-        })
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
         .collect();
     names.retain(|name| name != ".lock");
     names.sort();
@@ -1179,15 +963,7 @@ fn reproduce_writes_whole_folders() {
     let files = Files::new();
     let out = files.path("out");
     let run = |more: &[&str]| {
-        let mut arguments = vec![
-            "reproduce",
-            "--paper",
-            "nikolov",
-            "--trials",
-            "300",
-            "--out",
-            &out,
-        ];
+        let mut arguments = vec!["reproduce", "--paper", "nikolov", "--trials", "300", "--out", &out];
         arguments.extend(more);
         asobench(&arguments)
     };
@@ -1248,15 +1024,7 @@ fn reproduce_writes_whole_folders() {
 fn two_runs_in_one_folder() {
     let files = Files::new();
     let out = files.path("out");
-    let run = [
-        "reproduce",
-        "--paper",
-        "nikolov",
-        "--trials",
-        "10",
-        "--out",
-        &out,
-    ];
+    let run = ["reproduce", "--paper", "nikolov", "--trials", "10", "--out", &out];
     let held = asobench::study::ResultsFolder::open(Path::new(&out)).expect("a folder");
     refused(&run, &["--out", "another run"]);
     drop(held);
@@ -1276,44 +1044,20 @@ fn foreign_folders_are_refused() {
     ] {
         files.write("out/manifest.json", content);
         refused(
-            &[
-                "reproduce",
-                "--paper",
-                "nikolov",
-                "--trials",
-                "1",
-                "--out",
-                &out,
-            ],
+            &["reproduce", "--paper", "nikolov", "--trials", "1", "--out", &out],
             &["--out", part],
         );
     }
     std::fs::remove_file(Path::new(&out).join("manifest.json")).expect("removed");
     files.write("out/trials.parquet", "");
     refused(
-        &[
-            "reproduce",
-            "--paper",
-            "nikolov",
-            "--trials",
-            "1",
-            "--out",
-            &out,
-        ],
+        &["reproduce", "--paper", "nikolov", "--trials", "1", "--out", &out],
         &["trials.parquet without manifest.json"],
     );
     std::fs::remove_file(Path::new(&out).join("trials.parquet")).expect("removed");
     // A file that cannot be replaced: nothing of this run stays under a temporary name.
     std::fs::create_dir(Path::new(&out).join("summary.json")).expect("a folder");
-    let output = asobench(&[
-        "reproduce",
-        "--paper",
-        "nikolov",
-        "--trials",
-        "1",
-        "--out",
-        &out,
-    ]);
+    let output = asobench(&["reproduce", "--paper", "nikolov", "--trials", "1", "--out", &out]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert_eq!(listing(Path::new(&out)), ["summary.json"]);
 }
@@ -1324,27 +1068,11 @@ fn a_trial_can_be_replayed() {
     let files = Files::new();
     let (out, data) = (files.path("out"), files.path("trial.csv"));
     assert!(
-        asobench(&[
-            "reproduce",
-            "--paper",
-            "nikolov",
-            "--trials",
-            "20",
-            "--out",
-            &out
-        ])
-        .status
-        .success()
+        asobench(&["reproduce", "--paper", "nikolov", "--trials", "20", "--out", &out])
+            .status
+            .success()
     );
-    let replay = [
-        "reproduce",
-        "--replay",
-        "C2:17",
-        "--out",
-        &out,
-        "--data",
-        &data,
-    ];
+    let replay = ["reproduce", "--replay", "C2:17", "--out", &out, "--data", &data];
     let text = stdout(&asobench(&replay));
     assert!(
         text.contains("These rows equal, bit for bit, those stored in"),
@@ -1384,13 +1112,7 @@ fn output_folders_that_cannot_take_the_results() {
     let files = Files::new();
     let file = files.write("file", "");
     refused(
-        &[
-            "reproduce",
-            "--trials",
-            "1",
-            "--out",
-            &format!("{file}/out"),
-        ],
+        &["reproduce", "--trials", "1", "--out", &format!("{file}/out")],
         &["--out", "cannot write"],
     );
     refused(
@@ -1407,20 +1129,12 @@ fn output_folders_that_cannot_take_the_results() {
     );
     // A limit on the size of files stands for a full disk.
     let out = files.path("full");
-    let script = format!(
-        "trap '' XFSZ; ulimit -f 16; exec '{PROGRAM}' reproduce --trials 2000 --out '{out}'"
-    );
-    let output = Command::new("bash")
-        .args(["-c", &script])
-        .output()
-        .expect("bash runs");
+    let script = format!("trap '' XFSZ; ulimit -f 16; exec '{PROGRAM}' reproduce --trials 2000 --out '{out}'");
+    let output = Command::new("bash").args(["-c", &script]).output().expect("bash runs");
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert_eq!(message.lines().count(), 1, "{message}");
-    assert!(
-        message.contains(&out) && message.contains("blocks"),
-        "{message}"
-    );
+    assert!(message.contains(&out) && message.contains("blocks"), "{message}");
     assert_eq!(listing(Path::new(&out)), Vec::<String>::new());
 }
 
@@ -1453,9 +1167,7 @@ fn an_interrupted_run_leaves_nothing() {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     std::thread::sleep(std::time::Duration::from_millis(300));
-    let killed = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(killed.expect("kill runs").success());
     let output = child.wait_with_output().expect("the program ends");
     let message = stderr(&output);
@@ -1495,16 +1207,8 @@ fn ten_million_rows() {
             "ulimit -v 2000000; exec '{PROGRAM}' estimate '{path}' --order 1 --estimator {estimator} \
              --solver {solver} --format json"
         );
-        let output = Command::new("bash")
-            .args(["-c", &script])
-            .output()
-            .expect("bash runs");
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{solver}: {}",
-            stderr(&output)
-        );
+        let output = Command::new("bash").args(["-c", &script]).output().expect("bash runs");
+        assert_eq!(output.status.code(), Some(0), "{solver}: {}", stderr(&output));
         let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
         assert_eq!(json["window"], 10_000_000);
         let last = json["estimates"].as_array().expect("estimates").len() - 1;

@@ -1,12 +1,11 @@
 //! Closed loops, random plants and measured inputs against theory.
 
 use asobench::data::{
-    Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessError, ProcessSettings,
-    Realisation,
+    Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessError, ProcessSettings, Realisation,
 };
 use asobench::estimator::{
-    Estimator, FailureKind, InstrumentSource, InstrumentalVariables, IvOptions, LeastSquares, Pass,
-    SetupError, Shape, Solver, Stabilise, Stage, StartState, Window,
+    Estimator, FailureKind, InstrumentSource, InstrumentalVariables, IvOptions, LeastSquares, Pass, SetupError, Shape,
+    Solver, Stabilise, Stage, StartState, Window,
 };
 use asobench::observer::Gain;
 use asobench::plant::{PoleFinder, StateSpace, TransferFunction};
@@ -19,9 +18,7 @@ const SEED: u64 = 2023;
 /// A(q) = 1 - 1.5 q^-1 + 0.7 q^-2, B(q) = q^-1 + 0.5 q^-2.
 fn plant() -> StateSpace {
     let (alpha, beta) = ([-1.5, 0.7], [1.0, 0.5]);
-    TransferFunction::from_polynomials(&alpha, &beta)
-        .unwrap()
-        .into()
+    TransferFunction::from_polynomials(&alpha, &beta).unwrap().into()
 }
 
 fn settings(noise: &str, feedback: Feedback) -> ProcessSettings {
@@ -183,10 +180,7 @@ fn static_feedback_without_a_reference_is_rank_deficient() {
                 let record = draw(&process, trial, 10.0, 120);
                 assert!(record.scale > 0.0 && record.r.iter().all(|r| *r == 0.0));
                 for (solver, kind) in failures(&record, 2) {
-                    let typed = [
-                        Some(FailureKind::RankDeficient),
-                        Some(FailureKind::Singular),
-                    ];
+                    let typed = [Some(FailureKind::RankDeficient), Some(FailureKind::Singular)];
                     assert!(typed.contains(&kind), "{law} {noise} {solver}: {kind:?}");
                 }
             }
@@ -209,10 +203,7 @@ fn instruments_from_the_reference_are_consistent() {
             let make = from(InstrumentSource::Reference);
             let long = errors(&process, &make, 5, (20.0, 8000), 400);
             let (_, scaled) = means(&long);
-            assert!(
-                scaled.iter().all(|s| s.abs() < 4.0),
-                "{name} {noise}: {scaled:?}"
-            );
+            assert!(scaled.iter().all(|s| s.abs() < 4.0), "{name} {noise}: {scaled:?}");
             let short = errors(&process, &make, 5, (20.0, 500), 400);
             let ratio = median_size(&short) / median_size(&long);
             assert!((ratio / 4.0 - 1.0).abs() < 0.15, "{name} {noise}: {ratio}");
@@ -235,27 +226,15 @@ fn instruments_from_the_input_are_biased_by_coloured_equation_error() {
     let ratio = strong[largest] / mild[largest];
     let deviation = 4.0 * (1.0 / mild_scaled[largest].abs() + 1.0 / scaled[largest].abs());
     // The next term is of relative size eta^2 = 4 %.
-    assert!(
-        (ratio / 4.0 - 1.0).abs() < deviation + 0.1,
-        "{ratio} {deviation}"
-    );
+    assert!((ratio / 4.0 - 1.0).abs() < deviation + 0.1, "{ratio} {deviation}");
 
     let white = process(settings("1/A", output("0.3")));
     let (_, scaled) = means(&errors(&white, &make, 5, (20.0, 8000), 400));
-    assert!(
-        scaled.iter().all(|s| s.abs() < 4.0),
-        "iv in 1/A: {scaled:?}"
-    );
+    assert!(scaled.iter().all(|s| s.abs() < 4.0), "iv in 1/A: {scaled:?}");
     let (_, scaled) = means(&errors(&white, &least_squares(), 1, (20.0, 8000), 400));
-    assert!(
-        scaled.iter().all(|s| s.abs() < 4.0),
-        "ls in 1/A: {scaled:?}"
-    );
+    assert!(scaled.iter().all(|s| s.abs() < 4.0), "ls in 1/A: {scaled:?}");
     let (_, scaled) = means(&errors(&coloured, &least_squares(), 1, (20.0, 8000), 400));
-    assert!(
-        scaled.iter().any(|s| s.abs() > 20.0),
-        "ls in white: {scaled:?}"
-    );
+    assert!(scaled.iter().any(|s| s.abs() > 20.0), "ls in white: {scaled:?}");
 }
 
 /// The record obeys `D(q) (r - u) = C(q) y`, the plant's equation and the noise level, which is that of the loop
@@ -339,12 +318,7 @@ fn the_state_that_is_fed_back_is_scored() {
             model = '{model}'"
         ))
     };
-    for (model, eta) in [
-        ("identified", 10.0),
-        ("true", 10.0),
-        ("identified", 0.0),
-        ("true", 0.0),
-    ] {
+    for (model, eta) in [("identified", 10.0), ("true", 10.0), ("identified", 0.0), ("true", 0.0)] {
         let experiment = Experiment::new(file(model, eta).unwrap()).unwrap();
         let mut trial = Trial::new(&experiment, &experiment.cells[0]).unwrap();
         trial.run(3).unwrap();
@@ -427,10 +401,7 @@ fn a_failed_pilot_identification_fails_every_output() {
     assert_eq!(rows.len(), 5);
     for row in rows {
         let failure = row.failure.unwrap();
-        assert_eq!(
-            (failure.kind, failure.stage),
-            (FailureKind::Singular, Stage::Data)
-        );
+        assert_eq!((failure.kind, failure.stage), (FailureKind::Singular, Stage::Data));
         assert!(row[asobench::study::Measure::Ea].is_nan());
     }
     assert!(trial.record().realisation.y.iter().all(|y| y.is_nan()));
@@ -452,10 +423,7 @@ fn a_diverging_loop_is_typed() {
 #[test]
 fn random_plants_have_the_stated_moments() {
     let mut settings = settings("1/A", Feedback::None);
-    settings.plant = PlantSource::Random {
-        order: 3,
-        radius: 0.8,
-    };
+    settings.plant = PlantSource::Random { order: 3, radius: 0.8 };
     settings.x0 = vec![0.0; 3];
     let process = process(settings);
     let (trials, mut poles) = (4000_u32, PoleFinder::new(3));
@@ -511,12 +479,7 @@ fn input_measurement_noise_has_its_level() {
             draw(&process(ten), 1, 10.0, COUNT),
         );
         assert_eq!((&record.y, &record.u0), (&clean.y, &clean.u));
-        let noise: Vec<f64> = record
-            .u
-            .iter()
-            .zip(&record.u0)
-            .map(|(u, u0)| u - u0)
-            .collect();
+        let noise: Vec<f64> = record.u.iter().zip(&record.u0).map(|(u, u0)| u - u0).collect();
         let square = noise.iter().map(|w| w * w).sum::<f64>() / COUNT as f64;
         // 5 % of 10.
         let error = (square / 0.25 - 1.0) / (2.0 / COUNT as f64).sqrt();
@@ -546,10 +509,7 @@ fn over_order_without_noise_is_rank_deficient() {
 fn new_readings_of_iv_agree_where_they_should() {
     let process = process(settings("white", Feedback::None));
     let record = draw(&process, 0, 5.0, 300);
-    let shape = Shape {
-        order: 2,
-        window: 300,
-    };
+    let shape = Shape { order: 2, window: 300 };
     let run = |options: IvOptions| {
         let mut passes = vec![Pass::new(2); 5];
         let mut estimator = InstrumentalVariables::new(shape, &options).unwrap();
@@ -616,16 +576,10 @@ fn refusals() {
     ] {
         let mut closed = settings("white", output("0.5"));
         closed.level = level;
-        assert!(matches!(
-            refused(closed),
-            ProcessError::LevelWithFeedback { .. }
-        ));
+        assert!(matches!(refused(closed), ProcessError::LevelWithFeedback { .. }));
     }
     let mut random = settings("1/A", Feedback::None);
-    random.plant = PlantSource::Random {
-        order: 2,
-        radius: 1.0,
-    };
+    random.plant = PlantSource::Random { order: 2, radius: 1.0 };
     assert_eq!(refused(random), ProcessError::RandomPlant(2, 1.0));
     for text in ["", "a", "1/2", "1/", "nan", "1,2/0.5"] {
         assert!(text.parse::<OutputFeedback>().is_err(), "{text}");
@@ -635,10 +589,7 @@ fn refusals() {
     }
     let colour: NoiseColour = "1,0.5/1,-0.9".parse().unwrap();
     assert_eq!(colour.to_string(), "1,0.5/1,-0.9");
-    assert_eq!(
-        "white".parse(),
-        Ok(NoiseColour::Filter(NoiseFilter::white()))
-    );
+    assert_eq!("white".parse(), Ok(NoiseColour::Filter(NoiseFilter::white())));
     let law = StateFeedback {
         k: vec![0.1; 3],
         pilot: 8,
@@ -652,9 +603,6 @@ fn refusals() {
         drive: asobench::estimator::Drive::Observer,
         ..IvOptions::default()
     };
-    let shape = Shape {
-        order: 2,
-        window: 50,
-    };
+    let shape = Shape { order: 2, window: 50 };
     assert!(InstrumentalVariables::new(shape, &options).is_err());
 }

@@ -71,12 +71,7 @@ impl Place {
     /// Runs it to exit code 0; gives what it printed.
     fn done(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{arguments:?}: {}",
-            stderr(&output)
-        );
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
         String::from_utf8(output.stdout).expect("UTF-8")
     }
 
@@ -111,15 +106,7 @@ impl Place {
         let shards = plan["shards"].as_array().expect("shards").len();
         for i in 1..=shards {
             let i = i.to_string();
-            self.done(&[
-                "shard",
-                "study.plan.json",
-                &i,
-                "--threads",
-                threads,
-                "--block",
-                "17",
-            ]);
+            self.done(&["shard", "study.plan.json", &i, "--threads", threads, "--block", "17"]);
         }
         (1..=shards)
             .map(|i| self.path(&format!("study-shards/shard-{i:04}")))
@@ -138,11 +125,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
-        let name = path
-            .file_name()
-            .expect("a name")
-            .to_string_lossy()
-            .into_owned();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
         if path.is_file() && ![".lock", "looks.json"].contains(&name.as_str()) {
             found.insert(name, std::fs::read(&path).expect("a file"));
         }
@@ -165,10 +148,7 @@ fn blocks_in(folder: &Path) -> Vec<PathBuf> {
         let path = entry.expect("an entry").path();
         if path.is_dir() {
             found.extend(blocks_in(&path));
-        } else if path
-            .extension()
-            .is_some_and(|extension| extension == "block")
-        {
+        } else if path.extension().is_some_and(|extension| extension == "block") {
             found.push(path);
         }
     }
@@ -219,26 +199,17 @@ fn what_is_damaged_is_missing() {
     let place = Place::new();
     place.done(&["run", "study.toml", "--out", "one"]);
     let folders = place.shards(4, "1", &[]);
-    let (plan, merge) = (
-        "study.plan.json",
-        ["merge", "study.plan.json", "--out", "merged"],
-    );
+    let (plan, merge) = ("study.plan.json", ["merge", "study.plan.json", "--out", "merged"]);
     copy(&folders[1], &place.path("study-shards/copy-of-2"));
     assert!(place.done(&["status", plan]).contains("4 shards: 4 whole"));
     // Another block stands for this one.
     let copied = &blocks_in(&place.path("study-shards/copy-of-2"))[0];
     std::fs::write(copied, "asobench").expect("written");
     let (_, said) = place.ends(0, &["status", plan, "--verify"]);
-    assert!(
-        said.contains("copy-of-2") && said.contains("not taken"),
-        "{said}"
-    );
+    assert!(said.contains("copy-of-2") && said.contains("not taken"), "{said}");
 
     let block = &blocks_in(&folders[2])[0];
-    let name = block
-        .file_name()
-        .and_then(|name| name.to_str())
-        .expect("UTF-8");
+    let name = block.file_name().and_then(|name| name.to_str()).expect("UTF-8");
     let bytes = std::fs::read(block).expect("a block");
     std::fs::write(block, &bytes[..bytes.len() - 3]).expect("written");
     let (printed, said) = place.ends(75, &["status", plan, "--verify"]);
@@ -248,10 +219,7 @@ fn what_is_damaged_is_missing() {
     );
     assert!(said.contains("damaged") && said.contains(name), "{said}");
     let (_, said) = place.ends(75, &merge);
-    assert!(
-        said.contains("missing: cell ") && said.contains("shards 3,"),
-        "{said}"
-    );
+    assert!(said.contains("missing: cell ") && said.contains("shards 3,"), "{said}");
     assert!(!place.path("merged/manifest.json").exists());
 
     // A block under the name of another one, and a link to one, are named.
@@ -265,29 +233,18 @@ fn what_is_damaged_is_missing() {
     std::os::unix::fs::symlink(&first, folders[0].join("link.block")).expect("a link");
     let (_, said) = place.ends(75, &["status", plan, "--verify"]);
     assert!(
-        said.contains(
-            "c00000-0000000000-0000000001.block: has the name of another block, not taken"
-        ),
+        said.contains("c00000-0000000000-0000000001.block: has the name of another block, not taken"),
         "{said}"
     );
     #[cfg(unix)]
-    assert!(
-        said.contains("link.block: not a file or a folder but a link"),
-        "{said}"
-    );
+    assert!(said.contains("link.block: not a file or a folder but a link"), "{said}");
     std::fs::remove_dir_all(moved.parent().expect("a folder")).expect("removed");
     place.write("other.toml", &STUDY.replace("seed = 5", "seed = 6"));
     place.done(&["plan", "other.toml", "--shards", "1"]);
     place.done(&["shard", "other.plan.json", "1"]);
-    copy(
-        &place.path("other-shards"),
-        &place.path("study-shards/other"),
-    );
+    copy(&place.path("other-shards"), &place.path("study-shards/other"));
     let (_, said) = place.ends(75, &["status", plan, "--verify"]);
-    assert!(
-        said.contains("of another experiment or version, not taken"),
-        "{said}"
-    );
+    assert!(said.contains("of another experiment or version, not taken"), "{said}");
 
     place.done(&["shard", plan, "3/4"]);
     place.done(&["status", plan, "--verify"]);
@@ -402,10 +359,7 @@ fn bad_input_is_one_line() {
         &["shard", "old.plan.json", "1"],
         &["old.plan.json", "made by asobench 0.0.", "plan again"],
     );
-    place.write(
-        "edited.plan.json",
-        &text.replace("\"seed\":5", "\"seed\":6"),
-    );
+    place.write("edited.plan.json", &text.replace("\"seed\":5", "\"seed\":6"));
     place.refused(
         &["shard", "edited.plan.json", "1"],
         &["edited.plan.json", "the checksum differs", "plan again"],
@@ -417,33 +371,18 @@ fn bad_input_is_one_line() {
         &["unsealed.plan.json", "an older build", "plan again"],
     );
     place.write("cut.plan.json", &text[..text.len() / 2]);
-    place.refused(
-        &["merge", "cut.plan.json"],
-        &["cut.plan.json", "not a plan"],
-    );
+    place.refused(&["merge", "cut.plan.json"], &["cut.plan.json", "not a plan"]);
     place.refused(&["status", "study.toml"], &["study.toml", "not a plan"]);
-    place.refused(
-        &["status", "none.plan.json"],
-        &["none.plan.json", "No such file"],
-    );
+    place.refused(&["status", "none.plan.json"], &["none.plan.json", "No such file"]);
     for shard in ["0", "4", "x", "1/4"] {
         place.refused(&["shard", plan, shard], &[shard, "the shards 1 to 3"]);
     }
-    place.refused(
-        &["shard", plan],
-        &["a shard's number", "SLURM_ARRAY_TASK_ID"],
-    );
+    place.refused(&["shard", plan], &["a shard's number", "SLURM_ARRAY_TASK_ID"]);
     let mut command = place.command(&["shard", plan]);
-    let output = command
-        .env("SLURM_ARRAY_TASK_ID", "7")
-        .output()
-        .expect("runs");
+    let output = command.env("SLURM_ARRAY_TASK_ID", "7").output().expect("runs");
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("SLURM_ARRAY_TASK_ID '7': no such shard"));
-    place.refused(
-        &["shard", plan, "1", "--out", "not/there"],
-        &["not: no such folder"],
-    );
+    place.refused(&["shard", plan, "1", "--out", "not/there"], &["not: no such folder"]);
     place.refused(&["merge", plan, "nowhere"], &["nowhere", "No such file"]);
     place.refused(
         &["shard", plan, "1", "--time-limit", "90"],
@@ -475,10 +414,7 @@ fn bad_input_is_one_line() {
     place.done(&["shard", plan, "1"]);
     place.done(&["plan", "other.toml", "--shards", "3"]);
     let arguments = ["shard", "other.plan.json", "1", "--out", "study-shards"];
-    place.refused(
-        &arguments,
-        &["study-shards/shard-0001", "runs of another design"],
-    );
+    place.refused(&arguments, &["study-shards/shard-0001", "runs of another design"]);
 }
 
 /// SIGTERM and --time-limit end with 75, one line that says how to go on, and what is finished.
@@ -486,14 +422,7 @@ fn bad_input_is_one_line() {
 #[cfg(unix)]
 fn stopped_shards_run_again() {
     let place = Place::new();
-    place.done(&[
-        "plan",
-        "study.toml",
-        "--shards",
-        "1",
-        "--trials",
-        "100000000",
-    ]);
+    place.done(&["plan", "study.toml", "--shards", "1", "--trials", "100000000"]);
     let missing = || {
         let (printed, _) = place.ends(75, &["status", "study.plan.json"]);
         let line = printed.lines().find(|line| line.contains("shard 1: "));
@@ -501,20 +430,8 @@ fn stopped_shards_run_again() {
         count.expect("a number")
     };
     let all = missing();
-    let arguments = [
-        "shard",
-        "study.plan.json",
-        "1",
-        "--block",
-        "50",
-        "--threads",
-        "2",
-    ];
-    let mut child = place
-        .command(&arguments)
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("runs");
+    let arguments = ["shard", "study.plan.json", "1", "--block", "50", "--threads", "2"];
+    let mut child = place.command(&arguments).stderr(Stdio::piped()).spawn().expect("runs");
     let begin = Instant::now();
     let shards = place.path("study-shards");
     while !shards.exists() || blocks_in(&shards).len() < 3 {
@@ -522,10 +439,7 @@ fn stopped_shards_run_again() {
         std::thread::sleep(Duration::from_millis(20));
     }
     let pid = child.id().to_string();
-    Command::new("kill")
-        .args(["-TERM", &pid])
-        .status()
-        .expect("kill");
+    Command::new("kill").args(["-TERM", &pid]).status().expect("kill");
     let code = child.wait().expect("ended").code();
     let output = child.wait_with_output().expect("ended");
     assert_eq!(code, Some(75), "{}", stderr(&output));
@@ -555,11 +469,7 @@ fn rules_are_met_in_rounds() {
             break;
         }
         assert_eq!(output.status.code(), Some(75), "{}", stderr(&output));
-        assert!(
-            stderr(&output).contains("by the rule 'trials'"),
-            "{}",
-            stderr(&output)
-        );
+        assert!(stderr(&output).contains("by the rule 'trials'"), "{}", stderr(&output));
         assert!(rounds < 9);
     }
     let trials = json(&place.path("one/manifest.json"))["trials"].clone();
@@ -577,17 +487,10 @@ fn bits_of_two_machines_are_not_mixed() {
     let folders = place.shards(3, "1", &["--set", "engine=faer"]);
     let run = |shard: &Path| {
         let entry = std::fs::read_dir(shard).expect("a folder").next();
-        entry
-            .expect("a run")
-            .expect("a run")
-            .path()
-            .join("run.json")
+        entry.expect("a run").expect("a run").path().join("run.json")
     };
     let mut other = json(&run(&folders[1]));
-    let here = other["faer_instructions"]
-        .as_str()
-        .expect("text")
-        .to_owned();
+    let here = other["faer_instructions"].as_str().expect("text").to_owned();
     other["faer_instructions"] = "abacus".into();
     // With its checksum, which is no longer right, it says nothing.
     other.as_object_mut().expect("an object").remove("checksum");
@@ -607,10 +510,7 @@ fn bits_of_two_machines_are_not_mixed() {
     // Blocks of another machine do not count here; when this one has computed them, its own suffice.
     place.done(&["shard", "study.plan.json", "2"]);
     place.done(&merge);
-    assert_eq!(
-        json(&place.path("merged/manifest.json"))["faer_instructions"],
-        *here
-    );
+    assert_eq!(json(&place.path("merged/manifest.json"))["faer_instructions"], *here);
 }
 
 /// Job scripts are the shell's, the user's once they are there, and submitted in order.
@@ -661,10 +561,7 @@ fn job_scripts_are_written_and_submitted() {
                 .success()
         );
     }
-    place.write(
-        "study-slurm/study.sbatch",
-        &script.replace("nice=5", "nice=7"),
-    );
+    place.write("study-slurm/study.sbatch", &script.replace("nice=5", "nice=7"));
     let sbatch = "#!/bin/sh\necho \"$@\" >> calls\nwc -l < calls\n";
     executable(&place.path("sbatch"), sbatch);
     let path = format!(
@@ -673,17 +570,9 @@ fn job_scripts_are_written_and_submitted() {
         std::env::var("PATH").expect("PATH")
     );
     let mut command = place.command(&slurm);
-    let output = command
-        .arg("--submit")
-        .env("PATH", path)
-        .output()
-        .expect("runs");
+    let output = command.arg("--submit").env("PATH", path).output().expect("runs");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert!(
-        stderr(&output).contains("kept, although"),
-        "{}",
-        stderr(&output)
-    );
+    assert!(stderr(&output).contains("kept, although"), "{}", stderr(&output));
     let calls = std::fs::read_to_string(place.path("calls")).expect("calls");
     let work = place.path("study-slurm");
     let work = work.display();
@@ -701,10 +590,7 @@ fn job_scripts_are_written_and_submitted() {
             "options = [\"-C avx512\"]",
             "options: '-C avx512'; expected an option of sbatch in one word",
         ),
-        (
-            "options = [\"--a=1\\rtouch pwned\"]",
-            "without control characters",
-        ),
+        ("options = [\"--a=1\\rtouch pwned\"]", "without control characters"),
     ] {
         place.write("bad.toml", text);
         place.refused(&["slurm", "study.toml", "--config", "bad.toml"], &[part]);
@@ -723,20 +609,14 @@ fn no_path_is_a_command_of_a_job_script() {
             &["expected a text without control characters"],
         );
         let out = format!("--out={work}");
-        place.refused(
-            &["slurm", "study.toml", &out],
-            &["without control characters"],
-        );
+        place.refused(&["slurm", "study.toml", &out], &["without control characters"]);
         assert!(!place.path(work).exists());
     }
     std::os::unix::fs::symlink("nothing", place.path("link")).expect("a link");
     let work = ["slurm", "study.toml", "--work", "link"];
     place.refused(&work, &["link", "not a folder but a link"]);
     for work in ["a\\b", "50%"] {
-        place.refused(
-            &["slurm", "study.toml", "--work", work],
-            &["without \\ and %"],
-        );
+        place.refused(&["slurm", "study.toml", "--work", work], &["without \\ and %"]);
     }
     // The folder of the study too, which the scripts name by its absolute path.
     let folder = place.path("a\ntouch pwned\n#");

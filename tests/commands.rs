@@ -21,18 +21,12 @@ fn study(folder: &Path, name: &str) {
 
 #[test]
 fn the_version_says_of_which_source_and_for_which_instructions() {
-    let output = asobench(Path::new("."))
-        .arg("--version")
-        .output()
-        .expect("it runs");
+    let output = asobench(Path::new(".")).arg("--version").output().expect("it runs");
     let text = stdout(&output);
     let expected = concat!("asobench ", env!("CARGO_PKG_VERSION"), " (");
     assert!(text.starts_with(expected), "{text}");
     let isa = ["avx512)", "avx2)", "portable)"];
-    assert!(
-        isa.iter().any(|isa| text.trim_end().ends_with(isa)),
-        "{text}"
-    );
+    assert!(isa.iter().any(|isa| text.trim_end().ends_with(isa)), "{text}");
 }
 
 #[test]
@@ -59,12 +53,7 @@ fn completions_know_every_command() {
 
 #[test]
 fn every_command_has_a_manual_page() {
-    let page = |words: &[&str]| {
-        done_in(
-            Path::new("."),
-            &[&["completions", "--manual"], words].concat(),
-        )
-    };
+    let page = |words: &[&str]| done_in(Path::new("."), &[&["completions", "--manual"], words].concat());
     let whole = stdout(&page(&[]));
     let listed = whole
         .lines()
@@ -73,16 +62,10 @@ fn every_command_has_a_manual_page() {
     assert!(commands.len() > 20, "{whole}");
     for command in &commands {
         let text = stdout(&page(&[command]));
-        assert!(
-            text.contains(&format!(".TH asobench-{command} 1")),
-            "{command}: {text}"
-        );
+        assert!(text.contains(&format!(".TH asobench-{command} 1")), "{command}: {text}");
     }
     let other = asobench_in(Path::new("."), &["completions", "--manual", "nothing"]);
-    assert!(
-        stderr(&other).contains("--manual nothing: expected"),
-        "{other:?}"
-    );
+    assert!(stderr(&other).contains("--manual nothing: expected"), "{other:?}");
 }
 
 #[test]
@@ -95,17 +78,11 @@ fn verdicts_have_colour_where_that_is_wanted() {
         stdout(&command.output().expect("it runs"))
     };
     let plain = run(&[]);
-    assert!(
-        plain.contains("W  holds") && !plain.contains('\x1b'),
-        "{plain}"
-    );
+    assert!(plain.contains("W  holds") && !plain.contains('\x1b'), "{plain}");
     let forced = [("CLICOLOR_FORCE", "1")];
     let coloured = run(&forced);
     assert!(coloured.contains("W  \x1b[32mholds\x1b[0m"), "{coloured}");
-    assert_eq!(
-        coloured.replace("\x1b[32m", "").replace("\x1b[0m", ""),
-        plain
-    );
+    assert_eq!(coloured.replace("\x1b[32m", "").replace("\x1b[0m", ""), plain);
     assert_eq!(run(&[forced[0], ("NO_COLOR", "1")]), plain);
 }
 
@@ -122,12 +99,7 @@ fn several_files_run_one_after_the_other() {
         .expect("it runs");
     assert!(output.status.success(), "{}", stderr(&output));
     for name in ["a", "b"] {
-        assert!(
-            path.join("results")
-                .join(name)
-                .join("summary.json")
-                .is_file()
-        );
+        assert!(path.join("results").join(name).join("summary.json").is_file());
     }
     std::fs::create_dir(path.join("other")).expect("a folder");
     study(&path.join("other"), "a.toml");
@@ -138,16 +110,9 @@ fn several_files_run_one_after_the_other() {
         (&["a.toml", "other/a.toml"], "results/a"),
         (&["a.toml", "b.toml", "--out", "x"], "--out"),
     ] {
-        let output = asobench(path)
-            .arg("run")
-            .args(arguments)
-            .output()
-            .expect("it runs");
+        let output = asobench(path).arg("run").args(arguments).output().expect("it runs");
         let line = stderr(&output);
-        assert!(
-            output.status.code() == Some(2) && line.contains(part),
-            "{line}"
-        );
+        assert!(output.status.code() == Some(2) && line.contains(part), "{line}");
         assert_eq!(line.lines().count(), 1, "{line}");
     }
     // Nothing ran before the mistake was found.
@@ -161,17 +126,12 @@ fn a_report_is_opened() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
     study(path, "a.toml");
-    asobench(path)
-        .args(["run", "a.toml"])
-        .output()
-        .expect("it runs");
+    asobench(path).args(["run", "a.toml"]).output().expect("it runs");
     executable(&path.join("xdg-open"), "#!/bin/sh\necho \"$1\" > opened\n");
     let paths = format!("{}:/usr/bin:/bin", path.display());
     let report = |paths: &str| {
         let mut command = asobench(path);
-        command
-            .args(["report", "results/a", "--open"])
-            .env("PATH", paths);
+        command.args(["report", "results/a", "--open"]).env("PATH", paths);
         command.output().expect("it runs")
     };
     assert!(report(&paths).status.success());
@@ -208,10 +168,7 @@ fn a_continuous_study_begins_with_a_template() {
     let file = std::fs::read_to_string(path.join("mine.toml")).expect("a file");
     let wrong = file.replace("level = [0.1, 0.3]", "amplitude = 0.1");
     std::fs::write(path.join("wrong.toml"), wrong).expect("a file");
-    let output = asobench(path)
-        .args(["run", "wrong.toml"])
-        .output()
-        .expect("it runs");
+    let output = asobench(path).args(["run", "wrong.toml"]).output().expect("it runs");
     let line = stderr(&output);
     assert!(
         line.contains("amplitude") && line.contains("level, frequency"),
@@ -253,10 +210,7 @@ fn tells_results_in_the_unit_of_the_file(path: &Path, estimate: &dyn Fn(f64) -> 
             ("/estimates/0/residuals/bound_R_eu_99", 2),
         ] {
             let ratio = number(&json, pointer) / number(&first, pointer) / scale.powi(degree);
-            assert!(
-                unit != 0 || (ratio - 1.0).abs() < 1e-9,
-                "2^{power}: {pointer} {ratio}"
-            );
+            assert!(unit != 0 || (ratio - 1.0).abs() < 1e-9, "2^{power}: {pointer} {ratio}");
         }
         let variance = number(&json, "/estimates/0/noise_variance");
         let line = text.lines().find(|line| line.contains("noise variance"));
@@ -311,12 +265,7 @@ fn estimates_do_not_depend_on_the_unit() {
     };
     let numbers = |scale: f64| -> Vec<f64> {
         let output = estimate([scale; 2]);
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{scale:e}: {}",
-            stderr(&output)
-        );
+        assert_eq!(output.status.code(), Some(0), "{scale:e}: {}", stderr(&output));
         let json: serde_json::Value = serde_json::from_str(&stdout(&output)).expect("JSON");
         let unit = json["unit"].as_f64().unwrap();
         let mut found = Vec::new();
@@ -339,18 +288,12 @@ fn estimates_do_not_depend_on_the_unit() {
         let found = numbers(scale);
         assert_eq!(found.len(), expected.len());
         for (a, b) in expected.iter().zip(&found) {
-            assert!(
-                (a - b).abs() <= 1e-6 * a.abs().max(1e-3),
-                "{scale:e}: {a} {b}"
-            );
+            assert!((a - b).abs() <= 1e-6 * a.abs().max(1e-3), "{scale:e}: {a} {b}");
         }
     }
     tells_results_in_the_unit_of_the_file(path, &|scale| estimate([scale; 2]));
     for (units, part) in [
-        (
-            [1e-300, 1e-300],
-            "expected 1e-290 to 1e300: choose another unit",
-        ),
+        ([1e-300, 1e-300], "expected 1e-290 to 1e300: choose another unit"),
         ([1.0, 1e120], "expected at most 1e100 times as much"),
         ([1e120, 1.0], "expected at most 1e100 times as much"),
     ] {

@@ -78,22 +78,14 @@ impl Row {
 type Interval = (&'static str, (f64, f64), f64, Expected);
 
 /// The rows of a study, repeated. `study` is given the numbers of a repetition: `width` for each trial.
-fn repeat(
-    law: &'static str,
-    trials: usize,
-    width: usize,
-    study: impl Fn(&[f64]) -> Vec<Interval>,
-) -> Vec<Row> {
+fn repeat(law: &'static str, trials: usize, width: usize, study: impl Fn(&[f64]) -> Vec<Interval>) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     let mut z = vec![0.0; trials * width];
     // Every law and size has numbers of its own.
-    let seed = law
-        .bytes()
-        .fold(trials as u64, |h, b| 31 * h + u64::from(b));
+    let seed = law.bytes().fold(trials as u64, |h, b| 31 * h + u64::from(b));
     for repetition in 0..REPETITIONS {
         fill_standard_normal(&mut stream(seed, repetition, Purpose::NoiseDrive), &mut z);
-        for (index, (statistic, (low, high), truth, expected)) in study(&z).into_iter().enumerate()
-        {
+        for (index, (statistic, (low, high), truth, expected)) in study(&z).into_iter().enumerate() {
             if index == rows.len() {
                 rows.push(Row {
                     statistic,
@@ -144,11 +136,7 @@ fn exponential_law(trials: usize) -> Vec<Row> {
     let (low, high) = (-0.95_f64.ln(), -0.05_f64.ln());
     let trimmed = ((1.0 + low) * 0.95 - (1.0 + high) * 0.05) / 0.9;
     repeat("exponential(1)", trials, 2, |z| {
-        let x = z
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .map(|[a, b]| exponential(*a, *b));
+        let x = z.as_chunks::<2>().0.iter().map(|[a, b]| exponential(*a, *b));
         let found = Sample::from_values(x).statistics(Worse::Larger);
         vec![
             interval("mean", found.mean, 1.0),
@@ -177,32 +165,15 @@ fn wilson_coverage(p: f64, trials: usize) -> f64 {
 
 /// Shares P(x > -ln p) = p of Exp(1).
 fn shares(trials: usize) -> Vec<Row> {
-    const SHARES: [(&str, f64); 3] = [
-        ("share 0.5", 0.5),
-        ("share 0.1", 0.1),
-        ("share 0.005", 0.005),
-    ];
+    const SHARES: [(&str, f64); 3] = [("share 0.5", 0.5), ("share 0.1", 0.1), ("share 0.005", 0.005)];
     let expected = SHARES.map(|(_, p)| wilson_coverage(p, trials));
-    assert!(
-        expected[..2]
-            .iter()
-            .all(|share| (0.93..=0.97).contains(share))
-    );
+    assert!(expected[..2].iter().all(|share| (0.93..=0.97).contains(share)));
     repeat("binomial, Wilson", trials, 2, |z| {
         let rows = SHARES.iter().zip(expected).map(|((name, p), expected)| {
-            let x = z
-                .as_chunks::<2>()
-                .0
-                .iter()
-                .map(|[a, b]| exponential(*a, *b));
+            let x = z.as_chunks::<2>().0.iter().map(|[a, b]| exponential(*a, *b));
             let count = x.filter(|x| *x > -p.ln()).count();
             let share = Share::new(count as u64, trials as u64);
-            (
-                *name,
-                (share.low, share.high),
-                *p,
-                Expected::Exactly(expected),
-            )
+            (*name, (share.low, share.high), *p, Expected::Exactly(expected))
         });
         rows.collect()
     })
@@ -221,12 +192,7 @@ fn differences(trials: usize) -> Vec<Row> {
         vec![
             interval("mean difference", found.mean_difference, 0.3),
             at("median difference", found.median_difference, 0.3),
-            (
-                "share smaller",
-                (share.low, share.high),
-                p,
-                Expected::Nominal,
-            ),
+            ("share smaller", (share.low, share.high), p, Expected::Nominal),
         ]
     })
 }
@@ -285,12 +251,7 @@ fn slopes(trials: usize) -> Vec<Row> {
         vec![
             ("slope rmse, 1.96", plain.interval(), -0.5, student),
             ("slope rmse, t", rmse.interval(), -0.5, Expected::Nominal),
-            (
-                "slope median, t",
-                median.interval(),
-                -0.5,
-                Expected::Nominal,
-            ),
+            ("slope median, t", median.interval(), -0.5, Expected::Nominal),
         ]
     })
 }
@@ -331,16 +292,10 @@ fn heavy(trials: usize) -> Vec<Row> {
         ]
     });
     rows.extend(repeat("lognormal(1.5)", trials, 1, |z| {
-        let found =
-            Sample::from_values(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
+        let found = Sample::from_values(z.iter().map(|z| libm::exp(1.5 * z))).statistics(Worse::Larger);
         let rmse = found.rmse.interval();
         vec![
-            (
-                "rmse",
-                rmse,
-                libm::exp(2.25),
-                Expected::Exactly(lognormal.0),
-            ),
+            ("rmse", rmse, libm::exp(2.25), Expected::Exactly(lognormal.0)),
             at("median", found.q50, 1.0),
             flagged(found.dominated, lognormal.1),
         ]
@@ -372,13 +327,7 @@ fn fewest() -> Vec<Row> {
     const Q25: f64 = -0.674_489_750_196_081_7;
     let statistics: [Statistic; 11] = [
         ("mean", 7, 1, |z| statistics(z).mean.interval(), 0.0),
-        (
-            "trimmed mean",
-            7,
-            1,
-            |z| statistics(z).trimmed.interval(),
-            0.0,
-        ),
+        ("trimmed mean", 7, 1, |z| statistics(z).trimmed.interval(), 0.0),
         ("sd", 40, 1, |z| statistics(z).sd.interval(), 1.0),
         ("mse", 40, 1, |z| statistics(z).mse.interval(), 1.0),
         ("rmse", 40, 1, |z| statistics(z).rmse.interval(), 1.0),
@@ -387,13 +336,7 @@ fn fewest() -> Vec<Row> {
         ("q05", 92, 1, |z| statistics(z).q05.interval(), -Z95),
         ("rmse ratio", 40, 2, |z| pairs(z).interval(), 1.0),
         ("slope rmse, t", 20, 2, |z| slope_of(z, SlopeOf::Rmse), 0.0),
-        (
-            "slope median, t",
-            40,
-            2,
-            |z| slope_of(z, SlopeOf::Median),
-            0.0,
-        ),
+        ("slope median, t", 40, 2, |z| slope_of(z, SlopeOf::Median), 0.0),
     ];
     let rows = statistics.into_iter();
     let rows = rows.flat_map(|(name, trials, width, interval, truth)| {
@@ -414,15 +357,7 @@ fn few_trials_have_intervals_that_mean_something() {
 
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
-    let studies = [
-        normal,
-        exponential_law,
-        shares,
-        differences,
-        ratios,
-        slopes,
-        heavy,
-    ];
+    let studies = [normal, exponential_law, shares, differences, ratios, slopes, heavy];
     println!("95 % intervals over {REPETITIONS} studies of M trials");
     println!(
         "{:<19} {:<17} {:>5}  {:>14}  expected",

@@ -3,8 +3,8 @@
 use asobench::estimator::{Estimator, LeastSquares, Method, Output, Pass, Solver, Window};
 use asobench::study::file::{ExperimentFile, TrialRule};
 use asobench::study::{
-    Campaign, Cell, CellTally, DiscreteCell, Engine, Experiment, Measure, Row, Rows, RunOptions,
-    Source, StoredTrials, Trial, Trials, Worker, run,
+    Campaign, Cell, CellTally, DiscreteCell, Engine, Experiment, Measure, Row, Rows, RunOptions, Source, StoredTrials,
+    Trial, Trials, Worker, run,
 };
 use polars::prelude::{Column, DataFrame, ParquetReader, ParquetWriter, SerReader};
 use std::path::Path;
@@ -40,12 +40,7 @@ fn kept_after(experiment: &Experiment, cell: &Cell, before: &[u64], trial: u64) 
 
 /// Runs into a folder in blocks of its own length for each number of threads; returns the bytes of its trials and the
 /// cells' tallies.
-fn bytes(
-    experiment: &Experiment,
-    trials: u64,
-    threads: usize,
-    path: &Path,
-) -> (Vec<u8>, Vec<CellTally>) {
+fn bytes(experiment: &Experiment, trials: u64, threads: usize, path: &Path) -> (Vec<u8>, Vec<CellTally>) {
     let stop = AtomicBool::new(false);
     let options = RunOptions {
         threads,
@@ -153,19 +148,13 @@ fn check_threads(experiment: &Experiment) {
             let rows = trials.iter().sum::<u64>() * outputs as u64;
             let stored = StoredTrials::open(folder, rows).expect("a table");
             let mut stored = stored.expect("the trials");
-            stored
-                .alike(experiment, cell, &trials, &kept)
-                .expect("a table")
+            stored.alike(experiment, cell, &trials, &kept).expect("a table")
         };
         assert_eq!(alike(folder.path()), Some(true));
         let first = (cell * TRIALS as usize + trial as usize) * outputs;
         let changed = tempfile::tempdir().expect("a folder");
         write_changed(&table, "e_b", first, &changed.path().join("trials.parquet"));
-        assert_eq!(
-            alike(changed.path()),
-            Some(false),
-            "a changed bit must be seen"
-        );
+        assert_eq!(alike(changed.path()), Some(false), "a changed bit must be seen");
     }
 }
 
@@ -183,10 +172,7 @@ fn a_trial_is_a_pure_function() {
             rows_after(experiment, cell, before, 5)
         };
         let expected = run_one(&whole, "C3", &[]);
-        for found in [
-            run_one(&alone, "C3", &[]),
-            run_one(&whole, "C3", &[4, 1000, 5]),
-        ] {
+        for found in [run_one(&alone, "C3", &[]), run_one(&whole, "C3", &[4, 1000, 5])] {
             assert!(expected.iter().zip(&found).all(|(a, b)| a.same_bits(b)));
         }
         assert!(!expected[0].same_bits(&run_one(&on(engine, 10), "C3", &[])[0]));
@@ -213,13 +199,7 @@ fn cells_share_their_random_numbers() {
         let rows = |index: usize| rows_after(&experiment, &experiment.cells[index], &[], 12);
         let (short, long) = (rows(0), rows(1));
         for (short, long) in short.iter().zip(&long) {
-            for figure in [
-                Measure::Ea,
-                Measure::Eb,
-                Measure::Eh,
-                Measure::Ex0,
-                Measure::Condition,
-            ] {
+            for figure in [Measure::Ea, Measure::Eb, Measure::Eh, Measure::Ex0, Measure::Condition] {
                 assert_eq!(short[figure].to_bits(), long[figure].to_bits());
             }
         }
@@ -272,18 +252,10 @@ fn a_panicking_estimator_ends_the_run() {
     };
     experiment
         .methods
-        .push(Method::new("panics", vec![output], |_| {
-            Ok(Box::new(Panics))
-        }));
+        .push(Method::new("panics", vec![output], |_| Ok(Box::new(Panics))));
     assert!(panics_in_time(move || {
         let stop = AtomicBool::new(false);
-        let _ = run(
-            &experiment,
-            5000,
-            2,
-            &stop,
-            |_| Ok::<(), std::io::Error>(()),
-        );
+        let _ = run(&experiment, 5000, 2, &stop, |_| Ok::<(), std::io::Error>(()));
     }));
 }
 
@@ -292,13 +264,9 @@ fn a_panicking_estimator_ends_the_run() {
 fn a_panicking_consumer_ends_the_run() {
     assert!(panics_in_time(|| {
         let (experiment, stop) = (Experiment::nikolov2023(1), AtomicBool::new(false));
-        let _ = run(
-            &experiment,
-            50_000,
-            2,
-            &stop,
-            |_| -> Result<(), std::io::Error> { panic!("a mistake in a consumer") },
-        );
+        let _ = run(&experiment, 50_000, 2, &stop, |_| -> Result<(), std::io::Error> {
+            panic!("a mistake in a consumer")
+        });
     }));
 }
 
@@ -356,9 +324,7 @@ fn arx_is_measured_as_its_structure_allows() {
             let (ls, same) = (ls[measure], same[measure]);
             assert!((ls - same).abs() < 1e-6 * ls, "{measure}: {ls} {same}");
             let coordinates = measure != Measure::ImpulseResponse;
-            assert!(
-                more[measure].is_nan() == coordinates && direct[measure].is_nan() == coordinates
-            );
+            assert!(more[measure].is_nan() == coordinates && direct[measure].is_nan() == coordinates);
         }
         for row in [more, direct] {
             assert!(row[Measure::ImpulseResponse] < 0.2 && row[Measure::FreshFit] > 80.0);
@@ -383,9 +349,7 @@ fn nothing_is_carried_from_trial_to_trial() {
         estimator: "own".to_owned(),
         pass: 0,
     };
-    experiment.methods = vec![Method::new("only even", vec![output], |_| {
-        Ok(Box::new(OnlyEven(0)))
-    })];
+    experiment.methods = vec![Method::new("only even", vec![output], |_| Ok(Box::new(OnlyEven(0))))];
     let mut trial = Trial::new(&experiment, &experiment.cells[1]).expect("a valid cell");
     assert!(!trial.run(0).unwrap()[0][Measure::Ea].is_nan());
     assert!(trial.run(1).unwrap()[0][Measure::Ea].is_nan());

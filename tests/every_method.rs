@@ -93,12 +93,7 @@ fn record(recipe: &Recipe) -> Signals {
         let (drawn, e) = (uniform(), uniform());
         y[k] = x[k] + recipe.noise * e;
         r[k] = if recipe.constant { 1.0 } else { drawn };
-        u[k] = r[k]
-            - if recipe.constant {
-                0.0
-            } else {
-                past(&[0.0, 0.1], &y)
-            };
+        u[k] = r[k] - if recipe.constant { 0.0 } else { past(&[0.0, 0.1], &y) };
     }
     [u, y, r]
 }
@@ -139,16 +134,10 @@ fn hard_records_end_in_a_model_or_a_typed_failure() {
             let has_a_model = pass.progress >= Progress::Parameters;
             let finite = pass.model.parameters().all(f64::is_finite);
             let errors = pass.model.standard_errors().unwrap_or_default();
-            let is_whole =
-                has_a_model && finite && errors.iter().all(|se| *se >= 0.0 && se.is_finite());
-            let promised = pass
-                .failure
-                .is_none_or(|failure| failure.kind.leaves_a_model());
+            let is_whole = has_a_model && finite && errors.iter().all(|se| *se >= 0.0 && se.is_finite());
+            let promised = pass.failure.is_none_or(|failure| failure.kind.leaves_a_model());
             if promised && !is_whole {
-                wrong.push(format!(
-                    "{}: {name}: {:?} {errors:?}",
-                    recipe.name, pass.failure
-                ));
+                wrong.push(format!("{}: {name}: {:?} {errors:?}", recipe.name, pass.failure));
             }
         }
     }
@@ -168,24 +157,13 @@ fn recursions_notice_an_order_too_many() {
             ..SECOND
         };
         let record = record(&recipe);
-        for name in [
-            "rls",
-            "rels",
-            "recursive-iv",
-            "recursive-sriv",
-            "rpem",
-            "arx",
-        ] {
+        for name in ["rls", "rels", "recursive-iv", "recursive-sriv", "rpem", "arx"] {
             let options = options(name.parse().expect("a name")).expect("options");
             let kind = |order: usize| {
                 let pass = estimate(&options, order, &record).expect("a pass");
                 pass.failure.map(|failure| failure.kind)
             };
-            assert_eq!(
-                kind(3),
-                Some(FailureKind::RankDeficient),
-                "{name}, {samples} samples"
-            );
+            assert_eq!(kind(3), Some(FailureKind::RankDeficient), "{name}, {samples} samples");
             assert_eq!(kind(2), None, "{name}, {samples} samples");
         }
     }
@@ -246,8 +224,7 @@ fn other_units_change_nothing_but_the_units() {
     let signals = record(&SECOND);
     let mut wrong = Vec::new();
     for name in EstimatorName::ALL {
-        let Some(of_record) = options(*name).and_then(|options| estimate(&options, 2, &signals))
-        else {
+        let Some(of_record) = options(*name).and_then(|options| estimate(&options, 2, &signals)) else {
             assert_eq!(name.name(), "known");
             continue;
         };
@@ -274,9 +251,7 @@ fn other_units_change_nothing_but_the_units() {
             let found = with_units(&pass, [of_input, of_output]);
             for ((what, expected, _), (_, found, unit)) in expected.iter().zip(&found) {
                 let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-                let near = |(x, y): (&f64, &f64)| {
-                    (x - y / unit).abs() <= 1e-9 * largest || x.is_nan() && y.is_nan()
-                };
+                let near = |(x, y): (&f64, &f64)| (x - y / unit).abs() <= 1e-9 * largest || x.is_nan() && y.is_nan();
                 if expected.len() != found.len() || !expected.iter().zip(found).all(near) {
                     wrong.push(format!("{case} {what}: {expected:?} {found:?}"));
                 }
@@ -320,11 +295,7 @@ fn searches_take_the_same_steps_in_all_units() {
                 }
                 model.noise_variance /= of_output * of_output;
                 assert_eq!(*model, of_record.model, "{what}");
-                assert_eq!(
-                    pass.loss / (of_output * of_output),
-                    of_record.loss,
-                    "{what}"
-                );
+                assert_eq!(pass.loss / (of_output * of_output), of_record.loss, "{what}");
             }
         }
     }

@@ -1,9 +1,7 @@
 //! Records from which a method cannot have a model, and options that it cannot have, for every estimator of the
 //! registry. The expected failures follow from how the methods solve, as `docs/methods.md` says under "Failures".
 
-use asobench::estimator::{
-    EstimatorName, FailureKind, Method, MethodOptions, Pass, Problem, Progress, Shape, Window,
-};
+use asobench::estimator::{EstimatorName, FailureKind, Method, MethodOptions, Pass, Problem, Progress, Shape, Window};
 use asobench::model::LinearModel;
 use asobench::signal::{Purpose, stream};
 use rand::Rng as _;
@@ -113,8 +111,9 @@ fn of_no_rank(name: EstimatorName) -> &'static [FailureKind] {
     match name.name() {
         "oe" | "armax" | "bj" | "general" | "pem-t" => &[NotIdentifiable],
         "pem-eiv" => &[NotIdentifiable, Singular],
-        "wnsf" | "bjsm" | "morsm" | "ssarx" | "rls" | "recursive-iv" | "rels"
-        | "recursive-sriv" | "rpem" => &[RankDeficient],
+        "wnsf" | "bjsm" | "morsm" | "ssarx" | "rls" | "recursive-iv" | "rels" | "recursive-sriv" | "rpem" => {
+            &[RankDeficient]
+        }
         "moesp" | "n4sid" | "cva" | "parsim-k" | "pem" => &[Singular, RankDeficient],
         _ => &[Singular],
     }
@@ -150,10 +149,7 @@ fn a_silent_reference_is_singular() {
     let [u, y, _] = in_a_loop(SECOND, 0.3, 2, 200);
     let record = [u, y, vec![0.0; 200]];
     let mut count = 0;
-    for (name, options) in methods(&[("instruments", json!("r"))])
-        .into_iter()
-        .chain(methods(&[]))
-    {
+    for (name, options) in methods(&[("instruments", json!("r"))]).into_iter().chain(methods(&[])) {
         if options.needs().reference.is_some() {
             count += 1;
             let pass = estimate(&options, 2, &record).expect("enough samples");
@@ -213,15 +209,15 @@ fn the_shortest_record_that_a_method_takes() {
 /// The kinds that a method must have on some of the records below, and those that it may have.
 fn kinds(name: EstimatorName) -> [Vec<FailureKind>; 2] {
     use FailureKind::{
-        Boundary, Implausible, IterationLimit, NoConvergence, NonFinite, NotIdentifiable,
-        RankDeficient, Singular, UnstableInstruments, UnstablePredictor,
+        Boundary, Implausible, IterationLimit, NoConvergence, NonFinite, NotIdentifiable, RankDeficient, Singular,
+        UnstableInstruments, UnstablePredictor,
     };
     let solves = [NonFinite, Singular, RankDeficient];
     let with = |more: &[FailureKind]| [&solves, more].concat();
     let iterates = [IterationLimit, UnstablePredictor];
     match name.name() {
         "kreisselmeier" | "zhang" | "joint-ekf" => [vec![NonFinite], vec![]],
-        "rls" | "recursive-iv" | "rels" | "recursive-sriv" | "rpem" => {
+        "rls" | "recursive-iv" | "rels" | "recursive-sriv" | "rpem" | "ssarx" => {
             [vec![NonFinite, RankDeficient], vec![]]
         }
         "iv4" => [with(&[UnstableInstruments]), vec![]],
@@ -234,36 +230,25 @@ fn kinds(name: EstimatorName) -> [Vec<FailureKind>; 2] {
             vec![],
         ],
         "indirect" => [with(&[NoConvergence, UnstablePredictor]), vec![]],
-        "wnsf" => [
-            vec![NonFinite, RankDeficient, IterationLimit],
-            vec![Implausible],
-        ],
+        "wnsf" => [vec![NonFinite, RankDeficient, IterationLimit], vec![Implausible]],
         "bjsm" | "morsm" => [
             vec![NonFinite, RankDeficient, IterationLimit, UnstablePredictor],
             vec![],
         ],
-        "oe" | "armax" | "bj" | "general" | "pem-t" => [
-            vec![NonFinite, NotIdentifiable, Boundary],
-            vec![IterationLimit],
-        ],
+        "oe" | "armax" | "bj" | "general" | "pem-t" => {
+            [vec![NonFinite, NotIdentifiable, Boundary], vec![IterationLimit]]
+        }
         "pem-eiv" => [
             vec![NonFinite, Boundary],
             vec![Singular, RankDeficient, NotIdentifiable, IterationLimit],
         ],
         "pem" => [with(&[Boundary]), vec![NotIdentifiable, IterationLimit]],
         "kernel-fir" => [
-            vec![
-                NonFinite,
-                Singular,
-                Boundary,
-                IterationLimit,
-                NotIdentifiable,
-            ],
+            vec![NonFinite, Singular, Boundary, IterationLimit, NotIdentifiable],
             vec![Implausible],
         ],
         // Whether u excites the block rows is asked first.
         "moesp" | "n4sid" | "parsim-k" => [vec![NonFinite, RankDeficient], vec![Singular]],
-        "ssarx" => [vec![NonFinite, RankDeficient], vec![]],
         _ => [with(&[]), vec![]],
     }
 }
@@ -325,9 +310,7 @@ fn every_kind_of_every_method_is_met() {
         let [must, may] = kinds(name);
         let met = &met[name.name()];
         let missing: Vec<_> = must.iter().filter(|kind| !met.contains(kind)).collect();
-        let others = met
-            .iter()
-            .filter(|kind| !must.contains(kind) && !may.contains(kind));
+        let others = met.iter().filter(|kind| !must.contains(kind) && !may.contains(kind));
         let others: Vec<_> = others.collect();
         if !(missing.is_empty() && others.is_empty()) {
             wrong.push(format!("{name}: not met {missing:?}, beyond {others:?}"));
@@ -441,10 +424,7 @@ fn texts_that_recursions_refuse() {
         // Without orders among the options the setting decides, and a theta0 of another length is refused there.
         let given = Map::from_iter([("theta0".to_owned(), json!("1,2,3"))]);
         let options = name.parse(given).expect("three numbers");
-        let shape = Shape {
-            order: 4,
-            window: 200,
-        };
+        let shape = Shape { order: 4, window: 200 };
         let error = options.prepare(&shape.into()).err().expect("refused");
         assert!(error.to_string().contains('3'), "{name}: {error}");
     }

@@ -16,10 +16,7 @@ fn refused(folder: &Path, arguments: &[&str]) -> String {
     let text = stderr(&output);
     let (line, meant) = text.split_once('\n').unwrap_or_default();
     let is_one = meant.is_empty() || meant.starts_with("  try: ") && meant.lines().count() == 1;
-    assert!(
-        output.status.code() == Some(2) && is_one,
-        "{arguments:?}: {text}"
-    );
+    assert!(output.status.code() == Some(2) && is_one, "{arguments:?}: {text}");
     line.to_owned()
 }
 
@@ -30,8 +27,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn summary(path: &Path) -> Value {
-    serde_json::from_slice(&std::fs::read(path.join("summary.json")).expect("a file"))
-        .expect("JSON")
+    serde_json::from_slice(&std::fs::read(path.join("summary.json")).expect("a file")).expect("JSON")
 }
 
 /// Records do not depend on methods: a method has the same numbers alone as among others.
@@ -69,9 +65,7 @@ fn another_seed_and_store_are_keys_of_the_file() {
     let at = folder.path();
     done(
         at,
-        &[
-            "run", "s.toml", "--seed", "7", "--store", "trials", "--out", "flags",
-        ],
+        &["run", "s.toml", "--seed", "7", "--store", "trials", "--out", "flags"],
     );
     done(
         at,
@@ -87,15 +81,11 @@ fn another_seed_and_store_are_keys_of_the_file() {
         ],
     );
     for file in ["summary.json", "trials.parquet"] {
-        let [flags, keys] =
-            ["flags", "keys"].map(|name| std::fs::read(at.join(name).join(file)).expect("a file"));
+        let [flags, keys] = ["flags", "keys"].map(|name| std::fs::read(at.join(name).join(file)).expect("a file"));
         assert!(flags == keys, "{file}");
     }
     let line = refused(at, &["run", "s.toml", "--seed", "7", "--confirm", "9"]);
-    assert!(
-        line.contains("--seed") && line.contains("--confirm"),
-        "{line}"
-    );
+    assert!(line.contains("--seed") && line.contains("--confirm"), "{line}");
 }
 
 #[test]
@@ -105,16 +95,7 @@ fn results_are_compared_by_experiment_and_by_cell() {
     done(at, &["run", "s.toml", "--out", "a"]);
     done(
         at,
-        &[
-            "run",
-            "s.toml",
-            "--seed",
-            "7",
-            "--set",
-            "window=98",
-            "--out",
-            "b",
-        ],
+        &["run", "s.toml", "--seed", "7", "--set", "window=98", "--out", "b"],
     );
     let text = stdout(&done(at, &["compare", "a", "b", "--measure", "e_b"]));
     assert!(
@@ -125,10 +106,7 @@ fn results_are_compared_by_experiment_and_by_cell() {
     let rows = text.lines().filter(|line| line.starts_with("N = 98"));
     let all: Vec<&str> = rows.collect();
     assert!(all.len() == 6 && !text.contains("N = 40"), "{text}");
-    assert!(
-        text.lines().all(|line| line.chars().count() <= 80),
-        "{text}"
-    );
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     let same = stdout(&done(at, &["compare", "a", "a"]));
     assert!(same.starts_with("a and a: the same experiment."), "{same}");
     assert!(
@@ -138,10 +116,7 @@ fn results_are_compared_by_experiment_and_by_cell() {
         "{same}"
     );
     let line = refused(at, &["compare", "a", "b", "--measure", "fit_fresh"]);
-    assert!(
-        line.contains("no cell with the same settings has fit_fresh"),
-        "{line}"
-    );
+    assert!(line.contains("no cell with the same settings has fit_fresh"), "{line}");
 }
 
 /// With 18 samples some passes fail in some trials.
@@ -151,25 +126,13 @@ fn failures_are_listed_with_the_command_that_replays_one() {
     let at = folder.path();
     let text = stdout(&done(
         at,
-        &[
-            "run",
-            "s.toml",
-            "--set",
-            "window=18",
-            "--trials",
-            "200",
-            "--out",
-            "few",
-        ],
+        &["run", "s.toml", "--set", "window=18", "--trials", "200", "--out", "few"],
     ));
     let listed = stdout(&done(at, &["failures", "few"]));
     let counted = summary(&at.join("few"));
     let outputs = counted["cells"][0]["outputs"].as_array().expect("a list");
     let kinds = outputs.iter().flat_map(|output| {
-        let kinds = output["outcomes"]["failures"]
-            .as_object()
-            .into_iter()
-            .flatten();
+        let kinds = output["outcomes"]["failures"].as_object().into_iter().flatten();
         kinds
             .map(|(kind, count)| format!("{kind} in {count} of 200 trials"))
             .collect::<Vec<_>>()
@@ -210,10 +173,7 @@ fn words_are_explained() {
     ] {
         let text = explained(word);
         assert!(text.contains(part), "{word}: {text}");
-        assert!(
-            text.lines().all(|line| line.chars().count() <= 80),
-            "{text}"
-        );
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
     let line = refused(folder.path(), &["explain", "kalman"]);
     assert!(
@@ -221,10 +181,7 @@ fn words_are_explained() {
         "{line}"
     );
     let line = refused(folder.path(), &["explain", "sede"]);
-    assert!(
-        line.contains("did you mean 'seed'?") && line.len() < 200,
-        "{line}"
-    );
+    assert!(line.contains("did you mean 'seed'?") && line.len() < 200, "{line}");
 }
 
 #[test]
@@ -247,10 +204,7 @@ fn names_from_elsewhere_lead_to_ours() {
         assert!(line.contains(here), "{line}");
     }
     let line = refused(folder.path(), &["methods", "ssest"]);
-    assert!(
-        line.contains("'ssest', which is called 'pem' here"),
-        "{line}"
-    );
+    assert!(line.contains("'ssest', which is called 'pem' here"), "{line}");
 }
 
 #[test]
@@ -287,10 +241,7 @@ fn a_figure_is_drawn_as_it_is_asked_for() {
         "p.svg",
     ]);
     assert!(path == "p.svg" && svg.contains("RMSE of five passes") && svg.contains("iv(4)"));
-    assert!(
-        said.contains("RMSE over trials with 95 % intervals."),
-        "{said}"
-    );
+    assert!(said.contains("RMSE over trials with 95 % intervals."), "{said}");
     for (arguments, part) in [
         (
             &["--measure", "fit_fresh"][..],
@@ -325,20 +276,14 @@ fn flags_have_the_names_of_other_commands() {
         &["estimate", "my.csv", "--order", "1", "--method", "arx"],
     );
     done(at, &["run", "s.toml", "-o", "all"]);
-    done(
-        at,
-        &["run", "s.toml", "--methods", "iv,arx", "--output", "both"],
-    );
+    done(at, &["run", "s.toml", "--methods", "iv,arx", "--output", "both"]);
     let [all, both] = ["all", "both"].map(|name| summary(&at.join(name)));
     assert_eq!(all["cells"], both["cells"]);
     same(
         &["plot", "all", "--over", "window", "--measure", "e_b"],
         &["plot", "all", "--x", "N", "--y", "e_b"],
     );
-    let text = stdout(&done(
-        at,
-        &["explain", "detrend", "time constant", "offset"],
-    ));
+    let text = stdout(&done(at, &["explain", "detrend", "time constant", "offset"]));
     assert!(
         text.contains("detrend (flag of estimate, observe, study-from): Subtract a trend")
             && text.contains("time constant (glossary)"),
@@ -368,10 +313,7 @@ fn flags_have_the_names_of_other_commands() {
 fn an_answer_names_what_the_command_has() {
     let folder = folder();
     for (arguments, part) in [
-        (
-            &["run", "s.toml", "--algorithm", "oe"][..],
-            "here: --method NAME",
-        ),
+        (&["run", "s.toml", "--algorithm", "oe"][..], "here: --method NAME"),
         (&["run", "s.toml", "--noise", "0.2"], "here: --set eta=10"),
         (
             &["run", "s.toml", "--resume"],
@@ -386,10 +328,7 @@ fn an_answer_names_what_the_command_has() {
             "here: --horizon K: FIT of predictions K steps ahead",
         ),
         (&["reproduce", "paper"], "here: --paper nikolov"),
-        (
-            &["reproduce", "--quick"],
-            "here: --paper nikolov --trials 100",
-        ),
+        (&["reproduce", "--quick"], "here: --paper nikolov --trials 100"),
         (
             &["plot", "out", "--y", "rmse"],
             "expected a measure, such as e_a, and --statistic rmse",
@@ -411,24 +350,15 @@ fn names_of_other_programs_lead_to_those_here() {
     let at = folder.path();
     std::fs::write(at.join("a.csv"), "u,y\n1,2\n").expect("a file");
     for (arguments, part) in [
-        (
-            &["fit", "my.csv"][..],
-            "here: asobench estimate RECORD.csv --order 2",
-        ),
-        (
-            &["arx", "my.csv"],
-            "asobench estimate RECORD.csv --estimator NAME",
-        ),
+        (&["fit", "my.csv"][..], "here: asobench estimate RECORD.csv --order 2"),
+        (&["arx", "my.csv"], "asobench estimate RECORD.csv --estimator NAME"),
         (&["simulate", "s.toml"], "here: asobench run STUDY.toml"),
         (&["estimate", "my.csv", "-n", "2"], "here: --order N"),
         (
             &["run", "s.toml", "--na", "2"],
             "orders = \"na=2,nb=2,nk=1\" of a method in the file",
         ),
-        (
-            &["estimate", "my.csv", "--model", "oe"],
-            "here: --estimator NAME",
-        ),
+        (&["estimate", "my.csv", "--model", "oe"], "here: --estimator NAME"),
         (
             &["estimate", "my.csv", "--delimiter", ";"],
             "separators, decimal commas and headers are recognised",
@@ -436,18 +366,12 @@ fn names_of_other_programs_lead_to_those_here() {
         (&["run", "s.toml", "--jobs", "2"], "here: --threads N"),
         (&["run", "s.toml", "-M", "50"], "here: --trials N"),
         (&["plot", "out", "--metric", "e_a"], "here: --measure NAME"),
-        (
-            &["bode", "my.csv"],
-            "--report my.html has equations, poles, responses",
-        ),
+        (&["bode", "my.csv"], "--report my.html has equations, poles, responses"),
         (
             &["residuals", "my.csv"],
             "asobench estimate RECORD.csv --order 2 --report",
         ),
-        (
-            &["predict", "my.csv", "--order", "2"],
-            "--validate OTHER.csv",
-        ),
+        (&["predict", "my.csv", "--order", "2"], "--validate OTHER.csv"),
         (&["validate", "s.toml"], "here: asobench check STUDY.toml"),
         (&["list"], "here: asobench methods"),
         (&["init"], "here: asobench new NAME.toml"),
@@ -457,38 +381,20 @@ fn names_of_other_programs_lead_to_those_here() {
         ),
         (&["estimate", "my.csv", "--json"], "here: --format json"),
         (&["estimate", "my.csv", "--csv", "x"], "--states FILE.csv"),
-        (
-            &["estimate", "my.csv", "--train", "0.7"],
-            "here: --window 70%",
-        ),
-        (
-            &["estimate", "my.csv", "--intercept"],
-            "here: --detrend mean",
-        ),
-        (
-            &["estimate", "--file", "my.csv"],
-            "the file is the first argument",
-        ),
-        (
-            &["run", "s.toml", "--dry-run"],
-            "here: asobench check STUDY.toml",
-        ),
+        (&["estimate", "my.csv", "--train", "0.7"], "here: --window 70%"),
+        (&["estimate", "my.csv", "--intercept"], "here: --detrend mean"),
+        (&["estimate", "--file", "my.csv"], "the file is the first argument"),
+        (&["run", "s.toml", "--dry-run"], "here: asobench check STUDY.toml"),
         (
             &["estimate", "my.csv", "--time-unit", "ms"],
             "the unit of times stands in the column's name",
         ),
-        (
-            &["estimate", "my.csv", "--resample", "0.1"],
-            "nothing is resampled",
-        ),
+        (&["estimate", "my.csv", "--resample", "0.1"], "nothing is resampled"),
         (
             &["estimate", "my.csv", "--wavelets"],
             "unexpected argument '--wavelets'; asobench estimate --help",
         ),
-        (
-            &["run", "s.toml", "--save-trials"],
-            "--store trials keeps a row",
-        ),
+        (&["run", "s.toml", "--save-trials"], "--store trials keeps a row"),
         (
             &["replay", "results", "--trial", "17"],
             "asobench replay DIR CELL:TRIAL",

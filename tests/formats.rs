@@ -29,11 +29,7 @@ fn results_of_0_2_0_are_read_judged_and_replayed() {
     assert!(run(&["check", "old"]).contains("results of a version without checksums"));
     let trial = run(&["replay", "old", "0:7"]);
     assert!(trial.contains("trial 7, seed 2023"), "{trial}");
-    let rounding = trial
-        .lines()
-        .filter_map(|line| line.trim().strip_prefix("e_x_max "));
-    let errors: Vec<f64> = rounding
-        .map(|text| text.trim().parse().expect("a number"))
-        .collect();
+    let rounding = trial.lines().filter_map(|line| line.trim().strip_prefix("e_x_max "));
+    let errors: Vec<f64> = rounding.map(|text| text.trim().parse().expect("a number")).collect();
     assert!(errors.len() > 1 && errors.iter().all(|error| *error < 1e-6));
 }

@@ -18,16 +18,9 @@ fn options(estimator: &str, orders: &str) -> MethodOptions {
 }
 
 fn estimate(options: &MethodOptions, order: usize, u: &[f64], y: &[f64]) -> Pass {
-    let shape = Shape {
-        order,
-        window: y.len(),
-    };
+    let shape = Shape { order, window: y.len() };
     let mut estimator = options.prepare(&shape.into()).expect("an estimator");
-    let mut passes: Vec<Pass> = options
-        .outputs("method")
-        .iter()
-        .map(|_| Pass::new(order))
-        .collect();
+    let mut passes: Vec<Pass> = options.outputs("method").iter().map(|_| Pass::new(order)).collect();
     estimator.estimate(Window::new(u, y, y.len()), &mut passes);
     passes.pop().expect("a pass")
 }
@@ -85,10 +78,7 @@ fn consistent_methods_at_twenty_thousand_samples() {
             let both = pass.model.parameters().zip(truth.parameters());
             for ((found, truth), error) in both.zip(errors) {
                 let distance = (found - truth).abs() / error;
-                assert!(
-                    distance < 4.0,
-                    "{method}: {found} {truth}, {distance} errors"
-                );
+                assert!(distance < 4.0, "{method}: {found} {truth}, {distance} errors");
             }
             let variance = pass.model.noise_variance / 0.25 - 1.0;
             // Four standard errors of a variance, sqrt(2/N) each; IV4's is of filtered residuals.
@@ -99,15 +89,10 @@ fn consistent_methods_at_twenty_thousand_samples() {
     let (u, y) = record(&oe, 0.5, 0, 20_000);
     let orders = oe.orders().to_string();
     let stmcb = estimate(&options("stmcb", &orders), 2, &u, &y);
-    let errors = estimate(&options("oe", &orders), 2, &u, &y)
-        .model
-        .standard_errors();
+    let errors = estimate(&options("oe", &orders), 2, &u, &y).model.standard_errors();
     let both = stmcb.model.parameters().zip(oe.parameters());
     for ((found, truth), error) in both.zip(errors.expect("standard errors")) {
-        assert!(
-            (found - truth).abs() < 8.0 * error,
-            "{found} {truth} {error}"
-        );
+        assert!((found - truth).abs() < 8.0 * error, "{found} {truth} {error}");
     }
 }
 
@@ -167,15 +152,9 @@ fn plants_are_recovered_without_noise() {
                 let pass = estimate(&options(method, orders), order, &u, &y);
                 assert_eq!(pass.failure, None, "{method} {orders}");
                 let denominator = pass.model.denominator();
-                let pairs = denominator
-                    .iter()
-                    .zip(&f)
-                    .chain(pass.model.b.iter().zip(&truth.b));
+                let pairs = denominator.iter().zip(&f).chain(pass.model.b.iter().zip(&truth.b));
                 for (found, truth) in pairs {
-                    assert!(
-                        (found - truth).abs() < 1e-8,
-                        "{method} {orders}: {found} {truth}"
-                    );
+                    assert!((found - truth).abs() < 1e-8, "{method} {orders}: {found} {truth}");
                 }
             }
         }
@@ -216,10 +195,7 @@ fn chosen_orders_at_twenty_thousand_samples() {
         ("armax", armax.clone()),
         (
             "bj",
-            truth(
-                "nb=2,nc=2,nd=2,nf=2",
-                &[1.0, 0.5, 0.6, 0.2, -0.8, 0.3, -1.5, 0.7],
-            ),
+            truth("nb=2,nc=2,nd=2,nf=2", &[1.0, 0.5, 0.6, 0.2, -0.8, 0.3, -1.5, 0.7]),
         ),
         ("pem", armax),
         ("arx", truth("na=2,nb=2", &[-1.5, 0.7, 1.0, 0.5])),
@@ -235,10 +211,7 @@ fn chosen_orders_at_twenty_thousand_samples() {
         let errors = pass.model.standard_errors().expect("standard errors");
         for ((found, truth), error) in pass.model.parameters().zip(truth.parameters()).zip(errors) {
             let distance = (found - truth).abs() / error;
-            assert!(
-                distance < 4.0,
-                "{method}: {found} {truth}, {distance} errors"
-            );
+            assert!(distance < 4.0, "{method}: {found} {truth}, {distance} errors");
         }
     }
 }
@@ -262,10 +235,7 @@ fn failures_of_iterations_are_typed() {
                 if let Some(failure) = pass.failure {
                     *kinds.entry(failure.kind.to_string()).or_insert(0) += 1;
                     if *stabilise == "reflect" {
-                        assert!(
-                            pass.model.f.iter().all(|f| f.is_finite()),
-                            "{method} {trial}"
-                        );
+                        assert!(pass.model.f.iter().all(|f| f.is_finite()), "{method} {trial}");
                         assert!(pass.model.b.iter().any(|b| *b != 0.0), "{method} {trial}");
                     }
                 }

@@ -10,12 +10,7 @@ use std::process::{Command, Output};
 /// The lines of an error.
 pub(super) fn refused(folder: &Path, arguments: &[&str]) -> Vec<String> {
     let output = asobench(folder, arguments);
-    assert_eq!(
-        output.status.code(),
-        Some(2),
-        "{arguments:?}: {}",
-        stderr(&output)
-    );
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
     stderr(&output).lines().map(str::to_owned).collect()
 }
 
@@ -59,13 +54,7 @@ fn european(state: f64, offset: f64) -> String {
     let mut x = state;
     for k in 0..400 {
         let (u, e) = (noise.next().signum(), 0.5 * noise.next());
-        writeln!(
-            text,
-            "{:.1};{u:.1};{:.6}",
-            0.5 * f64::from(k),
-            x + e + offset
-        )
-        .expect("a string");
+        writeln!(text, "{:.1};{u:.1};{:.6}", 0.5 * f64::from(k), x + e + offset).expect("a string");
         x = 0.95 * x + u;
     }
     text.replace('.', ",")
@@ -90,10 +79,7 @@ const MEANT: &[(&str, &str)] = &[
         "oe my.csv [2 2 1]",
         "asobench estimate my.csv --orders '[2 2 1]' --estimator oe",
     ),
-    (
-        "plot bode my.csv",
-        "asobench estimate my.csv --order 2 --plot bode",
-    ),
+    ("plot bode my.csv", "asobench estimate my.csv --order 2 --plot bode"),
     (
         "bode my.csv --order 1",
         "asobench estimate my.csv --order 1 --plot bode",
@@ -114,10 +100,7 @@ const MEANT: &[(&str, &str)] = &[
         "estimate my.csv --order 2 2 1",
         "asobench estimate my.csv --orders 2,2,1",
     ),
-    (
-        "n4sid my.csv 2",
-        "asobench estimate my.csv --order 2 --estimator n4sid",
-    ),
+    ("n4sid my.csv 2", "asobench estimate my.csv --order 2 --estimator n4sid"),
     (
         "tfest my.csv --np 2 --nz 1 --Ts 0.1",
         "asobench estimate my.csv --nf 2 --nb 2 --ts 0.1 --estimator srivc",
@@ -126,10 +109,7 @@ const MEANT: &[(&str, &str)] = &[
         "compare my.csv --model oe",
         "asobench estimate my.csv --estimator oe --order 2 --plot output",
     ),
-    (
-        "estimate my.csv --delimiter ;",
-        "asobench estimate my.csv --order 2",
-    ),
+    ("estimate my.csv --delimiter ;", "asobench estimate my.csv --order 2"),
     (
         "plot my.csv --type residuals",
         "asobench estimate my.csv --order 2 --plot residuals",
@@ -223,10 +203,7 @@ fn all_unknown_flags_stand_in_one_error() {
     }
     assert_eq!(lines.len(), 4, "{lines:?}");
     // A wrong value beside an unknown flag is told too; one that belongs to an unknown flag is not.
-    let lines = refused(
-        folder.path(),
-        &["run", "s.toml", "--jobs", "many", "--resume"],
-    );
+    let lines = refused(folder.path(), &["run", "s.toml", "--jobs", "many", "--resume"]);
     assert!(
         lines.len() == 3 && lines[1].contains("--resume") && lines[2].contains("'many'"),
         "{lines:?}"
@@ -264,26 +241,16 @@ fn orders_are_read_as_matlab_writes_them() {
         (
             "oe",
             "nb=1,nf=2,nk=2",
-            &[
-                &["--orders", "1 2 2"],
-                &["--nb", "1", "--nf", "2", "--nk", "2"],
-            ],
+            &[&["--orders", "1 2 2"], &["--nb", "1", "--nf", "2", "--nk", "2"]],
         ),
         ("armax", "na=2,nb=1,nc=0,nk=1", &[&["--orders", "2,1,0,1"]]),
-        (
-            "bj",
-            "nb=2,nc=1,nd=1,nf=2,nk=1",
-            &[&["--orders", "2,1,1,2,1"]],
-        ),
+        ("bj", "nb=2,nc=1,nd=1,nf=2,nk=1", &[&["--orders", "2,1,1,2,1"]]),
     ] {
         let expected = printed(&["--orders", orders], estimator);
         for form in forms {
             assert_eq!(printed(form, estimator), expected, "{form:?}");
         }
-        assert_eq!(
-            printed(&["--orders", orders], &estimator.to_uppercase()),
-            expected
-        );
+        assert_eq!(printed(&["--orders", orders], &estimator.to_uppercase()), expected);
     }
     for (arguments, part) in [
         (
@@ -318,22 +285,13 @@ fn a_range_of_orders_has_a_table_for_each_estimator() {
     for text in single {
         assert!(text.contains("\nBIC: n = "), "{text}");
     }
-    let edge = stdout(&done(
-        at,
-        &["estimate", "my.csv", "--order", "1:1", "--delay", "1:2"],
-    ));
+    let edge = stdout(&done(at, &["estimate", "my.csv", "--order", "1:1", "--delay", "1:2"]));
     assert!(edge.contains("BIC: n = 1"), "{edge}");
-    let json = stdout(&done(
-        at,
-        &[&line[..], &["arx,oe", "--format", "json"]].concat(),
-    ));
+    let json = stdout(&done(at, &[&line[..], &["arx,oe", "--format", "json"]].concat()));
     let json: Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(json["tables"][1]["estimator"], "oe");
     let lines = refused(at, &[&line[..], &["arx,ls"]].concat());
-    assert!(
-        lines[0].contains("--estimator ls: has no table"),
-        "{lines:?}"
-    );
+    assert!(lines[0].contains("--estimator ls: has no table"), "{lines:?}");
 }
 
 /// Each picture is drawn by its name, and what was written is said.
@@ -390,8 +348,8 @@ fn pictures_of_a_record_are_drawn_by_name() {
         let lines = refused(at, arguments);
         assert!(lines[0].contains(part), "{lines:?}");
     }
-    let [bare, mean] = [&["--detrend"][..], &["--detrend", "mean"]]
-        .map(|detrend| stdout(&done(at, &[&line[..], detrend].concat())));
+    let [bare, mean] =
+        [&["--detrend"][..], &["--detrend", "mean"]].map(|detrend| stdout(&done(at, &[&line[..], detrend].concat())));
     assert_eq!(bare, mean);
 }
 
@@ -443,11 +401,7 @@ fn a_start_that_is_not_at_rest_is_seen_everywhere() {
             words(&said(&line))
         };
         let hint = "the record does not begin at rest";
-        assert!(
-            of("start.csv").contains(hint),
-            "{line:?}: {}",
-            of("start.csv")
-        );
+        assert!(of("start.csv").contains(hint), "{line:?}: {}", of("start.csv"));
         assert!(!of("rest.csv").contains(hint), "{line:?}");
         assert!(
             of("offset.csv").contains("--offset estimate"),
@@ -488,11 +442,7 @@ fn a_column_of_times_that_was_not_chosen_is_pointed_out() {
         stderr(&done(at, &[&line[..], more].concat()))
     };
     let hint = "hint: column 'Zeit [s]' has equal steps, as times have: --time 'Zeit [s]'";
-    assert!(
-        said("time.csv", &[]).contains(hint),
-        "{}",
-        said("time.csv", &[])
-    );
+    assert!(said("time.csv", &[]).contains(hint), "{}", said("time.csv", &[]));
     assert!(!said("time.csv", &["--time", "Zeit"]).contains("hint"));
     assert!(!said("time.csv", &["--time", "none"]).contains("hint"));
     assert!(!said("odd.csv", &[]).contains("hint"));
@@ -516,19 +466,10 @@ fn a_setting_that_was_changed_is_named() {
         text.contains("without what differs in all of them: eta is 10 in a, 20 in b"),
         "{text}"
     );
-    assert!(
-        text.contains("N = 40, arx") && text.contains("N = 98, arx"),
-        "{text}"
-    );
-    done(
-        at,
-        &["run", "s.toml", "--set", "window=[50, 60]", "--out", "c"],
-    );
+    assert!(text.contains("N = 40, arx") && text.contains("N = 98, arx"), "{text}");
+    done(at, &["run", "s.toml", "--set", "window=[50, 60]", "--out", "c"]);
     let lines = refused(at, &["compare", "a", "c"]);
-    assert!(
-        lines[0].contains("window is 40, 98 in a, 50, 60 in c"),
-        "{lines:?}"
-    );
+    assert!(lines[0].contains("window is 40, 98 in a, 50, 60 in c"), "{lines:?}");
 }
 
 /// A replay has the first of many samples, and all with a flag.
@@ -539,18 +480,10 @@ fn a_replay_prints_samples_on_demand() {
     done(at, &["run", "s.toml", "--out", "a"]);
     let short = stdout(&done(at, &["replay", "a", "1:3"]));
     let long = stdout(&done(at, &["replay", "a", "1:3", "--samples"]));
-    assert!(
-        short.lines().count() < 120 && long.lines().count() > 250,
-        "{short}"
-    );
+    assert!(short.lines().count() < 120 && long.lines().count() > 250, "{short}");
     assert!(short.contains("more; --samples prints them") && !long.contains("--samples"));
     let is_there = |line: &str| long.contains(line);
-    assert!(
-        short
-            .lines()
-            .filter(|line| !line.contains("--samples"))
-            .all(is_there)
-    );
+    assert!(short.lines().filter(|line| !line.contains("--samples")).all(is_there));
 }
 
 #[test]
@@ -585,10 +518,7 @@ fn the_file_of_a_program_is_printed() {
     let lines = refused(at, &["suite", "./mine.py"]);
     let toml: Vec<&str> = lines[1..5].iter().map(|line| line.trim()).collect();
     let toml = toml.join("\n");
-    assert!(
-        toml.contains("command = [\"python3\", \"mine.py\"]"),
-        "{lines:?}"
-    );
+    assert!(toml.contains("command = [\"python3\", \"mine.py\"]"), "{lines:?}");
     std::fs::write(at.join("mine.toml"), toml).expect("a file");
     let said = stdout(&done(at, &["check", "mine.toml"]));
     assert!(said.contains("outputs   1: mine"), "{said}");

@@ -85,10 +85,7 @@ fn studies_and_results_that_are_meant() {
     let lines = refused(at, &["run", "s.toml", "--seed", "9", "--out", "r"]);
     assert!(lines[0].contains("there, 9 here)"), "{lines:?}");
     let lines = refused(at, &["replay", "r", "--trial", "7"]);
-    assert_eq!(
-        lines.last().expect("a line"),
-        "  try: asobench replay r 0:7"
-    );
+    assert_eq!(lines.last().expect("a line"), "  try: asobench replay r 0:7");
     assert!(stdout(&done(at, &["report", "r"])).starts_with("no claims"));
     for (line, meant) in [
         (&["help", "fit"][..], "  try: asobench explain fit"),
@@ -106,17 +103,7 @@ fn studies_and_results_that_are_meant() {
         assert_eq!(lines.last().expect("a line"), meant, "{lines:?}");
     }
     // The delay may be left out of a list.
-    let said = done(
-        at,
-        &[
-            "estimate",
-            "my.csv",
-            "--estimator",
-            "armax",
-            "--order",
-            "2,2,2",
-        ],
-    );
+    let said = done(at, &["estimate", "my.csv", "--estimator", "armax", "--order", "2,2,2"]);
     let said = stdout(&said);
     assert!(said.contains("orders na=2,nb=2,nc=2,nk=1"), "{said}");
 }

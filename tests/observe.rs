@@ -26,8 +26,7 @@ fn columns(path: &Path) -> Vec<(String, Vec<f64>)> {
     let text = std::fs::read_to_string(path).expect("a file");
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let names = lines.next().expect("a header").split(',');
-    let mut columns: Vec<(String, Vec<f64>)> =
-        names.map(|name| (name.to_owned(), vec![])).collect();
+    let mut columns: Vec<(String, Vec<f64>)> = names.map(|name| (name.to_owned(), vec![])).collect();
     for line in lines {
         for ((_, column), cell) in columns.iter_mut().zip(line.split(',')) {
             column.push(cell.parse().unwrap_or(f64::NAN));
@@ -51,10 +50,7 @@ fn the_papers_algorithm_from_a_record_to_states() {
         folder,
         &words("estimate record.csv --order 2 --estimator iv --states b.csv"),
     );
-    let (observed, estimated) = (
-        columns(&folder.join("a.csv")),
-        columns(&folder.join("b.csv")),
-    );
+    let (observed, estimated) = (columns(&folder.join("a.csv")), columns(&folder.join("b.csv")));
     let names: Vec<&str> = observed.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["k", "x1", "x2", "y", "y_predicted", "innovation"]);
     assert_eq!(observed[..3], estimated[..3]);
@@ -74,10 +70,7 @@ fn a_kalman_filter_with_known_covariances() {
     let folder = folder.path();
     let line = "observe record.csv --estimator arx --order 1 --observer kalman --process-covariance 4 \
                 --measurement-variance 100";
-    let found = json(
-        folder,
-        &format!("{line} --out x.csv --plot x.svg --report x.html"),
-    );
+    let found = json(folder, &format!("{line} --out x.csv --plot x.svg --report x.html"));
     let (model, of) = (&found["estimates"][0]["a"], &found["observer"]);
     let a = numbers(model)[0];
     // P = a^2 P + q - a^2 P^2 / (P + r): P^2 + (r (1 - a^2) - q) P - q r = 0.
@@ -87,10 +80,7 @@ fn a_kalman_filter_with_known_covariances() {
     let gain = a * p / (p + r);
     let near = |found: &Value, exact: f64| {
         let found = found.as_f64().expect("a number");
-        assert!(
-            (found - exact).abs() <= 1e-10 * exact.abs(),
-            "{found} {exact}"
-        );
+        assert!((found - exact).abs() <= 1e-10 * exact.abs(), "{found} {exact}");
     };
     near(&of["gain"][0], gain);
     near(&of["poles"][0]["re"], a - gain);
@@ -99,10 +89,7 @@ fn a_kalman_filter_with_known_covariances() {
     near(&of["deviations"][7][0], p.sqrt());
     let columns = columns(&folder.join("x.csv"));
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(
-        names,
-        ["k", "x1", "x1_sd", "y", "y_predicted", "innovation"]
-    );
+    assert_eq!(names, ["k", "x1", "x1_sd", "y", "y_predicted", "innovation"]);
     for (k, state) in of["states"].as_array().expect("rows").iter().enumerate() {
         assert_eq!(numbers(state)[0], columns[1].1[k]);
     }
@@ -114,17 +101,13 @@ fn a_kalman_filter_with_known_covariances() {
     // Parquet has the same columns: it is read as a record, less the last row, which has no output.
     done_in(folder, &words(&format!("{line} --out x.parquet")));
     let as_record = |file: &str| {
-        let line = format!(
-            "estimate {file} --input innovation --output y --missing longest-run --estimator arx --order 1"
-        );
+        let line =
+            format!("estimate {file} --input innovation --output y --missing longest-run --estimator arx --order 1");
         json(folder, &line)["estimates"][0]["model"].clone()
     };
     assert_eq!(as_record("x.csv"), as_record("x.parquet"));
     // Its own files are replaced, those of others are not.
-    done_in(
-        folder,
-        &words(&format!("{line} --out x.parquet --plot x.svg")),
-    );
+    done_in(folder, &words(&format!("{line} --out x.parquet --plot x.svg")));
     std::fs::write(folder.join("mine.parquet"), "PAR1 is mine").expect("written");
     let refused = asobench_in(folder, &words(&format!("{line} --out mine.parquet")));
     assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
@@ -148,10 +131,7 @@ fn every_observer_runs_within_a_screen() {
         let line = format!("observe record.csv --order 2 --detrend mean --observer {observer}");
         let text = stdout(&done_in(folder.path(), &words(&line)));
         assert!(text.lines().all(|line| line.len() <= 80), "{text}");
-        assert!(
-            text.contains(observer) && text.contains("innovations"),
-            "{text}"
-        );
+        assert!(text.contains(observer) && text.contains("innovations"), "{text}");
         assert!(text.lines().count() <= 30, "{text}");
     }
     let line = "observe record.csv --order 2 --observer kalman-varying --process-covariance 1,2 \
@@ -159,15 +139,10 @@ fn every_observer_runs_within_a_screen() {
     let found = json(folder.path(), line);
     let of = &found["observer"]["deviations"];
     let first = numbers(&of[0]);
-    assert!(
-        first.iter().all(|sd| (sd - 50.0_f64.sqrt()).abs() < 1e-12),
-        "{first:?}"
-    );
+    assert!(first.iter().all(|sd| (sd - 50.0_f64.sqrt()).abs() < 1e-12), "{first:?}");
     // From P(0) to the limit.
     let last = numbers(&of[400])[0].powi(2);
-    let limit = found["observer"]["covariance"][0][0]
-        .as_f64()
-        .expect("a number");
+    let limit = found["observer"]["covariance"][0][0].as_f64().expect("a number");
     assert!((last / limit - 1.0).abs() < 1e-9, "{last} {limit}");
 }
 
@@ -176,10 +151,7 @@ fn mistakes_are_told_in_a_line() {
     let folder = folder();
     for (line, part) in [
         ("observe record.csv", "expected --order n"),
-        (
-            "observe record.csv --order 1:3",
-            "--order: needs a single model",
-        ),
+        ("observe record.csv --order 1:3", "--order: needs a single model"),
         (
             "observe record.csv --order 2 --observer kalmann",
             "unknown observer 'kalmann'; expected kalman",
@@ -212,10 +184,7 @@ fn mistakes_are_told_in_a_line() {
             "observe record.csv --order 2 --observer kalman-varying",
             "needs Q, r and the covariance P(0) of the start: --process-covariance",
         ),
-        (
-            "observe record.csv --order 2 --out x.txt",
-            "ends in .csv or .parquet",
-        ),
+        ("observe record.csv --order 2 --out x.txt", "ends in .csv or .parquet"),
         (
             "estimate record.csv --order 2 --gain kalman",
             "asobench observe RECORD.csv --order 2 --observer kalman",
@@ -253,26 +222,17 @@ fn several_models_are_compared_first() {
     let text = stdout(&done_in(folder, &words(line)));
     assert!(text.lines().count() <= 20, "{text}");
     let is_command = |line: &str| line.contains("asobench estimate");
-    assert!(
-        text.lines()
-            .all(|line| line.len() <= 80 || is_command(line)),
-        "{text}"
-    );
+    assert!(text.lines().all(|line| line.len() <= 80 || is_command(line)), "{text}");
     let found = json(folder, line);
     let fit = |name: &str| {
         let mut estimates = found["estimates"].as_array().expect("a list").iter();
-        let of = estimates
-            .find(|of| of["estimator"] == name)
-            .expect("an estimator");
+        let of = estimates.find(|of| of["estimator"] == name).expect("an estimator");
         let fit = &of["fit_percent"]["validation"]["simulated"];
         (fit.as_f64().expect("a number"), name.to_owned())
     };
     let mut ranked = ["arx", "oe", "armax", "bj"].map(fit);
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let rows = text
-        .lines()
-        .skip_while(|line| !line.starts_with("method"))
-        .skip(1);
+    let rows = text.lines().skip_while(|line| !line.starts_with("method")).skip(1);
     let rows: Vec<Vec<&str>> = rows.take(4).map(words).collect();
     for (row, (fit, name)) in rows.iter().zip(&ranked) {
         assert_eq!(
@@ -290,10 +250,7 @@ fn several_models_are_compared_first() {
     assert!(words(&text).join(" ").contains(&ahead), "{text}");
     assert!(!text.contains("std. error"));
     let all = stdout(&done_in(folder, &words(&format!("{line} --details"))));
-    let table = text
-        .split("hint on")
-        .next()
-        .and_then(|of| of.split("All of").next());
+    let table = text.split("hint on").next().and_then(|of| of.split("All of").next());
     assert!(all.starts_with(table.expect("a table")), "{all}");
     assert_eq!(all.matches("std. error").count(), 4);
     // Without samples for validation BIC decides.
@@ -301,10 +258,7 @@ fn several_models_are_compared_first() {
         folder,
         &words("estimate record.csv --order 2 --estimator arx,oe"),
     ));
-    assert!(
-        words(&text).join(" ").contains("by BIC, since no samples"),
-        "{text}"
-    );
+    assert!(words(&text).join(" ").contains("by BIC, since no samples"), "{text}");
 }
 
 /// The short help fits a screen, the long one has sections.
@@ -316,10 +270,7 @@ fn short_help_on_a_screen() {
         let count = short.lines().count();
         assert!((24..=40).contains(&count), "{count} lines:\n{short}");
         assert!(short.lines().all(|line| line.len() <= 80), "{short}");
-        assert!(
-            short.contains("--window") && !short.contains("--stage10"),
-            "{short}"
-        );
+        assert!(short.contains("--window") && !short.contains("--stage10"), "{short}");
         let long = stdout(&done_in(folder.path(), &[command, "--help"]));
         for part in [
             "The record:",

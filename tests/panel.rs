@@ -12,9 +12,7 @@ const NOISE: f64 = 0.04;
 
 /// A uniform number in [-1, 1).
 fn next(seed: &mut u64) -> f64 {
-    *seed = seed
-        .wrapping_mul(6364136223846793005)
-        .wrapping_add(1442695040888963407);
+    *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
     (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
@@ -59,17 +57,10 @@ fn the_best_comes_first_and_its_command_gives_the_same_model() {
     let found = json(folder, &["estimate", "record.csv", "--delay", "1:20"]);
     assert_eq!((&found["nk"], &found["window"]), (&3.into(), &700.into()));
     let rows = found["panel"].as_array().unwrap();
-    let mut names: Vec<&str> = rows
-        .iter()
-        .map(|row| row["estimator"].as_str().unwrap())
-        .collect();
+    let mut names: Vec<&str> = rows.iter().map(|row| row["estimator"].as_str().unwrap()).collect();
     let fits: Vec<f64> = rows
         .iter()
-        .map(|row| {
-            row["fit_percent"]["validation"]["simulated"]
-                .as_f64()
-                .unwrap()
-        })
+        .map(|row| row["fit_percent"]["validation"]["simulated"].as_f64().unwrap())
         .collect();
     assert!(fits.is_sorted_by(|a, b| a >= b), "{fits:?}");
     // FIT of the true plant is 100 (1 - sqrt(NOISE)); of a fitted one a little less.
@@ -104,9 +95,7 @@ fn the_best_comes_first_and_its_command_gives_the_same_model() {
     );
     let command = rows[0]["command"].as_str().unwrap();
     let (method, n) = (rows[0]["estimator"].as_str().unwrap(), &rows[0]["n"]);
-    let expected = format!(
-        "asobench estimate record.csv --window 500 --estimator {method} --order {n} --delay 2"
-    );
+    let expected = format!("asobench estimate record.csv --window 500 --estimator {method} --order {n} --delay 2");
     assert_eq!(command, expected);
 }
 
@@ -124,11 +113,7 @@ fn the_table_fits_a_screen_and_pictures_need_one_model() {
     let words: Vec<&str> = text.split_whitespace().collect();
     let about = "delay 3 of 1:20 by BIC of long ARX models";
     assert!(words.join(" ").contains(about), "{text}");
-    for (flag, value) in [
-        ("--plot", "output"),
-        ("--report", "page.html"),
-        ("--states", "x.csv"),
-    ] {
+    for (flag, value) in [("--plot", "output"), ("--report", "page.html"), ("--states", "x.csv")] {
         let output = asobench_in(folder.path(), &["estimate", "record.csv", flag, value]);
         let said = stderr(&output);
         assert!(
@@ -145,21 +130,8 @@ fn the_table_fits_a_screen_and_pictures_need_one_model() {
 fn predictions_further_ahead() {
     let folder = folder();
     let of = |method: &str, horizon: &str| {
-        let flags = [
-            "--order",
-            "2",
-            "--delay",
-            "3",
-            "--window",
-            "70%",
-            "--estimator",
-            method,
-        ];
-        let words = [
-            &["estimate", "record.csv", "--horizon", horizon],
-            &flags[..],
-        ]
-        .concat();
+        let flags = ["--order", "2", "--delay", "3", "--window", "70%", "--estimator", method];
+        let words = [&["estimate", "record.csv", "--horizon", horizon], &flags[..]].concat();
         let found = json(folder.path(), &words);
         found["estimates"][0]["fit_percent"]["validation"].clone()
     };
@@ -170,10 +142,7 @@ fn predictions_further_ahead() {
     assert_eq!(of("bj", "1").get("ahead"), None);
     let bj = ["2", "4", "400"].map(|horizon| of("bj", horizon)["ahead"]["fit"].as_f64().unwrap());
     let [one, free] = ["one_step", "simulated"].map(|key| of("bj", "1")[key].as_f64().unwrap());
-    assert!(
-        one > bj[0] && bj[0] > bj[1] && bj[1] > bj[2],
-        "{one} {bj:?}"
-    );
+    assert!(one > bj[0] && bj[0] > bj[1] && bj[1] > bj[2], "{one} {bj:?}");
     assert!((bj[2] - free).abs() < 0.2, "{bj:?} {free}");
 }
 

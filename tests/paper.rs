@@ -56,14 +56,9 @@ fn noise_free_errors_are_rounding_and_the_rest_is_typed() {
         if let Some(failure) = row.failure {
             assert_eq!(failure.kind, FailureKind::RankDeficient);
             assert!(
-                [
-                    Measure::Ea,
-                    Measure::Eb,
-                    Measure::ExMax,
-                    Measure::SpectralRadius
-                ]
-                .iter()
-                .all(|figure| row[*figure].is_nan())
+                [Measure::Ea, Measure::Eb, Measure::ExMax, Measure::SpectralRadius]
+                    .iter()
+                    .all(|figure| row[*figure].is_nan())
             );
         } else {
             let unit = f64::EPSILON * row[Measure::Condition];
@@ -96,11 +91,7 @@ fn medians_agree_with_an_independent_simulation() {
         let joint = median.mcse * (1.0 + TRIALS as f64 / 20_000.0).sqrt();
         let limit = 4.0 * joint + 0.5 * digit;
         println!("{figure} {output}: {} for {expected}", median.value);
-        assert!(
-            (median.value - expected).abs() < limit,
-            "{figure}: {}",
-            median.value
-        );
+        assert!((median.value - expected).abs() < limit, "{figure}: {}", median.value);
     }
 }
 
@@ -119,10 +110,7 @@ fn as_printed_stage_ten_does_not_estimate() {
             let rows = rows(&experiment, 3000, 0, 4);
             let met = rows.iter().filter(|row| row[Measure::Ea] < 1.0).count();
             println!("{stage10} {claim}: {met} of 3000 with e_a < 1");
-            assert!(
-                Share::new(met as u64, 3000).high < 0.01,
-                "{stage10} {claim}: {met}"
-            );
+            assert!(Share::new(met as u64, 3000).high < 0.01, "{stage10} {claim}: {met}");
         }
     }
 }
@@ -133,9 +121,8 @@ fn as_printed_stage_ten_does_not_estimate() {
 fn any_window_from_3n_on_serves() {
     for solver in Solver::ALL.iter().filter(|solver| **solver != Solver::Dual) {
         for window in [29, 30, 99] {
-            let file = format!(
-                "[settings]\neta = 0\nwindow = {window}\n[[methods]]\nestimator = 'ls'\nsolver = '{solver}'"
-            );
+            let file =
+                format!("[settings]\neta = 0\nwindow = {window}\n[[methods]]\nestimator = 'ls'\nsolver = '{solver}'");
             let experiment = Experiment::new(ExperimentFile::parse(&file).unwrap()).unwrap();
             let error = rows(&experiment, 1, 0, 0)[0][Measure::Ea];
             assert!(error < 1e-6, "{solver} {window}: {error}");

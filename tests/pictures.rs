@@ -33,11 +33,7 @@ covariance = "coloured"
 
 fn asobench(at: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(PROGRAM);
-    command
-        .current_dir(at)
-        .args(arguments)
-        .output()
-        .expect("it runs")
+    command.current_dir(at).args(arguments).output().expect("it runs")
 }
 
 fn said(at: &Path, arguments: &[&str]) -> String {
@@ -59,11 +55,7 @@ fn refused(at: &Path, arguments: &[&str]) -> String {
 fn a_picture_is_written_as_pdf_too() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
-    std::fs::write(
-        at.join("s.toml"),
-        STUDY.replace("trials = 300", "trials = 20"),
-    )
-    .expect("a file");
+    std::fs::write(at.join("s.toml"), STUDY.replace("trials = 300", "trials = 20")).expect("a file");
     said(at, &["run", "s.toml", "--out", "all"]);
     let title = ["--title", "Gr\u{f6}\u{df}e \u{3c3} (x)", "--width", "600"];
     for file in ["f.svg", "f.pdf"] {
@@ -86,12 +78,7 @@ fn a_picture_is_written_as_pdf_too() {
     let entries = tail.lines().filter(|line| line.trim_end().ends_with(" n"));
     let mut objects = 0;
     for (number, entry) in (1..).zip(entries) {
-        let place: usize = entry
-            .split(' ')
-            .next()
-            .expect("it")
-            .parse()
-            .expect("a number");
+        let place: usize = entry.split(' ').next().expect("it").parse().expect("a number");
         let begin = format!("{number} 0 obj");
         assert!(pdf[place..].starts_with(begin.as_bytes()), "{entry}");
         objects += 1;
@@ -108,19 +95,10 @@ fn a_picture_is_written_as_pdf_too() {
     }
     // Every font that is described is in the file.
     let count = |part: &str| text.matches(part).count();
-    assert_eq!(
-        [count("/Type /FontDescriptor"), count("/FontFile2")],
-        [2, 2]
-    );
+    assert_eq!([count("/Type /FontDescriptor"), count("/FontFile2")], [2, 2]);
     // 88 mm are 249.4 points, 467.7 units of 8/15 points; a picture has a whole number of them.
-    said(
-        at,
-        &["plot", "all", "--width", "88mm", "--out", "print.pdf"],
-    );
-    said(
-        at,
-        &["plot", "all", "--width", "88mm", "--out", "print.svg"],
-    );
+    said(at, &["plot", "all", "--width", "88mm", "--out", "print.pdf"]);
+    said(at, &["plot", "all", "--width", "88mm", "--out", "print.svg"]);
     let print = std::fs::read(at.join("print.pdf")).expect("a figure");
     let print: String = print.iter().map(|byte| char::from(*byte)).collect();
     assert!(print.contains("/MediaBox [0 0 249.6 "), "{print}");
@@ -128,14 +106,8 @@ fn a_picture_is_written_as_pdf_too() {
     assert!(print.contains(" width=\"249.60pt\""), "{print}");
     assert!(refused(at, &["plot", "all", "--width", "20mm"]).contains("expected 57mm to 564mm"));
     assert!(text.contains("/Creator (asobench)"));
-    let line = refused(
-        at,
-        &["plot", "all", "--title", "\u{4e2d}", "--out", "f.pdf"],
-    );
-    assert!(
-        line.contains("'\u{4e2d}'") && line.lines().count() == 1,
-        "{line}"
-    );
+    let line = refused(at, &["plot", "all", "--title", "\u{4e2d}", "--out", "f.pdf"]);
+    assert!(line.contains("'\u{4e2d}'") && line.lines().count() == 1, "{line}");
     std::fs::write(at.join("mine.pdf"), "%PDF-1.7").expect("a file");
     assert!(refused(at, &["plot", "all", "--out", "mine.pdf"]).contains("not written by asobench"));
 }
@@ -160,12 +132,7 @@ fn texts_of(pdf: &str) -> Vec<String> {
     let mut texts = Vec::new();
     for part in pdf.split(" Tf\n").skip(1) {
         let before = &pdf[..part.as_ptr() as usize - pdf.as_ptr() as usize - 4];
-        let font = usize::from(
-            before
-                .rsplit('/')
-                .next()
-                .is_some_and(|name| name.starts_with('B')),
-        );
+        let font = usize::from(before.rsplit('/').next().is_some_and(|name| name.starts_with('B')));
         let shown = part.split(" Tj").next().unwrap_or_default();
         let bytes: Vec<u32> = match shown.strip_prefix('<') {
             Some(codes) => (0..codes.len() / 2)
@@ -194,9 +161,7 @@ fn literal(text: &str) -> Vec<u32> {
             Some('f') => 12,
             Some(digit) if digit.is_ascii_digit() => {
                 let rest = letters.by_ref().take(2);
-                rest.fold(u32::from(digit) - 48, |sum, of| {
-                    8 * sum + u32::from(of) - 48
-                })
+                rest.fold(u32::from(digit) - 48, |sum, of| 8 * sum + u32::from(of) - 48)
             }
             Some(same) => u32::from(same),
         });
@@ -216,11 +181,7 @@ fn a_zip_plot_counts_the_intervals_that_the_summary_counted() {
     let summary: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let cells = summary["cells"].as_array().expect("cells");
     let mut seen = 0;
-    for (noise, eta, window) in [
-        ("ar", "5", "100"),
-        ("white", "20", "1600"),
-        ("white", "5", "400"),
-    ] {
+    for (noise, eta, window) in [("ar", "5", "100"), ("white", "20", "1600"), ("white", "5", "400")] {
         let is = |cell: &&serde_json::Value| {
             cell["settings"]["noise"] == noise
                 && cell["eta"].as_f64() == eta.parse().ok()
@@ -241,10 +202,7 @@ fn a_zip_plot_counts_the_intervals_that_the_summary_counted() {
                 let of = coverage.iter().find(|of| of[0] == coefficient).expect("it");
                 let share = of[1]["covered"]["share"].as_f64().expect("a share");
                 let shown = format!("{:.1} %", 100.0 * share);
-                assert!(
-                    svg.contains(&shown),
-                    "{noise} {eta} {window} {coefficient}: {shown}"
-                );
+                assert!(svg.contains(&shown), "{noise} {eta} {window} {coefficient}: {shown}");
                 seen += 1;
             }
         }
@@ -271,18 +229,12 @@ fn figures_of_many_settings_marks_and_held_settings() {
     std::fs::write(at.join("s.toml"), file).expect("a file");
     said(at, &["run", "s.toml", "--out", "all"]);
     let svg = |arguments: &[&str]| {
-        said(
-            at,
-            &[&["plot", "all", "--out", "f.svg"], arguments].concat(),
-        );
+        said(at, &[&["plot", "all", "--out", "f.svg"], arguments].concat());
         std::fs::read_to_string(at.join("f.svg")).expect("a figure")
     };
     let loops = svg(&["--nested-loop"]);
     assert!(
-        loops.contains("the 12 cells")
-            && [">noise<", ">1/A<", ">white<"]
-                .iter()
-                .all(|name| loops.contains(name)),
+        loops.contains("the 12 cells") && [">noise<", ">1/A<", ">white<"].iter().all(|name| loops.contains(name)),
         "{loops}"
     );
     let held = svg(&[
@@ -294,9 +246,7 @@ fn figures_of_many_settings_marks_and_held_settings() {
         "--width",
         "440",
     ]);
-    assert!(
-        held.contains("width=\"440\"") && held.contains("middle 90 %") && !held.contains("1/A")
-    );
+    assert!(held.contains("width=\"440\"") && held.contains("middle 90 %") && !held.contains("1/A"));
     // The file says that there are no bands.
     assert!(!svg(&[]).contains("middle 90 %"));
     let mark = "elsewhere: window=400, noise=ar, eta=5: 0.05";
@@ -310,10 +260,7 @@ fn figures_of_many_settings_marks_and_held_settings() {
         ),
         (&["--where", "noise=pink"], "unknown value of noise 'pink'"),
         (&["--where", "noise"], "expected SETTING=VALUE"),
-        (
-            &["--mark", "0.033"],
-            "expected NAME: SETTING=VALUE, ...: NUMBER",
-        ),
+        (&["--mark", "0.033"], "expected NAME: SETTING=VALUE, ...: NUMBER"),
         (&["--mark", "x: colour=ar: 1"], "colour"),
         (&["--nested-loop", "--zip"], "cannot be used with"),
     ] {

@@ -26,16 +26,11 @@ fn every_promise_has_a_test() {
     }
     let is_declared = |module: &Path| {
         let name = module.file_name().expect("a name").to_string_lossy();
-        let mut above = all
-            .iter()
-            .filter(|(path, _)| Some(&**path) == module.parent());
+        let mut above = all.iter().filter(|(path, _)| Some(&**path) == module.parent());
         above.any(|(_, text)| text.contains(&format!("mod {name};")))
     };
     let is_there = |test: &str| {
-        if let Some((file, name)) = test
-            .strip_prefix("python: ")
-            .and_then(|of| of.split_once('.'))
-        {
+        if let Some((file, name)) = test.strip_prefix("python: ").and_then(|of| of.split_once('.')) {
             let text = read_to_string(root.join(format!("python/tests/{file}.py")));
             let name = name.rsplit('.').next().unwrap_or(name);
             return text.is_ok_and(|text| text.contains(&format!("def {name}(")));

@@ -3,8 +3,8 @@
 use asobench::estimator::information::Information;
 use asobench::estimator::solver::Solution;
 use asobench::estimator::{
-    Auxiliary, Drive, Estimator, FailureKind, InstrumentalVariables, Instruments, IvOptions,
-    LeastSquares, Pass, Shape, Solver, Stage10, StartState, Window,
+    Auxiliary, Drive, Estimator, FailureKind, InstrumentalVariables, Instruments, IvOptions, LeastSquares, Pass, Shape,
+    Solver, Stage10, StartState, Window,
 };
 use asobench::lanes::Isa;
 use asobench::metric::relative_error;
@@ -43,13 +43,7 @@ impl Case {
         let mut start = stream(seed, 0, Purpose::NoiseStart);
         NoiseFilter::white().fill(&mut start, &mut drive, &mut Vec::new(), &mut f);
         let y = y0.iter().zip(&f).map(|(y, f)| y + 0.1 * f).collect();
-        Self {
-            plant,
-            x0,
-            u,
-            y0,
-            y,
-        }
+        Self { plant, x0, u, y0, y }
     }
 
     fn shape(&self) -> Shape {
@@ -96,17 +90,10 @@ fn least_squares(shape: Shape, window: Window<'_>, engine: Engine) -> Pass {
 }
 
 /// All passes; faer's solver is that of the options.
-fn instrumental_variables(
-    shape: Shape,
-    window: Window<'_>,
-    engine: Engine,
-    options: &IvOptions,
-) -> Vec<Pass> {
+fn instrumental_variables(shape: Shape, window: Window<'_>, engine: Engine, options: &IvOptions) -> Vec<Pass> {
     let mut passes = vec![Pass::new(shape.order); options.iterations + 1];
     let mut estimator: Box<dyn Estimator> = match engine {
-        Engine::Faer(_) => {
-            Box::new(InstrumentalVariables::new(shape, options).expect("a valid shape"))
-        }
+        Engine::Faer(_) => Box::new(InstrumentalVariables::new(shape, options).expect("a valid shape")),
         Engine::Lanes(isa) => isa.estimator(shape, options).expect("a valid shape"),
     };
     estimator.estimate(window, &mut passes);
@@ -337,9 +324,7 @@ fn reference(window: Window<'_>, output: &[f64], order: usize) -> (Vec<f64>, f64
             })
             .collect();
         let rhs = Col::from_fn(2 * order, |j| {
-            let sum = (0..rows).fold((0.0, 0.0), |sum, i| {
-                add_product(sum, z[(i, j)], residual[i])
-            });
+            let sum = (0..rows).fold((0.0, 0.0), |sum, i| add_product(sum, z[(i, j)], residual[i]));
             sum.0 + sum.1
         });
         use faer::linalg::solvers::Solve;
@@ -374,26 +359,19 @@ fn absolute(matrix: &Mat<f64>) -> Mat<f64> {
 }
 
 fn norm1(matrix: &Mat<f64>) -> f64 {
-    (0..matrix.ncols())
-        .map(|j| matrix.col(j).norm_l1())
-        .fold(0.0, f64::max)
+    (0..matrix.ncols()).map(|j| matrix.col(j).norm_l1()).fold(0.0, f64::max)
 }
 
 /// A rank-deficient record is typed by every solver but `dual`, which hides it behind its regularisation.
 #[test]
 fn rank_deficiency_is_typed_by_every_solver() {
     // u and y obey the same first-order law: columns of order 2 are dependent.
-    let u: Vec<f64> = (0..60)
-        .map(|k| f64::from((k * k * 7 + k) % 11) - 5.0)
-        .collect();
+    let u: Vec<f64> = (0..60).map(|k| f64::from((k * k * 7 + k) % 11) - 5.0).collect();
     let mut y = vec![0.3];
     for k in 0..59 {
         y.push(0.5 * y[k] + u[k]);
     }
-    let shape = Shape {
-        order: 2,
-        window: 60,
-    };
+    let shape = Shape { order: 2, window: 60 };
     let window = Window::new(&u, &y, y.len());
     for solver in engines(&ALL_SOLVERS) {
         let pass = least_squares(shape, window, solver);
@@ -402,9 +380,7 @@ fn rank_deficiency_is_typed_by_every_solver() {
             continue;
         }
         let condition = pass.condition;
-        let failure = pass
-            .failure
-            .unwrap_or_else(|| panic!("{solver:?}: {condition:e}"));
+        let failure = pass.failure.unwrap_or_else(|| panic!("{solver:?}: {condition:e}"));
         assert_eq!(failure.kind, FailureKind::RankDeficient, "{solver:?}");
         assert!(
             condition.is_nan(),
@@ -436,9 +412,7 @@ fn rank_deficiency_is_typed_by_every_solver() {
 fn readings_differ_where_they_should() {
     let case = Case::new(3, 11, 120, 0.7);
     for engine in engines(&[Solver::Partitioned]) {
-        let run = |options: IvOptions| {
-            instrumental_variables(case.shape(), case.window(), engine, &options)
-        };
+        let run = |options: IvOptions| instrumental_variables(case.shape(), case.window(), engine, &options);
         let refresh = run(IvOptions::default());
         let with = |auxiliary| {
             run(IvOptions {
@@ -470,8 +444,7 @@ fn readings_differ_where_they_should() {
     }
     // The rest is for faer alone.
     let faer = Engine::Faer(Solver::Partitioned);
-    let run =
-        |options: IvOptions| instrumental_variables(case.shape(), case.window(), faer, &options);
+    let run = |options: IvOptions| instrumental_variables(case.shape(), case.window(), faer, &options);
     let refresh = run(IvOptions::default());
     let driven = |gain| {
         run(IvOptions {
@@ -509,9 +482,7 @@ fn the_initial_state_of_an_unstable_plant() {
     let window = Window::new(&u, &y, y.len());
     let mut x0 = [0.0; 3];
     let mut initial = asobench::estimator::initial_state::InitialState::new(3);
-    initial
-        .estimate(plant.a(), plant.b(), window, &mut x0)
-        .unwrap();
+    initial.estimate(plant.a(), plant.b(), window, &mut x0).unwrap();
     assert!(relative_error(&x0_true, &x0) < 1e-8, "{x0:?}");
 }
 
@@ -551,9 +522,7 @@ fn a_singular_block_in_a_regular_matrix_is_typed() {
     let c = inner(&case.u, &case.y) / inner(&case.y, &case.y);
     let yhat: Vec<f64> = case.u.iter().zip(&case.y).map(|(u, y)| u - c * y).collect();
     let run = |solver: Solver| {
-        let mut solver = solver
-            .instruments(case.shape(), Stage10::Corrected)
-            .unwrap();
+        let mut solver = solver.instruments(case.shape(), Stage10::Corrected).unwrap();
         let mut solution = Solution::new(1);
         solver.least_squares(window, &mut solution).unwrap();
         (
@@ -568,12 +537,7 @@ fn a_singular_block_in_a_regular_matrix_is_typed() {
         solution.condition
     );
     let (partitioned, solution) = run(Solver::Partitioned);
-    assert_eq!(
-        partitioned,
-        Err(FailureKind::RankDeficient),
-        "{:e}",
-        solution.condition
-    );
+    assert_eq!(partitioned, Err(FailureKind::RankDeficient), "{:e}", solution.condition);
 }
 
 /// Stage 6 leaves the same bits whatever problems its buffers served before.
@@ -595,8 +559,7 @@ fn the_initial_state_does_not_depend_on_earlier_ones() {
         let fresh = estimate(&mut InitialState::new(order));
         let mut used = InitialState::new(order);
         let long = Case::new(order, 78, 3000, 0.9);
-        used.estimate(&a, &b, long.window(), &mut vec![0.0; order])
-            .unwrap();
+        used.estimate(&a, &b, long.window(), &mut vec![0.0; order]).unwrap();
         assert_eq!(estimate(&mut used), fresh, "order {order}");
     }
 }

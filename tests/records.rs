@@ -21,9 +21,7 @@ fn samples() -> Vec<[String; 2]> {
     let mut seed = 1_u64;
     let (mut u, mut y) = ([0.0; 2], [0.0; 2]);
     let rows = (0..SAMPLES).map(|_| {
-        seed = seed
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         let now = ((seed >> 40) as f64 / 1e6).sin();
         let next = -a_1 * y[0] - a_2 * y[1] + 0.5 * u[0] + 0.25 * u[1];
         (u, y) = ([now, u[0]], [next, y[0]]);
@@ -35,10 +33,7 @@ fn samples() -> Vec<[String; 2]> {
 /// A table with a header, of rows made from the number of a sample, u and y.
 fn table(header: &str, row: impl Fn(usize, &str, &str) -> String) -> String {
     let samples = samples();
-    let rows = samples
-        .iter()
-        .enumerate()
-        .map(|(k, [u, y])| row(k, u, y) + "\n");
+    let rows = samples.iter().enumerate().map(|(k, [u, y])| row(k, u, y) + "\n");
     format!("{header}{}", rows.collect::<String>())
 }
 
@@ -103,11 +98,7 @@ fn printed(text: &[u8], flags: &[&str]) -> String {
 #[test]
 fn fourteen_records() {
     let plain = table("u,y\n", |_, u, y| format!("{u},{y}"));
-    let columns = |header: &str| {
-        table(header, |k, u, y| {
-            format!("{},{u},{y},{}", k + 7, 20 + k % 3)
-        })
-    };
+    let columns = |header: &str| table(header, |k, u, y| format!("{},{u},{y},{}", k + 7, 20 + k % 3));
     let european = table("\u{feff}sep=;\r\nZeit [s];Ventil;Druck\r\n", |k, u, y| {
         format!(
             "{};{};{}\r",
@@ -117,11 +108,7 @@ fn fourteen_records() {
         )
     });
     let gaps = |k: usize, y: &str| {
-        if k == 9 || k == 45 {
-            String::new()
-        } else {
-            y.to_owned()
-        }
+        if k == 9 || k == 45 { String::new() } else { y.to_owned() }
     };
     let gaps = table("u;y\n", |k, u, y| format!("{u};{}", gaps(k, y)));
     let lost = table("t,u,y\n", |k, u, y| {
@@ -138,11 +125,7 @@ fn fourteen_records() {
         ),
         ("tabs", table("U\tY\n", |_, u, y| format!("{u}\t{y}")), &[]),
         ("blanks, no header", bare.clone(), &[]),
-        (
-            "blanks, no header, by number",
-            bare,
-            &["--input", "1", "--output", "2"],
-        ),
+        ("blanks, no header, by number", bare, &["--input", "1", "--output", "2"]),
         (
             "commas for everything",
             table("u,y\n", |_, u, y| format!("{},{}", comma(u), comma(y))),
@@ -154,21 +137,9 @@ fn fourteen_records() {
             columns("n,in,out,temp\n"),
             &["--input", "in", "--output", "3"],
         ),
-        (
-            "a time column in seconds",
-            timed(|_| STEP),
-            &["--skip", "5", "--hz"],
-        ),
-        (
-            "one longer step",
-            timed(|k| if k == 30 { 0.075 } else { STEP }),
-            &[],
-        ),
-        (
-            "jitter",
-            timed(|k| STEP * (1.0 + 0.12 * (k as f64).sin())),
-            &[],
-        ),
+        ("a time column in seconds", timed(|_| STEP), &["--skip", "5", "--hz"]),
+        ("one longer step", timed(|k| if k == 30 { 0.075 } else { STEP }), &[]),
+        ("jitter", timed(|k| STEP * (1.0 + 0.12 * (k as f64).sin())), &[]),
         (
             "a step that changes halfway",
             timed(|k| if k < 30 { STEP } else { 0.1 }),
@@ -221,15 +192,9 @@ fn poles_in_seconds() {
         let report = json(text, flags);
         assert_eq!(report["sampling_time"], 0.05);
         let modes = report["estimates"][0]["modes"].as_array().expect("modes");
-        let [mode] = modes.as_slice() else {
-            panic!("{modes:?}")
-        };
+        let [mode] = modes.as_slice() else { panic!("{modes:?}") };
         // Rounding to six decimals makes the error.
-        for (key, truth) in [
-            ("frequency", 10.0),
-            ("damping", 0.2),
-            ("time_constant", 0.5),
-        ] {
+        for (key, truth) in [("frequency", 10.0), ("damping", 0.2), ("time_constant", 0.5)] {
             let found = mode[key].as_f64().expect("a number");
             assert!((found / truth - 1.0).abs() < 1e-4, "{key}: {found}");
         }
@@ -241,10 +206,7 @@ fn poles_in_seconds() {
             "--hz: the time between samples is not known; expected --ts SECONDS",
         ),
         (&["--ts", "-1"], "expected a number of seconds above 0"),
-        (
-            &["--skip", "60"],
-            "--skip: 60 leaves none of the 60 samples of my.csv",
-        ),
+        (&["--skip", "60"], "--skip: 60 leaves none of the 60 samples of my.csv"),
     ] {
         let all = [flags, &["--order", "2"]].concat();
         let output = run("estimate", plain.as_bytes(), &all);
@@ -271,20 +233,10 @@ fn validation_on_a_second_record() {
             .expect("a number");
         assert!(fit > 99.99 && fit <= 100.0, "{kind} {fit}");
     }
-    let all = [
-        "--order",
-        "2",
-        "--detrend",
-        "linear",
-        "--validate",
-        "other.csv",
-    ];
+    let all = ["--order", "2", "--detrend", "linear", "--validate", "other.csv"];
     let output = run("estimate", plain.as_bytes(), &all);
     assert_eq!(output.status.code(), Some(2));
-    assert!(
-        stderr(&output)
-            .contains("--validate: the straight line of one record is not that of another")
-    );
+    assert!(stderr(&output).contains("--validate: the straight line of one record is not that of another"));
 }
 
 /// Parts of one record are several records of its plant; flags of one record are refused beside them.
@@ -308,26 +260,16 @@ fn several_records() {
         assert!((found - truth).abs() < 1e-4, "{found} {truth}");
     }
     for (flags, part) in [
-        (
-            &["--validate", "other.csv"][..],
-            "--validate: is for one record",
-        ),
+        (&["--validate", "other.csv"][..], "--validate: is for one record"),
         (&["--window", "20"], "--window: is for one record"),
-        (
-            &["--order", "2", "--report", "a.html"],
-            "--report: is for one record",
-        ),
+        (&["--order", "2", "--report", "a.html"], "--report: is for one record"),
     ] {
         let order: &[&str] = if flags.contains(&"--order") {
             &[]
         } else {
             &["--order", "2"]
         };
-        let output = run(
-            "estimate",
-            plain.as_bytes(),
-            &[&["other.csv"], flags, order].concat(),
-        );
+        let output = run("estimate", plain.as_bytes(), &[&["other.csv"], flags, order].concat());
         assert_eq!(output.status.code(), Some(2));
         assert!(stderr(&output).contains(part), "{}", stderr(&output));
     }
@@ -351,9 +293,7 @@ fn orders_of_several_records() {
     let records = [&rows[19..], &rows[..]];
     let equations: Vec<[f64; 3]> = records
         .iter()
-        .flat_map(|record| {
-            (3..record.len()).map(|k| [-record[k - 1][1], record[k - 1][0], record[k][1]])
-        })
+        .flat_map(|record| (3..record.len()).map(|k| [-record[k - 1][1], record[k - 1][0], record[k][1]]))
         .collect();
     assert_eq!(scan["rows"], equations.len());
     let sum = |i: usize, j: usize| equations.iter().map(|row| row[i] * row[j]).sum::<f64>();
@@ -402,10 +342,7 @@ fn equations_that_touch_a_gap() {
     }
     let estimate = |arguments: &[&str]| {
         let mut program = Command::new(PROGRAM);
-        program
-            .current_dir(folder.path())
-            .arg("estimate")
-            .args(arguments);
+        program.current_dir(folder.path()).arg("estimate").args(arguments);
         program.output().expect("the program")
     };
     let json = ["--order", "2", "--estimator", "arx,oe", "--format", "json"];
@@ -422,22 +359,13 @@ fn equations_that_touch_a_gap() {
         .iter()
         .map(|part| &part["lines"])
         .collect();
-    assert_eq!(
-        lines,
-        [
-            &serde_json::json!([2, 21]),
-            &serde_json::json!([24, rows + 1])
-        ]
-    );
+    assert_eq!(lines, [&serde_json::json!([2, 21]), &serde_json::json!([24, rows + 1])]);
     for of in 0..2 {
         let both = [&gapped, &apart].map(|report| &report["estimates"][of]["model"]);
         assert_eq!(both[0], both[1]);
     }
     for (arguments, expected) in [
-        (
-            &["gap.csv"][..],
-            "--missing equations leaves out the equations",
-        ),
+        (&["gap.csv"][..], "--missing equations leaves out the equations"),
         (
             &["gap.csv", "--missing", "equations", "--estimator", "n4sid"],
             "one record",
@@ -468,23 +396,20 @@ fn gaps_of_times_that_are_not_used_are_said() {
         };
         table("Zeit_s;Spannung;Drehzahl\n", row)
     };
-    let flags = [
-        "--input", "Spannung", "--output", "Drehzahl", "--order", "2",
-    ];
+    let flags = ["--input", "Spannung", "--output", "Drehzahl", "--order", "2"];
     let said = |late: f64| stderr(&run("estimate", table(late).as_bytes(), &flags));
     let gap = said(0.03);
-    assert!(gap.contains("column Zeit_s, which is not used, has a step that is longer than the others before line 32"), "{gap}");
+    assert!(
+        gap.contains("column Zeit_s, which is not used, has a step that is longer than the others before line 32"),
+        "{gap}"
+    );
     assert!(said(0.0).contains("column Zeit_s has equal steps"));
     let time = run(
         "estimate",
         table(0.03).as_bytes(),
         &[&flags[..], &["--time", "Zeit_s"]].concat(),
     );
-    assert!(
-        stderr(&time).contains("line 32, column Zeit_s"),
-        "{}",
-        stderr(&time)
-    );
+    assert!(stderr(&time).contains("line 32, column Zeit_s"), "{}", stderr(&time));
 }
 
 /// `--initial` is one flag for both keys, and the old name of one of them is understood.
@@ -499,10 +424,7 @@ fn one_name_for_the_start() {
     };
     for (flags, expected) in [
         (&["--estimator", "oe"][..], ["estimate", "zero"]),
-        (
-            &["--estimator", "oe", "--initial", "zero"],
-            ["zero", "zero"],
-        ),
+        (&["--estimator", "oe", "--initial", "zero"], ["zero", "zero"]),
         (
             &["--estimator", "oe", "--initial", "estimate"],
             ["estimate", "estimate"],
@@ -512,11 +434,7 @@ fn one_name_for_the_start() {
             ["estimate", "estimate"],
         ),
     ] {
-        assert_eq!(
-            options(flags),
-            expected.map(serde_json::Value::from),
-            "{flags:?}"
-        );
+        assert_eq!(options(flags), expected.map(serde_json::Value::from), "{flags:?}");
     }
 }
 
@@ -546,9 +464,10 @@ fn a_study_from_a_european_table() {
     ];
     let output = run("study-from", text.as_bytes(), &flags);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    assert!(stderr(&output).starts_with(
-        "my.csv: separated by semicolons, decimal commas, u is column 'Ventil', y is column 'Druck'"
-    ));
+    assert!(
+        stderr(&output)
+            .starts_with("my.csv: separated by semicolons, decimal commas, u is column 'Ventil', y is column 'Druck'")
+    );
 }
 
 /// A unit in brackets may be left off, and capitals are one with small letters, where one column is meant.
@@ -560,14 +479,7 @@ fn a_column_without_its_unit() {
             format!("{t};{};{}", comma(u), comma(y))
         })
     };
-    let flags = [
-        "--input",
-        "Heizung",
-        "--output",
-        "temperatur",
-        "--time",
-        "Zeit",
-    ];
+    let flags = ["--input", "Heizung", "--output", "temperatur", "--time", "Zeit"];
     let shown = printed(
         european("\u{feff}Zeit [s];Heizung [V];Temperatur (\u{b0}C)\n").as_bytes(),
         &flags,
@@ -580,10 +492,7 @@ fn a_column_without_its_unit() {
         "{shown}"
     );
     assert!(shown.contains("exit code 0"), "{shown}");
-    let two = printed(
-        european("Zeit [s];Heizung [V];Heizung [A]\n").as_bytes(),
-        &flags,
-    );
+    let two = printed(european("Zeit [s];Heizung [V];Heizung [A]\n").as_bytes(), &flags);
     let line = "line 1: several columns are named 'Heizung'; expected a column's number, from 1";
     assert!(two.contains(line), "{two}");
     // A name that is there whole goes before others without their units.
@@ -601,9 +510,7 @@ fn a_column_without_its_unit() {
 fn a_record_about_an_operating_point() {
     let mut seed = 7_u64;
     let mut draw = || {
-        seed = seed
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
     let (mut x, mut rows) = (-10.0, Vec::new());
@@ -613,9 +520,7 @@ fn a_record_about_an_operating_point() {
         x = 0.95 * x + 0.05 * u;
     }
     let text = |of: [f64; 2]| {
-        let rows = rows
-            .iter()
-            .map(|[u, y]| format!("{},{:.6}\n", of[0] + u, of[1] + y));
+        let rows = rows.iter().map(|[u, y]| format!("{},{:.6}\n", of[0] + u, of[1] + y));
         format!("u,y\n{}", rows.collect::<String>())
     };
     let folder = tempfile::tempdir().expect("a folder");
@@ -648,10 +553,7 @@ fn a_record_about_an_operating_point() {
     let (about, subtracted) = found(&moved, &["--operating-point", "40,60"]);
     let (plain, nothing) = found(&text([0.0, 0.0]), &[]);
     for (one, other) in about.iter().zip(plain) {
-        assert!(
-            (one - other).abs() < 1e-6 && other.abs() > 1e-3,
-            "{one} {other}"
-        );
+        assert!((one - other).abs() < 1e-6 && other.abs() > 1e-3, "{one} {other}");
     }
     assert_eq!(subtracted["y"], serde_json::json!([60.0, 0.0]));
     assert!(nothing.is_null());
@@ -696,17 +598,9 @@ fn exports_of_matlab() {
     let comma = |u: &str, y: &str| format!("{},{}", double(u), double(y));
     let plain = json(&of("u,y\n", &comma), &[]);
     for (name, text, flags) in [
-        (
-            "writetable",
-            of("u,y\r\n", &|u, y| comma(u, y) + "\r"),
-            &[][..],
-        ),
+        ("writetable", of("u,y\r\n", &|u, y| comma(u, y) + "\r"), &[][..]),
         ("writematrix", of("", &comma), &by_number),
-        (
-            "save -ascii",
-            of("", &|u, y| short(u) + " " + &short(y)),
-            &by_number,
-        ),
+        ("save -ascii", of("", &|u, y| short(u) + " " + &short(y)), &by_number),
         (
             "save -text",
             of(octave, &|u, y| format!(" {} {}", double(u), double(y))),
@@ -722,10 +616,7 @@ fn exports_of_matlab() {
         });
         assert_eq!((expected.len(), found.len()), (6, 6), "{name}");
         for (expected, found) in expected.iter().zip(&found) {
-            assert!(
-                (expected - found).abs() < 2e-6,
-                "{name}: {found} {expected}"
-            );
+            assert!((expected - found).abs() < 2e-6, "{name}: {found} {expected}");
         }
     }
 }
@@ -751,9 +642,7 @@ fn parquet_tables() {
     ];
     let mut frame = DataFrame::new(SAMPLES, columns).expect("a table");
     let file = std::fs::File::create(at("my.parquet")).expect("a file");
-    ParquetWriter::new(file)
-        .finish(&mut frame)
-        .expect("written");
+    ParquetWriter::new(file).finish(&mut frame).expect("written");
     let text = table("step,Heizung [V],Druck\n", |k, u, y| format!("{k},{u},{y}"));
     std::fs::write(at("my.csv"), text).expect("a file");
     let estimate = |file: &str, more: &[&str]| {
@@ -761,9 +650,7 @@ fn parquet_tables() {
         program
             .current_dir(folder.path())
             .args(["estimate", file, "--order", "2"]);
-        program
-            .args(["--estimator", "arx", "--format", "json"])
-            .args(more);
+        program.args(["--estimator", "arx", "--format", "json"]).args(more);
         program.output().expect("the program")
     };
     let chosen = ["--input", "Heizung", "--output", "Druck"];
@@ -777,10 +664,7 @@ fn parquet_tables() {
         json
     });
     assert_eq!(csv, parquet);
-    let note = stderr(&estimate(
-        "my.parquet",
-        &["--input", "note", "--output", "Druck"],
-    ));
+    let note = stderr(&estimate("my.parquet", &["--input", "note", "--output", "Druck"]));
     assert!(
         note.contains("line 2, column note: 'a, b' is not a finite number"),
         "{note}"
@@ -801,11 +685,7 @@ fn parquet_tables() {
         let output = estimate("damaged.parquet", &chosen);
         let code = output.status.code();
         assert!(matches!(code, Some(0..=2)), "{place}: {}", stderr(&output));
-        assert!(
-            !stderr(&output).contains("panicked"),
-            "{place}: {}",
-            stderr(&output)
-        );
+        assert!(!stderr(&output).contains("panicked"), "{place}: {}", stderr(&output));
     }
 }
 
@@ -816,9 +696,7 @@ fn one_door() {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text);
     let good = table("u,y\n", |_, u, y| format!("{u},{y}"));
-    let gap = table("u,y\n", |k, u, y| {
-        format!("{},{y}", if k == 20 { "#N/A" } else { u })
-    });
+    let gap = table("u,y\n", |k, u, y| format!("{},{y}", if k == 20 { "#N/A" } else { u }));
     let study = "[settings]\nwindow = 20\nhorizon = 40\ninput = \"file:gap.csv#1\"\n[[methods]]\nestimator = \"arx\"\n";
     for (name, text) in [
         ("good.csv", &good),
@@ -852,8 +730,7 @@ fn one_door() {
     });
     let refused = printed(thousands.as_bytes(), &[]);
     assert!(
-        refused.contains("may be 2.719 or 2719")
-            && refused.contains("--decimal point or --decimal comma"),
+        refused.contains("may be 2.719 or 2719") && refused.contains("--decimal point or --decimal comma"),
         "{refused}"
     );
 }
@@ -894,9 +771,7 @@ fn options_beside_a_range_of_orders() {
     std::fs::write(folder.path().join("my.csv"), late).expect("a file");
     let estimate = |flags: &[&str]| {
         let mut program = Command::new(PROGRAM);
-        program
-            .current_dir(folder.path())
-            .args(["estimate", "my.csv"]);
+        program.current_dir(folder.path()).args(["estimate", "my.csv"]);
         program.args(flags).output().expect("the program")
     };
     let loss = |flags: &[&str]| {
@@ -905,8 +780,7 @@ fn options_beside_a_range_of_orders() {
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
         json["table"][1]["V"].as_f64().expect("V")
     };
-    let [zero, free] =
-        ["zero", "estimate"].map(|start| loss(&["--order", "1:2", "--initial", start]));
+    let [zero, free] = ["zero", "estimate"].map(|start| loss(&["--order", "1:2", "--initial", start]));
     assert!(free < 1e-3 * zero, "{zero} {free}");
     assert_eq!(free, loss(&["--order", "1:2"]));
     for flags in [

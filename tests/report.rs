@@ -133,36 +133,22 @@ fn check_latex(name: &str, text: &str) {
 
 /// A document with all tables compiles with no package but booktabs.
 fn compile(folder: &Path, tables: &[String]) {
-    let tables: Vec<String> = tables
-        .iter()
-        .map(|table| format!("{table}\\clearpage\n"))
-        .collect();
+    let tables: Vec<String> = tables.iter().map(|table| format!("{table}\\clearpage\n")).collect();
     let text = format!(
         "\\documentclass{{article}}\n\\usepackage{{booktabs}}\n\\begin{{document}}\n{}\\end{{document}}\n",
         tables.concat()
     );
     fs::write(folder.join("all.tex"), text).expect("a file");
     let arguments = ["-interaction=nonstopmode", "-halt-on-error", "all.tex"];
-    let Ok(output) = Command::new("pdflatex")
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-    else {
+    let Ok(output) = Command::new("pdflatex").args(arguments).current_dir(folder).output() else {
         println!("skipped: no pdflatex");
         return;
     };
     let log = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        output.status.success() && folder.join("all.pdf").exists(),
-        "{log}"
-    );
+    assert!(output.status.success() && folder.join("all.pdf").exists(), "{log}");
 }
 
 #[test]
-#[expect(
-    clippy::too_many_lines,
-    reason = "one report, looked at from all sides"
-)]
 fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).display().to_string();
@@ -181,26 +167,18 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     );
 
     let first = files(Path::new(&out));
-    let page =
-        |name: &str| String::from_utf8(first[&format!("{out}/{name}")].clone()).expect("UTF-8");
+    let page = |name: &str| String::from_utf8(first[&format!("{out}/{name}")].clone()).expect("UTF-8");
     let html = page("report.html");
     check_tags(&html);
-    assert!(
-        html.contains("x0 &amp; &lt;more&gt;")
-            && !html.contains("NaN")
-            && !html.contains("http://localhost")
-    );
-    assert!(
-        html.find("Verdicts").expect("verdicts") < html.find("To run it again").expect("a command")
-    );
+    assert!(html.contains("x0 &amp; &lt;more&gt;") && !html.contains("NaN") && !html.contains("http://localhost"));
+    assert!(html.find("Verdicts").expect("verdicts") < html.find("To run it again").expect("a command"));
     for folder in &results {
         let command = format!("asobench run {folder}/manifest.json --out");
         assert!(html.contains(&command), "{command}");
     }
     let text = |name: &String| String::from_utf8(first[name].clone()).expect("UTF-8");
     let tables = first.keys().filter(|name| name.contains("/tables/"));
-    let (latex, csv): (Vec<&String>, Vec<&String>) =
-        tables.partition(|name| name.rsplit('.').next() == Some("tex"));
+    let (latex, csv): (Vec<&String>, Vec<&String>) = tables.partition(|name| name.rsplit('.').next() == Some("tex"));
     for name in &csv {
         check_csv(name, &text(name));
     }
@@ -210,10 +188,7 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     // Of each study overview and bounds, of one slopes, of the other two claims; the verdicts; of three measures medians
     // by cells and methods.
     assert_eq!(latex.len(), 2 + 2 + 1 + 2 + 1 + 3, "{latex:?}");
-    compile(
-        folder.path(),
-        &latex.iter().map(|name| text(name)).collect::<Vec<_>>(),
-    );
+    compile(folder.path(), &latex.iter().map(|name| text(name)).collect::<Vec<_>>());
     for name in latex {
         let name = name.rsplit('/').next().unwrap_or_default();
         assert!(html.contains(&format!("href=\"tables/{name}\"")), "{name}");
@@ -259,10 +234,7 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
         fs::write(&place, "% mine").expect("a file");
         let output = asobench(&["report", &results[0], &results[1], "--out", &out]);
         let message = String::from_utf8_lossy(&output.stderr);
-        assert!(
-            output.status.code() == Some(2) && message.contains(name),
-            "{message}"
-        );
+        assert!(output.status.code() == Some(2) && message.contains(name), "{message}");
         assert_eq!(fs::read_to_string(&place).expect("a file"), "% mine");
         fs::write(&place, &first[&place.display().to_string()]).expect("a file");
     }
@@ -299,11 +271,7 @@ fn folders_without_results_are_refused_in_one_line() {
     refused("no results in this folder (no manifest.json)");
     fs::write(folder.path().join("manifest.json"), "{}").expect("a file");
     refused("no experiment in it");
-    fs::write(
-        folder.path().join("manifest.json"),
-        r#"{"experiment": {"title": "x"}}"#,
-    )
-    .expect("a file");
+    fs::write(folder.path().join("manifest.json"), r#"{"experiment": {"title": "x"}}"#).expect("a file");
     refused("summary.json");
     fs::write(folder.path().join("summary.json"), r#"{"title": 1}"#).expect("a file");
     refused("not a summary of this version");
@@ -352,17 +320,11 @@ fn literals(source: &str) -> Vec<String> {
 /// A module and those below it, without tests.
 fn sources(module: &Path, folder: &Path, found: &mut Vec<String>) {
     let text = fs::read_to_string(module).expect("a module");
-    let text = text
-        .split("#[cfg(test)]\nmod tests {")
-        .next()
-        .unwrap_or_default();
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     let mut is_test = false;
     for line in text.lines() {
         let line = line.trim_start_matches("pub ");
-        if let Some(name) = line
-            .strip_prefix("mod ")
-            .and_then(|rest| rest.strip_suffix(';'))
-        {
+        if let Some(name) = line.strip_prefix("mod ").and_then(|rest| rest.strip_suffix(';')) {
             let [own, below] = [format!("{name}.rs"), format!("{name}/mod.rs")];
             let paths = [own, below].map(|path| folder.join(path));
             let path = paths.iter().find(|path| path.exists()).expect("a module");

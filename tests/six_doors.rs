@@ -40,7 +40,8 @@ const BRACKETS: [&str; 6] = ["[", "{", "{\"a\":", "{a=", "a.", "]"];
 
 const WORKBOOK: &str = "record.xlsx";
 const BLOCK: &str = "out/blocks/c00000-0000000000-0000000010.block";
-const READY: &str = r#"{"frame":"ready","protocol":1,"name":"mine","version":"1","returns":"matrices","deterministic":true}"#;
+const READY: &str =
+    r#"{"frame":"ready","protocol":1,"name":"mine","version":"1","returns":"matrices","deterministic":true}"#;
 
 /// A file, its true contents, what reads it, and the command that does; none where only a process reaches the door.
 /// Contents are changed before they are sealed: checksums and compression would end most inputs.
@@ -218,10 +219,7 @@ fn workbook(sheet: &[u8]) -> Vec<u8> {
             "[Content_Types].xml",
             format!("<Types xmlns=\"{PACKAGE}/content-types\"/>"),
         ),
-        (
-            "_rels/.rels",
-            relations("officeDocument", "xl/workbook.xml"),
-        ),
+        ("_rels/.rels", relations("officeDocument", "xl/workbook.xml")),
         (
             "xl/workbook.xml",
             format!(
@@ -237,8 +235,7 @@ fn workbook(sheet: &[u8]) -> Vec<u8> {
     let parts = parts.iter().map(|(name, text)| (*name, text.as_bytes()));
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, text) in parts.chain([("xl/worksheets/sheet1.xml", sheet)]) {
-        zip.start_file(name, SimpleFileOptions::default())
-            .expect("a part");
+        zip.start_file(name, SimpleFileOptions::default()).expect("a part");
         zip.write_all(text).expect("written");
     }
     zip.finish().expect("a workbook").into_inner()
@@ -246,15 +243,11 @@ fn workbook(sheet: &[u8]) -> Vec<u8> {
 
 /// A worksheet of u and y, whose y is of formulas and has a style.
 fn worksheet() -> Vec<u8> {
-    let text = |cell: &str, text: &str| {
-        format!("<c r=\"{cell}\" t=\"inlineStr\"><is><t>{text}</t></is></c>")
-    };
+    let text = |cell: &str, text: &str| format!("<c r=\"{cell}\" t=\"inlineStr\"><is><t>{text}</t></is></c>");
     let head = [text("A1", "u"), text("B1", "y")].concat();
     let row = |k: u32| {
         let (u, y) = (f64::from(k * k * 7 % 11), f64::from(k * k * 5 % 11));
-        format!(
-            "<row r=\"{k}\"><c r=\"A{k}\"><v>{u}</v></c><c r=\"B{k}\" s=\"1\"><f>A{k}*2</f><v>{y}</v></c></row>"
-        )
+        format!("<row r=\"{k}\"><c r=\"A{k}\"><v>{u}</v></c><c r=\"B{k}\" s=\"1\"><f>A{k}*2</f><v>{y}</v></c></row>")
     };
     let rows: String = (2..62).map(row).collect();
     let main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
@@ -352,10 +345,7 @@ fn knock(time: Duration) {
     toml.extend(all(&sources.join("suite"), "toml"));
     let replies = vec![
         [READY, "\n"].concat().into(),
-        reply_of(
-            r#""na":2,"nb":2,"covariance":true,"noise_variance":true"#,
-            21,
-        ),
+        reply_of(r#""na":2,"nb":2,"covariance":true,"noise_variance":true"#, 21),
         reply_of(r#""nb":1,"nc":1,"nd":1,"nf":2,"reasons":["none"]"#, 5),
         reply_of(r#""order":2"#, 11),
     ];
@@ -363,18 +353,8 @@ fn knock(time: Duration) {
     let [manifest, summary] = ["manifest.json", "summary.json"].map(unsealed);
     let doors: [(_, _, fn(&Path) -> _, _); 8] = [
         ("record.csv", csv, record, "estimate record.csv --order 1"),
-        (
-            "record.parquet",
-            parquet,
-            record,
-            "estimate record.parquet --order 1",
-        ),
-        (
-            WORKBOOK,
-            vec![worksheet()],
-            record,
-            "estimate record.xlsx --order 1",
-        ),
+        ("record.parquet", parquet, record, "estimate record.parquet --order 1"),
+        (WORKBOOK, vec![worksheet()], record, "estimate record.xlsx --order 1"),
         ("study.toml", toml, experiment, "check study.toml"),
         ("out/manifest.json", manifest, results, "report out"),
         ("out/summary.json", summary, results, "report out"),
@@ -392,9 +372,7 @@ fn knock(time: Duration) {
         .collect();
     doors.retain(|door| variable("DOOR").is_none_or(|file| file == door.file));
     let first = variable("SEED").map_or(0, |seed| seed.parse().expect("a number"));
-    let failures = doors
-        .iter()
-        .flat_map(|door| door.knock(time, first, folder.path()));
+    let failures = doors.iter().flat_map(|door| door.knock(time, first, folder.path()));
     let failures: Vec<String> = failures.collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

@@ -46,11 +46,7 @@ const ASKED: [(&str, &[Asked]); 3] = [
         "out",
         &[
             (&["report", "out", "--out", "page"], "page", false),
-            (
-                &["plot", "out", "--measure", "e_a", "--out", "a.svg"],
-                "a.svg",
-                false,
-            ),
+            (&["plot", "out", "--measure", "e_a", "--out", "a.svg"], "a.svg", false),
             (&["plot", "out", "--zip", "--out", "z.svg"], "z.svg", false),
             (&["failures", "out"], "", false),
             (&["compare", "out", "out"], "", false),
@@ -61,27 +57,15 @@ const ASKED: [(&str, &[Asked]); 3] = [
             (&["check", "out"], "", false),
             (&["plan", "out/manifest.json", "--shards", "2"], "", true),
             (&["run", "study.toml", "--out", "out"], "out", true),
-            (
-                &["run", "study.toml", "--out", "out", "--trials", "40"],
-                "out",
-                true,
-            ),
-            (
-                &["run", "out/manifest.json", "--out", "again"],
-                "again",
-                true,
-            ),
+            (&["run", "study.toml", "--out", "out", "--trials", "40"], "out", true),
+            (&["run", "out/manifest.json", "--out", "again"], "again", true),
         ],
     ),
     (
         "suite",
         &[
             (&["suite", "scores", "suite"], "", false),
-            (
-                &["suite", "scores", "suite", "--page", "page"],
-                "page",
-                false,
-            ),
+            (&["suite", "scores", "suite", "--page", "page"], "page", false),
         ],
     ),
     (
@@ -90,11 +74,7 @@ const ASKED: [(&str, &[Asked]); 3] = [
             (&["status", "shards/p.plan.json"], "", false),
             (&["status", "shards/p.plan.json", "--verify"], "", false),
             (&["shard", "shards/p.plan.json", "1/2"], "", true),
-            (
-                &["merge", "shards/p.plan.json", "--out", "merged"],
-                "merged",
-                true,
-            ),
+            (&["merge", "shards/p.plan.json", "--out", "merged"], "merged", true),
         ],
     ),
 ];
@@ -158,11 +138,7 @@ fn outcome(folder: &Path, asked: &Asked, output: &Output) -> (Vec<u8>, BTreeMap<
     };
     let within = |path: &Path, name: &str| path.components().any(|part| part.as_os_str() == name);
     left.retain(|path, _| !within(path, "timing") && !within(path, "blocks"));
-    let said = if *timed {
-        Vec::new()
-    } else {
-        output.stdout.clone()
-    };
+    let said = if *timed { Vec::new() } else { output.stdout.clone() };
     (said, left)
 }
 
@@ -174,10 +150,7 @@ pub(crate) fn originals() -> tempfile::TempDir {
         std::fs::create_dir_all(at(folder)).expect("a folder");
     }
     std::fs::write(at("study.toml"), STUDY).expect("written");
-    done_in(
-        place.path(),
-        &["run", "study.toml", "--out", "out", "--block", "10"],
-    );
+    done_in(place.path(), &["run", "study.toml", "--out", "out", "--block", "10"]);
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("suite");
     for (from, to) in [
         ("results/arx.json", "methods/arx.json"),
@@ -187,10 +160,7 @@ pub(crate) fn originals() -> tempfile::TempDir {
         std::fs::copy(own.join(from), at("suite").join(to)).expect("a copy");
     }
     let plan = "shards/p.plan.json";
-    done_in(
-        place.path(),
-        &["plan", "study.toml", "--shards", "2", "--out", plan],
-    );
+    done_in(place.path(), &["plan", "study.toml", "--shards", "2", "--out", plan]);
     for shard in ["1/2", "2/2"] {
         done_in(place.path(), &["shard", plan, shard]);
     }
@@ -217,11 +187,7 @@ fn a_damaged_file_is_named_or_changes_nothing() {
         let before = files(folder.path(), "");
         let output = done_in(folder.path(), asked.0);
         let reads = asked.1.is_empty() && !asked.2;
-        assert!(
-            !reads || files(folder.path(), "") == before,
-            "{:?} writes",
-            asked.0
-        );
+        assert!(!reads || files(folder.path(), "") == before, "{:?} writes", asked.0);
         expected.insert(asked.0, outcome(folder.path(), asked, &output));
     }
     let mut random = Random(1);
@@ -244,11 +210,7 @@ fn a_damaged_file_is_named_or_changes_nothing() {
         std::fs::write(&victim, &bytes).expect("written");
         let output = asobench_in(folder.path(), asked.0);
         let (said, code) = (stderr(&output), output.status.code());
-        let what = format!(
-            "{:?}, {}, {how}: code {code:?}, {said}",
-            asked.0,
-            path.display()
-        );
+        let what = format!("{:?}, {}, {how}: code {code:?}, {said}", asked.0, path.display());
         if code == Some(0) {
             let (words, mut left) = outcome(folder.path(), asked, &output);
             let (before, mut files) = expected[asked.0].clone();
@@ -276,10 +238,7 @@ fn a_damaged_file_is_named_or_changes_nothing() {
             named += 1;
         }
     }
-    assert!(
-        named > count / 4 && same > count / 4,
-        "{named} named, {same} the same"
-    );
+    assert!(named > count / 4 && same > count / 4, "{named} named, {same} the same");
 }
 
 /// Puts another value somewhere into a JSON value.

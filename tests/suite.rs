@@ -10,9 +10,8 @@ use asobench::estimator::EstimatorName;
 use asobench::study::file::ExperimentFile;
 use asobench::study::{Block, Measure, Trial, run};
 use asobench::suite::{
-    Competitor, Division, Law, Laws, MethodResults, MethodTimes, Scenario, ScenarioResults,
-    ScenarioTimes, Suite, Tier, ideal_share, ideal_weights, law, paired, published, score,
-    share_within,
+    Competitor, Division, Law, Laws, MethodResults, MethodTimes, Scenario, ScenarioResults, ScenarioTimes, Suite, Tier,
+    ideal_share, ideal_weights, law, paired, published, score, share_within,
 };
 use asobench::theory::{distribution, quantile};
 use std::collections::BTreeMap;
@@ -62,17 +61,8 @@ fn distances(name: &str, competitor: &Competitor, trials: u64) -> (Vec<f64>, usi
 }
 
 /// d of a method in the first scenario of a study of a division.
-fn distances_in(
-    division: Division,
-    name: &str,
-    competitor: &Competitor,
-    trials: u64,
-) -> (Vec<f64>, Scenario) {
-    distances_of(
-        &earlier(division, Tier::Full, &[name.to_owned()]),
-        competitor,
-        trials,
-    )
+fn distances_in(division: Division, name: &str, competitor: &Competitor, trials: u64) -> (Vec<f64>, Scenario) {
+    distances_of(&earlier(division, Tier::Full, &[name.to_owned()]), competitor, trials)
 }
 
 /// d of a method in the first scenario of a suite.
@@ -88,23 +78,11 @@ fn distances_of(suite: &Suite, competitor: &Competitor, trials: u64) -> (Vec<f64
     assert!(declined.is_empty(), "{declined:?}");
     let experiment = experiment.unwrap();
     let mut d = Vec::new();
-    run::<Infallible>(
-        &experiment,
-        trials,
-        2,
-        &AtomicBool::new(false),
-        |block: Block| {
-            let rows = (0..block.rows.trial_count()).map(|place| block.rows.row(place, 0));
-            d.extend(rows.map(|row| {
-                if row.is_lost() {
-                    f64::INFINITY
-                } else {
-                    row[measure]
-                }
-            }));
-            Ok(())
-        },
-    )
+    run::<Infallible>(&experiment, trials, 2, &AtomicBool::new(false), |block: Block| {
+        let rows = (0..block.rows.trial_count()).map(|place| block.rows.row(place, 0));
+        d.extend(rows.map(|row| if row.is_lost() { f64::INFINITY } else { row[measure] }));
+        Ok(())
+    })
     .unwrap();
     (d, study.scenarios[0].clone())
 }
@@ -115,9 +93,7 @@ fn apart(mut d: Vec<f64>, free: usize) -> f64 {
     let (weights, count) = (ideal_weights(free), d.len() as f64);
     let each = d.iter().enumerate().map(|(i, d)| {
         let law = distribution(&weights, *d);
-        (law - i as f64 / count)
-            .abs()
-            .max(((i + 1) as f64 / count - law).abs())
+        (law - i as f64 / count).abs().max(((i + 1) as f64 / count - law).abs())
     });
     each.fold(0.0, f64::max)
 }
@@ -127,25 +103,15 @@ fn apart(mut d: Vec<f64>, free: usize) -> f64 {
 #[test]
 fn least_squares_at_home_has_the_law_of_d() {
     let trials = 600;
-    let (d, free) = distances(
-        "P01-ar-1000",
-        &Competitor::Estimator(EstimatorName::Arx),
-        trials,
-    );
+    let (d, free) = distances("P01-ar-1000", &Competitor::Estimator(EstimatorName::Arx), trials);
     let (count, p) = (trials as f64, free as f64);
     let mean = d.iter().sum::<f64>() / count;
-    assert!(
-        (mean - 1.0).abs() < 4.0 * (2.0 / p / count).sqrt(),
-        "{mean}"
-    );
+    assert!((mean - 1.0).abs() < 4.0 * (2.0 / p / count).sqrt(), "{mean}");
     let variance = d.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0);
     // The fourth central moment of chi-squared(p)/p is 12 (p + 4) / p^3.
     let law = 2.0 / p;
     let error = ((12.0 * (p + 4.0) / p.powi(3) - law * law) / count).sqrt();
-    assert!(
-        (variance - law).abs() < 4.0 * error,
-        "{variance} {law} {error}"
-    );
+    assert!((variance - law).abs() < 4.0 * error, "{variance} {law} {error}");
     let apart = apart(d, free);
     assert!(apart < 2.23 / count.sqrt(), "{apart}");
 }
@@ -154,23 +120,12 @@ fn least_squares_at_home_has_the_law_of_d() {
 /// does not, and nor does a method that must estimate what others are told.
 #[test]
 fn efficient_and_biased_methods_are_told_apart() {
-    let (oe, free) = distances(
-        "P25-white-2000",
-        &Competitor::Estimator(EstimatorName::Oe),
-        300,
-    );
+    let (oe, free) = distances("P25-white-2000", &Competitor::Estimator(EstimatorName::Oe), 300);
     assert_eq!(free, 2);
     let mean = oe.iter().sum::<f64>() / 300.0;
-    assert!(
-        (mean - 1.0).abs() < 4.0 * (1.0_f64 / 300.0).sqrt(),
-        "{mean}"
-    );
+    assert!((mean - 1.0).abs() < 4.0 * (1.0_f64 / 300.0).sqrt(), "{mean}");
     assert!(apart(oe, free) < 2.23 / 300.0_f64.sqrt());
-    let (ls, _) = distances(
-        "P25-white-2000",
-        &Competitor::Estimator(EstimatorName::Arx),
-        50,
-    );
+    let (ls, _) = distances("P25-white-2000", &Competitor::Estimator(EstimatorName::Arx), 50);
     assert!(ls.iter().all(|d| *d > 50.0), "{ls:?}");
 }
 
@@ -248,11 +203,7 @@ fn published_numbers_are_reproduced() {
             .filter(|of| of.scenario == scenario && of.method == method);
         all.next().unwrap().reproduce(2).unwrap()
     };
-    assert!(
-        of("P27", "oe")
-            .iter()
-            .all(asobench::suite::Reproduced::agrees)
-    );
+    assert!(of("P27", "oe").iter().all(asobench::suite::Reproduced::agrees));
     let reached = &of("P15-sigma30-1000", "oe")[1];
     assert_eq!((reached.ours.0.value, reached.kept), (1.0, 100));
     let bound = of("P03-loop-600", "wnsf-structure");
@@ -368,11 +319,7 @@ fn a_method_is_for_what_it_is_told() {
         ["P08-white", "P09-bj", "P12-white", "P23-armax"]
     );
     // Told the controller, the indirect method is near the truth in the loop.
-    let (d, _) = distances(
-        "P03-loop",
-        &Competitor::Estimator(EstimatorName::Indirect),
-        20,
-    );
+    let (d, _) = distances("P03-loop", &Competitor::Estimator(EstimatorName::Indirect), 20);
     let kept = d.iter().filter(|d| d.is_finite()).count();
     assert!(kept >= 18, "{d:?}");
     let near = d.iter().filter(|d| **d < 30.0).count();
@@ -408,10 +355,7 @@ fn every_method_has_its_results() {
 fn every_method_begins_in_every_scenario() {
     let contests = [Division::Orders, Division::Structure, Division::Open];
     let contests = contests.map(|of| Suite::of(None, Some(of), Tier::Standard, &[]).unwrap());
-    for suite in contests
-        .into_iter()
-        .chain([earlier(Division::Closed, Tier::Full, &[])])
-    {
+    for suite in contests.into_iter().chain([earlier(Division::Closed, Tier::Full, &[])]) {
         let all = Competitor::of(suite.division);
         for study in &suite.studies {
             let (experiment, declined) = study.experiment(&all, 1).unwrap();
@@ -459,10 +403,7 @@ fn the_editions_are_frozen() {
     for (edition, contest) in [("2.0", Division::Closed), ("1.1", Division::Orders)] {
         let unknown = Suite::of(Some(edition), Some(contest), Tier::Quick, &[]);
         let refused = unknown.err().unwrap().to_string();
-        assert!(
-            refused.contains("unknown contest of this edition"),
-            "{refused}"
-        );
+        assert!(refused.contains("unknown contest of this edition"), "{refused}");
     }
 }
 
@@ -490,8 +431,7 @@ fn a_noisy_input_tells_methods_apart() {
         d.sort_by(f64::total_cmp);
         (d[30], free)
     };
-    let [(arx, free), (oe, _), (bels, _)] =
-        [EstimatorName::Arx, EstimatorName::Oe, EstimatorName::Bels].map(of);
+    let [(arx, free), (oe, _), (bels, _)] = [EstimatorName::Arx, EstimatorName::Oe, EstimatorName::Bels].map(of);
     assert_eq!(free, 4);
     assert!(arx > 100.0 && oe > bels && bels > 1.0, "{arx} {oe} {bels}");
 }
@@ -503,9 +443,7 @@ fn systems_say_where_they_come_from() {
     for name in Suite::systems() {
         let mut studies = suites.iter().flat_map(|suite| &suite.studies);
         let study = studies.find(|study| study.entry.system == name);
-        let file = study
-            .unwrap_or_else(|| panic!("{name} is in no study"))
-            .file();
+        let file = study.unwrap_or_else(|| panic!("{name} is in no study")).file();
         for words in [&file.title, &file.question, &file.source] {
             assert!(!words.is_empty(), "{name}");
         }
@@ -549,29 +487,20 @@ fn results_that_do_not_fit_are_refused() {
     let earlier = Suite::of(Some("1.0"), None, Tier::Quick, &part).unwrap();
     assert_eq!(own.clone().of(&earlier).unwrap(), first);
     let changes: [(Change, &str); 8] = [
-        (
-            |of| of.division = Division::Open,
-            "of contest open; expected closed",
-        ),
+        (|of| of.division = Division::Open, "of contest open; expected closed"),
         // From 2.0 on d is measured with another F.
         (
             |of| of.suite = "2.0".to_owned(),
             "of suite 2.0, whose measure is another than that of 1.1",
         ),
-        (
-            |of| of.suite = "0.9".to_owned(),
-            "of suite 0.9; expected suite 1.1",
-        ),
+        (|of| of.suite = "0.9".to_owned(), "of suite 0.9; expected suite 1.1"),
         (
             |of| of.suite = "1.0".to_owned(),
             "of suite 1.0; expected suite 1.1, or --edition 1.0",
         ),
         (|of| of.seed = 7, "of seed 7; expected seed 20261124"),
         (|of| of.scenarios.clear(), "without scenario P18-bj-300"),
-        (
-            |of| of.scenarios[0].content = "0".to_owned(),
-            "of another scenario",
-        ),
+        (|of| of.scenarios[0].content = "0".to_owned(), "of another scenario"),
         (
             |of| of.scenarios[0].d.truncate(19),
             "19 trials of P18-bj-300; expected 20, as in tier quick, or --first 19",
@@ -594,10 +523,7 @@ fn what_a_method_is_told_decides_its_efficiency() {
         d.iter().sum::<f64>() / 100.0
     };
     let told = mean(Competitor::Structured(EstimatorName::Wnsf));
-    assert!(
-        (told - 1.0).abs() < 4.0 * (0.5_f64 / 100.0).sqrt(),
-        "{told}"
-    );
+    assert!((told - 1.0).abs() < 4.0 * (0.5_f64 / 100.0).sqrt(), "{told}");
     let output_error = mean(Competitor::Estimator(EstimatorName::Wnsf));
     assert!(output_error > 1.4, "{output_error}");
 }
@@ -616,10 +542,7 @@ fn a_contest_tells_what_it_says() {
         method["orders"].as_str().unwrap().to_owned()
     };
     assert_eq!(told(Division::Orders, "P06-bj"), "na=4,nb=2,nk=3");
-    assert_eq!(
-        told(Division::Structure, "P06-bj"),
-        "nb=2,nc=1,nd=1,nf=4,nk=3"
-    );
+    assert_eq!(told(Division::Structure, "P06-bj"), "nb=2,nc=1,nd=1,nf=4,nk=3");
     assert_eq!(told(Division::Orders, "P03-loop"), "na=2,nb=2,nk=1");
     assert_eq!(told(Division::Structure, "P03-loop"), "na=2,nb=2,nc=2,nk=1");
     for study in ["P06-bj", "P03-loop", "P19-armax", "B07"] {
@@ -635,8 +558,7 @@ fn the_reference_of_an_open_loop_is_the_measured_input() {
     let experiment = suite.studies[0].experiment(&arx, 1).unwrap().0.unwrap();
     let cell = experiment.cells[0].discrete().unwrap();
     let mut record = Realisation::default();
-    cell.process
-        .realise(1, 0, cell.eta, 2000, 2000, &mut record);
+    cell.process.realise(1, 0, cell.eta, 2000, 2000, &mut record);
     assert_eq!(record.r, record.u);
     assert_ne!(record.r, record.u0);
 }
@@ -650,11 +572,7 @@ fn weights_are_by_plant() {
     for of in suite.scenarios() {
         *plants.entry((of.is_bank, &of.plant)).or_default() += of.weight;
     }
-    let bank: Vec<f64> = plants
-        .iter()
-        .filter(|((is, _), _)| *is)
-        .map(|(_, w)| *w)
-        .collect();
+    let bank: Vec<f64> = plants.iter().filter(|((is, _), _)| *is).map(|(_, w)| *w).collect();
     assert_eq!(bank.len(), 100);
     let published = (plants.len() - 100) as f64;
     for ((is_bank, name), weight) in &plants {
@@ -665,12 +583,7 @@ fn weights_are_by_plant() {
         let mut all = suite.scenarios();
         all.find(|of| of.name == name).unwrap().plant.clone()
     };
-    for other in [
-        "P02-armax-200",
-        "P03-loop-600",
-        "P01t-ar-300",
-        "P01r-spiked-300",
-    ] {
+    for other in ["P02-armax-200", "P03-loop-600", "P01t-ar-300", "P01r-spiked-300"] {
         assert_eq!(plant_of("P01-ar-100"), plant_of(other));
     }
     assert_eq!(plant_of("P06-bj-1000"), plant_of("P06l-loop-1000"));
@@ -688,23 +601,11 @@ fn weights_are_by_plant() {
     assert!(suite.scenarios().all(|of| !of.name.starts_with("P23")));
     // Separate polynomials cap the efficiency of P04 at 0.0012 by another program's stationary F, and nothing where
     // plant and noise share none.
-    let separate = |name: &str| {
-        suite
-            .scenarios()
-            .find(|of| of.name == name)
-            .unwrap()
-            .separate
-    };
+    let separate = |name: &str| suite.scenarios().find(|of| of.name == name).unwrap().separate;
     let shared = separate("P04-shared-1000");
     assert!((0.0006..0.0024).contains(&shared), "{shared}");
     assert_eq!(separate("P06-bj-1000"), 1.0);
-    assert_eq!(
-        suite
-            .scenarios()
-            .filter(|of| of.is_bank && of.is_closed)
-            .count(),
-        30
-    );
+    assert_eq!(suite.scenarios().filter(|of| of.is_bank && of.is_closed).count(), 30);
 }
 
 /// The law of d with each record's own F, where that of the scenario misses it by half: another program (numpy, 1,000
@@ -730,11 +631,7 @@ fn laws_are_corrected_over_scenarios() {
         p,
         ..Law::default()
     };
-    let laws = Laws::new(
-        "2.0".to_owned(),
-        9,
-        vec![of(1.0, 0.02), of(1.2, 0.9), of(0.95, 0.01)],
-    );
+    let laws = Laws::new("2.0".to_owned(), 9, vec![of(1.0, 0.02), of(1.2, 0.9), of(0.95, 0.01)]);
     let holm: Vec<f64> = laws.scenarios.iter().map(|of| of.holm).collect();
     assert_eq!(holm, [0.04, 0.9, 0.03]);
     assert!(laws.scenarios.iter().all(|of| !of.holds()));
@@ -767,11 +664,7 @@ fn runs_of_the_bank_are_pooled() {
         weight: 1.0,
         ..exact.0
     };
-    let both: Vec<_> = bank
-        .iter()
-        .copied()
-        .chain([(&published, &exact.1)])
-        .collect();
+    let both: Vec<_> = bank.iter().copied().chain([(&published, &exact.1)]).collect();
     let found = score(&both).efficiency[0];
     assert!((found.value - 0.75).abs() < 1e-6, "{found:?}");
 }

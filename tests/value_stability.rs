@@ -112,17 +112,9 @@ fn normals() {
     let mut z = [0.0; 6];
     fill_standard_normal(&mut stream(2023, 7, Purpose::NoiseDrive), &mut z);
     for (z, exact) in z.iter().zip(exact) {
-        assert!(
-            (z / exact - 1.0).abs() < 3.0 * f64::EPSILON,
-            "{z:?} for {exact:?}"
-        );
+        assert!((z / exact - 1.0).abs() < 3.0 * f64::EPSILON, "{z:?} for {exact:?}");
     }
-    assert_eq!(
-        z.map(f64::to_bits),
-        PINNED_NORMALS,
-        "{:#x?}",
-        z.map(f64::to_bits)
-    );
+    assert_eq!(z.map(f64::to_bits), PINNED_NORMALS, "{:#x?}", z.map(f64::to_bits));
 }
 
 const PINNED_NORMALS: [u64; 6] = [
@@ -153,12 +145,7 @@ fn a_realisation() {
             sum.rotate_left(5).wrapping_mul(0x0100_0000_01b3) ^ bits
         })
     };
-    let found = [
-        fold(&record.u),
-        fold(&record.f),
-        fold(&record.y0),
-        fold(&record.y),
-    ];
+    let found = [fold(&record.u), fold(&record.f), fold(&record.y0), fold(&record.y)];
     assert_eq!(found, PINNED_REALISATION, "{found:#x?}");
 }
 

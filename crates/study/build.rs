@@ -29,11 +29,7 @@ fn texts(name: &str, paths: &[PathBuf]) -> String {
     for path in paths {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let path = path.canonicalize().unwrap_or_else(|_| path.clone());
-        let _ = writeln!(
-            table,
-            "({stem:?}, include_str!({:?})),",
-            path.display().to_string()
-        );
+        let _ = writeln!(table, "({stem:?}, include_str!({:?})),", path.display().to_string());
     }
     table + "];\n"
 }
@@ -71,9 +67,7 @@ fn suite() {
         };
         let _ = writeln!(generated, "const {name}: &str = {content};");
     }
-    let to = std::env::var("OUT_DIR")
-        .map(PathBuf::from)
-        .unwrap_or_default();
+    let to = std::env::var("OUT_DIR").map(PathBuf::from).unwrap_or_default();
     if let Err(error) = std::fs::write(to.join("suite_files.rs"), generated) {
         println!("cargo::error=suite_files.rs: {error}");
     }

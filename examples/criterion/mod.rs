@@ -18,8 +18,5 @@ pub fn median(benchmark: &Path, baseline: &str) -> Option<[f64; 2]> {
     let file = benchmark.join(baseline).join("estimates.json");
     let estimates: Value = serde_json::from_str(&std::fs::read_to_string(file).ok()?).ok()?;
     let median = &estimates["median"];
-    Some([
-        median["point_estimate"].as_f64()?,
-        median["standard_error"].as_f64()?,
-    ])
+    Some([median["point_estimate"].as_f64()?, median["standard_error"].as_f64()?])
 }

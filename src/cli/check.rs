@@ -106,10 +106,7 @@ fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> Str
     let cells = format!("{}{}", experiment.cells.len(), axes(experiment));
     line(&mut text, "cells", &cells);
     let outputs = experiment.outputs();
-    let labels: Vec<String> = outputs
-        .iter()
-        .map(crate::estimator::Output::label)
-        .collect();
+    let labels: Vec<String> = outputs.iter().map(crate::estimator::Output::label).collect();
     let outputs = format!("{}: {}", labels.len(), shortened(&labels));
     line(&mut text, "outputs", &outputs);
     for (i, (orders, names)) in orders(experiment).iter().enumerate() {
@@ -156,10 +153,7 @@ fn orders(experiment: &Experiment) -> Vec<(String, Vec<String>)> {
 fn trials(experiment: &Experiment, rule: &TrialRule) -> String {
     let (least, most) = rule.extent();
     let mut text = format!("{} in each cell", span((least, most)));
-    let alike = experiment
-        .cells
-        .iter()
-        .filter(|cell| cell.is_deterministic());
+    let alike = experiment.cells.iter().filter(|cell| cell.is_deterministic());
     let alike = alike.count();
     if most > 1 && alike > 0 {
         // Writing to a string does not fail.
@@ -171,18 +165,11 @@ fn trials(experiment: &Experiment, rule: &TrialRule) -> String {
 /// Returns the trials of all cells if so many are asked for in each.
 fn total(experiment: &Experiment, asked: u64) -> f64 {
     let cells = 0..experiment.cells.len();
-    cells
-        .map(|cell| experiment.trials_of(cell, asked) as f64)
-        .sum()
+    cells.map(|cell| experiment.trials_of(cell, asked) as f64).sum()
 }
 
 /// Returns the costs of a run. Of its time, `setup` seconds have passed already.
-fn estimates(
-    experiment: &Experiment,
-    rule: &TrialRule,
-    folder: &Path,
-    setup: f64,
-) -> Result<String, Error> {
+fn estimates(experiment: &Experiment, rule: &TrialRule, folder: &Path, setup: f64) -> Result<String, Error> {
     let threads = threads(None);
     let (least, most) = rule.extent();
     let forecast = Forecast::measure(experiment, most).map_err(failed)?;
@@ -191,8 +178,8 @@ fn estimates(
     let (done, room) = (done(folder, experiment), Room::of(folder));
     let need = Need::of(&forecast, most, threads, done);
     let seconds = |trials: u64| {
-        let missing = (total(experiment, trials) - done.trials as f64)
-            / (experiment.cells.len() as f64 * trials as f64);
+        let missing =
+            (total(experiment, trials) - done.trials as f64) / (experiment.cells.len() as f64 * trials as f64);
         duration(setup + forecast.seconds(trials, missing.max(0.0), threads))
     };
     let mut time = format!(
@@ -202,10 +189,7 @@ fn estimates(
     if experiment.file.timing {
         let more = duration(timing::duration(experiment, forecast.seconds_per_trial()));
         // Writing to a string does not fail.
-        let _ = write!(
-            time,
-            ", then about {more} for the times of the methods, on one thread"
-        );
+        let _ = write!(time, ", then about {more} for the times of the methods, on one thread");
     }
     let memory = |trials: u64| amount(program + forecast.memory(trials, threads));
     let memory = span((memory(least), memory(most)));
@@ -258,11 +242,7 @@ fn axes(experiment: &Experiment) -> String {
         let group = file.zip.iter().find(|group| group.contains(key));
         let names = match group {
             Some(group) if group.iter().min() != Some(key) => continue,
-            Some(group) => group
-                .iter()
-                .map(ToString::to_string)
-                .collect::<Vec<_>>()
-                .join("+"),
+            Some(group) => group.iter().map(ToString::to_string).collect::<Vec<_>>().join("+"),
             None => key.to_string(),
         };
         axes.push(format!("{names} {}", values.len()));
@@ -279,9 +259,5 @@ fn shortened(labels: &[String]) -> String {
     if labels.len() <= SHOWN {
         return labels.join(", ");
     }
-    format!(
-        "{}, ..., {}",
-        labels[..SHOWN - 1].join(", "),
-        labels[labels.len() - 1]
-    )
+    format!("{}, ..., {}", labels[..SHOWN - 1].join(", "), labels[labels.len() - 1])
 }

@@ -20,8 +20,7 @@ pub(super) fn refused(error: impl Into<ClusterError>) -> Error {
         {
             Error::Input(error.to_string())
         }
-        ClusterError::Run(RunError::Interrupted { .. })
-        | ClusterError::Campaign(CampaignError::Stopped) => {
+        ClusterError::Run(RunError::Interrupted { .. }) | ClusterError::Campaign(CampaignError::Stopped) => {
             Error::Interrupted("interrupted; nothing was written".to_owned())
         }
         // These commands compute no trials, so they have no --repair.
@@ -30,9 +29,7 @@ pub(super) fn refused(error: impl Into<ClusterError>) -> Error {
             Error::Input(format!("--out {error}; {advice}"))
         }
         ClusterError::Campaign(error) => execute::refused("--out ", error),
-        error @ (ClusterError::File(_) | ClusterError::Block(_) | ClusterError::Run(_)) => {
-            failed(error)
-        }
+        error @ (ClusterError::File(_) | ClusterError::Block(_) | ClusterError::Run(_)) => failed(error),
         error => Error::Input(error.to_string()),
     }
 }
@@ -92,8 +89,7 @@ pub(super) fn again(path: &Path, plan: &ShardPlan, status: &Status) -> String {
 /// Parses a time as people and Slurm write it: 90s, 30m, 2h, 1d, 1:30:00, 1-12:00:00.
 pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
     let number = |text: &str| {
-        let digits =
-            !text.is_empty() && text.len() <= 9 && text.bytes().all(|b| b.is_ascii_digit());
+        let digits = !text.is_empty() && text.len() <= 9 && text.bytes().all(|b| b.is_ascii_digit());
         text.parse::<u64>().ok().filter(|_| digits)
     };
     let seconds = || {
@@ -126,11 +122,7 @@ pub(super) fn slurm_time(time: Duration) -> String {
     let seconds = time.as_secs();
     let (days, rest) = (seconds / 86_400, seconds % 86_400);
     let clock = format!("{:02}:{:02}:{:02}", rest / 3600, rest / 60 % 60, rest % 60);
-    if days > 0 {
-        format!("{days}-{clock}")
-    } else {
-        clock
-    }
+    if days > 0 { format!("{days}-{clock}") } else { clock }
 }
 
 #[cfg(test)]

@@ -26,9 +26,7 @@ fn coloured(line: &str) -> String {
     all.sort_by_key(|verdict| std::cmp::Reverse(verdict.name().len()));
     let parts = line.split_once("  ").filter(|(id, _)| !id.is_empty());
     let found = parts.and_then(|(id, rest)| {
-        let verdict = all
-            .iter()
-            .find(|verdict| rest.starts_with(verdict.name()))?;
+        let verdict = all.iter().find(|verdict| rest.starts_with(verdict.name()))?;
         let (name, rest) = rest.split_at(verdict.name().len());
         let colour = match verdict {
             Verdict::Holds => 32,
@@ -48,14 +46,8 @@ mod tests {
     fn the_verdict_alone_has_a_colour() {
         for (line, expected) in [
             ("C4  holds: in all\n", "C4  \x1b[32mholds\x1b[0m: in all\n"),
-            (
-                "C4  holds in part. It\n",
-                "C4  \x1b[33mholds in part\x1b[0m. It\n",
-            ),
-            (
-                "C2-a  does not hold: in",
-                "C2-a  \x1b[31mdoes not hold\x1b[0m: in",
-            ),
+            ("C4  holds in part. It\n", "C4  \x1b[33mholds in part\x1b[0m. It\n"),
+            ("C2-a  does not hold: in", "C2-a  \x1b[31mdoes not hold\x1b[0m: in"),
             ("    holds nothing\n", "    holds nothing\n"),
         ] {
             assert_eq!(coloured(line), expected);

@@ -5,9 +5,8 @@ use super::exit_code;
 use super::first_guess;
 use super::output::{note, print};
 use super::{
-    check, compare, completions, estimate, explain, failures, merge, methods, new_experiment, plan,
-    plot, replay, report, reproduce, run, schema, shard, slurm, status, suite, test_method, theory,
-    throughput,
+    check, compare, completions, estimate, explain, failures, merge, methods, new_experiment, plan, plot, replay,
+    report, reproduce, run, schema, shard, slurm, status, suite, test_method, theory, throughput,
 };
 use crate::lanes::Isa;
 use crate::names::UnknownName;
@@ -73,13 +72,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString> + Send + 'static) -> E
     let thread = std::thread::Builder::new().name("main".to_owned());
     match thread.stack_size(STACK).spawn(|| run_command(arguments)) {
         // A panic has said what it is; the exit code is that of Rust.
-        Ok(running) => running
-            .join()
-            .unwrap_or_else(|_| ExitCode::from(exit_code::PANIC)),
+        Ok(running) => running.join().unwrap_or_else(|_| ExitCode::from(exit_code::PANIC)),
         Err(error) => {
-            note(&format!(
-                "asobench: no memory for a stack of {STACK} bytes: {error}"
-            ));
+            note(&format!("asobench: no memory for a stack of {STACK} bytes: {error}"));
             ExitCode::FAILURE
         }
     }
@@ -168,11 +163,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
     let revision = asobench_study::GIT_REVISION.unwrap_or("no git revision");
     let short = revision.get(..10).filter(|_| !revision.contains(' '));
     let isa = Isa::best();
-    format!(
-        "{} ({}, {isa})",
-        env!("CARGO_PKG_VERSION"),
-        short.unwrap_or(revision)
-    )
+    format!("{} ({}, {isa})", env!("CARGO_PKG_VERSION"), short.unwrap_or(revision))
 });
 
 /// Prints help and version if requested; turns a usage error into a line for each thing that is wrong.
@@ -209,17 +200,9 @@ fn every_command() -> clap::Command {
 /// Returns the message and its tip, without the usage lines.
 fn one_line(text: &str) -> String {
     let ends = ["\nUsage:", "\nFor more information"];
-    let end = ends
-        .iter()
-        .filter_map(|end| text.find(end))
-        .min()
-        .unwrap_or(text.len());
+    let end = ends.iter().filter_map(|end| text.find(end)).min().unwrap_or(text.len());
     let mut line = String::new();
-    for part in text[..end]
-        .lines()
-        .map(str::trim)
-        .filter(|part| !part.is_empty())
-    {
+    for part in text[..end].lines().map(str::trim).filter(|part| !part.is_empty()) {
         match part.strip_prefix("tip: ") {
             // A flag is never meant as a value here.
             Some(tip) if tip.starts_with("to pass ") => {}

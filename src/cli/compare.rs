@@ -26,11 +26,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             file.display()
         )));
     }
-    let studies: Result<Vec<Study>, _> = arguments
-        .folders
-        .iter()
-        .map(|folder| Study::read(folder))
-        .collect();
+    let studies: Result<Vec<Study>, _> = arguments.folders.iter().map(|folder| Study::read(folder)).collect();
     let studies = studies.map_err(|error| Error::Input(error.to_string()))?;
     let text = compared(&studies, arguments.measure).map_err(Error::Input)?;
     print(&text)?;

@@ -24,9 +24,7 @@ pub(super) fn run(arguments: &Arguments, mut command: Command) -> Result<ExitCod
     let mut text = Vec::new();
     let name = command.get_name().to_owned();
     if let Some(of) = &arguments.manual {
-        Man::new(page(command, of)?)
-            .render(&mut text)
-            .map_err(failed)?;
+        Man::new(page(command, of)?).render(&mut text).map_err(failed)?;
     } else if let Some(shell) = arguments.shell {
         clap_complete::generate(shell, &mut command, name, &mut text);
     }

@@ -18,12 +18,7 @@ pub(super) struct Confirmation {
     #[arg(long, value_name = "SEED", num_args = 0..=1, allow_negative_numbers = true)]
     confirm: Option<Option<u64>>,
     /// With --confirm: the claims that are judged, by their ids [default: all]
-    #[arg(
-        long,
-        value_name = "ID,ID",
-        value_delimiter = ',',
-        requires = "confirm"
-    )]
+    #[arg(long, value_name = "ID,ID", value_delimiter = ',', requires = "confirm")]
     claims: Vec<String>,
 }
 
@@ -51,35 +46,23 @@ impl Confirmation {
             confirms: Some(file.seed),
             ..file
         };
-        let ids = confirming
-            .claims
-            .iter()
-            .filter(|claim| !claim.test.is_empty());
+        let ids = confirming.claims.iter().filter(|claim| !claim.test.is_empty());
         let ids: Vec<&str> = ids.map(|claim| claim.id.as_str()).collect();
         if ids.is_empty() {
-            return Err(wrong(
-                "--confirm: the file has no claim with a test".to_owned(),
-            ));
+            return Err(wrong("--confirm: the file has no claim with a test".to_owned()));
         }
         if let Some(unknown) = self.claims.iter().find(|id| !ids.contains(&id.as_str())) {
             let unknown = UnknownName::new("claim", unknown, &ids);
             return Err(wrong(format!("--claims: {unknown}")));
         }
         if !self.claims.is_empty() {
-            confirming
-                .claims
-                .retain(|claim| self.claims.contains(&claim.id));
+            confirming.claims.retain(|claim| self.claims.contains(&claim.id));
         }
         Ok(confirming)
     }
 
     /// Returns the folder of the results: the given one, or that of the study, with the seed if it is a confirmation.
-    pub(super) fn folder(
-        &self,
-        study: &StudyArguments,
-        file: &ExperimentFile,
-        out: Option<&Path>,
-    ) -> PathBuf {
+    pub(super) fn folder(&self, study: &StudyArguments, file: &ExperimentFile, out: Option<&Path>) -> PathBuf {
         if !self.is_asked() || out.is_some() {
             return study.folder(out);
         }

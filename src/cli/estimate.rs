@@ -94,11 +94,10 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         Format::Text => print(&text::render(&report, arguments.details || !is_chosen))?,
         Format::Json => print_json(&json::render(&report))?,
     }
-    let failed = report.estimates.iter().any(|estimate| {
-        estimate
-            .failure()
-            .is_some_and(|of| !of.kind.leaves_a_model())
-    });
+    let failed = report
+        .estimates
+        .iter()
+        .any(|estimate| estimate.failure().is_some_and(|of| !of.kind.leaves_a_model()));
     Ok(if failed {
         ExitCode::from(FAILED)
     } else {
@@ -107,18 +106,13 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
 }
 
 /// Prints a table of models of several orders for each estimator.
-fn tables(
-    arguments: &Arguments,
-    mut report: Report,
-    (order, delay): (Span, Span),
-) -> Result<ExitCode, Error> {
+fn tables(arguments: &Arguments, mut report: Report, (order, delay): (Span, Span)) -> Result<ExitCode, Error> {
     let estimators = orders::of_tables(&arguments.estimator)?;
     let (mut scans, mut hints) = (Vec::new(), Vec::new());
     for &estimator in &estimators {
         let options = arguments.options.taken_by(estimator);
         let is_free = arguments.options.start_is_free(estimator);
-        let (scan, hint) =
-            scan::scan_from_start(&report, (estimator, options), [order, delay], is_free)?;
+        let (scan, hint) = scan::scan_from_start(&report, (estimator, options), [order, delay], is_free)?;
         scans.push(scan);
         hints.push(hint);
     }

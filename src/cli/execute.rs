@@ -7,8 +7,8 @@ use super::progress;
 use crate::report::{Study, terminal};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{
-    BlockError, Campaign, CampaignError, Event, Experiment, FolderError, MANIFEST, MethodChange,
-    ResultsFolder, RunError, RunOptions, Summary, take_over,
+    BlockError, Campaign, CampaignError, Event, Experiment, FolderError, MANIFEST, MethodChange, ResultsFolder,
+    RunError, RunOptions, Summary, take_over,
 };
 use crate::text::{count, visible, wrap};
 use crate::{claim, files};
@@ -42,11 +42,7 @@ pub(super) fn results(
         terminal::short_verdicts(&study)
     };
     let gap = if verdicts.is_empty() { "" } else { "\n" };
-    let done = [
-        count(cells as u64, "cell"),
-        count(trials, "trial"),
-        failures(summary),
-    ];
+    let done = [count(cells as u64, "cell"), count(trials, "trial"), failures(summary)];
     let done = done.join(", ");
     let text = format!(
         "{}{fallbacks}results in {}\n\n{}{gap}",
@@ -81,9 +77,7 @@ fn failures(summary: &Summary) -> String {
     let failed = by_output.iter().filter(|(_, kinds)| !kinds.is_empty());
     let failed = failed.map(|(label, kinds)| {
         let shown = kinds.iter().take(KINDS_SHOWN);
-        let mut shown: Vec<String> = shown
-            .map(|(kind, count)| format!("{kind} {count}"))
-            .collect();
+        let mut shown: Vec<String> = shown.map(|(kind, count)| format!("{kind} {count}")).collect();
         if let more @ 1.. = kinds.len().saturating_sub(KINDS_SHOWN) {
             let rest: u64 = kinds.values().skip(KINDS_SHOWN).sum();
             shown.push(format!("of {more} other kinds {rest}"));
@@ -166,12 +160,7 @@ pub(super) fn execute(
         replaces(path, &beside);
     }
     let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
-    let outcome = campaign.run(
-        &stop,
-        |event: Event| display.show(&event),
-        is_decided,
-        figures,
-    );
+    let outcome = campaign.run(&stop, |event: Event| display.show(&event), is_decided, figures);
     display.clear();
     let summary = outcome.map_err(|error| ended(error, "", options))?;
     Ok(Executed {
@@ -233,9 +222,9 @@ fn ended(error: CampaignError, flag: &str, options: RunOptions) -> Error {
         "the same command resumes"
     };
     match error {
-        CampaignError::Run(RunError::Interrupted { done, total }) => Error::Interrupted(format!(
-            "interrupted with {done} of {total} trials of this run; {left}"
-        )),
+        CampaignError::Run(RunError::Interrupted { done, total }) => {
+            Error::Interrupted(format!("interrupted with {done} of {total} trials of this run; {left}"))
+        }
         CampaignError::Stopped => Error::Interrupted(format!("{error}; {left}")),
         other => refused(flag, other),
     }
@@ -244,8 +233,7 @@ fn ended(error: CampaignError, flag: &str, options: RunOptions) -> Error {
 /// Returns an input error if the user can correct the cause, otherwise a failure.
 pub(super) fn refused(flag: &str, error: CampaignError) -> Error {
     match error {
-        CampaignError::Folder(FolderError::File(error))
-        | CampaignError::Block(BlockError::File(error))
+        CampaignError::Folder(FolderError::File(error)) | CampaignError::Block(BlockError::File(error))
             if error.foreign || !flag.is_empty() =>
         {
             cannot_write(&error)

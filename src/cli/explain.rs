@@ -46,9 +46,7 @@ pub(super) fn run(arguments: &Arguments, commands: &clap::Command) -> Result<Exi
             &|| Some(meanings(&|other| loose(other) == loose(word))),
             &kind_left_out,
         ];
-        let found = ways
-            .iter()
-            .find_map(|way| way().filter(|found| !found.is_empty()));
+        let found = ways.iter().find_map(|way| way().filter(|found| !found.is_empty()));
         texts.extend(found.ok_or_else(|| Error::Input(unknown(word, &all)))?);
     }
     print(&texts.join("\n"))?;
@@ -57,10 +55,7 @@ pub(super) fn run(arguments: &Arguments, commands: &clap::Command) -> Result<Exi
 
 /// A word without case, blanks, hyphens and the end of a plural: "dead beat" is "Dead-Beat".
 fn loose(word: &str) -> String {
-    let joined: String = folded(word)
-        .chars()
-        .filter(|c| c.is_alphanumeric())
-        .collect();
+    let joined: String = folded(word).chars().filter(|c| c.is_alphanumeric()).collect();
     match joined.strip_suffix('s') {
         Some(one) if one.len() > 2 => one.to_owned(),
         _ => joined,
@@ -71,15 +66,11 @@ fn loose(word: &str) -> String {
 fn numbered(word: &str) -> Option<String> {
     let (letter, number) = word.split_once('_')?;
     let number: usize = number.parse().ok()?;
-    let polynomial =
-        |name: &str, lag: &str| format!("the coefficient of q^-{number} in {name}, {lag}");
+    let polynomial = |name: &str, lag: &str| format!("the coefficient of q^-{number} in {name}, {lag}");
     let monic = format!("the one of lag {number}");
     let state = |what: &str| format!("; in studies and claims element {number} of {what}");
     let about = match letter.to_lowercase().as_str() {
-        "a" => {
-            polynomial("A(q) = 1 + a_1 q^-1 + ...", &monic)
-                + &state("a, the last row of A: a_i = -alpha_(n+1-i)")
-        }
+        "a" => polynomial("A(q) = 1 + a_1 q^-1 + ...", &monic) + &state("a, the last row of A: a_i = -alpha_(n+1-i)"),
         "b" => polynomial("B(q) = b_nk q^-nk + ...", &monic) + &state("b, the input vector"),
         "c" => polynomial("C(q) = 1 + c_1 q^-1 + ... of the noise C/D e", &monic),
         "d" => polynomial("D(q) = 1 + d_1 q^-1 + ... of the noise C/D e", &monic),
@@ -138,11 +129,7 @@ fn entries() -> Vec<Entry> {
         } else {
             format!(", in {unit}")
         };
-        all.push(Entry::new(
-            measure.name(),
-            &format!("measure{unit}"),
-            measure.about(),
-        ));
+        all.push(Entry::new(measure.name(), &format!("measure{unit}"), measure.about()));
     }
     for statistic in Statistic::ALL {
         all.push(Entry::new(
@@ -165,10 +152,7 @@ fn entries() -> Vec<Entry> {
     for (table, of) in schema["$defs"].as_object().into_iter().flatten() {
         // A table that a user does not write has no description of its own.
         let table = table.trim_end_matches("Table").to_lowercase();
-        all.extend(keys(
-            &of["properties"],
-            &format!("key of a table of kind '{table}'"),
-        ));
+        all.extend(keys(&of["properties"], &format!("key of a table of kind '{table}'")));
     }
     for kind in FailureKind::ALL.iter().chain(FailureKind::OF_PROGRAMS) {
         all.push(Entry::new(kind.name(), "failure or status", kind.about()));
@@ -202,9 +186,7 @@ fn flags(commands: &clap::Command) -> Vec<Entry> {
     }
     let entries = all.iter().filter(|(flag, ..)| *flag != "help");
     entries
-        .map(|(flag, about, commands)| {
-            Entry::new(flag, &format!("flag of {}", commands.join(", ")), about)
-        })
+        .map(|(flag, about, commands)| Entry::new(flag, &format!("flag of {}", commands.join(", ")), about))
         .collect()
 }
 
@@ -219,12 +201,7 @@ fn keys(properties: &Value, kind: &str) -> Vec<Entry> {
 /// The words of docs/glossary.md. A line has one or several, which share a meaning: "**e_a, e_b**: ...".
 fn glossary() -> Vec<Entry> {
     let lines = include_str!("../../docs/glossary.md").lines();
-    let lines = lines.filter_map(|line| {
-        line.strip_prefix("- ")?
-            .split_once("**")?
-            .1
-            .split_once("**: ")
-    });
+    let lines = lines.filter_map(|line| line.strip_prefix("- ")?.split_once("**")?.1.split_once("**: "));
     let entries = lines.flat_map(|(words, meaning)| {
         let meaning = without_links(meaning);
         let entry = move |word: &str| Entry::new(word.trim(), "glossary", &meaning);
@@ -254,8 +231,7 @@ fn unknown(word: &str, all: &[Entry]) -> String {
     let mut having: Vec<&str> = Vec::new();
     for entry in all {
         let text = folded(&entry.text);
-        if word.len() > 3 && text.contains(&folded(word)) && !having.contains(&entry.word.as_str())
-        {
+        if word.len() > 3 && text.contains(&folded(word)) && !having.contains(&entry.word.as_str()) {
             having.push(&entry.word);
         }
     }
@@ -265,9 +241,7 @@ fn unknown(word: &str, all: &[Entry]) -> String {
     }
     let error = UnknownName::new("word", word, all.iter().map(|entry| &entry.word)).to_string();
     let nearest = error.split("; expected").next().unwrap_or_default();
-    format!(
-        "{nearest}; expected a key, a measure, a method, a failure, a flag or a word of docs/glossary.md"
-    )
+    format!("{nearest}; expected a key, a measure, a method, a failure, a flag or a word of docs/glossary.md")
 }
 
 #[cfg(test)]

@@ -20,8 +20,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let study = Study::read(&arguments.folder).map_err(|error| Error::Input(error.to_string()))?;
-    let text = failures(&study, arguments.method.as_deref())
-        .map_err(|error| Error::Input(format!("--method: {error}")))?;
+    let text =
+        failures(&study, arguments.method.as_deref()).map_err(|error| Error::Input(format!("--method: {error}")))?;
     print(&text)?;
     Ok(ExitCode::SUCCESS)
 }

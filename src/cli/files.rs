@@ -56,9 +56,7 @@ pub(super) fn picture_path(path: PathBuf) -> Result<PathBuf, String> {
         Some(form) => {
             let svg = path.with_extension("svg");
             let [path, svg] = [&path, &svg].map(|path| shell_word(path.display()));
-            Err(format!(
-                "{error}; rsvg-convert -f {form} -o {path} {svg} converts one"
-            ))
+            Err(format!("{error}; rsvg-convert -f {form} -o {path} {svg} converts one"))
         }
         None => Err(error),
     }
@@ -87,10 +85,7 @@ fn path_in(path: PathBuf, forms: &[&str]) -> Result<PathBuf, String> {
         return Ok(path);
     }
     let ends: Vec<String> = forms.iter().map(|form| format!(".{form}")).collect();
-    Err(format!(
-        "expected a name that ends in {}",
-        ends.join(" or ")
-    ))
+    Err(format!("expected a name that ends in {}", ends.join(" or ")))
 }
 
 /// A picture in the form that the name of its file ends in.

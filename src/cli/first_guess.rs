@@ -81,12 +81,7 @@ impl Meant<'_> {
 
     /// Answers a command of the table.
     fn command(&mut self) {
-        let Some(Answered {
-            given,
-            words,
-            instead,
-        }) = commands::answer(&self.line)
-        else {
+        let Some(Answered { given, words, instead }) = commands::answer(&self.line) else {
             return;
         };
         let line = format!("unexpected command '{given}'; here: {words}");
@@ -110,9 +105,7 @@ impl Meant<'_> {
                     || self.value(&flag, &value, error)
             }
             // A flag that was taken out is what is missing then.
-            (ErrorKind::MissingRequiredArgument | ErrorKind::MissingSubcommand, ..)
-                if !self.lines.is_empty() =>
-            {
+            (ErrorKind::MissingRequiredArgument | ErrorKind::MissingSubcommand, ..) if !self.lines.is_empty() => {
                 self.known = false;
                 return false;
             }
@@ -186,11 +179,7 @@ impl Meant<'_> {
     /// Puts whole numbers that stand alone around a place, `2 2 1`, behind `--orders`, or one behind `--order`; that of
     /// `--order` is among them. Returns whether there are any.
     fn orders(&mut self, at: usize, argument: &str) -> bool {
-        let is = |at: &usize| {
-            self.line
-                .get(*at)
-                .is_some_and(|word| word.parse::<u16>().is_ok())
-        };
+        let is = |at: &usize| self.line.get(*at).is_some_and(|word| word.parse::<u16>().is_ok());
         let first = (0..=at).rev().take_while(is).last();
         let last = (at..self.line.len()).take_while(is).last();
         let (Some(first), Some(last)) = (first, last) else {
@@ -260,12 +249,7 @@ impl Meant<'_> {
         self.known &= instead.is_some();
         let mut instead = instead.unwrap_or_default();
         // A word that is there already need not be typed twice.
-        if !instead.is_empty()
-            && self
-                .line
-                .windows(instead.len())
-                .any(|there| there == instead)
-        {
+        if !instead.is_empty() && self.line.windows(instead.len()).any(|there| there == instead) {
             instead.clear();
         }
         // A flag that took its value leaves none behind.
@@ -290,8 +274,7 @@ impl Meant<'_> {
         let fits = commands::answer(&self.line).is_none();
         if self.known && fits && self.parsed().is_ok() {
             let words: Vec<String> = self.line.iter().map(shell_word).collect();
-            self.lines
-                .push(format!("try: {PROGRAM} {}", words.join(" ")));
+            self.lines.push(format!("try: {PROGRAM} {}", words.join(" ")));
         }
         self.lines
     }
@@ -315,9 +298,7 @@ fn elsewhere(argument: &str, command: &clap::Command, all: &clap::Command) -> St
     let others: Vec<&str> = others.map(clap::Command::get_name).collect();
     let own = command.get_name();
     if others.is_empty() {
-        return format!(
-            "unexpected argument '{argument}'; {PROGRAM} {own} --help lists all arguments"
-        );
+        return format!("unexpected argument '{argument}'; {PROGRAM} {own} --help lists all arguments");
     }
     format!(
         "unexpected argument '{argument}': {own} does not have it; of {PROGRAM} {}",
@@ -342,20 +323,13 @@ pub(super) mod tests {
     /// Every command with every word of the table: an answer names no flag that the command does not have.
     pub(in crate::cli) fn answers_fit(all: &clap::Command) {
         let mut seen = 0;
-        let names =
-            |answer: &'static Answer| answer.names.split(' ').map(move |name| (name, answer));
+        let names = |answer: &'static Answer| answer.names.split(' ').map(move |name| (name, answer));
         let arguments = ANSWERS.iter().filter(|answer| !answer.of.contains("WORD"));
         for (name, answer) in arguments.flat_map(names) {
-            assert!(
-                all.get_subcommands().any(|of| has(of, answer.of)),
-                "{}",
-                answer.of
-            );
+            assert!(all.get_subcommands().any(|of| has(of, answer.of)), "{}", answer.of);
             for command in all.get_subcommands() {
                 let arguments = [command.get_name(), name, "1"].map(OsString::from);
-                let line = [OsString::from(PROGRAM)]
-                    .into_iter()
-                    .chain(arguments.clone());
+                let line = [OsString::from(PROGRAM)].into_iter().chain(arguments.clone());
                 let Err(error) = all.clone().try_get_matches_from(line) else {
                     continue;
                 };
@@ -365,10 +339,7 @@ pub(super) mod tests {
                     continue;
                 };
                 let flag = here.split([' ', ',', ';']).next().unwrap_or_default();
-                assert!(
-                    has(command, &format!("--{flag}")),
-                    "{arguments:?}: {lines:?}"
-                );
+                assert!(has(command, &format!("--{flag}")), "{arguments:?}: {lines:?}");
                 seen += 1;
             }
         }

@@ -7,11 +7,7 @@ use std::fs::read_to_string;
 use std::ops::Range;
 
 /// Refuses cells if the threads, each with the buffers of one cell's trials, do not fit into memory.
-pub(super) fn fits(
-    experiment: &Experiment,
-    cells: Range<usize>,
-    threads: usize,
-) -> Result<(), Error> {
+pub(super) fn fits(experiment: &Experiment, cells: Range<usize>, threads: usize) -> Result<(), Error> {
     let bytes = |cell| (experiment.thread_bytes(cell), cell);
     let (Some((needed, cell)), Some(free)) = (cells.map(bytes).max(), available()) else {
         return Ok(());
@@ -34,10 +30,7 @@ pub(super) fn fits(
 
 /// Returns the bytes that this process can still allocate: what Linux has without swapping, within the limits of the
 /// process and of its group. `None` if unknown.
-#[expect(
-    clippy::disallowed_methods,
-    reason = "files of the kernel, which are short"
-)]
+#[expect(clippy::disallowed_methods, reason = "files of the kernel, which are short")]
 pub(super) fn available() -> Option<f64> {
     let file = |path: &str| read_to_string(path).ok();
     let meminfo = file("/proc/meminfo");
@@ -52,10 +45,7 @@ pub(super) fn available() -> Option<f64> {
 }
 
 /// Returns the bytes that the program and what it has made take now; 0 if unknown.
-#[expect(
-    clippy::disallowed_methods,
-    reason = "a file of the kernel, which is short"
-)]
+#[expect(clippy::disallowed_methods, reason = "a file of the kernel, which is short")]
 pub(super) fn taken() -> f64 {
     let status = read_to_string("/proc/self/status").ok();
     let taken = status.and_then(|text| kibibytes(&text, "VmRSS:"));

@@ -54,14 +54,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let found = Collection::from_folders(&folders, &experiment, true).map_err(refused)?;
     cluster::note_refused(&found);
     let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
-    let merged = merge(
-        (&plan, &experiment),
-        &found,
-        &out,
-        options,
-        &stop,
-        is_decided,
-    );
+    let merged = merge((&plan, &experiment), &found, &out, options, &stop, is_decided);
     let merged = merged.map_err(refused)?;
     note(&format!("{} blocks, {} bytes", found.read.0, found.read.1));
     match merged {
@@ -80,10 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Merged::Missing(status) => {
             for span in status.missing.iter().take(cluster::LINES) {
                 let (from, last) = (span.trials.start, span.trials.end - 1);
-                note(&format!(
-                    "missing: cell {}, trials {from} to {last}",
-                    span.cell
-                ));
+                note(&format!("missing: cell {}, trials {from} to {last}", span.cell));
             }
             if let Some(more @ 1..) = status.missing.len().checked_sub(cluster::LINES) {
                 note(&format!("missing: {more} more ranges of trials"));

@@ -47,20 +47,14 @@ pub(super) fn described(estimator: EstimatorName) -> String {
     let mut text = filled(&format!("{estimator}: "), &about, 2);
     for option in estimator.options() {
         let OptionEntry {
-            key,
-            about,
-            default,
-            ..
+            key, about, default, ..
         } = option;
         let default = match default {
             Value::Null => String::new(),
             Value::String(text) => text.clone(),
             other => other.to_string(),
         };
-        let head = format!(
-            "  {:<31} ",
-            format!("{key} = {default}").trim_end_matches(" = ")
-        );
+        let head = format!("  {:<31} ", format!("{key} = {default}").trim_end_matches(" = "));
         text.push_str(&filled(&head, about, COLUMNS));
     }
     text

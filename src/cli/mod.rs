@@ -1,11 +1,7 @@
 //! The command line: `commands.rs` lists the subcommands, each of which has a file of its own; `output.rs` prints, and
 //! `error.rs` has the errors, each a line, `exit_code.rs` their exit codes.
 
-#![allow(
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "this is the place that prints"
-)]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the place that prints")]
 
 mod check;
 mod cluster;

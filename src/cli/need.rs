@@ -166,10 +166,7 @@ mod tests {
 
     #[test]
     fn what_is_short_is_told() {
-        let need = Need {
-            memory: 3e9,
-            disk: 5e9,
-        };
+        let need = Need { memory: 3e9, disk: 5e9 };
         let room = |memory, disk| Room { memory, disk };
         assert_eq!(need.beyond(&room(Some(4e9), Some(6e9))), None);
         assert_eq!(need.beyond(&room(None, None)), None);

@@ -34,11 +34,7 @@ fn content(kind: StudyKind) -> String {
     let (_, settings) = text.split_once("\n[settings]\n").unwrap_or_default();
     let (settings, _) = settings.split_once("\n\n").unwrap_or_default();
     let settings = settings.to_owned();
-    let given = |key: &Key| {
-        settings
-            .lines()
-            .any(|line| line.starts_with(&format!("{key} = ")))
-    };
+    let given = |key: &Key| settings.lines().any(|line| line.starts_with(&format!("{key} = ")));
     for key in Key::ALL.iter().filter(|key| key.is_of(kind) && !given(key)) {
         let value = match key.default_of(kind) {
             None => {
@@ -50,12 +46,7 @@ fn content(kind: StudyKind) -> String {
             Some(Scalar::Text(text)) => format!("\"{text}\""),
         };
         // Writing to a string does not fail.
-        let _ = writeln!(
-            text,
-            "# {:<32} # {}",
-            format!("{key} = {value}"),
-            key.about()
-        );
+        let _ = writeln!(text, "# {:<32} # {}", format!("{key} = {value}"), key.about());
     }
     text
 }
@@ -65,9 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if path.extension().is_none() {
         path.set_extension("toml");
     }
-    if let Some(folder) = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty())
         && !folder.is_dir()
     {
         return Err(Error::Input(format!(
@@ -84,9 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let written = files::create(&path, content(kind).as_bytes());
     written.map_err(|error| {
         let what = match error.kind() {
-            ErrorKind::AlreadyExists => {
-                "exists already; expected the name of a new file".to_owned()
-            }
+            ErrorKind::AlreadyExists => "exists already; expected the name of a new file".to_owned(),
             _ => error.to_string(),
         };
         Error::Input(format!("{}: {what}", path.display()))
@@ -107,9 +94,7 @@ mod tests {
     /// The file, and the lines of its list of settings.
     fn parts(kind: StudyKind) -> (String, Vec<String>) {
         let content = super::content(kind);
-        let (file, list) = content
-            .split_once("for the table [settings] above:\n")
-            .unwrap();
+        let (file, list) = content.split_once("for the table [settings] above:\n").unwrap();
         (file.to_owned(), list.lines().map(str::to_owned).collect())
     }
 
@@ -143,18 +128,12 @@ mod tests {
     fn the_template_is_a_valid_experiment() {
         let content = super::content(StudyKind::Discrete);
         let experiment = Experiment::new(ExperimentFile::parse(&content).unwrap()).unwrap();
-        assert_eq!(
-            (experiment.cells.len(), experiment.outputs().len()),
-            (12, 5)
-        );
+        assert_eq!((experiment.cells.len(), experiment.outputs().len()), (12, 5));
         let text = uncommented(&parts(StudyKind::Discrete).0, ["trials", "zip"]);
         let file = ExperimentFile::parse(&text);
         assert!(file.is_ok(), "{file:?}\n{text}");
         // Three are given, and l is instead of one.
-        let all = Key::ALL
-            .iter()
-            .filter(|key| key.is_of(StudyKind::Discrete))
-            .count();
+        let all = Key::ALL.iter().filter(|key| key.is_of(StudyKind::Discrete)).count();
         assert_eq!(every_setting_stands_alone(StudyKind::Discrete), all - 4);
     }
 
@@ -168,10 +147,7 @@ mod tests {
         let file = ExperimentFile::parse(&text);
         assert!(file.is_ok(), "{file:?}\n{text}");
         // Five are given.
-        let all = Key::ALL
-            .iter()
-            .filter(|key| key.is_of(StudyKind::Continuous))
-            .count();
+        let all = Key::ALL.iter().filter(|key| key.is_of(StudyKind::Continuous)).count();
         assert_eq!(every_setting_stands_alone(StudyKind::Continuous), all - 5);
     }
 }

@@ -67,8 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = match &arguments.out {
         Some(out) => out.clone(),
         None if name == Path::new("-") => {
-            let message =
-                "--out: expected a plan's name, because the experiment comes from standard input";
+            let message = "--out: expected a plan's name, because the experiment comes from standard input";
             return Err(Error::Input(message.to_owned()));
         }
         None => name.with_added_extension("plan.json"),
@@ -164,11 +163,7 @@ pub(super) fn plan(
         [] => "",
         _ => " --allow-commands",
     };
-    Ok(Planned {
-        plan,
-        missing,
-        allow,
-    })
+    Ok(Planned { plan, missing, allow })
 }
 
 /// Returns the number of trials of each cell, and the trials that are missing.

@@ -107,14 +107,14 @@ fn width(given: &str) -> Result<Width, String> {
 
 /// A measure; a statistic of one is named as such.
 fn measure(given: &str) -> Result<Measure, String> {
-    given.parse().map_err(|error: UnknownName| {
-        match given.to_lowercase().parse::<Statistic>() {
+    given
+        .parse()
+        .map_err(|error: UnknownName| match given.to_lowercase().parse::<Statistic>() {
             Ok(statistic) => {
                 format!("{given} is a statistic; expected a measure, such as e_a, and --statistic {statistic}")
             }
             Err(_) => error.to_string(),
-        }
-    })
+        })
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
@@ -150,12 +150,9 @@ pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
         Some((_, true)) => picture.for_print(),
         _ => picture,
     };
-    let path = arguments
-        .out
-        .unwrap_or_else(|| format!("{name}.svg").into());
+    let path = arguments.out.unwrap_or_else(|| format!("{name}.svg").into());
     let content = drawn("--out", &path, &picture)?;
-    files::replace(&path, Kind::Figure, &content)
-        .map_err(|error| Error::Input(error.to_string()))?;
+    files::replace(&path, Kind::Figure, &content).map_err(|error| Error::Input(error.to_string()))?;
     print(&format!(
         "{}\n{}\n",
         path.display(),

@@ -80,8 +80,7 @@ pub(super) fn introduced(
         return Ok((file, None));
     }
     let experiment = Experiment::new(file.clone());
-    let experiment =
-        experiment.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
+    let experiment = experiment.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
     let folder = folder_of(path)?;
     match &consent.others(&experiment)[..] {
         [] => {}
@@ -128,8 +127,7 @@ pub(super) fn printed(program: &Program, since: u64) -> Vec<String> {
 pub(super) fn same_versions(experiment: &Experiment, folder: &Path) -> Result<(), Error> {
     let stored = stored_design(folder).unwrap_or_default();
     let now = experiment.design();
-    let worker =
-        |design: &Value, i: usize| Some(design["methods"][i]["worker"].as_str()?.to_owned());
+    let worker = |design: &Value, i: usize| Some(design["methods"][i]["worker"].as_str()?.to_owned());
     for (i, table) in experiment.file.methods.iter().enumerate() {
         if let (Some(before), Some(now)) = (worker(&stored, i), worker(&now, i))
             && before != now
@@ -152,10 +150,7 @@ pub(super) fn not_deterministic(experiment: &Experiment) -> Result<Option<String
         return Ok(None);
     };
     for program in &experiment.programs {
-        if !worker::introduce(program, &problem)
-            .map_err(refused)?
-            .deterministic
-        {
+        if !worker::introduce(program, &problem).map_err(refused)?.deterministic {
             return Ok(Some(program.name.clone()));
         }
     }
@@ -191,11 +186,7 @@ pub(super) fn permit(experiment: &Experiment, folder: &Path) -> Result<(), Error
 
 /// Permits the programs of a stored study to run in the current folder, if the user allows it. The stored study does
 /// not record where its file was.
-pub(super) fn permit_here(
-    experiment: &Experiment,
-    stored: &Path,
-    consent: &Consent,
-) -> Result<(), Error> {
+pub(super) fn permit_here(experiment: &Experiment, stored: &Path, consent: &Consent) -> Result<(), Error> {
     match consent.others(experiment).first() {
         None if experiment.programs.is_empty() => Ok(()),
         None => permit(experiment, &folder_of(Path::new("-"))?),
@@ -209,9 +200,7 @@ pub(super) fn permit_here(
 
 /// Hands the processes of a study's introduced programs over to the same study.
 pub(super) fn take_over(experiment: &Experiment, introduced: Option<&Experiment>) {
-    let before = introduced
-        .iter()
-        .flat_map(|experiment| &experiment.programs);
+    let before = introduced.iter().flat_map(|experiment| &experiment.programs);
     for (program, before) in experiment.programs.iter().zip(before) {
         program.take_over(before);
     }
@@ -230,9 +219,7 @@ pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     let path = folder.join(LOG);
     match files::replace(&path, Kind::Log, &text) {
         Ok(()) => note(&format!("output of the programs: {}", path.display())),
-        Err(error) => note(&format!(
-            "warning: the output of the programs is lost: {error}"
-        )),
+        Err(error) => note(&format!("warning: the output of the programs is lost: {error}")),
     }
 }
 
@@ -241,9 +228,7 @@ pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
 pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
     let folder = match path.parent() {
         Some(parent)
-            if path != Path::new("-")
-                && parent != Path::new("")
-                && !path.ends_with(crate::study::MANIFEST) =>
+            if path != Path::new("-") && parent != Path::new("") && !path.ends_with(crate::study::MANIFEST) =>
         {
             parent.to_owned()
         }
@@ -257,11 +242,7 @@ pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
 fn ask(programs: &[&Program], path: &Path, folder: &Path) -> Result<(), Error> {
     let agreed = agreement(programs, path, folder)?;
     let place = agreed_file();
-    let known = place
-        .as_deref()
-        .map(lines_of)
-        .transpose()?
-        .unwrap_or_default();
+    let known = place.as_deref().map(lines_of).transpose()?.unwrap_or_default();
     if agreed.as_ref().is_some_and(|line| known.contains(line)) {
         return Ok(());
     }
@@ -328,9 +309,7 @@ fn commands_shown(programs: &[&Program]) -> Vec<String> {
         .map(|program| command_shown(program, COMMANDS_SHOWN / shown))
         .collect();
     if let more @ 1.. = programs.len() - lines.len() {
-        lines.push(format!(
-            "... and {more} more programs, which the file names"
-        ));
+        lines.push(format!("... and {more} more programs, which the file names"));
     }
     lines
 }
@@ -368,9 +347,7 @@ fn agreed_file() -> Option<PathBuf> {
 fn lines_of(path: &Path) -> Result<Vec<Value>, Error> {
     let text = files::read_own(path, Kind::Agreed).map_err(failed)?;
     let text = String::from_utf8_lossy(&text.unwrap_or_default()).into_owned();
-    let lines = text
-        .lines()
-        .filter_map(|line| serde_json::from_str(line).ok());
+    let lines = text.lines().filter_map(|line| serde_json::from_str(line).ok());
     Ok(lines.collect())
 }
 

@@ -38,13 +38,10 @@ impl Display {
         let template = "[{bar:16}] {percent}% {rate}, ETA {eta}, {msg}";
         let style = ProgressStyle::with_template(template)
             .unwrap_or_else(|_| ProgressStyle::default_bar())
-            .with_key(
-                "rate",
-                |state: &ProgressState, to: &mut dyn std::fmt::Write| {
-                    // A bar that cannot write has no place to report it.
-                    let _ = write!(to, "{:.0} trials/s", state.per_sec());
-                },
-            )
+            .with_key("rate", |state: &ProgressState, to: &mut dyn std::fmt::Write| {
+                // A bar that cannot write has no place to report it.
+                let _ = write!(to, "{:.0} trials/s", state.per_sec());
+            })
             .progress_chars("=> ");
         Self {
             bar: ProgressBar::with_draw_target(None, target).with_style(style),
@@ -80,8 +77,7 @@ impl Display {
             Event::Concluded(spent) => self.spent += spent,
         }
         let (done, cells, failures) = (self.done, self.cells, self.failures);
-        self.bar
-            .set_message(format!("{done}/{cells} cells, {failures} failed"));
+        self.bar.set_message(format!("{done}/{cells} cells, {failures} failed"));
         if let Some(line) = self.line(Instant::now()) {
             note(&line);
         }
@@ -129,8 +125,7 @@ pub(super) fn shares(spent: &Spent) -> String {
     let total = spent.total().as_secs_f64();
     let parts = spent.parts().into_iter();
     let parts = parts.filter(|(_, part)| !part.is_zero());
-    let shares =
-        parts.map(|(name, part)| format!("{name} {:.0} %", 100.0 * part.as_secs_f64() / total));
+    let shares = parts.map(|(name, part)| format!("{name} {:.0} %", 100.0 * part.as_secs_f64() / total));
     shares.collect::<Vec<String>>().join(", ")
 }
 
@@ -162,10 +157,7 @@ impl Steps {
     pub(super) fn show(&mut self, step: &str) {
         self.bar.set_message(step.to_owned());
         let now = Instant::now();
-        if self
-            .last_line
-            .is_some_and(|last| now - last >= BETWEEN_LINES)
-        {
+        if self.last_line.is_some_and(|last| now - last >= BETWEEN_LINES) {
             self.last_line = Some(now);
             note(step);
         }
@@ -234,10 +226,7 @@ mod tests {
         let mut display = Display::new(3);
         let begin = Instant::now();
         display.last_line = Some(begin);
-        let planned = Event::Planned {
-            trials: 300,
-            done: 100,
-        };
+        let planned = Event::Planned { trials: 300, done: 100 };
         let block = Event::Block {
             trials: 20,
             failures: 2,

@@ -14,8 +14,7 @@ use crate::data::{Realisation, csv};
 use crate::files::Kind;
 use crate::study::file::ExperimentFile;
 use crate::study::{
-    DiscreteCell, Experiment, FolderError, Row, Source, Trial, TrialRecord, Trials, Worker,
-    read_results,
+    DiscreteCell, Experiment, FolderError, Row, Source, Trial, TrialRecord, Trials, Worker, read_results,
 };
 use crate::text::{number, shell_word, visible};
 use crate::worker::ask_once;
@@ -53,12 +52,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let manifest = read_results(folder, |manifest| Ok::<_, FolderError>(manifest.clone()));
     let manifest = manifest.map_err(|e| wrong(&e))?;
     let file = ExperimentFile::from_json(&manifest["experiment"]);
-    let experiment = file.and_then(Experiment::new).map_err(|error| {
-        Error::Input(format!(
-            "{}: {error}",
-            folder.join("manifest.json").display()
-        ))
-    })?;
+    let experiment = file
+        .and_then(Experiment::new)
+        .map_err(|error| Error::Input(format!("{}: {error}", folder.join("manifest.json").display())))?;
     programs::permit_here(&experiment, folder, &arguments.consent)?;
     let command = format!(
         "asobench replay {} {}",
@@ -77,11 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 }
 
 /// Replays a trial and prints it.
-pub(super) fn show(
-    experiment: &Experiment,
-    which: &Which,
-    options: &Options<'_>,
-) -> Result<ExitCode, Error> {
+pub(super) fn show(experiment: &Experiment, which: &Which, options: &Options<'_>) -> Result<ExitCode, Error> {
     let index = which.cell(options.flag, experiment)?;
     check_output("--data", options.data, Kind::Record)?;
     let cell = &experiment.cells[index];
@@ -108,10 +100,7 @@ pub(super) fn show(
     let ran = worker.run_into(which.trial..which.trial + 1, &mut trials);
     ran.map_err(failed)?;
     let rows: Vec<Row> = trials.rows.iter().collect();
-    let record = TrialRecord {
-        rows: &rows,
-        ..record
-    };
+    let record = TrialRecord { rows: &rows, ..record };
     let stored = stored(options.folder, experiment, index, &trials.rows);
     let mut replay = Replay::new(experiment, (index, discrete), which.trial, &record);
     replay.stages.extend(along::courses(experiment, &trial));
@@ -130,10 +119,7 @@ fn messages(experiment: &Experiment, cell: &DiscreteCell, trial: u64) -> Result<
         let problem = cell.problem(cell.window);
         let (record, _) = cell.record_for_program(experiment.file.seed, trial);
         let told = match ask_once(program, &problem, &[record]).map_err(failed)? {
-            Ok(answered) => format!(
-                "sent:\n{}answered:\n{}",
-                answered.messages[0], answered.messages[1]
-            ),
+            Ok(answered) => format!("sent:\n{}answered:\n{}", answered.messages[0], answered.messages[1]),
             Err(wrong) => format!("sent alone, it is {wrong}\n"),
         };
         print(&format!("\nProgram {}, {told}", visible(&program.name)))?;

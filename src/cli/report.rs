@@ -36,28 +36,20 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let others = arguments.claims.as_deref().map(ExperimentFile::read);
-    let others = others
-        .transpose()
-        .map_err(|e| Error::Input(e.to_string()))?;
+    let others = others.transpose().map_err(|e| Error::Input(e.to_string()))?;
     let mut studies: Vec<Study> = Vec::new();
     let mut steps = progress::Steps::new();
     for folder in &arguments.folders {
         steps.show(&format!("reading {}", folder.display()));
         let mut study = read(folder, arguments.partial)?;
-        study
-            .check_trials()
-            .map_err(|error| Error::Input(error.to_string()))?;
+        study.check_trials().map_err(|error| Error::Input(error.to_string()))?;
         if let Some(file) = &others {
             let wrong = |error| Error::Input(format!("{}: {error}", folder.display()));
             study.judge_others(file).map_err(wrong)?;
         }
         let name = study.name.clone();
         // File names must differ even where case is ignored.
-        let taken = |name: &str| {
-            studies
-                .iter()
-                .any(|other| folded(&other.name) == folded(name))
-        };
+        let taken = |name: &str| studies.iter().any(|other| folded(&other.name) == folded(name));
         let mut number = 2;
         while taken(&study.name) {
             study.name = format!("{name}-{number}");
@@ -117,9 +109,7 @@ fn read(folder: &Path, partial: bool) -> Result<Study, Error> {
         read => return read.map_err(|error| wrong(&error)),
     };
     let part = partial_results(folder, threads(None), &*progress::stop_flag()?);
-    let (file, summary) = part
-        .map_err(|e| refused("", e))?
-        .ok_or_else(|| wrong(&error))?;
+    let (file, summary) = part.map_err(|e| refused("", e))?.ok_or_else(|| wrong(&error))?;
     Study::of_part(folder, file, &summary).map_err(|error| wrong(&error))
 }
 
@@ -134,14 +124,7 @@ fn open(page: &Path) -> Result<(), Error> {
     };
     let told = |why: &dyn std::fmt::Display| failed(format!("--open: {program}: {why}"));
     let mut command = Command::new(program);
-    let quiet = command
-        .arg(page)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
+    let quiet = command.arg(page).stdout(Stdio::null()).stderr(Stdio::null());
     let status = quiet.status().map_err(|error| told(&error))?;
-    if status.success() {
-        Ok(())
-    } else {
-        Err(told(&status))
-    }
+    if status.success() { Ok(()) } else { Err(told(&status)) }
 }

@@ -88,9 +88,7 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Study>, Error> {
         ..RunOptions::default()
     };
     let cells = experiment.cells.iter();
-    let first_trials: Result<Vec<_>, _> = cells
-        .map(|cell| one_trial::first_trial(&experiment, cell))
-        .collect();
+    let first_trials: Result<Vec<_>, _> = cells.map(|cell| one_trial::first_trial(&experiment, cell)).collect();
     let first_trials = first_trials.map_err(failed)?;
     let figures = |summary: &Summary| {
         let drawn = (1..).zip(summary.cells.iter().zip(&first_trials));

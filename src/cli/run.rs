@@ -56,8 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return run_one(arguments, Prepared::read(arguments, study)?);
     }
     if arguments.out.is_some() {
-        let message =
-            "--out: one folder for several files; expected a single experiment file with it";
+        let message = "--out: one folder for several files; expected a single experiment file with it";
         return Err(Error::Input(message.to_owned()));
     }
     let more = arguments.more.iter().map(|file| StudyArguments {
@@ -71,21 +70,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let names: Vec<String> = prepared
         .iter()
         .map(|prepared| &prepared.path)
-        .map(|path| {
-            path.to_str()
-                .map_or_else(|| format!("{path:?}"), str::to_owned)
-        })
+        .map(|path| path.to_str().map_or_else(|| format!("{path:?}"), str::to_owned))
         .collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
-        let message =
-            format!("two of these files would write to {folder}; expected different names");
+        let message = format!("two of these files would write to {folder}; expected different names");
         return Err(Error::Input(message));
     }
     // All files are checked before the first one runs.
     for prepared in &mut prepared {
-        let made = prepared
-            .study
-            .of_file(prepared.file.clone(), &prepared.path)?;
+        let made = prepared.study.of_file(prepared.file.clone(), &prepared.path)?;
         prepared.made = Some(made);
     }
     for prepared in prepared {
@@ -107,8 +100,7 @@ struct Prepared<'a> {
 impl<'a> Prepared<'a> {
     fn read(arguments: &Arguments, study: &'a StudyArguments) -> Result<Self, Error> {
         if arguments.out.is_none() && study.name() == "-" {
-            let message =
-                "--out: expected a folder, because the experiment comes from standard input";
+            let message = "--out: expected a folder, because the experiment comes from standard input";
             return Err(Error::Input(message.to_owned()));
         }
         let file = file(arguments, study)?;
@@ -124,19 +116,9 @@ impl<'a> Prepared<'a> {
 
 /// Returns one of the files, with another seed if its claims are confirmed.
 fn file(arguments: &Arguments, study: &StudyArguments) -> Result<ExperimentFile, Error> {
-    let sets_seed = |set: &String| {
-        set.split('=')
-            .next()
-            .is_some_and(|key| key.trim() == "seed")
-    };
-    let seed = if study.seed.is_some() {
-        "--seed"
-    } else {
-        "--set seed"
-    };
-    if arguments.confirmation.is_asked()
-        && (study.seed.is_some() || study.set.iter().any(sets_seed))
-    {
+    let sets_seed = |set: &String| set.split('=').next().is_some_and(|key| key.trim() == "seed");
+    let seed = if study.seed.is_some() { "--seed" } else { "--set seed" };
+    if arguments.confirmation.is_asked() && (study.seed.is_some() || study.set.iter().any(sets_seed)) {
         let message = format!("{seed}: --confirm sets the seed; expected --confirm SEED alone");
         return Err(Error::Input(message));
     }
@@ -177,18 +159,12 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
     }
     let executed = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new());
     programs::conclude(&experiment, &path);
-    let Executed {
-        summary,
-        stop,
-        speed,
-    } = executed?;
+    let Executed { summary, stop, speed } = executed?;
     match speed {
         Some(speed) => note(&speed),
         None => nothing_computed(&experiment, &path),
     }
-    if experiment.file.timing
-        && timing::are_there(&experiment, &path).map_err(|e| cannot_write(&e))?
-    {
+    if experiment.file.timing && timing::are_there(&experiment, &path).map_err(|e| cannot_write(&e))? {
         note(&format!(
             "times are there already; without {} they are measured again",
             path.join("timing").display()

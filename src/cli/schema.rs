@@ -105,11 +105,7 @@ fn title(name: &str) -> String {
         if i > 0 && letter.is_uppercase() {
             words.push(' ');
         }
-        words.push(if i > 0 {
-            letter.to_ascii_lowercase()
-        } else {
-            letter
-        });
+        words.push(if i > 0 { letter.to_ascii_lowercase() } else { letter });
     }
     words
 }
@@ -132,12 +128,7 @@ fn section(text: &mut String, title: &str, properties: &Value, required: &[&str]
             Some(value) => format!("`{}`", value.to_string().replace("\",\"", "\", \"")),
         };
         let about = cell(of["description"].as_str().unwrap_or_default());
-        let _ = writeln!(
-            text,
-            "| `{key}` | {} | {} | {about} |",
-            kind(of),
-            cell(&default)
-        );
+        let _ = writeln!(text, "| `{key}` | {} | {} | {about} |", kind(of), cell(&default));
     }
 }
 
@@ -149,18 +140,13 @@ fn settings(text: &mut String, title: &str, kind: StudyKind) {
     );
     for key in Key::ALL.iter().filter(|key| key.is_of(kind)) {
         let default = key.default_of(kind);
-        let default = default.map_or_else(String::new, |value| {
-            format!("`{}`", serde_json::json!(value))
-        });
+        let default = default.map_or_else(String::new, |value| format!("`{}`", serde_json::json!(value)));
         let _ = writeln!(text, "| `{key}` | {default} | {} |", cell(key.about()));
     }
 }
 
 fn measures(text: &mut String, title: &str, kind: StudyKind) {
-    let _ = write!(
-        text,
-        "\n## {title}\n\n| measure | unit | meaning |\n|---|---|---|\n"
-    );
+    let _ = write!(text, "\n## {title}\n\n| measure | unit | meaning |\n|---|---|---|\n");
     for measure in Measure::ALL.iter().filter(|measure| measure.is_of(kind)) {
         let _ = writeln!(
             text,
@@ -186,11 +172,7 @@ fn kind(of: &Value) -> String {
         return format!("`{value}`");
     }
     if let Some(choices) = of["anyOf"].as_array().or_else(|| of["oneOf"].as_array()) {
-        let kinds: Vec<String> = choices
-            .iter()
-            .map(kind)
-            .filter(|kind| kind != "null")
-            .collect();
+        let kinds: Vec<String> = choices.iter().map(kind).filter(|kind| kind != "null").collect();
         return kinds.join(" or ");
     }
     let name = |name: &str| match name {
@@ -207,10 +189,7 @@ fn kind(of: &Value) -> String {
     match &of["type"] {
         Value::String(of) => name(of),
         Value::Array(all) => {
-            let all = all
-                .iter()
-                .filter_map(Value::as_str)
-                .filter(|name| *name != "null");
+            let all = all.iter().filter_map(Value::as_str).filter(|name| *name != "null");
             all.map(name).collect::<Vec<_>>().join(" or ")
         }
         _ => "any".to_owned(),
@@ -220,8 +199,8 @@ fn kind(of: &Value) -> String {
 fn plural(kind: &str) -> String {
     match kind {
         "any" => "values".to_owned(),
-        "text" | "number" | "whole number" | "table" | "claim" | "setting" | "measure"
-        | "method" | "observer" | "slope" | "bound" | "wave" | "filter" => format!("{kind}s"),
+        "text" | "number" | "whole number" | "table" | "claim" | "setting" | "measure" | "method" | "observer"
+        | "slope" | "bound" | "wave" | "filter" => format!("{kind}s"),
         kind => kind.to_owned(),
     }
 }

@@ -8,9 +8,7 @@ use super::output::{note, print};
 use super::programs::{self, Consent};
 use super::{memory, progress};
 use crate::study::RunError;
-use crate::study::cluster::{
-    ClusterError, Process, ShardOptions, ShardPlan, compute_shard, shard_folder,
-};
+use crate::study::cluster::{ClusterError, Process, ShardOptions, ShardPlan, compute_shard, shard_folder};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -155,13 +153,7 @@ fn this_process() -> Process {
     let host = std::env::var("SLURMD_NODENAME").ok().or_else(of_kernel);
     let host = host.or_else(|| std::env::var("HOSTNAME").ok());
     let host = host.filter(|host| !host.trim().is_empty());
-    let host: String = host
-        .as_deref()
-        .unwrap_or("host")
-        .trim()
-        .chars()
-        .take(60)
-        .collect();
+    let host: String = host.as_deref().unwrap_or("host").trim().chars().take(60).collect();
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '.' || c == '_';
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     Process {

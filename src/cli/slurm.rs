@@ -133,12 +133,7 @@ fn option_word(option: &str) -> Result<String, Error> {
 }
 
 /// Returns names and paths by their places in the scripts, as words of the shell.
-fn places(
-    name: &str,
-    file: &Path,
-    plan: &Path,
-    out: &Path,
-) -> Result<Vec<(&'static str, String)>, Error> {
+fn places(name: &str, file: &Path, plan: &Path, out: &Path) -> Result<Vec<(&'static str, String)>, Error> {
     let plan = std::path::absolute(plan).map_err(failed)?;
     let folder = plan.parent().unwrap_or(Path::new("/"));
     // In the name of a log sbatch takes these for patterns.
@@ -221,14 +216,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ),
     ]);
     let (script, merge_script) = (script_of(&path), work.join(format!("{name}-merge.sbatch")));
-    write(
-        &script,
-        &filled(include_str!("slurm/shards.sbatch"), &places),
-    )?;
-    write(
-        &merge_script,
-        &filled(include_str!("slurm/merge.sbatch"), &places),
-    )?;
+    write(&script, &filled(include_str!("slurm/shards.sbatch"), &places))?;
+    write(&merge_script, &filled(include_str!("slurm/merge.sbatch"), &places))?;
     let shards = planned.plan.shards.len();
     let array = match (shards, job.array_limit) {
         (0, _) => None,
@@ -254,8 +243,7 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
         }
         return Ok(());
     }
-    files::create(path, text.as_bytes())
-        .map_err(|error| Error::Failed(format!("{}: {error}", path.display())))
+    files::create(path, text.as_bytes()).map_err(|error| Error::Failed(format!("{}: {error}", path.display())))
 }
 
 /// Fills the places `{name}` of a script. The values are not searched again; braces of the shell have no such
@@ -305,9 +293,7 @@ fn sbatch(options: &[String], script: &Path) -> Result<String, Error> {
     let mut command = Command::new("sbatch");
     command.arg("--parsable").args(options).arg(place);
     let wrong = |reason: &str| Error::Failed(format!("sbatch {}: {reason}", script.display()));
-    let output = command
-        .output()
-        .map_err(|error| wrong(&error.to_string()))?;
+    let output = command.output().map_err(|error| wrong(&error.to_string()))?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
         let lines: Vec<&str> = said.lines().map(str::trim).collect();

@@ -53,15 +53,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// Counts the places that are whole, and gives a line for each of the first that are not.
 fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
-    let lacking = places
-        .iter()
-        .enumerate()
-        .filter(|(_, place)| place.missing > 0);
+    let lacking = places.iter().enumerate().filter(|(_, place)| place.missing > 0);
     let lines = lacking.clone().map(|(i, PlaceStatus { wanted, missing })| {
-        format!(
-            "  {name} {}: {missing} of {wanted} trials missing\n",
-            i + first
-        )
+        format!("  {name} {}: {missing} of {wanted} trials missing\n", i + first)
     });
     let mut text: String = lines.take(cluster::LINES).collect();
     let lacking = lacking.count();

@@ -3,9 +3,7 @@
 use super::error::Error;
 use super::output::note;
 use crate::study::file::{ExperimentFile, FileError, Needs, Store, TRIAL_LIMIT, TrialRule};
-use crate::study::{
-    Engine, Experiment, read_announced, read_manifest, same_trials, stored_designs,
-};
+use crate::study::{Engine, Experiment, read_announced, read_manifest, same_trials, stored_designs};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -94,11 +92,7 @@ impl StudyArguments {
     }
 
     /// Returns the study of a file that [`Self::read`] returned.
-    pub(super) fn of_file(
-        &self,
-        file: ExperimentFile,
-        folder: &Path,
-    ) -> Result<(Experiment, TrialRule), Error> {
+    pub(super) fn of_file(&self, file: ExperimentFile, folder: &Path) -> Result<(Experiment, TrialRule), Error> {
         let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
         let rule = file.trials.clone();
         let there = as_stored(&file, folder);
@@ -144,8 +138,7 @@ pub(super) fn mark_added(file: &mut ExperimentFile, folder: &Path) {
         announced.filter(|manifest| manifest["seen"] == true)
     };
     let manifest = read_manifest(folder).ok().flatten().or_else(seen);
-    let stored =
-        manifest.and_then(|manifest| ExperimentFile::from_json(&manifest["experiment"]).ok());
+    let stored = manifest.and_then(|manifest| ExperimentFile::from_json(&manifest["experiment"]).ok());
     let Some(stored) = stored.filter(|stored| same_trials(stored, file)) else {
         return;
     };

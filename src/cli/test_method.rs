@@ -86,13 +86,8 @@ struct Test<'a> {
 impl Test<'_> {
     /// Prints a line for each check. Returns whether all passed.
     fn run(&self) -> Result<bool, Error> {
-        let ready =
-            introduce(self.program, &self.cell.problem(self.cell.window)).map_err(failed)?;
-        let returns = if ready.matrices {
-            "matrices"
-        } else {
-            "polynomials"
-        };
+        let ready = introduce(self.program, &self.cell.problem(self.cell.window)).map_err(failed)?;
+        let returns = if ready.matrices { "matrices" } else { "polynomials" };
         let same = if ready.deterministic { "" } else { "not " };
         print(&format!(
             "{}: {}, returns {returns}, {same}deterministic\n",
@@ -102,9 +97,7 @@ impl Test<'_> {
         type Check<'a, 'b> = &'b dyn Fn(&Test<'a>) -> Result<Outcome, Error>;
         let checks: [(&str, Check<'_, '_>); 6] = [
             ("models", &Self::models),
-            ("the same batch twice", &|test| {
-                test.twice(ready.deterministic)
-            }),
+            ("the same batch twice", &|test| test.twice(ready.deterministic)),
             ("other batch sizes", &|test| test.sizes(ready.deterministic)),
             ("a record without noise", &Self::noise_free),
             ("odd records", &Self::odd),
@@ -172,9 +165,7 @@ impl Test<'_> {
             .and_then(|second| match (first.same_bits(&second), deterministic) {
                 (true, _) => Ok(Seen::Fine("the same bits".to_owned())),
                 (false, false) => Ok(Seen::Fine("different bits, as it declares".to_owned())),
-                (false, true) => {
-                    Err("different bits, although it says that it is deterministic".to_owned())
-                }
+                (false, true) => Err("different bits, although it says that it is deterministic".to_owned()),
             }))
     }
 
@@ -288,18 +279,11 @@ impl Test<'_> {
         ] {
             let asked = self.ask(&[record])?;
             fine &= asked.is_ok();
-            let what = asked.map_or_else(
-                |wrong| wrong,
-                |answered| word(&answered.passes[0]).to_owned(),
-            );
+            let what = asked.map_or_else(|wrong| wrong, |answered| word(&answered.passes[0]).to_owned());
             seen.push(format!("{name}: {what}"));
         }
         let seen = seen.join(", ");
-        Ok(if fine {
-            Ok(Seen::Fine(seen))
-        } else {
-            Err(seen)
-        })
+        Ok(if fine { Ok(Seen::Fine(seen)) } else { Err(seen) })
     }
 
     /// Returns the median time of a message with so many records, seconds.
@@ -354,9 +338,7 @@ fn recovered(plant: &LinearModel, model: &LinearModel, trial: u64) -> Outcome {
     }
     Ok(match trial {
         0 => Seen::Fine(text),
-        later => Seen::Note(format!(
-            "{text}, for trial {later}: no model for the trials before it"
-        )),
+        later => Seen::Note(format!("{text}, for trial {later}: no model for the trials before it")),
     })
 }
 

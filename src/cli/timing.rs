@@ -55,11 +55,7 @@ fn design(experiment: &Experiment) -> String {
 
 /// Times every method in every cell on one thread while the others are idle. Writes `timing/times.json` whole. Stops
 /// between two estimates if `stop` is raised.
-pub(super) fn measure(
-    experiment: &Experiment,
-    folder: &Path,
-    stop: &AtomicBool,
-) -> Result<(), Error> {
+pub(super) fn measure(experiment: &Experiment, folder: &Path, stop: &AtomicBool) -> Result<(), Error> {
     let mut times = Vec::new();
     for (index, cell) in experiment.cells.iter().enumerate() {
         let Some(cell) = cell.discrete() else {
@@ -69,9 +65,7 @@ pub(super) fn measure(
         for (method, table) in experiment.methods.iter().zip(&experiment.file.methods) {
             // `asobench test-method` times programs.
             if table.program().is_none() {
-                let estimator = cell
-                    .prepare(method, experiment.file.coverage)
-                    .map_err(failed)?;
+                let estimator = cell.prepare(method, experiment.file.coverage).map_err(failed)?;
                 timed.push(Timed {
                     name: table.output_name(1),
                     estimator,
@@ -159,16 +153,10 @@ impl Timed {
 }
 
 /// Returns the processor's name, or its architecture if the name is unknown.
-#[expect(
-    clippy::disallowed_methods,
-    reason = "a file of the kernel, which is short"
-)]
+#[expect(clippy::disallowed_methods, reason = "a file of the kernel, which is short")]
 fn machine() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text
-        .lines()
-        .find_map(|line| line.strip_prefix("model name"));
+    let name = text.lines().find_map(|line| line.strip_prefix("model name"));
     let name = name.and_then(|rest| rest.split_once(':'));
-    name.map_or(std::env::consts::ARCH, |(_, name)| name.trim())
-        .to_owned()
+    name.map_or(std::env::consts::ARCH, |(_, name)| name.trim()).to_owned()
 }

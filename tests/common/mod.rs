@@ -51,10 +51,6 @@ pub fn asobench_in(folder: &Path, arguments: &[&str]) -> Output {
 /// Runs the program in a folder, to the end.
 pub fn done_in(folder: &Path, arguments: &[&str]) -> Output {
     let output = asobench_in(folder, arguments);
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {}",
-        stderr(&output)
-    );
+    assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
     output
 }

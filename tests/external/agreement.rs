@@ -48,12 +48,7 @@ fn numpy() {
 fn octave() {
     if runs(&["octave-cli", "--eval", "1;"]) {
         agrees(
-            &[
-                "octave-cli",
-                "--no-gui",
-                "-q",
-                "examples/workers/least_squares.m",
-            ],
+            &["octave-cli", "--no-gui", "-q", "examples/workers/least_squares.m"],
             256,
         );
     }

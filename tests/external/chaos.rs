@@ -60,10 +60,7 @@ pub fn all_gone(file: &Path) {
         if left.is_empty() {
             return;
         }
-        assert!(
-            begin.elapsed() < Duration::from_secs(5),
-            "still there: {left:?}"
-        );
+        assert!(begin.elapsed() < Duration::from_secs(5), "still there: {left:?}");
         std::thread::sleep(Duration::from_millis(50));
     }
 }
@@ -101,11 +98,7 @@ fn exactly_the_guilty_trials_are_typed() {
     // Any trial alone, in its batch again.
     let again = permitted(&study(&processes, PERIOD, 1));
     let few = rows(&again, 20, 2);
-    assert!(
-        few.iter()
-            .zip(&found)
-            .all(|((_, a), (_, b))| a.same_bits(b))
-    );
+    assert!(few.iter().zip(&found).all(|((_, a), (_, b))| a.same_bits(b)));
 }
 
 /// Exactly the guilty ones of ten thousand trials are typed, all others have the numbers of a run without faults.
@@ -120,26 +113,14 @@ fn of_ten_thousand_trials_the_others_are_undisturbed() {
         rows(&experiment, TRIALS, threads)
     };
     let (calm, found) = (of(0, 2), of(LONG_PERIOD, 16));
-    assert_eq!(
-        (calm.len(), found.len()),
-        (TRIALS as usize, TRIALS as usize)
-    );
+    assert_eq!((calm.len(), found.len()), (TRIALS as usize, TRIALS as usize));
     let mut seen = BTreeSet::new();
     for ((_, calm), (_, found)) in calm.iter().zip(&found) {
         let seed = seed_of(5, found.trial);
         let (kind, expected) = (seed % LONG_PERIOD, expected(seed, LONG_PERIOD));
         seen.extend((kind < KINDS).then_some(kind));
-        assert_eq!(
-            found.status(),
-            expected,
-            "trial {}, kind {kind}",
-            found.trial
-        );
-        assert!(
-            expected != "ok" || found.same_bits(calm),
-            "trial {}",
-            found.trial
-        );
+        assert_eq!(found.status(), expected, "trial {}, kind {kind}", found.trial);
+        assert!(expected != "ok" || found.same_bits(calm), "trial {}", found.trial);
     }
     assert_eq!(seen.len() as u64, KINDS, "{seen:?}");
     all_gone(&processes);

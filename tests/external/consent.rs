@@ -88,10 +88,7 @@ fn no_command_starts_a_program_by_itself() {
     assert_eq!(replay.status.code(), Some(2));
     assert!(text(&replay.stderr).contains("--allow-commands"));
     assert!(!started());
-    let replay = asobench(
-        folder,
-        &["replay", "results/study", "0:3", "--allow-commands"],
-    );
+    let replay = asobench(folder, &["replay", "results/study", "0:3", "--allow-commands"]);
     assert_eq!(replay.status.code(), Some(0), "{}", text(&replay.stderr));
     assert!(text(&replay.stdout).contains("bit for bit") && started());
 }
@@ -99,17 +96,17 @@ fn no_command_starts_a_program_by_itself() {
 /// A study of programs, each of which leaves a file with its own name.
 fn study_of(folder: &Path, names: &[&str]) -> Vec<String> {
     let worker = root().join("examples/workers/least_squares.py");
-    let source =
-        "open(__import__('sys').argv[2], 'w')\nexec(open(__import__('sys').argv[1]).read())\n";
+    let source = "open(__import__('sys').argv[2], 'w')\nexec(open(__import__('sys').argv[1]).read())\n";
     std::fs::write(folder.join("worker.py"), source).unwrap();
     let worker = worker.to_str().unwrap();
     let commands: Vec<String> = names
         .iter()
         .map(|name| serde_json::to_string(&["python3", "worker.py", worker, name]).unwrap())
         .collect();
-    let methods = names.iter().zip(&commands).map(|(name, command)| {
-        format!("[[methods]]\nname = \"{name}\"\nbatch = 4\ncommand = {command}\n")
-    });
+    let methods = names
+        .iter()
+        .zip(&commands)
+        .map(|(name, command)| format!("[[methods]]\nname = \"{name}\"\nbatch = 4\ncommand = {command}\n"));
     let methods = methods.collect::<String>();
     let study = format!("trials = 4\n[settings]\nwindow = 98\neta = 10\n{methods}");
     std::fs::write(folder.join("study.toml"), study).unwrap();
@@ -144,10 +141,7 @@ fn consent_to_one_command_is_none_to_another() {
     let ran = asobench(folder, &[&["run", "study.toml"], &both[..]].concat());
     assert_eq!(ran.status.code(), Some(0), "{}", text(&ran.stderr));
     assert!(started("one") && started("two"));
-    let planned = asobench(
-        folder,
-        &["plan", "study.toml", "--shards", "1", "--allow-commands"],
-    );
+    let planned = asobench(folder, &["plan", "study.toml", "--shards", "1", "--allow-commands"]);
     assert_eq!(planned.status.code(), Some(0), "{}", text(&planned.stderr));
     for name in ["one", "two"] {
         std::fs::remove_file(folder.join(name)).unwrap();
@@ -155,10 +149,7 @@ fn consent_to_one_command_is_none_to_another() {
     refuse(&["replay", "results/study", "0:1"]);
     refuse(&["shard", "study.plan.json", "1"]);
     refuse(&["run", "results/study/manifest.json", "--out", "again"]);
-    let replay = asobench(
-        folder,
-        &[&["replay", "results/study", "0:1"], &both[..]].concat(),
-    );
+    let replay = asobench(folder, &[&["replay", "results/study", "0:1"], &both[..]].concat());
     assert_eq!(replay.status.code(), Some(0), "{}", text(&replay.stderr));
     // A part of the text is another text, and what is no list of texts is refused.
     for (given, part) in [
@@ -168,11 +159,7 @@ fn consent_to_one_command_is_none_to_another() {
     ] {
         let refused = asobench(folder, &["run", "study.toml", "--allow-command", given]);
         assert_eq!(refused.status.code(), Some(2));
-        assert!(
-            text(&refused.stderr).contains(part),
-            "{}",
-            text(&refused.stderr)
-        );
+        assert!(text(&refused.stderr).contains(part), "{}", text(&refused.stderr));
     }
 }
 
@@ -193,14 +180,10 @@ fn the_suite_asks_too() {
         let said = text(&refused.stderr);
         assert_eq!(refused.status.code(), Some(2), "{said}");
         assert!(
-            said.contains("python3 (method newcomer) worker.py")
-                && said.contains("--allow-commands"),
+            said.contains("python3 (method newcomer) worker.py") && said.contains("--allow-commands"),
             "{said}"
         );
-        let other = asobench(
-            folder,
-            &[&arguments[..], &["--allow-command", "[\"true\"]"]].concat(),
-        );
+        let other = asobench(folder, &[&arguments[..], &["--allow-command", "[\"true\"]"]].concat());
         assert_eq!(other.status.code(), Some(2));
         assert!(!started());
         let own = ["--allow-command", &commands[0]];
@@ -258,10 +241,7 @@ fn results_that_are_there_are_not_computed_again() {
         let refused = asobench(folder, &[arguments, &["--allow-commands"]].concat());
         let said = text(&refused.stderr);
         assert_ne!(refused.status.code(), Some(0), "{said}");
-        assert!(
-            said.contains("says that it is 'least squares in Python 2.0'"),
-            "{said}"
-        );
+        assert!(said.contains("says that it is 'least squares in Python 2.0'"), "{said}");
     }
 }
 
@@ -283,19 +263,10 @@ fn an_answer_is_for_one_content_in_one_folder() {
         .unwrap();
     let started = || std::fs::remove_file(folder.join("one")).is_ok();
     assert!(started(), "{}", text(&answered.stdout));
-    assert_eq!(
-        asobench(folder, &["test-method", "study.toml"])
-            .status
-            .code(),
-        Some(0)
-    );
+    assert_eq!(asobench(folder, &["test-method", "study.toml"]).status.code(), Some(0));
     assert!(started());
     let study = std::fs::read_to_string(folder.join("study.toml")).unwrap();
-    std::fs::write(
-        folder.join("other.toml"),
-        study.replace("eta = 10", "eta = 11"),
-    )
-    .unwrap();
+    std::fs::write(folder.join("other.toml"), study.replace("eta = 10", "eta = 11")).unwrap();
     std::fs::create_dir(folder.join("below")).unwrap();
     for name in ["study.toml", "worker.py"] {
         std::fs::copy(folder.join(name), folder.join("below").join(name)).unwrap();
@@ -369,10 +340,7 @@ fn a_padded_command_is_seen() {
         ),
         (many, &["rm (method", "-rf a0 a1", "more arguments"]),
         (vec![&long, "-rf"], &["xxx... ", "-rf"]),
-        (
-            vec!["rm", "", "\n\n\n\n"],
-            &["rm (method", "'' \\n\\n\\n\\n"],
-        ),
+        (vec!["rm", "", "\n\n\n\n"], &["rm (method", "'' \\n\\n\\n\\n"]),
     ] {
         let file = format!("{}study.toml", " ".repeat(200));
         let study = format!(
@@ -388,23 +356,14 @@ fn a_padded_command_is_seen() {
             .env("XDG_STATE_HOME", folder.join("state"))
             .output()
             .unwrap();
-        for (shown, most) in [
-            (text(&piped.stderr), 1000),
-            (text(&terminal.stdout), 80 * 22),
-        ] {
+        for (shown, most) in [(text(&piped.stderr), 1000), (text(&terminal.stdout), 80 * 22)] {
             for part in parts {
                 assert!(shown.contains(part), "{part}: {shown}");
             }
             assert!(!shown.contains("    "), "{shown}");
             let lines = shown.lines().map(|line| line.chars().count().div_ceil(80));
-            assert!(
-                shown.chars().count() <= most && lines.sum::<usize>() <= 22,
-                "{shown}"
-            );
-            assert!(
-                shown.contains("--allow-commands")
-                    || shown.contains("Is that what you want? [y/N]")
-            );
+            assert!(shown.chars().count() <= most && lines.sum::<usize>() <= 22, "{shown}");
+            assert!(shown.contains("--allow-commands") || shown.contains("Is that what you want? [y/N]"));
         }
         assert!(!folder.join("results").exists());
     }

@@ -44,9 +44,7 @@ fn workers(of: u32) -> Vec<i32> {
     let numbers = entries.filter_map(|entry| entry.file_name().to_str()?.parse::<i32>().ok());
     let has = |number: &i32| {
         let surroundings = std::fs::read(format!("/proc/{number}/environ")).unwrap_or_default();
-        surroundings
-            .windows(mark.len())
-            .any(|part| part == mark.as_bytes())
+        surroundings.windows(mark.len()).any(|part| part == mark.as_bytes())
     };
     numbers.filter(has).collect()
 }
@@ -60,9 +58,7 @@ fn wait_for(what: &str, mut done: impl FnMut() -> bool) {
 }
 
 fn kill(process: i32) -> bool {
-    let killed = Command::new("kill")
-        .args(["-KILL", &process.to_string()])
-        .status();
+    let killed = Command::new("kill").args(["-KILL", &process.to_string()]).status();
     killed.is_ok_and(|status| status.success())
 }
 
@@ -197,9 +193,7 @@ fn pipes_of_a_killed_run_are_removed_by_the_next_one() {
     };
     let left = || {
         let names = std::fs::read_dir(&temporary).unwrap().flatten();
-        let mut names: Vec<String> = names
-            .map(|e| e.file_name().into_string().unwrap())
-            .collect();
+        let mut names: Vec<String> = names.map(|e| e.file_name().into_string().unwrap()).collect();
         names.sort();
         names
     };
@@ -217,21 +211,10 @@ fn pipes_of_a_killed_run_are_removed_by_the_next_one() {
     std::fs::create_dir_all(temporary.join("asobench-1-0/work")).unwrap();
     study(&list(&[
         "python3",
-        &root()
-            .join("examples/workers/least_squares.py")
-            .display()
-            .to_string(),
+        &root().join("examples/workers/least_squares.py").display().to_string(),
     ]));
-    assert!(
-        start_in(folder, "third", 1, Some(&temporary))
-            .wait()
-            .unwrap()
-            .success()
-    );
-    let expected = [
-        "asobench-1-0".to_owned(),
-        format!("asobench-{}-0", alive.id()),
-    ];
+    assert!(start_in(folder, "third", 1, Some(&temporary)).wait().unwrap().success());
+    let expected = ["asobench-1-0".to_owned(), format!("asobench-{}-0", alive.id())];
     assert_eq!(left(), expected);
     alive.kill().unwrap();
     alive.wait().unwrap();
@@ -268,8 +251,7 @@ fn the_same_bits_of_chaos_after_kills() {
         let mut run = start(folder, "killed", THREADS);
         let before = blocks(&folder.join("killed"));
         wait_for("no block", || {
-            blocks(&folder.join("killed")) > before + 20 * number
-                || run.try_wait().unwrap().is_some()
+            blocks(&folder.join("killed")) > before + 20 * number || run.try_wait().unwrap().is_some()
         });
         for worker in workers(run.id()).into_iter().take(2) {
             kill(worker);

@@ -58,16 +58,10 @@ fn permitted(text: &str) -> Experiment {
 /// All rows of a study, by cell, trial and output.
 fn rows(experiment: &Experiment, trials: u64, threads: usize) -> Vec<(usize, Row)> {
     let mut rows = Vec::new();
-    run(
-        experiment,
-        trials,
-        threads,
-        &AtomicBool::new(false),
-        |block| {
-            rows.extend(block.rows.iter().map(|row| (block.span.cell, row)));
-            Ok::<(), std::io::Error>(())
-        },
-    )
+    run(experiment, trials, threads, &AtomicBool::new(false), |block| {
+        rows.extend(block.rows.iter().map(|row| (block.span.cell, row)));
+        Ok::<(), std::io::Error>(())
+    })
     .unwrap();
     experiment.programs.iter().for_each(|program| program.end());
     rows.sort_by_key(|(cell, row)| (*cell, row.trial, row.output));

@@ -57,24 +57,15 @@ fn a_path_need_not_be_utf8() {
             "m?/manifest.json",
         ),
         ("plan s?.toml --shards 1 --allow-commands", "s?.plan.json"),
-        (
-            "shard s?.plan.json 1 --allow-commands",
-            "s?-shards/shard-0001",
-        ),
+        ("shard s?.plan.json 1 --allow-commands", "s?-shards/shard-0001"),
         ("status s?.plan.json", ""),
         ("merge s?.plan.json --out d?", "d?/manifest.json"),
         ("report results/s? results/p? --out r?", "r?/report.html"),
         ("failures results/s?", ""),
         ("plot results/s? --out f?.svg", "f?.svg"),
-        (
-            "replay results/s? cell=0:1 --allow-commands --data k?.csv",
-            "k?.csv",
-        ),
+        ("replay results/s? cell=0:1 --allow-commands --data k?.csv", "k?.csv"),
         ("compare results/s? m?", ""),
-        (
-            "estimate k?.csv --order 2 --report e?.html --states x?.csv",
-            "x?.csv",
-        ),
+        ("estimate k?.csv --order 2 --report e?.html --states x?.csv", "x?.csv"),
         ("theory p?.toml", ""),
         ("throughput p?.toml --trials 100", ""),
         (
@@ -97,20 +88,14 @@ fn a_path_need_not_be_utf8() {
         ("run s?.toml", "add --allow-commands"),
         ("plan s?.toml", "add --allow-commands"),
         ("test-method s?.toml", "add --allow-commands"),
-        (
-            "suite own?.toml --only P01 --first 2",
-            "add --allow-commands",
-        ),
+        ("suite own?.toml --only P01 --first 2", "add --allow-commands"),
         ("replay results/s? cell=0:1", "expected --allow-commands"),
         ("slurm s?.toml", "expected a path in UTF-8"),
     ] {
         let refused = asobench(&folder, arguments, OsStr::new("/tmp"));
         let said = text(&refused.stderr);
         assert_eq!(refused.status.code(), Some(2), "{arguments}: {said}");
-        assert!(
-            said.contains(part) && said.lines().count() == 1,
-            "{arguments}: {said}"
-        );
+        assert!(said.contains(part) && said.lines().count() == 1, "{arguments}: {said}");
     }
 }
 
@@ -132,10 +117,7 @@ fn paths_that_differ_in_a_byte_are_two() {
     let ran = command.output().unwrap();
     assert_eq!(ran.status.code(), Some(0), "{}", text(&ran.stderr));
     let both = names.map(|name| folder.join("results").join(name));
-    assert!(
-        both.iter()
-            .all(|folder| folder.join("manifest.json").exists())
-    );
+    assert!(both.iter().all(|folder| folder.join("manifest.json").exists()));
     let mut command = Command::new(PROGRAM);
     let report = command.arg("report").args(&both).arg("--out").arg("report");
     let report = report.current_dir(folder).output().unwrap();
@@ -156,12 +138,7 @@ fn the_folder_for_temporary_files() {
     for (out, temporary) in ["", "t?", &"x".repeat(200)].into_iter().enumerate() {
         let command = format!("run s.toml --allow-commands --out {out}");
         let ran = asobench(folder, &command, &bad(temporary));
-        assert_eq!(
-            ran.status.code(),
-            Some(0),
-            "{temporary}: {}",
-            text(&ran.stderr)
-        );
+        assert_eq!(ran.status.code(), Some(0), "{temporary}: {}", text(&ran.stderr));
     }
     let summary = |out: &str| std::fs::read(folder.join(out).join("summary.json")).unwrap();
     assert!(summary("0") == summary("1") && summary("0") == summary("2"));
@@ -180,17 +157,8 @@ fn a_name_is_never_a_path() {
     ] {
         let file = format!("[[methods]]\nname = {name:?}\nestimator = \"arx\"\n");
         std::fs::write(folder.join("new.toml"), file).unwrap();
-        let done = asobench(
-            &folder,
-            "suite new.toml --only P01 --first 2",
-            OsStr::new("/tmp"),
-        );
-        assert_eq!(
-            done.status.code(),
-            Some(0),
-            "{name}: {}",
-            text(&done.stderr)
-        );
+        let done = asobench(&folder, "suite new.toml --only P01 --first 2", OsStr::new("/tmp"));
+        assert_eq!(done.status.code(), Some(0), "{name}: {}", text(&done.stderr));
         let out = folder.join(format!("results/suite-quick-{part}"));
         assert!(out.join(format!("methods/{part}.json")).exists(), "{name}");
     }

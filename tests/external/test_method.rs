@@ -28,8 +28,7 @@ fn printed(command: &[&str], after: &str, more: &str) -> Option<(String, i32)> {
     Some((text(&output.stdout) + &text(&output.stderr), code))
 }
 
-const FOUND: &str =
-    "        found = [least_squares(signal(0, i), signal(1, i), na, nb, nk) for i in range(m)]\n";
+const FOUND: &str = "        found = [least_squares(signal(0, i), signal(1, i), na, nb, nk) for i in range(m)]\n";
 
 #[test]
 fn a_record_that_is_declined_is_a_note() {
@@ -44,14 +43,8 @@ fn a_record_that_is_declined_is_a_note() {
     );
     let noise_free = "note    a record without noise: impulse response";
     assert!(text.contains(noise_free), "{text}");
-    assert!(
-        text.contains("trial 1: no model for the trials before it"),
-        "{text}"
-    );
-    assert!(
-        !text.contains("WRONG") && text.contains("ok      time"),
-        "{text}"
-    );
+    assert!(text.contains("trial 1: no model for the trials before it"), "{text}");
+    assert!(!text.contains("WRONG") && text.contains("ok      time"), "{text}");
 }
 
 #[test]
@@ -75,8 +68,7 @@ fn after_what_is_wrong_comes_what_was_printed_and_the_other_checks() {
 /// Models that differ from message to message, with the size of a batch, or from the plant where there is no noise.
 #[test]
 fn wrong_models_are_told() {
-    let changed =
-        |by: &str| format!("        found = [(s, [x + {by} for x in p]) for s, p in found]\n");
+    let changed = |by: &str| format!("        found = [(s, [x + {by} for x in p]) for s, p in found]\n");
     for (by, part) in [
         (
             "int.from_bytes(os.urandom(4), 'big') * 1e-15",
@@ -89,10 +81,7 @@ fn wrong_models_are_told() {
             return;
         };
         assert_eq!(code, 1, "{text}");
-        assert!(
-            text.contains(part) && text.matches("ok  ").count() >= 2,
-            "{text}"
-        );
+        assert!(text.contains(part) && text.matches("ok  ").count() >= 2, "{text}");
     }
 }
 

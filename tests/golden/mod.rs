@@ -6,8 +6,7 @@
 
 use asobench::estimator::information::Information;
 use asobench::estimator::{
-    Auxiliary, Estimator, InstrumentalVariables, IvOptions, LeastSquares, Pass, Shape, Solver,
-    Window,
+    Auxiliary, Estimator, InstrumentalVariables, IvOptions, LeastSquares, Pass, Shape, Solver, Window,
 };
 use asobench::lanes::Isa;
 use asobench::metric::relative_error;
@@ -27,9 +26,7 @@ enum Engine {
 fn partitioned() -> Vec<Engine> {
     let here = Isa::ALL.iter().copied().filter(|isa| isa.is_here());
     let faer = Engine::Faer(Solver::Partitioned);
-    std::iter::once(faer)
-        .chain(here.map(Engine::Lanes))
-        .collect()
+    std::iter::once(faer).chain(here.map(Engine::Lanes)).collect()
 }
 
 /// One file: the record and its reference values.
@@ -43,10 +40,7 @@ struct Case {
 
 fn numbers(value: &Value) -> Vec<f64> {
     let array = value.as_array().expect("an array of numbers");
-    array
-        .iter()
-        .map(|v| v.as_f64().expect("a number"))
-        .collect()
+    array.iter().map(|v| v.as_f64().expect("a number")).collect()
 }
 
 impl Case {
@@ -104,9 +98,7 @@ impl Case {
     fn least_squares(&self, engine: Engine) -> Pass {
         let mut passes = vec![Pass::new(self.shape.order)];
         let estimator: Result<Box<dyn Estimator>, _> = match engine {
-            Engine::Faer(solver) => {
-                LeastSquares::new(self.shape, solver).map(|estimator| Box::new(estimator) as _)
-            }
+            Engine::Faer(solver) => LeastSquares::new(self.shape, solver).map(|estimator| Box::new(estimator) as _),
             Engine::Lanes(isa) => {
                 let options = IvOptions {
                     iterations: 0,
@@ -129,8 +121,7 @@ impl Case {
         let estimator: Result<Box<dyn Estimator>, _> = match engine {
             Engine::Faer(solver) => {
                 options.solver = solver;
-                InstrumentalVariables::new(self.shape, &options)
-                    .map(|estimator| Box::new(estimator) as _)
+                InstrumentalVariables::new(self.shape, &options).map(|estimator| Box::new(estimator) as _)
             }
             Engine::Lanes(isa) => isa.estimator(self.shape, &options),
         };
@@ -145,15 +136,10 @@ fn difference(pass: &Pass, reference: &Value) -> f64 {
     if pass.failure.is_some() {
         return f64::INFINITY;
     }
-    [
-        ("a", &pass.a),
-        ("b", &pass.b),
-        ("h", &pass.h),
-        ("x0", &pass.x0),
-    ]
-    .into_iter()
-    .map(|(key, found)| relative_error(&numbers(&reference[key]), found))
-    .fold(0.0, f64::max)
+    [("a", &pass.a), ("b", &pass.b), ("h", &pass.h), ("x0", &pass.x0)]
+        .into_iter()
+        .map(|(key, found)| relative_error(&numbers(&reference[key]), found))
+        .fold(0.0, f64::max)
 }
 
 /// Largest differences of least squares and of the IV passes of one engine on one case.
@@ -163,10 +149,7 @@ fn differences(case: &Case, engine: Engine) -> (f64, f64) {
         return (ls, f64::NAN);
     }
     let mut iv = 0.0_f64;
-    for (auxiliary, key) in [
-        (Auxiliary::Refresh, "iv_refresh"),
-        (Auxiliary::Frozen, "iv_frozen"),
-    ] {
+    for (auxiliary, key) in [(Auxiliary::Refresh, "iv_refresh"), (Auxiliary::Frozen, "iv_frozen")] {
         let passes = case.passes(engine, auxiliary);
         let references = case.reference[key].as_array().expect("passes");
         assert_eq!(references.len(), 4);
@@ -194,13 +177,7 @@ fn partitioned_reaches_the_reference_values() {
 #[test]
 fn every_solver_reaches_the_reference_values() {
     for case in Case::all() {
-        for solver in [
-            Solver::Lu,
-            Solver::Cholesky,
-            Solver::Qr,
-            Solver::Svd,
-            Solver::Augmented,
-        ] {
+        for solver in [Solver::Lu, Solver::Cholesky, Solver::Qr, Solver::Svd, Solver::Augmented] {
             let (ls, iv) = differences(&case, Engine::Faer(solver));
             println!("{} {solver}: ls {ls:.1e}, iv {iv:.1e}", case.name);
             let limit = case.tolerance();
@@ -258,10 +235,7 @@ fn the_observer_reaches_the_reference_values() {
             let error = relative_error(&numbers(&expected[key]), found);
             println!("{} {engine:?} {key}: {error:.1e}", case.name);
             let name = &case.name;
-            assert!(
-                error <= case.tolerance(),
-                "{name} {engine:?} {key}: {error:e}"
-            );
+            assert!(error <= case.tolerance(), "{name} {engine:?} {key}: {error:e}");
         }
     }
 }

@@ -5,12 +5,7 @@ use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
 
 /// The paper's example with an amplitude and frequency of its sine, and an operator of the first mixing, of its own.
-pub fn example_of(
-    [amplitude, frequency]: [f64; 2],
-    first: Operator,
-    step: f64,
-    observers: &[ObserverSpec],
-) -> Cascade {
+pub fn example_of([amplitude, frequency]: [f64; 2], first: Operator, step: f64, observers: &[ObserverSpec]) -> Cascade {
     let scenario = Scenario {
         u: Signal::new(vec![Wave::Constant { value: 1.0 }]),
         delta: Signal::new(vec![Wave::Sine {
@@ -81,9 +76,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 pub fn a_times(plant: &ContinuousPlant, x: &[f64]) -> Vec<f64> {
     let n = plant.order();
-    (0..n)
-        .map(|i| (0..n).map(|j| plant.a()[(i, j)] * x[j]).sum())
-        .collect()
+    (0..n).map(|i| (0..n).map(|j| plant.a()[(i, j)] * x[j]).sum()).collect()
 }
 
 pub fn proposed(factor: Factor, gains: Vec<f64>) -> ObserverSpec {

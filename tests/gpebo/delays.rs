@@ -3,9 +3,7 @@
 //! every kink. In it a delayed filter is a filter of delayed signals.
 
 use super::common::example_of;
-use asobench::observer::gpebo::{
-    Cascade, Factor, GpeboOptions, ObserverSpec, Operator, Scenario, halve,
-};
+use asobench::observer::gpebo::{Cascade, Factor, GpeboOptions, ObserverSpec, Operator, Scenario, halve};
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
 
@@ -38,9 +36,7 @@ fn distance(cascade: &Cascade, reference: [[f64; 2]; 3]) -> f64 {
 #[test]
 fn delayed_estimates_agree_with_another_integration() {
     use Operator::{Delay, Lag};
-    let gradient = ObserverSpec::Gradient {
-        gains: vec![1.0; 2],
-    };
+    let gradient = ObserverSpec::Gradient { gains: vec![1.0; 2] };
     let cases = [
         (
             Delay(0.5),
@@ -87,8 +83,7 @@ fn delayed_estimates_agree_with_another_integration() {
         let what = format!("{first:?} {observer:?}: {coarse:e} {fine:e}");
         // The reference has an error of 5e-9.
         assert!(coarse < 1e-5 && fine < coarse / 3.7, "{what}");
-        let order =
-            halve(&example_of([0.3, 1.0], first, 0.005, &[observer]), |_| {}).observers[0].theta;
+        let order = halve(&example_of([0.3, 1.0], first, 0.005, &[observer]), |_| {}).observers[0].theta;
         assert!(order.order.unwrap() > 1.9, "{what} {order:?}");
     }
 }

@@ -2,8 +2,7 @@
 
 use super::common::{self, proposed};
 use asobench::observer::gpebo::{
-    Cascade, Convergence, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Operator, Outcome,
-    Scenario, halve,
+    Cascade, Convergence, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Operator, Outcome, Scenario, halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
@@ -15,9 +14,7 @@ fn observers() -> [ObserverSpec; 3] {
             gain: vec![2.0, 3.2],
             x0: vec![0.0; 2],
         },
-        ObserverSpec::Gradient {
-            gains: vec![1.0; 2],
-        },
+        ObserverSpec::Gradient { gains: vec![1.0; 2] },
         proposed(Factor::Keep, vec![1e11, 1e13]),
     ]
 }
@@ -53,10 +50,7 @@ fn the_example_reaches_the_sketch() {
     for (amplitude, theta, tolerance) in sketch {
         let found = &last_estimates(&example(amplitude, 1e-3), 1)[2].theta;
         for i in 0..2 {
-            assert!(
-                (found[i] - theta[i]).abs() <= tolerance,
-                "{amplitude}: {found:?}"
-            );
+            assert!((found[i] - theta[i]).abs() <= tolerance, "{amplitude}: {found:?}");
         }
     }
 }
@@ -87,10 +81,7 @@ fn the_example_ranks_as_the_paper_says() {
     let sketch = [[0.030, 0.149], [0.035, 0.262], [0.025, 0.075]];
     for (squares, sketch) in squares.iter().zip(sketch) {
         for i in 0..2 {
-            assert!(
-                ((squares[i] / count).sqrt() - sketch[i]).abs() <= 5e-4,
-                "{squares:?}"
-            );
+            assert!(((squares[i] / count).sqrt() - sketch[i]).abs() <= 5e-4, "{squares:?}");
         }
     }
     // Assumption 2, |dbar| < 1, does not hold in the example.
@@ -160,9 +151,7 @@ fn order_is_kept_across_switches() {
         filters: vec![Operator::Lag(1.0)],
     };
     let observers = [
-        ObserverSpec::Gradient {
-            gains: vec![1.0; 2],
-        },
+        ObserverSpec::Gradient { gains: vec![1.0; 2] },
         ObserverSpec::Proposed {
             k: 1.0,
             order: 2,
@@ -177,10 +166,7 @@ fn order_is_kept_across_switches() {
     let halving = halve(&cascade, |_| {});
     // Two for the scalar estimators, which do learn.
     let learnt = &halving.summary.observers[1].excitation.integral;
-    assert!(
-        1e11 * learnt[0] > 1.0 && 1e13 * learnt[1] > 1.0,
-        "{learnt:?}"
-    );
+    assert!(1e11 * learnt[0] > 1.0 && 1e13 * learnt[1] > 1.0, "{learnt:?}");
     for convergence in &halving.observers[..2] {
         for norm in [convergence.state, convergence.theta] {
             let order = norm.order.unwrap();
@@ -213,10 +199,7 @@ fn gradient_error_without_disturbance() {
             let integral = 2.0 * 1e-2 / 45.0 * boole;
             for (theta, estimate) in cascade.theta().iter().zip(&sample.estimates[1].theta) {
                 let exact = theta * -(-integral).exp_m1();
-                assert!(
-                    (estimate - exact).abs() < 1e-7 * theta,
-                    "{estimate} {exact}"
-                );
+                assert!((estimate - exact).abs() < 1e-7 * theta, "{estimate} {exact}");
             }
             // There is still an error to be seen.
             assert!((0.05..3.0).contains(&integral), "{integral}");
@@ -238,10 +221,7 @@ fn the_example_reaches_and_settles() {
             [accuracy.reached, accuracy.settled].map(Option::unwrap)
         };
         let close = |found: f64, exact: f64, digit: f64| {
-            assert!(
-                (found - exact).abs() <= 0.5 * digit,
-                "{step}: {found} {exact}"
-            );
+            assert!((found - exact).abs() <= 0.5 * digit, "{step}: {found} {exact}");
         };
         let [reached, settled] = times(1);
         close(reached, 0.76, 0.01);

@@ -70,17 +70,11 @@ fn the_family_integrated_by_another_program() {
     let cascade = example_of([0.3, 1.0], Operator::Lag(1.0), 2e-3, &observers);
     let mut compared = 0;
     cascade.run(1, |sample| {
-        let row = REFERENCE
-            .iter()
-            .find(|row| (row[0] - sample.t).abs() < 1e-9);
+        let row = REFERENCE.iter().find(|row| (row[0] - sample.t).abs() < 1e-9);
         let Some([_, exact @ ..]) = row else { return };
         let found = sample.estimates.iter().flat_map(|of| &of.theta);
         for (found, exact) in found.zip(exact) {
-            assert!(
-                (found - exact).abs() < 2e-7,
-                "{}: {found} {exact}",
-                sample.t
-            );
+            assert!((found - exact).abs() < 2e-7, "{}: {found} {exact}", sample.t);
             compared += 1;
         }
     });

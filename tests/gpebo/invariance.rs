@@ -7,17 +7,9 @@ use asobench::signal::{Signal, Wave};
 use faer::{Mat, mat};
 
 /// The same run in the coordinates T x; Luenberger's gain and both initial values go along.
-fn in_coordinates(
-    plant: &ContinuousPlant,
-    t: &Mat<f64>,
-    observers: &[ObserverSpec],
-) -> Vec<Vec<Vec<f64>>> {
+fn in_coordinates(plant: &ContinuousPlant, t: &Mat<f64>, observers: &[ObserverSpec]) -> Vec<Vec<Vec<f64>>> {
     let n = plant.order();
-    let times = |v: &[f64]| -> Vec<f64> {
-        (0..n)
-            .map(|i| (0..n).map(|j| t[(i, j)] * v[j]).sum())
-            .collect()
-    };
+    let times = |v: &[f64]| -> Vec<f64> { (0..n).map(|i| (0..n).map(|j| t[(i, j)] * v[j]).sum()).collect() };
     let x0: Vec<f64> = (0..n).map(|i| 1.0 + i as f64).collect();
     let scenario = Scenario {
         u: Signal::new(vec![Wave::Constant { value: 1.0 }]),
@@ -94,14 +86,7 @@ fn invariance_of_gradient_and_kalman_bucy() {
         assert!(difference(&t, &original[0], &new[0]) < 1e-11);
         assert!(difference(&t, &original[1], &new[1]) < 1e-11);
         let kalman = difference(&t, &original[2], &new[2]);
-        assert!(
-            if prior_kept {
-                kalman < 1e-11
-            } else {
-                kalman > 1e-3
-            },
-            "{kalman}"
-        );
+        assert!(if prior_kept { kalman < 1e-11 } else { kalman > 1e-3 }, "{kalman}");
     }
 }
 
@@ -132,11 +117,7 @@ fn invariance_of_the_proposed() {
         let new = in_coordinates(&plant, &scaling, &[proposed(factor, scaled(gains))]);
         let found = difference(&scaling, &old[0], &new[0]);
         assert!(
-            if invariant {
-                found < 1e-9
-            } else {
-                found > 1e-3
-            },
+            if invariant { found < 1e-9 } else { found > 1e-3 },
             "{factor:?} {found}"
         );
     }

@@ -10,15 +10,7 @@ use asobench::signal::{Signal, Wave};
 fn kalman_bucy_is_the_riccati_filter() {
     let mut uniform = Uniform(5);
     let (p0, r) = (0.7, 0.2);
-    for (n, q) in [
-        (1, 0.0),
-        (2, 0.0),
-        (3, 0.0),
-        (1, 0.5),
-        (2, 0.5),
-        (3, 0.5),
-        (3, 1e-4),
-    ] {
+    for (n, q) in [(1, 0.0), (2, 0.0), (3, 0.0), (1, 0.5), (2, 0.5), (3, 0.5), (3, 1e-4)] {
         let plant = uniform.plant(n);
         let scenario = Scenario {
             u: Signal::new(vec![Wave::Sine {
@@ -69,9 +61,7 @@ fn kalman_bucy_is_the_riccati_filter() {
                 .collect();
             let ax = a_times(&plant, xhat);
             out.extend((0..n).map(|i| ax[i] + plant.b()[i] * u + pc[i] * innovation));
-            let ap = |i: usize, j: usize| -> f64 {
-                (0..n).map(|k| plant.a()[(i, k)] * p[k * n + j]).sum()
-            };
+            let ap = |i: usize, j: usize| -> f64 { (0..n).map(|k| plant.a()[(i, k)] * p[k * n + j]).sum() };
             out.extend((0..n * n).map(|k| {
                 let (i, j) = (k / n, k % n);
                 ap(i, j) + ap(j, i) + intensity(i, j) - pc[i] * pc[j] / r

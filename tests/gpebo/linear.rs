@@ -54,14 +54,8 @@ fn test_input(t: f64, quarter: usize) -> f64 {
     let sample = |k: usize| (k * k % 7) as f64 - 2.0;
     let s = t / TOOTH - quarter as f64;
     // sin(2 pi t + pi / 2) = cos(2 pi t) changes its sign at 1/4 and 3/4
-    let square = if matches!(quarter % 4, 1 | 2) {
-        -1.3
-    } else {
-        1.3
-    };
-    0.7 * (2.3 * t + 0.4).sin() + square - 0.2
-        + sample(quarter) * (1.0 - s)
-        + sample(quarter + 1) * s
+    let square = if matches!(quarter % 4, 1 | 2) { -1.3 } else { 1.3 };
+    0.7 * (2.3 * t + 0.4).sin() + square - 0.2 + sample(quarter) * (1.0 - s) + sample(quarter + 1) * s
 }
 
 fn test_disturbance(t: f64, quarter: usize) -> f64 {
@@ -70,13 +64,7 @@ fn test_disturbance(t: f64, quarter: usize) -> f64 {
 }
 
 /// `[x; xi; xhat; filtered z; Phi by columns; filtered phi by filters]'`.
-fn all_linear(
-    plant: &ContinuousPlant,
-    gain: &[f64],
-    poles: &[f64],
-    [u, delta]: [f64; 2],
-    y: &[f64],
-) -> Vec<f64> {
+fn all_linear(plant: &ContinuousPlant, gain: &[f64], poles: &[f64], [u, delta]: [f64; 2], y: &[f64]) -> Vec<f64> {
     let n = plant.order();
     let c = plant.c();
     let (x, xi, xhat) = (&y[..n], &y[n..2 * n], &y[2 * n..3 * n]);
@@ -160,13 +148,7 @@ fn linear_parts_are_exact() {
         }];
         let cascade = Cascade::new(&plant, &scenario, &options, &observers).unwrap();
         let identity = (0..n * n).map(|k| f64::from(u8::from(k / n == k % n)));
-        let mut y = [
-            scenario.x0.clone(),
-            options.xi0.clone(),
-            xhat0,
-            vec![0.0; n - 1],
-        ]
-        .concat();
+        let mut y = [scenario.x0.clone(), options.xi0.clone(), xhat0, vec![0.0; n - 1]].concat();
         y.extend(identity);
         y.extend(vec![0.0; (n - 1) * n]);
         let (mut step, parts) = (0, 40);

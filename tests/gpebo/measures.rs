@@ -1,9 +1,7 @@
 //! The measures of one trial against closed forms: mean squares and times, and what step halving
 //! says of them.
 
-use asobench::observer::gpebo::{
-    BAND, Cascade, GpeboOptions, Halving, ObserverSpec, Operator, Scenario, halve,
-};
+use asobench::observer::gpebo::{BAND, Cascade, GpeboOptions, Halving, ObserverSpec, Operator, Scenario, halve};
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
 
@@ -34,10 +32,7 @@ fn integrator(observer: ObserverSpec, step: f64) -> Halving {
         xi0: vec![0.0],
         filters: vec![],
     };
-    halve(
-        &Cascade::new(&plant, &scenario, &options, &[observer]).unwrap(),
-        |_| {},
-    )
+    halve(&Cascade::new(&plant, &scenario, &options, &[observer]).unwrap(), |_| {})
 }
 
 /// The error of the estimate of `e' = -rate (e - delta)`, e(0) = -2: the gradient with that gain,
@@ -59,9 +54,7 @@ fn rms(error: &impl Fn(f64) -> f64) -> f64 {
     let h = (HORIZON - FROM) / 1e5;
     let square = |k: f64| error(FROM + k * h).powi(2);
     let parts = (0..100_000).map(f64::from);
-    let sum: f64 = parts
-        .map(|k| square(k) + 4.0 * square(k + 0.5) + square(k + 1.0))
-        .sum();
+    let sum: f64 = parts.map(|k| square(k) + 4.0 * square(k + 0.5) + square(k + 1.0)).sum();
     (sum * h / 6.0 / (HORIZON - FROM)).sqrt()
 }
 
@@ -127,20 +120,14 @@ fn the_step_error_covers_the_mean_squares() {
             let off = (accuracy.rms_state / exact - 1.0).abs();
             let steps = found.summary.steps as f64;
             let rounding = 2.0 * f64::EPSILON * steps * THETA / exact;
-            assert!(
-                off <= 2.0 * says + rounding,
-                "{observer:?} {step}: {off:e} {says:e}"
-            );
+            assert!(off <= 2.0 * says + rounding, "{observer:?} {step}: {off:e} {says:e}");
             assert!(says < 2e-2 * step * step, "{observer:?} {step}: {says:e}");
             if estimates {
                 // e_theta = |x - xhat| / 2 here.
                 let theta = accuracy.rms_theta * THETA / accuracy.rms_state;
                 assert!((theta - 1.0).abs() < 1e-12);
                 let end = error(HORIZON).abs() / THETA;
-                assert!(
-                    (accuracy.theta - end).abs() <= 2.0 * says,
-                    "{observer:?} {step}"
-                );
+                assert!((accuracy.theta - end).abs() <= 2.0 * says, "{observer:?} {step}");
             }
         }
     }
@@ -161,10 +148,7 @@ fn times_are_as_exact_as_the_estimate() {
             let close = |found: f64, (exact, speed): (f64, f64)| {
                 let tolerance = 3.0 * theta.error / speed + step.powi(5);
                 let off = (found - exact).abs();
-                assert!(
-                    off <= tolerance,
-                    "{observer:?} {step}: {off:e} {tolerance:e}"
-                );
+                assert!(off <= tolerance, "{observer:?} {step}: {off:e} {tolerance:e}");
                 assert!(tolerance < step / 50.0, "{tolerance:e}");
             };
             close(accuracy.reached.unwrap(), exact[0]);
@@ -183,11 +167,7 @@ fn times_are_as_exact_as_the_estimate() {
 #[test]
 fn every_state_has_its_root_mean_square() {
     let rows: Vec<Vec<f64>> = (1..=3)
-        .map(|i| {
-            (1..=3)
-                .map(|j| if i == j { -f64::from(i) } else { 0.0 })
-                .collect()
-        })
+        .map(|i| (1..=3).map(|j| if i == j { -f64::from(i) } else { 0.0 }).collect())
         .collect();
     let plant = ContinuousPlant::new(&rows, vec![1.0; 3], vec![1.0; 3]).unwrap();
     let x0 = [1.0, -2.0, 5.0];

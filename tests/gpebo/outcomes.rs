@@ -1,8 +1,7 @@
 //! Overflow and refusals.
 
 use asobench::observer::gpebo::{
-    Cascade, CascadeError, Factor, GpeboOptions, ObserverSpec, Operator, Outcome, Scenario,
-    SettingError, halve,
+    Cascade, CascadeError, Factor, GpeboOptions, ObserverSpec, Operator, Outcome, Scenario, SettingError, halve,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::signal::{Signal, Wave};
@@ -21,9 +20,7 @@ fn overflow_is_an_outcome() {
             gain: vec![-100.0, 0.0],
             x0: vec![0.0; 2],
         },
-        ObserverSpec::Gradient {
-            gains: vec![1.0; 2],
-        },
+        ObserverSpec::Gradient { gains: vec![1.0; 2] },
     ];
     let cascade = Cascade::new(&plant, &scenario, &options, &observers).unwrap();
     let mut visits = 0;
@@ -75,29 +72,15 @@ fn refusal(scenario: &Scenario, options: &GpeboOptions, observer: ObserverSpec) 
 }
 
 fn gradient() -> ObserverSpec {
-    ObserverSpec::Gradient {
-        gains: vec![1.0; 2],
-    }
+    ObserverSpec::Gradient { gains: vec![1.0; 2] }
 }
 
 #[test]
 fn refusals() {
     let plant = ContinuousPlant::bobtsov2023();
     let (good, options) = good();
-    let step = |step: f64| {
-        refusal(
-            &Scenario {
-                step,
-                ..good.clone()
-            },
-            &options,
-            gradient(),
-        )
-    };
-    assert_eq!(
-        step(2.0),
-        "the step of 2 s must not be longer than the horizon of 1 s"
-    );
+    let step = |step: f64| refusal(&Scenario { step, ..good.clone() }, &options, gradient());
+    assert_eq!(step(2.0), "the step of 2 s must not be longer than the horizon of 1 s");
     assert_eq!(step(0.0), "the step: expected positive numbers, not 0");
     assert_eq!(step(f64::NAN), "the step: expected finite numbers");
     assert_eq!(
@@ -113,13 +96,7 @@ fn refusals() {
         "filters in [continuous]: expected positive numbers, not -1"
     );
     assert_eq!(
-        refusal(
-            &good,
-            &options,
-            ObserverSpec::Gradient {
-                gains: vec![1.0, 0.0]
-            }
-        ),
+        refusal(&good, &options, ObserverSpec::Gradient { gains: vec![1.0, 0.0] }),
         "observer 1: the gains: expected positive numbers, not 0"
     );
     let twice = ObserverSpec::Proposed {

@@ -3,8 +3,7 @@
 use super::common::Uniform;
 use asobench::lanes::{Call, Isa};
 use asobench::observer::gpebo::{
-    Cascade, Factor, GpeboOptions, Halving, ObserverSpec, Operator, Propagators, Scenario, halve,
-    halve_pack,
+    Cascade, Factor, GpeboOptions, Halving, ObserverSpec, Operator, Propagators, Scenario, halve, halve_pack,
 };
 use asobench::plant::ContinuousPlant;
 use asobench::real::Real;
@@ -26,9 +25,7 @@ fn observers(n: usize) -> Vec<ObserverSpec> {
             gain: vec![0.3; n],
             x0: vec![0.0; n],
         },
-        ObserverSpec::Gradient {
-            gains: vec![1.0; n],
-        },
+        ObserverSpec::Gradient { gains: vec![1.0; n] },
         ObserverSpec::FiniteTime {
             gains: (1..=n).map(|i| i as f64).collect(),
             share: 0.1,

@@ -40,8 +40,7 @@ fn nothing_wrong_is_certified() {
                 scored_from: 0.0,
                 step,
             };
-            let cascade =
-                Cascade::new(&plant, &scenario, &options, std::slice::from_ref(&nothing)).unwrap();
+            let cascade = Cascade::new(&plant, &scenario, &options, std::slice::from_ref(&nothing)).unwrap();
             let found = halve(&cascade, |_| {});
             let relative = found.observers[0].relative();
             if !(relative <= 0.01) {
@@ -49,10 +48,7 @@ fn nothing_wrong_is_certified() {
                 continue;
             }
             let accuracy = &found.summary.observers[0].accuracy;
-            for (found, key) in [
-                (accuracy.rms_states[0], "rms_x1"),
-                (accuracy.rms_state, "rms_x"),
-            ] {
+            for (found, key) in [(accuracy.rms_states[0], "rms_x1"), (accuracy.rms_state, "rms_x")] {
                 let exact = case[key].as_f64().unwrap();
                 let error = (found / exact - 1.0).abs();
                 let what = format!("{case} {step}: {error:e} {relative:e}");

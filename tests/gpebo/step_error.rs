@@ -2,8 +2,8 @@
 
 use super::common::{Uniform, proposed};
 use asobench::observer::gpebo::{
-    Accuracy, Cascade, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Operator, Outcome,
-    REFINEMENTS, Scenario, halve,
+    Accuracy, Cascade, Factor, GpeboOptions, ObserverEstimate, ObserverSpec, Operator, Outcome, REFINEMENTS, Scenario,
+    halve,
 };
 use asobench::observer::{butterworth, place};
 use asobench::plant::ContinuousPlant;
@@ -55,10 +55,7 @@ fn cell(random: &mut Uniform) -> Cascade {
     let mut gains = vec![1e13 * scale; n];
     gains[0] = 1e11 * scale;
     let observers = [
-        ObserverSpec::Luenberger {
-            gain,
-            x0: vec![0.0; n],
-        },
+        ObserverSpec::Luenberger { gain, x0: vec![0.0; n] },
         ObserverSpec::Gradient {
             gains: vec![gradient; n],
         },
@@ -114,11 +111,7 @@ fn largest<'a>(pairs: impl Iterator<Item = [&'a Vec<f64>; 3]>) -> f64 {
             size = size.max(b.abs()).max(truth.abs());
         }
     }
-    if difference == 0.0 {
-        0.0
-    } else {
-        difference / size
-    }
+    if difference == 0.0 { 0.0 } else { difference / size }
 }
 
 /// The largest component of x(t), over the base steps.
@@ -127,23 +120,13 @@ fn size(x: &[Vec<f64>]) -> f64 {
 }
 
 /// The true error of what is reported, and the part of it that may be rounding.
-fn truth(
-    cascade: &Cascade,
-    found: &Found,
-    exact: &Found,
-    x: &[Vec<f64>],
-    steps: usize,
-) -> [f64; 2] {
+fn truth(cascade: &Cascade, found: &Found, exact: &Found, x: &[Vec<f64>], steps: usize) -> [f64; 2] {
     let theta = cascade.theta().to_vec();
     let courses = || found.course.iter().zip(&exact.course);
     let states = largest(courses().zip(x).map(|((a, b), x)| [&a.x, &b.x, x]));
     let estimates = largest(courses().map(|(a, b)| [&a.theta, &b.theta, &theta]));
     let (a, b) = (&found.accuracy, &exact.accuracy);
-    let of_states = a
-        .rms_states
-        .iter()
-        .copied()
-        .zip(b.rms_states.iter().copied());
+    let of_states = a.rms_states.iter().copied().zip(b.rms_states.iter().copied());
     let means = of_states.chain([(a.rms_state, b.rms_state), (a.rms_theta, b.rms_theta)]);
     // Without an estimate of theta its measures are NaN.
     let means = means.filter(|(_, exact)| !exact.is_nan());

@@ -50,9 +50,7 @@ impl Kind {
     /// The observer in these units; `None` where one of its numbers is beyond doubles.
     fn spec(&self, plant: &ContinuousPlant, units: &Units) -> Option<ObserverSpec> {
         let n = plant.order();
-        let Units {
-            states, time, y, ..
-        } = units;
+        let Units { states, time, y, .. } = units;
         let x0 = vec![0.0; n];
         let det: f64 = states.iter().product();
         // Delta, and the regressions of theta_i.
@@ -118,10 +116,7 @@ impl Kind {
                 let lag = |pole: f64| Operator::Lag(pole / time);
                 match proposed(Factor::Drop, gains) {
                     ObserverSpec::Proposed {
-                        order,
-                        gains,
-                        factor,
-                        ..
+                        order, gains, factor, ..
                     } => ObserverSpec::Proposed {
                         k: 1.0 / time,
                         order,
@@ -140,11 +135,7 @@ impl Kind {
 fn plant(units: &Units) -> ContinuousPlant {
     let a = [[0.0, 1.0, 0.0], [0.0, -0.5, 2.0], [0.0, -0.3, -3.0]];
     let Units { states, time, u, y } = units;
-    let rows = (0..3).map(|i| {
-        (0..3)
-            .map(|j| a[i][j] * (states[i] / states[j]) / time)
-            .collect()
-    });
+    let rows = (0..3).map(|i| (0..3).map(|j| a[i][j] * (states[i] / states[j]) / time).collect());
     let b = vec![0.0, 0.0, 2.0 * states[2] / u / time];
     ContinuousPlant::new(&rows.collect::<Vec<_>>(), b, vec![*y / states[0], 0.0, 0.0]).unwrap()
 }
@@ -158,9 +149,7 @@ fn run(kind: &Kind, units: &Units) -> Option<Halving> {
         frequency: frequency / time,
         phase: 0.4,
     };
-    let values: Vec<f64> = (0..41)
-        .map(|k| y * 0.05 * (f64::from(k * k % 7) - 3.0))
-        .collect();
+    let values: Vec<f64> = (0..41).map(|k| y * 0.05 * (f64::from(k * k % 7) - 3.0)).collect();
     let scenario = Scenario {
         u: Signal::new(vec![Wave::Constant { value: *u }, sine(0.5 * u, 1.7)]),
         delta: Signal::new(vec![
@@ -171,11 +160,7 @@ fn run(kind: &Kind, units: &Units) -> Option<Halving> {
                 hold: Hold::Zero,
             },
         ]),
-        x0: [1.0, -0.5, 2.0]
-            .iter()
-            .zip(states)
-            .map(|(x, unit)| x * unit)
-            .collect(),
+        x0: [1.0, -0.5, 2.0].iter().zip(states).map(|(x, unit)| x * unit).collect(),
         horizon: 10.0 * time,
         scored_from: 4.0 * time,
         step: 0.025 * time,
@@ -226,13 +211,9 @@ fn other_units_change_nothing_but_the_units() {
     for (number, kind) in KINDS.iter().enumerate() {
         let plain = run(kind, &one()).unwrap();
         let (own, limit) = (&plain.summary.observers[0], plain.observers[0].relative());
-        assert!(
-            own.outcome == Outcome::Finite && limit < 1e-2,
-            "{number} {limit}"
-        );
+        assert!(own.outcome == Outcome::Finite && limit < 1e-2, "{number} {limit}");
         for units in &all {
-            if kind.wants_one_unit_of_states() && units.states.iter().any(|x| *x != units.states[0])
-            {
+            if kind.wants_one_unit_of_states() && units.states.iter().any(|x| *x != units.states[0]) {
                 continue;
             }
             let Some(found) = run(kind, units) else {
@@ -293,10 +274,7 @@ fn a_badly_scaled_plant() {
             let cascade = Cascade::new(&plant, &scenario, &options, &[spec]).unwrap();
             let mut last = 0.0;
             let found = halve(&cascade, |sample| last = sample.x[0]);
-            assert!(
-                (last - 0.446_849_468_283_175).abs() < 1e-12,
-                "{unit} {step} {last}"
-            );
+            assert!((last - 0.446_849_468_283_175).abs() < 1e-12, "{unit} {step} {last}");
             assert!(found.observers[0].state.relative() < 1e-12);
         }
     }

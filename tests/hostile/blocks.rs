@@ -61,18 +61,12 @@ fn a_forged_head_is_told_with_its_file() {
     }
     let place = Place::new();
     let blocks = place.path("out/blocks");
-    std::fs::rename(
-        blocks.join(NAME),
-        blocks.join("c00007-0000000000-0000000004.block"),
-    )
-    .expect("renamed");
+    std::fs::rename(blocks.join(NAME), blocks.join("c00007-0000000000-0000000004.block")).expect("renamed");
     place.run(&["plan", "study.toml", "--shards", "1", "--out", "plan.json"]);
     let output = place.run(&["merge", "plan.json", "out/blocks", "--out", "merged"]);
     let said = stderr(&output);
     assert!(
-        said.contains(
-            "c00007-0000000000-0000000004.block: no such cell or no trials in its name, not taken"
-        ),
+        said.contains("c00007-0000000000-0000000004.block: no such cell or no trials in its name, not taken"),
         "{said}"
     );
 }

@@ -28,10 +28,7 @@ fn devices_are_no_inputs() {
 fn endless_standard_input() {
     let place = Place::new();
     for (arguments, part) in [
-        (
-            &["estimate", "-", "--order", "1"][..],
-            "line 1: longer than",
-        ),
+        (&["estimate", "-", "--order", "1"][..], "line 1: longer than"),
         (&["check", "-"][..], "larger than 64 MiB"),
     ] {
         let mut command = command(place.folder.path(), arguments);
@@ -39,10 +36,7 @@ fn endless_standard_input() {
         let output = super::wait(command);
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{message}");
-        assert!(
-            message.contains(part) && message.lines().count() == 1,
-            "{message}"
-        );
+        assert!(message.contains(part) && message.lines().count() == 1, "{message}");
     }
 }
 
@@ -61,9 +55,7 @@ fn files_beyond_their_limit() {
     ] {
         let place = Place::new();
         let file = File::options().write(true).open(place.path(name));
-        file.expect("a file")
-            .set_len(5 << 30)
-            .expect("a sparse file");
+        file.expect("a file").set_len(5 << 30).expect("a sparse file");
         place.refuses(arguments, "larger than");
         place.refuses(arguments, name);
     }
@@ -77,10 +69,7 @@ fn pipes_are_not_waited_for() {
     let made = Command::new("mkfifo").arg(place.path("data.csv")).status();
     assert!(made.expect("mkfifo runs").success());
     // Opened for both ends, so that neither side waits.
-    let held = File::options()
-        .read(true)
-        .write(true)
-        .open(place.path("data.csv"));
+    let held = File::options().read(true).write(true).open(place.path("data.csv"));
     let held = held.expect("a pipe");
     place.refuses(&["estimate", "data.csv", "--order", "6"], "data.csv");
     drop(held);

@@ -16,11 +16,7 @@ fn run(folder: &Path, arguments: &[&str]) -> Output {
         .stdin(Stdio::null())
         .output()
         .expect("runs");
-    assert!(
-        begin.elapsed() < SOON,
-        "{arguments:?}: {:?}",
-        begin.elapsed()
-    );
+    assert!(begin.elapsed() < SOON, "{arguments:?}: {:?}", begin.elapsed());
     output
 }
 
@@ -47,25 +43,18 @@ fn long_names_and_long_lists_are_refused_soon() {
             format!("\"{long}\" = 1\n[settings]\nwindow = 98{method}"),
             "unknown key 'aaa",
         ),
-        (
-            format!("[settings]\n\"{long}\" = 1{method}"),
-            "unknown setting 'aaa",
-        ),
+        (format!("[settings]\n\"{long}\" = 1{method}"), "unknown setting 'aaa"),
         (format!("[settings]\nplant = \"{long}\"{method}"), "plant"),
         (
             format!("[[methods]]\nestimator = \"{long}\"\n"),
             "unknown estimator 'aaa",
         ),
         (
-            format!(
-                "[settings]\nplant = \"p\"\n[plants.p]\nA = [1, {numbers}]\nB = [0, 1]{method}"
-            ),
+            format!("[settings]\nplant = \"p\"\n[plants.p]\nA = [1, {numbers}]\nB = [0, 1]{method}"),
             "plants.p: an order of 100000; expected at most 1000",
         ),
         (
-            format!(
-                "[settings]\nplant = \"p\"\n[plants.p]\na = [{numbers}]\nb = [{numbers}]{method}"
-            ),
+            format!("[settings]\nplant = \"p\"\n[plants.p]\na = [{numbers}]\nb = [{numbers}]{method}"),
             "plants.p: an order of 100000; expected at most 1000",
         ),
     ] {
@@ -81,11 +70,7 @@ fn unclosed_tables_are_refused() {
     let place = tempfile::tempdir().expect("a folder");
     let text = "t = { a b \"\na = { b = 1 }\n".repeat(4000);
     std::fs::write(place.path().join("study.toml"), text).expect("written");
-    refuses(
-        place.path(),
-        &["check", "study.toml"],
-        &["study.toml: line 1"],
-    );
+    refuses(place.path(), &["check", "study.toml"], &["study.toml: line 1"]);
 }
 
 /// A limit of the system on the size of files is an error of the file, not a signal without a word.
@@ -103,10 +88,7 @@ fn a_limit_of_file_sizes_is_named() {
             .expect("bash");
         let said = stderr(&output);
         assert_eq!(output.status.code(), Some(code), "{blocks}: {said}");
-        assert!(
-            said.contains("out") && said.contains("File too large"),
-            "{said}"
-        );
+        assert!(said.contains("out") && said.contains("File too large"), "{said}");
     }
 }
 
@@ -116,23 +98,14 @@ fn a_small_stack_is_enough() {
     let place = tempfile::tempdir().expect("a folder");
     let text = "trials = 20\n[settings]\nwindow = 98\n[[methods]]\nestimator = \"arx\"\n";
     std::fs::write(place.path().join("study.toml"), text).expect("written");
-    for command in [
-        "run study.toml --out out",
-        "report out --out page",
-        "methods",
-    ] {
+    for command in ["run study.toml --out out", "report out --out page", "methods"] {
         let command = format!("ulimit -s 64; exec \"$0\" {command}");
         let output = Command::new("bash")
             .args(["-c", &command, PROGRAM])
             .current_dir(place.path())
             .output()
             .expect("bash");
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{command}: {}",
-            stderr(&output)
-        );
+        assert_eq!(output.status.code(), Some(0), "{command}: {}", stderr(&output));
     }
 }
 
@@ -211,11 +184,7 @@ fn a_long_trial_is_interrupted_within_a_second() {
             .spawn()
             .expect("runs");
         std::thread::sleep(Duration::from_secs(3));
-        assert_eq!(
-            child.try_wait().expect("waits"),
-            None,
-            "{command:?} ended by itself"
-        );
+        assert_eq!(child.try_wait().expect("waits"), None, "{command:?} ended by itself");
         let number = child.id().to_string();
         let killed = Command::new("kill").args([signal, &number]).status();
         assert!(killed.expect("kill").success());

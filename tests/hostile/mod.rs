@@ -132,10 +132,7 @@ impl Place {
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
         let is_one_line = message.lines().count() == 1;
-        assert!(
-            is_one_line && message.contains(part),
-            "{arguments:?}: {message}"
-        );
+        assert!(is_one_line && message.contains(part), "{arguments:?}: {message}");
     }
 }
 

@@ -91,16 +91,12 @@ impl Obstacle {
 fn alike(name: &str) -> &'static [u8] {
     match name.rsplit_once('.').map(|(_, extension)| extension) {
         Some("json") => b"{\"title\":\"My thesis\",\"version\":\"1\",\"cells\":[]}\n",
-        Some("svg") => {
-            b"<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\" height=\"980\"/>\n"
-        }
+        Some("svg") => b"<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"900\" height=\"980\"/>\n",
         Some("html") => b"<!DOCTYPE html>\n<html><title>My report</title></html>\n",
         Some("csv") => b"k,u,y\r\n0,1,2\r\n",
         Some("md") => b"# Verdicts\n\nOf my court.\n",
         Some("parquet") => b"PAR1 a table of somebody \x08\0\0\0PAR1",
-        Some("block") => {
-            b"blocks of wood, and long enough to have a head and a checksum by their length"
-        }
+        Some("block") => b"blocks of wood, and long enough to have a head and a checksum by their length",
         Some("toml") => b"[package]\nname = \"thesis\"\n",
         _ => b"a thesis\n",
     }

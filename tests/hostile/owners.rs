@@ -37,10 +37,7 @@ fn mode(path: &Path, mode: u32) {
 }
 
 const COMMANDS: [(&[&str], &str); 3] = [
-    (
-        &["run", "study.toml", "--trials", "12", "--out", "out"],
-        "out",
-    ),
+    (&["run", "study.toml", "--trials", "12", "--out", "out"], "out"),
     (&["report", "out"], "out"),
     (&["replay", "out", "0:0", "--data", "out/data.csv"], "out"),
 ];
@@ -50,30 +47,15 @@ fn read_only_folders() {
     for (arguments, part) in COMMANDS {
         let place = Place::new();
         give(place.folder.path());
-        for folder in [
-            "out",
-            "out/blocks",
-            "out/figures",
-            "out/tables",
-            "out/timing",
-        ] {
+        for folder in ["out", "out/blocks", "out/figures", "out/tables", "out/timing"] {
             mode(&place.path(folder), 0o555);
         }
         let before = tree(&place.path("out"));
         let (code, message) = run(&place, arguments);
         assert!(code == 1 || code == 2, "{arguments:?}: {message}");
-        assert!(
-            message.lines().count() == 1 && message.contains(part),
-            "{message}"
-        );
+        assert!(message.lines().count() == 1 && message.contains(part), "{message}");
         assert!(tree(&place.path("out")) == before, "{arguments:?}");
-        for folder in [
-            "out",
-            "out/blocks",
-            "out/figures",
-            "out/tables",
-            "out/timing",
-        ] {
+        for folder in ["out", "out/blocks", "out/figures", "out/tables", "out/timing"] {
             mode(&place.path(folder), 0o755);
         }
     }

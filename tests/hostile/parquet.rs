@@ -61,11 +61,7 @@ impl Value {
                 }
             }
             Claims(count) | Booleans(count) => {
-                to.push(if matches!(self, Claims(_)) {
-                    0xfc
-                } else {
-                    0xf1
-                });
+                to.push(if matches!(self, Claims(_)) { 0xfc } else { 0xf1 });
                 varint(*count, to);
             }
             Fields(fields) => {
@@ -85,19 +81,11 @@ const TEXT: i64 = 6;
 const OPTIONAL: i64 = 1;
 
 fn group(name: &str, children: i64) -> Value {
-    Fields(vec![
-        (3, Int(0)),
-        (4, Bytes(name.into())),
-        (5, Int(children)),
-    ])
+    Fields(vec![(3, Int(0)), (4, Bytes(name.into())), (5, Int(children))])
 }
 
 fn column(name: &str, of: i64, repetition: i64) -> Value {
-    Fields(vec![
-        (1, Int(of)),
-        (3, Int(repetition)),
-        (4, Bytes(name.into())),
-    ])
+    Fields(vec![(1, Int(of)), (3, Int(repetition)), (4, Bytes(name.into()))])
 }
 
 /// A chunk of a column: its codec, values, and bytes.
@@ -136,12 +124,7 @@ fn page(kind: i64, claims: i64, data: &[u8], (field, head): (i16, Vec<(i16, Valu
 
 /// A page of data: how many values, in which encoding.
 fn data(values: i64, encoding: i64, claims: i64, bytes: &[u8]) -> Vec<u8> {
-    let head = vec![
-        (1, Int(values)),
-        (2, Int(encoding)),
-        (3, Int(3)),
-        (4, Int(3)),
-    ];
+    let head = vec![(1, Int(values)), (2, Int(encoding)), (3, Int(3)), (4, Int(3))];
     page(0, claims, bytes, (5, head))
 }
 
@@ -161,12 +144,7 @@ fn file(pages: &[u8], footer: Vec<(i16, Value)>) -> Vec<u8> {
 }
 
 fn footer(schema: Vec<Value>, count: i64, groups: Vec<Value>) -> Vec<(i16, Value)> {
-    vec![
-        (1, Int(1)),
-        (2, List(schema)),
-        (3, Int(count)),
-        (4, List(groups)),
-    ]
+    vec![(1, Int(1)), (2, List(schema)), (3, Int(count)), (4, List(groups))]
 }
 
 fn u_and_y(repetition: i64) -> Vec<Value> {
@@ -213,15 +191,9 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
     let empty_groups = || vec![rows(0, vec![]); 200_000];
     let deep = (0..10_000).fold(Int(1), |within, _| Fields(vec![(1, within)]));
     let lists = (0..10_000).fold(Int(1), |within, _| List(vec![within]));
-    let short_run = [
-        dictionary(1, 8, &plain(&[1.0])),
-        data(100, 8, 4, &run_of(1 << 40)),
-    ]
-    .concat();
+    let short_run = [dictionary(1, 8, &plain(&[1.0])), data(100, 8, 4, &run_of(1 << 40))].concat();
     let shared = {
-        let columns: Vec<Value> = (0..9_000)
-            .map(|i| column(&format!("c{i}"), DOUBLE, 0))
-            .collect();
+        let columns: Vec<Value> = (0..9_000).map(|i| column(&format!("c{i}"), DOUBLE, 0)).collect();
         let pages = [
             dictionary(1, 8, &plain(&[1.0])),
             data(1_000_000, 8, 4, &run_of(1_000_000)),
@@ -229,20 +201,14 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
         .concat();
         let chunks = vec![chunk(0, 1_000_000, [4, pages.len() as i64]); 9_000];
         let schema = [vec![group("root", 9_000)], columns].concat();
-        file(
-            &pages,
-            footer(schema, 1_000_000, vec![rows(1_000_000, chunks)]),
-        )
+        file(&pages, footer(schema, 1_000_000, vec![rows(1_000_000, chunks)]))
     };
     let texts = {
         let text = [&(1_u32 << 30).to_le_bytes()[..], b"abc"].concat();
         let pages = data(1, 0, LARGE, &text);
         let chunk = chunk(0, 1, [4, pages.len() as i64]);
         let schema = vec![group("root", 2), column("u", TEXT, 0), column("y", TEXT, 0)];
-        file(
-            &pages,
-            footer(schema, 1, vec![rows(1, vec![chunk.clone(), chunk])]),
-        )
+        file(&pages, footer(schema, 1, vec![rows(1, vec![chunk.clone(), chunk])]))
     };
     let delta = |count: u64| {
         let mut bytes = Vec::new();
@@ -254,10 +220,7 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
         let pages = data(100, 5, bytes.len() as i64, &bytes);
         let chunk = chunk(0, 100, [4, pages.len() as i64]);
         let schema = vec![group("root", 2), column("u", 2, 0), column("y", 2, 0)];
-        file(
-            &pages,
-            footer(schema, 100, vec![rows(100, vec![chunk.clone(), chunk])]),
-        )
+        file(&pages, footer(schema, 100, vec![rows(100, vec![chunk.clone(), chunk])]))
     };
     let small = |count: i64, claims: i64| data(count, 0, claims, &plain(&[1.0]));
     vec![
@@ -286,27 +249,16 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
             "children",
             file(
                 &[],
-                footer(
-                    vec![group("root", LARGE), column("u", DOUBLE, 0)],
-                    0,
-                    vec![],
-                ),
+                footer(vec![group("root", LARGE), column("u", DOUBLE, 0)], 0, vec![]),
             ),
             "tree of columns",
         ),
         (
             "no columns",
-            file(
-                &[],
-                footer(vec![group("root", 0)], MANY, vec![rows(MANY, vec![])]),
-            ),
+            file(&[], footer(vec![group("root", 0)], MANY, vec![rows(MANY, vec![])])),
             "the file is empty",
         ),
-        (
-            "rows without pages",
-            record(0, MANY, 0, &[]),
-            "rows of 2 columns",
-        ),
+        ("rows without pages", record(0, MANY, 0, &[]), "rows of 2 columns"),
         (
             "rows in a page",
             record(0, MANY, 0, &small(LARGE, 8)),
@@ -315,10 +267,7 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
         ("other rows", record(0, 1000, 0, &one()), "ends too early"),
         (
             "sums of rows",
-            file(
-                &[],
-                footer(u_and_y(0), i64::MAX, vec![rows(i64::MAX, vec![]); 2]),
-            ),
+            file(&[], footer(u_and_y(0), i64::MAX, vec![rows(i64::MAX, vec![]); 2])),
             "other columns",
         ),
         ("less rows", record(0, -1, 0, &one()), "is negative"),
@@ -336,22 +285,14 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
             ),
             "rows of 2 columns",
         ),
-        (
-            "a run that is longer than its page",
-            short_run_record(&short_run),
-            "",
-        ),
+        ("a run that is longer than its page", short_run_record(&short_run), ""),
         (
             "a dictionary of 2^31",
             record(
                 0,
                 1,
                 0,
-                &[
-                    dictionary(LARGE, 8, &plain(&[1.0])),
-                    data(1, 8, 4, &run_of(1)),
-                ]
-                .concat(),
+                &[dictionary(LARGE, 8, &plain(&[1.0])), data(1, 8, 4, &run_of(1))].concat(),
             ),
             "pages of",
         ),
@@ -361,11 +302,7 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
                 6,
                 1,
                 0,
-                &[
-                    dictionary(1, LARGE, &plain(&[1.0])),
-                    data(1, 8, 4, &run_of(1)),
-                ]
-                .concat(),
+                &[dictionary(1, LARGE, &plain(&[1.0])), data(1, 8, 4, &run_of(1))].concat(),
             ),
             "pages of",
         ),
@@ -380,28 +317,16 @@ pub(crate) fn files() -> Vec<(&'static str, Vec<u8>, &'static str)> {
         ),
         ("less bytes", record(6, 1, 0, &small(1, -5)), "is negative"),
         ("a codec", record(99, 1, 0, &one()), "compression"),
-        (
-            "levels",
-            record(0, 1, OPTIONAL, &data(1, 0, 8, &[0xff; 12])),
-            "",
-        ),
+        ("levels", record(0, 1, OPTIONAL, &data(1, 0, 8, &[0xff; 12])), ""),
         (
             "beyond the end",
             file(
                 &[],
-                footer(
-                    u_and_y(0),
-                    1,
-                    vec![rows(1, vec![chunk(0, 1, [4, i64::MAX]); 2])],
-                ),
+                footer(u_and_y(0), 1, vec![rows(1, vec![chunk(0, 1, [4, i64::MAX]); 2])]),
             ),
             "beyond its end",
         ),
-        (
-            "one chunk for 9,000 columns",
-            shared,
-            "rows of 9000 columns",
-        ),
+        ("one chunk for 9,000 columns", shared, "rows of 9000 columns"),
         (
             "empty groups of rows",
             file(&[], footer(u_and_y(0), 0, empty_groups())),
@@ -429,14 +354,9 @@ fn short_run_record(pages: &[u8]) -> Vec<u8> {
 
 /// Runs the program with little memory.
 fn estimate(folder: &Path) -> std::process::Output {
-    let script = format!(
-        "ulimit -v {MEMORY_KIB}; exec '{PROGRAM}' estimate claims.parquet --order 1 --estimator arx"
-    );
+    let script = format!("ulimit -v {MEMORY_KIB}; exec '{PROGRAM}' estimate claims.parquet --order 1 --estimator arx");
     let mut command = Command::new("bash");
-    command
-        .args(["-c", &script])
-        .current_dir(folder)
-        .stdin(Stdio::null());
+    command.args(["-c", &script]).current_dir(folder).stdin(Stdio::null());
     command.env("RAYON_NUM_THREADS", "2");
     command.output().expect("bash runs")
 }
@@ -466,9 +386,7 @@ fn claims_beyond_the_file_are_refused() {
 #[test]
 fn records_by_hand_are_read() {
     let place = tempfile::tempdir().expect("a folder");
-    let u: Vec<f64> = (0..200)
-        .map(|k| f64::from((k * k * 7 + 3 * k) % 11) - 5.0)
-        .collect();
+    let u: Vec<f64> = (0..200).map(|k| f64::from((k * k * 7 + 3 * k) % 11) - 5.0).collect();
     let y = u.iter().scan(0.0, |state, u| {
         let now = *state;
         *state = 0.5 * now + u;

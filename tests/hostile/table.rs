@@ -35,21 +35,14 @@ fn check_one(arguments: &[&str], name: &str, use_of: Use, obstacle: Obstacle) {
     let output = place.run(arguments);
     let message = stderr(&output);
     let what = format!("{arguments:?}, {obstacle:?} at {name}: {message}");
-    assert!(
-        tree(&victim) == before,
-        "something outside was touched: {what}"
-    );
+    assert!(tree(&victim) == before, "something outside was touched: {what}");
     let code = output.status.code().unwrap_or(-1);
     assert!((0..=2).contains(&code), "code {code}: {what}");
     // Two warnings, and two files that were written.
     assert!(message.lines().count() <= 4, "{what}");
     if obstacle.is_foreign() {
         for (path, content) in &own {
-            assert!(
-                tree(path).get(path) == Some(content),
-                "{}: {what}",
-                path.display()
-            );
+            assert!(tree(path).get(path) == Some(content), "{}: {what}", path.display());
         }
     }
     if code != 0 {
@@ -116,11 +109,7 @@ fn repair() {
         assert!(tree(&victim) == before);
         let aside = place.path(&format!("{BLOCK}.damaged"));
         assert_eq!(std::fs::read(aside).expect("set aside"), content);
-        assert!(
-            std::fs::read(block)
-                .expect("a block")
-                .starts_with(b"asobench")
-        );
+        assert!(std::fs::read(block).expect("a block").starts_with(b"asobench"));
     }
     for obstacle in [
         Obstacle::LinkToFile,
@@ -209,10 +198,7 @@ fn replay() {
         &["replay", "out", "0:0"],
         &[("out/manifest.json", Reads), ("out/trials.parquet", Reads)],
     );
-    check(
-        &["replay", "out", "0:0", "--data", "data.csv"],
-        &[("data.csv", Writes)],
-    );
+    check(&["replay", "out", "0:0", "--data", "data.csv"], &[("data.csv", Writes)]);
 }
 
 #[test]
@@ -244,12 +230,6 @@ fn new() {
 #[test]
 fn check_of_files() {
     check(&["check", "study.toml"], &[("study.toml", Reads)]);
-    check(
-        &["check", "out/manifest.json"],
-        &[("out/manifest.json", Reads)],
-    );
-    check(
-        &["check", "waves.toml"],
-        &[("waves.toml", Reads), ("wave.csv", Reads)],
-    );
+    check(&["check", "out/manifest.json"], &[("out/manifest.json", Reads)]);
+    check(&["check", "waves.toml"], &[("waves.toml", Reads), ("wave.csv", Reads)]);
 }

@@ -13,10 +13,7 @@ fn reproduce_removes_nothing_of_others() {
     std::fs::create_dir_all(place.path("k2/blocks/deep")).expect("a folder");
     std::fs::write(place.path("k2/blocks/deep/thesis.txt"), "thesis").expect("written");
     let before = tree(&place.path("k2/blocks"));
-    place.refuses(
-        &[&REPRODUCE[..], &["--out", "k2"]].concat(),
-        "k2/blocks/deep",
-    );
+    place.refuses(&[&REPRODUCE[..], &["--out", "k2"]].concat(), "k2/blocks/deep");
     assert!(tree(&place.path("k2/blocks")) == before);
     // A run needs nothing removed there.
     let deep = tree(&place.path("k2/blocks/deep"));
@@ -73,11 +70,7 @@ fn temporary_files_follow_no_link() {
     let new = (0..40).map(|i| format!(".asobench-manifest-1-{i}.tmp"));
     let names: Vec<String> = old.iter().map(ToString::to_string).chain(new).collect();
     for name in &names {
-        symlink(
-            place.path("victim/thesis.txt"),
-            place.path("out").join(name),
-        )
-        .expect("a link");
+        symlink(place.path("victim/thesis.txt"), place.path("out").join(name)).expect("a link");
     }
     let stale = place.path("out/.asobench-summary-4242-7.tmp");
     std::fs::write(&stale, "{\"title\"").expect("written");
@@ -98,14 +91,7 @@ fn links_by_any_spelling() {
     let place = Place::new();
     symlink(place.path("victim/own"), place.path("link")).expect("a link");
     let before = tree(&place.path("victim"));
-    for out in [
-        "link",
-        "link/",
-        "link/.",
-        "./link//",
-        "out/../link",
-        "out/../link/",
-    ] {
+    for out in ["link", "link/", "link/.", "./link//", "out/../link", "out/../link/"] {
         place.refuses(&["run", "study.toml", "--out", out], "link");
         place.refuses(&["report", "out", "--out", out], "link");
         place.refuses(&[&REPRODUCE[..], &["--out", out]].concat(), "link");
@@ -164,14 +150,8 @@ fn outputs_replace_their_own_kind_only() {
 #[test]
 fn reports_go_into_folders() {
     let place = Place::new();
-    place.refuses(
-        &["report", "out", "--out", "study.toml"],
-        "--out study.toml",
-    );
-    place.refuses(
-        &["report", "out", "--out", "study.toml/page"],
-        "--out study.toml",
-    );
+    place.refuses(&["report", "out", "--out", "study.toml"], "--out study.toml");
+    place.refuses(&["report", "out", "--out", "study.toml/page"], "--out study.toml");
 }
 
 /// A reader that goes away takes nothing from a run that is done; a full device is told.
@@ -193,20 +173,12 @@ fn standard_output_that_nobody_reads() {
         "--help",
     ] {
         let output = with(&format!("(sleep 0.3; \"$1\" {arguments}) | true"));
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{arguments}: {}",
-            stderr(&output)
-        );
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", stderr(&output));
         assert!(!stderr(&output).contains("standard output"), "{arguments}");
         let output = with(&format!("\"$1\" {arguments} > /dev/full"));
         assert_eq!(output.status.code(), Some(1), "{arguments}");
         let message = stderr(&output);
-        assert!(
-            message.contains("cannot write to standard output"),
-            "{message}"
-        );
+        assert!(message.contains("cannot write to standard output"), "{message}");
     }
     // A single estimate that failed stays one.
     let rows = (0..40).map(|k| format!("{},{}", (k * 7) % 5, k % 2));
@@ -230,12 +202,8 @@ fn standard_input_is_asked_for_by_a_dash() {
     assert!(output.status.code() == Some(2) && stderr(&output).contains("--out"));
     let output = from("study.toml", &["run", "-", "--out", "piped"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let summary =
-        |folder: &str| std::fs::read(place.path(folder).join("summary.json")).expect("a file");
+    let summary = |folder: &str| std::fs::read(place.path(folder).join("summary.json")).expect("a file");
     assert!(summary("piped") == summary("out"));
-    let output = from(
-        "data.csv",
-        &["estimate", "-", "--order", "6", "--window", "18"],
-    );
+    let output = from("data.csv", &["estimate", "-", "--order", "6", "--window", "18"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }

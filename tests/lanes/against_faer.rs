@@ -3,9 +3,7 @@
 use super::{Case, cases, empty, small, tested};
 use asobench::data::PlantSource;
 use asobench::metric::Sample;
-use asobench::study::{
-    CURVE_BIN_ERROR, CURVE_TRIALS, Curves, Experiment, Measure, Plan, Row, Trial, Trials,
-};
+use asobench::study::{CURVE_BIN_ERROR, CURVE_TRIALS, Curves, Experiment, Measure, Plan, Row, Trial, Trials};
 use std::ops::Range;
 
 fn by_faer(experiment: &Experiment, count: u64) -> Trials {
@@ -66,8 +64,7 @@ impl Pair<'_> {
     /// `|theta_lanes - theta_faer| / |theta_faer|` of theta = (a, h).
     fn difference(&self, truth: &[f64]) -> f64 {
         let errors = || self.lanes_errors.iter().zip(self.faer_errors);
-        let norm =
-            |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
+        let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
         let faer = norm(&mut truth.iter().zip(self.faer_errors).map(|(x, e)| x + e));
         norm(&mut errors().map(|(x, y)| x - y)) / faer
     }
@@ -256,9 +253,7 @@ fn median(values: &mut [f64]) -> f64 {
 fn estimates_and_failures_are_those_of_faer() {
     let count = if small() { 20 } else { 120 };
     let cases = cases();
-    let measured = cases
-        .iter()
-        .filter(|case| case.text.contains("\"change\"]"));
+    let measured = cases.iter().filter(|case| case.text.contains("\"change\"]"));
     let (mut rows, mut wild, mut explained, mut unexplained) = (0, 0, 0, 0);
     for case in measured {
         let mut found = compare(case, count);
@@ -294,9 +289,7 @@ fn estimates_and_failures_are_those_of_faer() {
         explained += found.explained;
         unexplained += found.unexplained.len();
     }
-    println!(
-        "{rows} rows, {wild} of them not tame; {explained} explained, {unexplained} unexplained"
-    );
+    println!("{rows} rows, {wild} of them not tame; {explained} explained, {unexplained} unexplained");
     assert_eq!(unexplained, 0);
     assert!(50 * explained <= wild, "{explained} of {wild}");
 }
@@ -340,21 +333,12 @@ fn curves_are_those_of_faer() {
         );
         let experiment = case.experiment();
         let (faer, lanes) = (by_faer(&experiment, 300), by_lanes(&experiment, 300));
-        let [faer, lanes] =
-            [faer, lanes].map(|trials| trials.curves.expect("curves").take(&(0..300)));
+        let [faer, lanes] = [faer, lanes].map(|trials| trials.curves.expect("curves").take(&(0..300)));
         for last in [false, true] {
             let (faer, lanes) = (faer.quantiles(last), lanes.quantiles(last));
-            for (faer, lanes) in [
-                (faer.q05, lanes.q05),
-                (faer.q50, lanes.q50),
-                (faer.q95, lanes.q95),
-            ] {
+            for (faer, lanes) in [(faer.q05, lanes.q05), (faer.q50, lanes.q50), (faer.q95, lanes.q95)] {
                 for (k, (faer, lanes)) in faer.into_iter().zip(lanes).enumerate() {
-                    assert_eq!(
-                        faer.is_some(),
-                        lanes.is_some(),
-                        "{name}: k = {k}, {faer:?} {lanes:?}"
-                    );
+                    assert_eq!(faer.is_some(), lanes.is_some(), "{name}: k = {k}, {faer:?} {lanes:?}");
                     if let (Some(faer), Some(lanes)) = (faer, lanes) {
                         let ratio = faer.max(lanes) / faer.min(lanes);
                         assert!(
@@ -393,10 +377,7 @@ fn curves_end_with_their_last_trial() {
         let until_end = curves(first..CURVE_TRIALS, by_lanes);
         assert!(until_end.quantiles(true).q50[69].is_some());
         assert_eq!(curves(first..CURVE_TRIALS + 9, by_lanes), until_end);
-        assert_eq!(
-            curves(CURVE_TRIALS..CURVE_TRIALS + 9, by_lanes),
-            Curves::new(70)
-        );
+        assert_eq!(curves(CURVE_TRIALS..CURVE_TRIALS + 9, by_lanes), Curves::new(70));
     }
 }
 
@@ -406,24 +387,15 @@ fn curves_end_with_their_last_trial() {
 fn distributions_are_those_of_faer() {
     let count = if small() { 60 } else { 800 };
     for (order, window, eta) in [(6, 18, 30.0), (6, 30, 80.0), (3, 12, 150.0)] {
-        let settings = format!(
-            "window = {window}\nhorizon = {}\neta = {eta:?}",
-            window + 60
-        );
-        let case = Case::all(
-            &format!("order {order}, N = {window}"),
-            order,
-            &settings,
-            super::IV,
-        );
+        let settings = format!("window = {window}\nhorizon = {}\neta = {eta:?}", window + 60);
+        let case = Case::all(&format!("order {order}, N = {window}"), order, &settings, super::IV);
         let experiment = case.experiment();
         let (faer, lanes) = (by_faer(&experiment, count), by_lanes(&experiment, count));
         let outputs = experiment.outputs().len();
         for output in 0..outputs {
             let sample = |trials: &Trials, figure: Measure| {
                 let rows = trials.rows.iter().skip(output).step_by(outputs);
-                Sample::from_values(rows.map(|row| row[figure]))
-                    .quantile(0.5, asobench::metric::Worse::Larger)
+                Sample::from_values(rows.map(|row| row[figure])).quantile(0.5, asobench::metric::Worse::Larger)
             };
             for figure in FIGURES {
                 let (faer, lanes) = (sample(&faer, figure), sample(&lanes, figure));

@@ -29,12 +29,7 @@ fn what_is_not_covered_runs_on_faer_or_is_refused() {
         ("", "plant = \"random\"", IV, "random plants"),
         ("", "order = 3", IV, "an order that is not the plant's"),
         ("", "plant = \"wide\"", wide.as_str(), "orders above 24"),
-        (
-            "",
-            "horizon = 1048577",
-            IV,
-            "records of more than 1048576 samples",
-        ),
+        ("", "horizon = 1048577", IV, "records of more than 1048576 samples"),
         ("", "", &method("solver = \"lu\""), "solver = \"lu\""),
         ("", "", &method("solver = \"qr\""), "solver = \"qr\""),
         (
@@ -43,24 +38,14 @@ fn what_is_not_covered_runs_on_faer_or_is_refused() {
             "[[methods]]\nestimator = \"ls\"\nsolver = \"cholesky\"\n",
             "solver = \"cholesky\"",
         ),
-        (
-            "",
-            "",
-            &method("stage10 = \"as-printed\""),
-            "stage10 = \"as-printed\"",
-        ),
+        ("", "", &method("stage10 = \"as-printed\""), "stage10 = \"as-printed\""),
         (
             "",
             "",
             &method("stage10 = \"as-printed-2024\""),
             "stage10 = \"as-printed-2024\"",
         ),
-        (
-            "",
-            "",
-            &method("stabilise = \"reflect\""),
-            "stabilise = \"reflect\"",
-        ),
+        ("", "", &method("stabilise = \"reflect\""), "stabilise = \"reflect\""),
     ] {
         runs_on_faer_or_is_refused(top, settings, more, reason);
     }
@@ -104,8 +89,7 @@ fn runs_on_faer_or_is_refused(top: &str, settings: &str, more: &str, reason: &st
     }
     let refused = Experiment::new(parse(&format!("engine = \"lanes\"\n{text}")));
     let message = refused.err().expect("refused").to_string();
-    let expected =
-        format!("engine: \"lanes\" do not cover {reason} (cell 0); expected \"auto\" or \"faer\"");
+    let expected = format!("engine: \"lanes\" do not cover {reason} (cell 0); expected \"auto\" or \"faer\"");
     assert_eq!(message, expected);
 }
 
@@ -117,16 +101,12 @@ fn what_is_covered_runs_on_lanes_unless_faer_is_asked_for() {
         ("lanes", Engine::Lanes),
         ("faer", Engine::Faer),
     ] {
-        let experiment =
-            Experiment::new(parse(&format!("engine = \"{engine}\"\n{text}"))).expect("a study");
+        let experiment = Experiment::new(parse(&format!("engine = \"{engine}\"\n{text}"))).expect("a study");
         for (index, cell) in experiment.cells.iter().enumerate() {
             assert_eq!(experiment.engine(index).ok(), Some(expected));
             assert!(Plan::new(&experiment, cell).is_ok());
             let worker = Worker::new(&experiment, cell).expect("a worker");
-            assert_eq!(
-                matches!(worker, Worker::Lanes(_)),
-                expected == Engine::Lanes
-            );
+            assert_eq!(matches!(worker, Worker::Lanes(_)), expected == Engine::Lanes);
             assert_eq!(matches!(worker, Worker::Faer(_)), expected == Engine::Faer);
         }
     }
@@ -144,10 +124,7 @@ fn what_is_covered_runs_on_lanes_unless_faer_is_asked_for() {
     assert!(message.contains("(cell 1)"), "{message}");
     let unknown = ExperimentFile::parse(&format!("engine = \"lane\"\n{text}"));
     let message = unknown.expect_err("refused").to_string();
-    assert!(
-        message.contains("'lane'") && message.contains("lanes"),
-        "{message}"
-    );
+    assert!(message.contains("'lane'") && message.contains("lanes"), "{message}");
 }
 
 /// A caller's estimator is nothing that lanes know.

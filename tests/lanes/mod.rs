@@ -149,16 +149,10 @@ fn observers(cases: &mut Vec<Case>) {
         (6, "0.5+0.2i,0.5-0.2i,0.3,0.2,0.1,-0.4"),
         (3, "0.9,0.1,1.02"),
     ] {
-        for gain in [
-            "dead-beat",
-            "scaled:0.5",
-            "scaled:1.0",
-            &format!("poles:{poles}"),
-        ] {
+        for gain in ["dead-beat", "scaled:0.5", "scaled:1.0", &format!("poles:{poles}")] {
             for start in ["x0-hat", "zero"] {
-                let settings = format!(
-                    "window = 61\nhorizon = 190\ngain = \"{gain}\"\nobserver_start = \"{start}\"\neta = 20.0"
-                );
+                let settings =
+                    format!("window = 61\nhorizon = 190\ngain = \"{gain}\"\nobserver_start = \"{start}\"\neta = 20.0");
                 cases.push(Case::all(
                     &format!("gain {gain}, order {order}, {start}"),
                     order,
@@ -170,14 +164,8 @@ fn observers(cases: &mut Vec<Case>) {
     }
     // An observer without feedback on diverging models: it overflows, in part of the trials only its squares do.
     for (horizon, eta) in [(700, 60.0), (3000, 60.0)] {
-        let settings =
-            format!("window = 18\nhorizon = {horizon}\ngain = \"scaled:1.0\"\neta = {eta:?}");
-        cases.push(Case::all(
-            &format!("no feedback, K = {horizon}"),
-            6,
-            &settings,
-            IV,
-        ));
+        let settings = format!("window = 18\nhorizon = {horizon}\ngain = \"scaled:1.0\"\neta = {eta:?}");
+        cases.push(Case::all(&format!("no feedback, K = {horizon}"), 6, &settings, IV));
     }
 }
 
@@ -192,18 +180,11 @@ fn records(cases: &mut Vec<Case>) {
         ("nominal", "eta_over = \"nominal\""),
         ("noise in the window alone", "eta_over = \"window-alone\""),
         ("measured", "eta_of = \"measured\""),
-        (
-            "nominal measured",
-            "eta_over = \"nominal\"\neta_of = \"measured\"",
-        ),
+        ("nominal measured", "eta_over = \"nominal\"\neta_of = \"measured\""),
         ("nearly all noise", "eta_of = \"measured\"\neta = 99.0"),
         ("a start at rest", "x0 = 0.0"),
     ] {
-        let eta = if more.contains("eta =") {
-            ""
-        } else {
-            "eta = 12.0\n"
-        };
+        let eta = if more.contains("eta =") { "" } else { "eta = 12.0\n" };
         let settings = format!("window = 140\nhorizon = 301\n{eta}{more}");
         let noises = "[noises.arma]\nnumerator = [1.0, 0.5]\ndenominator = [1.0, -1.2, 0.5]\n";
         for order in [2, 6] {
@@ -220,10 +201,7 @@ fn records(cases: &mut Vec<Case>) {
 /// Fewer figures, which is other ways through the code.
 fn figures(cases: &mut Vec<Case>) {
     for (name, top) in [
-        (
-            "three figures",
-            "measures = [\"e_a\", \"e_b\", \"e_x_max\"]",
-        ),
+        ("three figures", "measures = [\"e_a\", \"e_b\", \"e_x_max\"]"),
         ("impulse response", "measures = [\"e_a\", \"e_g\"]"),
         ("fresh data", "measures = [\"fit_fresh\"]"),
         ("rms of the state", "measures = [\"rms_x\"]"),
@@ -241,10 +219,7 @@ fn figures(cases: &mut Vec<Case>) {
         ),
     ] {
         for (order, eta, x0) in [(2, 30.0, "1.0"), (6, 60.0, "0.0"), (6, 0.0, "\"plant\"")] {
-            let settings = format!(
-                "window = {}\nhorizon = 120\neta = {eta:?}\nx0 = {x0}",
-                3 * order + 3
-            );
+            let settings = format!("window = {}\nhorizon = 120\neta = {eta:?}\nx0 = {x0}", 3 * order + 3);
             cases.push(Case::new(
                 &format!("{name}, order {order}, eta {eta}"),
                 order,

@@ -35,17 +35,11 @@ fn assert_same(found: &Trials, expected: &Trials, from: usize, what: &str) {
     let rows = expected.rows.iter().skip(from);
     assert_eq!(found.rows.len(), expected.rows.len() - from, "{what}");
     for (found, expected) in found.rows.iter().zip(rows) {
-        assert!(
-            found.same_bits(&expected),
-            "{what}: {found:?} for {expected:?}"
-        );
+        assert!(found.same_bits(&expected), "{what}: {found:?} for {expected:?}");
     }
     let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<u64>>();
     for output in 0..outputs {
-        let (found, expected) = (
-            &found.rows.outputs()[output],
-            &expected.rows.outputs()[output],
-        );
+        let (found, expected) = (&found.rows.outputs()[output], &expected.rows.outputs()[output]);
         let columns = found.parameters().iter().zip(expected.parameters());
         for (found, expected) in columns {
             let expected = &expected[from / outputs..];
@@ -75,12 +69,7 @@ fn check(case: &Case, count: u64) -> (usize, usize) {
         let whole = |how: &str, found: &Trials| {
             assert_same(found, &expected, 0, &what(how));
             assert!(found.curves == expected.curves, "{}: curves", what(how));
-            assert_eq!(
-                found.fallbacks,
-                expected.fallbacks,
-                "{}: fallbacks",
-                what(how)
-            );
+            assert_eq!(found.fallbacks, expected.fallbacks, "{}: fallbacks", what(how));
         };
         whole("whole", &run(&experiment, isa, parts(0, count, count)));
         for size in [1, 3, 7, 13] {
@@ -90,21 +79,14 @@ fn check(case: &Case, count: u64) -> (usize, usize) {
             );
         }
         // The same buffers serve other trials first.
-        let mut pack = Plan::new(&experiment, &experiment.cells[0])
-            .expect("covered")
-            .pack(isa);
+        let mut pack = Plan::new(&experiment, &experiment.cells[0]).expect("covered").pack(isa);
         pack.run_into(1000..1011, &mut empty(&experiment));
         let mut again = empty(&experiment);
         pack.run_into(0..count, &mut again);
         whole("used", &again);
         for from in [1, 5, 11] {
             let found = run(&experiment, isa, parts(from, count, count));
-            assert_same(
-                &found,
-                &expected,
-                from as usize * outputs,
-                &what("from an odd trial"),
-            );
+            assert_same(&found, &expected, from as usize * outputs, &what("from an odd trial"));
             let found = run(&experiment, isa, parts(from, count, 3));
             assert_same(
                 &found,

@@ -64,8 +64,7 @@ fn innovations_are_white_if_the_covariances_are_right() {
 /// The same errors whatever the speed and the current are measured in, and the same test of the innovations.
 #[test]
 fn units_of_the_states_do_not_matter() {
-    let found =
-        |experiment: &Experiment, index: usize| -> CellSummary { summary(experiment, index, 20) };
+    let found = |experiment: &Experiment, index: usize| -> CellSummary { summary(experiment, index, 20) };
     let plain = study(|text| text);
     for [i, j] in [[3_i32, -4], [20, 11], [-30, 30]].map(|powers| powers.map(|e| 2_f64.powi(e))) {
         let scaled = study(|text| {
@@ -109,20 +108,14 @@ fn discrete_states_and_noise_on_the_input() {
                 [settings]\nplant = \"PLANT\"\nnoise = \"white\"\nx0 = X0\nETA\nwindow = 20\nhorizon = 60\n\
                 [[methods]]\nestimator = \"known\"\nobserver = \"kalman\"";
     let run = |plant: &str, x0: &str, eta: &str| {
-        let text = text
-            .replace("PLANT", plant)
-            .replace("X0", x0)
-            .replace("ETA", eta);
+        let text = text.replace("PLANT", plant).replace("X0", x0).replace("ETA", eta);
         let experiment = Experiment::new(ExperimentFile::parse(&text).unwrap()).unwrap();
         summary(&experiment, 0, 200).outputs[0].measures[&Measure::RmsState].rmse
     };
     let by_covariances = "eta = 0\nprocess_noise = \"motor\"";
     let own = run("own", "1", by_covariances);
     let same = run("same", "1", by_covariances);
-    assert!(
-        (own.value / same.value - 1.0).abs() < 1e-12,
-        "{own:?} {same:?}"
-    );
+    assert!((own.value / same.value - 1.0).abs() < 1e-12, "{own:?} {same:?}");
     // Noise on the measured input drives the plant in the same way, seen from the filter.
     let by_settings = "eta = 30\neta_over = \"absolute\"\ninput_noise = 2.5\namplitude = 10";
     let measured = run("own", "1", by_settings);
@@ -139,14 +132,13 @@ fn discrete_states_and_noise_on_the_input() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn mistakes_are_told_by_key() {
     let refused = |from: &str, to: &str| {
         assert!(STUDY.contains(from), "{from}");
         let text = STUDY.replacen(from, to, 1);
         let made = ExperimentFile::parse(&text).map(Experiment::new);
-        made.and_then(|made| made.map(|_| ()))
-            .unwrap_err()
-            .to_string()
+        made.and_then(|made| made.map(|_| ())).unwrap_err().to_string()
     };
     let q = "Q = [[2, 0.2], [0.2, 0.1]]";
     for (from, to, expected) in [
@@ -196,11 +188,7 @@ fn mistakes_are_told_by_key() {
             "S = [0.025]",
             "covariances.correlated.S: expected 2 finite numbers",
         ),
-        (
-            "R = 0.03\nS",
-            "S",
-            "covariances.correlated.S: expected R beside it",
-        ),
+        ("R = 0.03\nS", "S", "covariances.correlated.S: expected R beside it"),
         (
             "\"torque\", ",
             "\"torqe\", ",

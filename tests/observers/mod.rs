@@ -10,15 +10,12 @@ use asobench::estimator::initial_state::InitialState;
 use asobench::estimator::{FailureKind, Stage, Window};
 use asobench::metric::Estimate;
 use asobench::observer::{
-    DiscreteGpebo, Kalman, MeasurementNoise, ObservedModel, ProcessNoise, StochasticModel,
-    ThetaEstimator,
+    DiscreteGpebo, Kalman, MeasurementNoise, ObservedModel, ProcessNoise, StochasticModel, ThetaEstimator,
 };
 use asobench::plant::StateSpace;
 use asobench::signal::{Input, InputLaw, LevelOver, LevelReading, Sequence};
 use asobench::study::file::{ExperimentFile, Key};
-use asobench::study::{
-    Cell, CellSummary, CellTally, Engine, Experiment, Measure, Trial, Trials, Worker,
-};
+use asobench::study::{Cell, CellSummary, CellTally, Engine, Experiment, Measure, Trial, Trials, Worker};
 
 const SEED: u64 = 2023;
 const STUDY: &str = include_str!("../../experiments/observer-comparison.toml");
@@ -31,9 +28,7 @@ fn settings(process_noise: f64, x0_deviation: f64) -> ProcessSettings {
         ..LevelReading::default()
     };
     ProcessSettings {
-        plant: StateSpace::new(vec![-0.7, 1.5], vec![1.0, 2.0])
-            .unwrap()
-            .into(),
+        plant: StateSpace::new(vec![-0.7, 1.5], vec![1.0, 2.0]).unwrap().into(),
         x0: vec![1.0, -2.0],
         x0_deviation,
         input: Input::new(InputLaw::Signs, 1.0, Sequence::Independent),
@@ -109,11 +104,7 @@ fn the_nominal_noise_level_holds_the_process_noise() {
     let last: Vec<f64> = records.iter().map(|record| record.y0[199]).collect();
     let z = in_standard_errors(&last, expected);
     assert!(z.abs() < 4.0, "{z}");
-    assert!(
-        records
-            .iter()
-            .all(|record| record.scale == 0.1 * expected.sqrt())
-    );
+    assert!(records.iter().all(|record| record.scale == 0.1 * expected.sqrt()));
 }
 
 #[test]
@@ -133,8 +124,7 @@ fn initial_states_are_drawn_about_the_stated_one() {
 /// it.
 #[test]
 fn disturbances_leave_input_and_noise_alone() {
-    let [plain, disturbed, twice] =
-        [(0.0, 0.0), (0.3, 1.0), (0.6, 1.0)].map(|(q, d)| records(q, d, 1).remove(0));
+    let [plain, disturbed, twice] = [(0.0, 0.0), (0.3, 1.0), (0.6, 1.0)].map(|(q, d)| records(q, d, 1).remove(0));
     assert_eq!((&plain.u, &plain.f), (&disturbed.u, &disturbed.f));
     assert_ne!(plain.y0, disturbed.y0);
     assert_eq!(disturbed.truth.x0, twice.truth.x0);
@@ -168,11 +158,7 @@ fn summary(experiment: &Experiment, index: usize, trials: u64) -> CellSummary {
         .unwrap()
         .run_into(0..trials, &mut all)
         .unwrap();
-    CellSummary::new(
-        experiment,
-        index,
-        &CellTally::from_trials(experiment, cell, &mut all),
-    )
+    CellSummary::new(experiment, index, &CellTally::from_trials(experiment, cell, &mut all))
 }
 
 fn rmse_ratio(cell: &CellSummary, first: &str, second: &str) -> Estimate {
@@ -242,22 +228,14 @@ fn stated_error(cell: &Cell) -> f64 {
 /// For every colour of the measurement noise: the augmented states and the variance of the noise are right.
 #[test]
 fn the_errors_of_the_filter_are_those_of_the_riccati_equation() {
-    let experiment = study(&[
-        "process_noise=[0.1, 0.5]",
-        "scored_from=window",
-        "exclude=[]",
-    ]);
+    let experiment = study(&["process_noise=[0.1, 0.5]", "scored_from=window", "exclude=[]"]);
     for (index, cell) in experiment.cells.iter().enumerate() {
         let found = summary(&experiment, index, 60);
         let expected = stated_error(cell);
         for label in [BEST, "known observer=kalman"] {
             let rms = found.output(label).unwrap().measures[&Measure::RmsState].rmse;
             let z = (rms.value - expected) / rms.mcse;
-            assert!(
-                z.abs() < 4.0,
-                "{:?} {label}: {rms:?}, {expected}",
-                cell.settings
-            );
+            assert!(z.abs() < 4.0, "{:?} {label}: {rms:?}, {expected}", cell.settings);
         }
     }
 }
@@ -292,8 +270,7 @@ fn settings_at_their_defaults_are_left_out_of_the_design() {
     for key in [Key::ProcessNoise, Key::X0Deviation, Key::ScoredFrom] {
         assert!(!plain.file.settings.contains_key(&key));
     }
-    let described =
-        |experiment: &Experiment| experiment.cells[0].discrete().unwrap().process.describe();
+    let described = |experiment: &Experiment| experiment.cells[0].discrete().unwrap().process.describe();
     assert!(described(&plain).get("process_noise").is_none());
     assert_eq!(described(&other)["process_noise"], 0.1);
 }
@@ -343,17 +320,10 @@ fn what_an_observer_cannot_serve_is_refused_in_one_line() {
             format!("{nominal}plant = \"random\"\n{known}"),
             "one plant for all trials",
         ),
-        (
-            format!("{nominal}order = 5\n{known}"),
-            "of the setting's order",
-        ),
+        (format!("{nominal}order = 5\n{known}"), "of the setting's order"),
     ] {
         let file = ExperimentFile::parse(&text);
-        let error = file
-            .and_then(Experiment::new)
-            .err()
-            .expect(&text)
-            .to_string();
+        let error = file.and_then(Experiment::new).err().expect(&text).to_string();
         assert!(error.contains(part), "{text}: {error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
@@ -428,11 +398,7 @@ fn filters_of_exact_outputs_and_of_noisy_inputs() {
     let input_alone = [[0.0625, 0.125], [0.125, 0.25]];
     for (settings, q, r) in [
         ("eta = 0\nprocess_noise = 0.2", states, 0.0),
-        (
-            "eta = 0\nprocess_noise = 0.2\ninput_noise = 25",
-            with_input,
-            0.0,
-        ),
+        ("eta = 0\nprocess_noise = 0.2\ninput_noise = 25", with_input, 0.0),
         (
             "eta = 30\neta_over = \"absolute\"\nprocess_noise = 0.2\ninput_noise = 25\nnoise = \"white\"",
             with_input,
@@ -531,10 +497,7 @@ fn stage_6_is_the_least_squares_of_gpebo() {
             let size = norm(&mut x0.iter().copied());
             // The recursion's rounding: P begins at 1 / rho.
             let rounding = 1e2 * f64::EPSILON / rho;
-            assert!(
-                distance <= size * (rho + rounding),
-                "n = {n}, rho = {rho}: {distance}"
-            );
+            assert!(distance <= size * (rho + rounding), "n = {n}, rho = {rho}: {distance}");
             assert!(size > 0.5, "{size}");
         }
     }

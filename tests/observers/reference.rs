@@ -1,8 +1,8 @@
 //! Filters and GPEBO against `reference.py`.
 
 use asobench::observer::{
-    DiscreteGpebo, Kalman, MeasurementNoise, ObservedModel, ProcessNoise, StochasticModel,
-    ThetaEstimator, maximum_likelihood_ratio,
+    DiscreteGpebo, Kalman, MeasurementNoise, ObservedModel, ProcessNoise, StochasticModel, ThetaEstimator,
+    maximum_likelihood_ratio,
 };
 use serde_json::Value;
 
@@ -32,8 +32,7 @@ fn kalman_filters_of_coloured_noise() {
     let (at, cases) = cases("kalman");
     assert_eq!(cases.len(), 3);
     for case in cases {
-        let [a, b, x0, c, d, u, y] =
-            ["a", "b", "x0", "c", "d", "u", "y"].map(|key| numbers(&case[key]));
+        let [a, b, x0, c, d, u, y] = ["a", "b", "x0", "c", "d", "u", "y"].map(|key| numbers(&case[key]));
         let noise = MeasurementNoise {
             numerator: &c,
             denominator: &d,
@@ -46,26 +45,16 @@ fn kalman_filters_of_coloured_noise() {
             let cost = kalman.log_likelihood(&u, &y, &x0).unwrap().minus_two_log;
             close(&[cost], &[filter["minus_two_log"].as_f64().unwrap()], 1e-10);
             let mut states = vec![];
-            kalman
-                .run(&u, &y, &x0, |_, x| states.push(x.to_vec()))
-                .unwrap();
+            kalman.run(&u, &y, &x0, |_, x| states.push(x.to_vec())).unwrap();
             for (k, exact) in at.iter().zip(filter["xhat"].as_array().unwrap()) {
                 close(&states[*k], &numbers(exact), 1e-9);
             }
         }
-        let model = ObservedModel {
-            a: &a,
-            b: &b,
-            x0: &x0,
-        };
+        let model = ObservedModel { a: &a, b: &b, x0: &x0 };
         let found = maximum_likelihood_ratio(model, &u, &y, ProcessNoise::States, noise, None);
         let (found, best) = (found.unwrap(), &case["best"]);
         let [rho, cost] = ["rho", "minus_two_log"].map(|key| best[key].as_f64().unwrap());
-        assert!(
-            (found.rho / rho).log10().abs() < 1e-5,
-            "{} {rho}",
-            found.rho
-        );
+        assert!((found.rho / rho).log10().abs() < 1e-5, "{} {rho}", found.rho);
         close(&[found.likelihood.minus_two_log], &[cost], 1e-10);
     }
 }
@@ -76,11 +65,7 @@ fn gpebo_in_discrete_time() {
     assert_eq!(cases.len(), 4);
     for case in cases {
         let [a, b, x0, u, y] = ["a", "b", "x0", "u", "y"].map(|key| numbers(&case[key]));
-        let model = ObservedModel {
-            a: &a,
-            b: &b,
-            x0: &x0,
-        };
+        let model = ObservedModel { a: &a, b: &b, x0: &x0 };
         let [gamma, rho] = ["gamma", "rho"].map(|key| case[key].as_f64().unwrap());
         for (by, exact) in [
             (ThetaEstimator::Drem(gamma), &case["drem"]),

@@ -3,8 +3,8 @@
 use super::records;
 use asobench::estimator::{EstimatorName, Method, Pass, Shape, Window};
 use asobench::observer::{
-    DiscreteGpebo, Gain, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer,
-    ProcessNoise, StochasticModel, ThetaEstimator, maximum_likelihood_ratio,
+    DiscreteGpebo, Gain, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ProcessNoise,
+    StochasticModel, ThetaEstimator, maximum_likelihood_ratio,
 };
 use faer::Mat;
 use serde_json::Map;
@@ -17,11 +17,7 @@ const D: [f64; 2] = [1.0, -0.6];
 fn estimates([u, y]: [&[f64]; 2], [of_u, of_y]: [f64; 2]) -> Vec<(String, Vec<f64>)> {
     let b = [1.0, 2.0].map(|b| b * of_y / of_u);
     let x0 = [1.0, -2.0].map(|x| x * of_y);
-    let model = ObservedModel {
-        a: &A,
-        b: &b,
-        x0: &x0,
-    };
+    let model = ObservedModel { a: &A, b: &b, x0: &x0 };
     let mut all = vec![];
     for text in ["dead-beat", "scaled:0.5", "poles:0.3+0.2i,0.3-0.2i"] {
         let mut found = vec![];
@@ -52,9 +48,7 @@ fn estimates([u, y]: [&[f64]; 2], [of_u, of_y]: [f64; 2]) -> Vec<(String, Vec<f6
         let steady = Kalman::steady(&stochastic);
         for (gains, filter) in [("steady", steady), ("varying", varying)] {
             let mut found = vec![];
-            let run = filter
-                .unwrap()
-                .run(u, y, &x0, |_, x| found.extend_from_slice(x));
+            let run = filter.unwrap().run(u, y, &x0, |_, x| found.extend_from_slice(x));
             run.unwrap();
             all.push((format!("{colour} {gains}"), found));
         }
@@ -71,9 +65,7 @@ fn estimates([u, y]: [&[f64]; 2], [of_u, of_y]: [f64; 2]) -> Vec<(String, Vec<f6
     let gains = GainSequence::without_measurement_noise(&exact, p0.as_ref(), Some(u.len()));
     let mut found = vec![];
     let mut filter = Kalman::new(&exact, gains.unwrap().into());
-    filter
-        .run(u, y, &x0, |_, x| found.extend_from_slice(x))
-        .unwrap();
+    filter.run(u, y, &x0, |_, x| found.extend_from_slice(x)).unwrap();
     all.push(("exact output".to_owned(), found));
     all
 }
@@ -104,10 +96,7 @@ fn assert_same(what: &str, found: &[f64], expected: &[f64], unit: f64) {
     let size = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     for (found, expected) in found.iter().zip(expected) {
         let off = (found / unit - expected).abs();
-        assert!(
-            off <= 1e-9 * size,
-            "{what}: {found:e} / {unit:e} for {expected:e}"
-        );
+        assert!(off <= 1e-9 * size, "{what}: {found:e} / {unit:e} for {expected:e}");
     }
 }
 

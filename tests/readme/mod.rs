@@ -36,11 +36,7 @@ fn the_verdicts_of_the_papers_sentences_are_the_committed_ones() {
     let verdicts: Vec<Vec<&str>> = claims
         .lines()
         .filter(|line| line.starts_with('|'))
-        .map(|line| {
-            line.split(" | ")
-                .map(|cell| cell.trim_matches(['|', ' ']))
-                .collect()
-        })
+        .map(|line| line.split(" | ").map(|cell| cell.trim_matches(['|', ' '])).collect())
         .collect();
     let numbers = read("results/report/tables/claims.csv");
     let numbers: Vec<Vec<String>> = numbers.lines().map(prose::fields).collect();
@@ -80,9 +76,7 @@ fn every_claim_of_a_paper_is_among_its_sentences() {
             };
             let (id, source) = (value("id = "), value("source = "));
             if !source.starts_with("the same sentence") {
-                let names = ["Nikolov", "Bobtsov"]
-                    .iter()
-                    .any(|name| source.contains(name));
+                let names = ["Nikolov", "Bobtsov"].iter().any(|name| source.contains(name));
                 let is_ours = source.starts_with("own:") || source.starts_with("erratum");
                 is_of_paper = names && !is_ours;
             }
@@ -104,20 +98,13 @@ fn the_table_of_estimators_is_the_programs() {
     let names = printed.lines().filter(|line| !line.starts_with(' '));
     let names = names.filter_map(|line| Some(line.split_once(": ")?.0));
     let page = read("docs/methods.md");
-    let first = |row: &str| {
-        row.strip_prefix("| `")?
-            .split(" | ")
-            .next()
-            .map(str::to_owned)
-    };
+    let first = |row: &str| row.strip_prefix("| `")?.split(" | ").next().map(str::to_owned);
     let table: Vec<String> = page.lines().filter_map(first).collect();
     let mut seen = 0;
     for name in names.filter(|name| *name != "command") {
-        let row = table.iter().find(|cell| {
-            cell.trim_end_matches('`')
-                .split("`, `")
-                .any(|of| of == name)
-        });
+        let row = table
+            .iter()
+            .find(|cell| cell.trim_end_matches('`').split("`, `").any(|of| of == name));
         assert!(row.is_some(), "{name}");
         seen += 1;
     }
@@ -148,9 +135,7 @@ fn the_reference_of_keys_is_the_programs() {
     }
     let links = page.split("](").skip(1);
     for link in links.filter_map(|rest| rest.split([')', '#']).next()) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("docs")
-            .join(link);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs").join(link);
         assert!(path.exists(), "{link}");
     }
     let cells = |row: &str| row.replace("\\|", "").matches('|').count();
@@ -183,10 +168,7 @@ fn pages() -> Vec<String> {
 #[test]
 fn links_lead_somewhere() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let pages: Vec<String> = pages()
-        .into_iter()
-        .chain(["CONTRIBUTING.md".to_owned()])
-        .collect();
+    let pages: Vec<String> = pages().into_iter().chain(["CONTRIBUTING.md".to_owned()]).collect();
     assert!(pages.len() > 10);
     for page in pages {
         let text = read(&page);

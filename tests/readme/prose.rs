@@ -54,9 +54,8 @@ const TERMS: [&str; 3] = ["10 % band", "four passes", "Four passes"];
 
 /// Numbers in words, but those that are pronouns and articles too.
 const WORDS: [&str; 21] = [
-    "half", "third", "quarter", "fifth", "tenth", "twice", "thrice", "three", "four", "five",
-    "six", "seven", "eight", "nine", "ten", "twelve", "twenty", "dozen", "hundred", "thousand",
-    "million",
+    "half", "third", "quarter", "fifth", "tenth", "twice", "thrice", "three", "four", "five", "six", "seven", "eight",
+    "nine", "ten", "twelve", "twenty", "dozen", "hundred", "thousand", "million",
 ];
 
 /// Units of what is not a result: the time that a command takes.
@@ -137,9 +136,7 @@ fn without(text: &str, from: &str, to: &str) -> String {
             continue;
         }
         let inner = start + from.len();
-        let end = rest[inner..]
-            .find(to)
-            .expect("an end of code, a link or a picture");
+        let end = rest[inner..].find(to).expect("an end of code, a link or a picture");
         kept.push_str(&rest[..start]);
         kept.push(' ');
         rest = &rest[inner + end + to.len()..];
@@ -150,10 +147,7 @@ fn without(text: &str, from: &str, to: &str) -> String {
 fn tokens(prose: &str) -> Vec<Token> {
     let mut tokens = Vec::new();
     let words = |text: &str, tokens: &mut Vec<Token>| {
-        tokens.extend(
-            text.split_whitespace()
-                .map(|word| Token::Word(word.to_owned())),
-        );
+        tokens.extend(text.split_whitespace().map(|word| Token::Word(word.to_owned())));
     };
     let mut parts = prose.split("<!--");
     words(parts.next().unwrap_or_default(), &mut tokens);
@@ -191,11 +185,7 @@ fn is_setting(tokens: &[Token], at: usize) -> bool {
 }
 
 /// The mistakes in the numbers and marks of a section.
-fn mistakes(
-    prose: &str,
-    has_results: bool,
-    value: &dyn Fn(&str) -> Result<f64, String>,
-) -> Vec<String> {
+fn mistakes(prose: &str, has_results: bool, value: &dyn Fn(&str) -> Result<f64, String>) -> Vec<String> {
     let tokens = tokens(prose);
     let mut wrong = Vec::new();
     let mut used = 0;
@@ -209,17 +199,12 @@ fn mistakes(
                 wrong.extend(compare(&shown, mark, value).err());
             }
             _ if has_results && !is_setting(&tokens, at) => {
-                wrong.push(format!(
-                    "'{word}' does not say where it stands in the results"
-                ));
+                wrong.push(format!("'{word}' does not say where it stands in the results"));
             }
             _ => {}
         }
     }
-    let marks = tokens
-        .iter()
-        .filter(|token| matches!(token, Token::Mark(_)))
-        .count();
+    let marks = tokens.iter().filter(|token| matches!(token, Token::Mark(_))).count();
     if used < marks {
         wrong.push(format!("{} comments follow no number", marks - used));
     }
@@ -227,15 +212,9 @@ fn mistakes(
 }
 
 /// Whether a value, rounded to the decimals that are shown, is what is shown.
-fn compare(
-    shown: &str,
-    mark: &str,
-    value: &dyn Fn(&str) -> Result<f64, String>,
-) -> Result<(), String> {
+fn compare(shown: &str, mark: &str, value: &dyn Fn(&str) -> Result<f64, String>) -> Result<(), String> {
     let found = value(mark)?;
-    let decimals = shown
-        .split_once('.')
-        .map_or(0, |(_, decimals)| decimals.len());
+    let decimals = shown.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let limit = 0.5 * 0.1_f64.powi(i32::try_from(decimals).expect("few decimals"));
     let number: f64 = shown
         .parse()
@@ -249,9 +228,7 @@ fn compare(
 
 /// The value that a mark tells of.
 fn value(mark: &str) -> Result<f64, String> {
-    let (file, place) = mark
-        .split_once(": ")
-        .ok_or(format!("'{mark}': expected FILE: PLACE"))?;
+    let (file, place) = mark.split_once(": ").ok_or(format!("'{mark}': expected FILE: PLACE"))?;
     if let Some(name) = file.strip_suffix(".csv") {
         cell(&read(&format!("results/report/tables/{name}.csv")), place)
     } else {
@@ -264,10 +241,7 @@ fn value(mark: &str) -> Result<f64, String> {
 fn counted(page: &str, of: &str) -> Option<f64> {
     let rows = page.lines().filter(|line| line.starts_with("| "));
     let rows: Vec<&str> = rows.skip(2).collect();
-    let studies: BTreeSet<&str> = rows
-        .iter()
-        .filter_map(|row| row.rsplit(" | ").next())
-        .collect();
+    let studies: BTreeSet<&str> = rows.iter().filter_map(|row| row.rsplit(" | ").next()).collect();
     match of {
         "number of claims" => Some(rows.len() as f64),
         "number of studies" => Some(studies.len() as f64),
@@ -279,9 +253,7 @@ fn counted(page: &str, of: &str) -> Option<f64> {
 fn quoted(text: &str, words: &str) -> Result<f64, String> {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let mut found = text.match_indices(words);
-    let (at, _) = found
-        .next()
-        .ok_or(format!("'{words}' does not stand there"))?;
+    let (at, _) = found.next().ok_or(format!("'{words}' does not stand there"))?;
     let rest = &text[at + words.len()..];
     let mut next = rest.chars();
     let goes_further = match next.next() {
@@ -295,9 +267,7 @@ fn quoted(text: &str, words: &str) -> Result<f64, String> {
     let number = number.and_then(|number| number.parse().ok());
     number
         .filter(|_| !goes_further && found.next().is_none())
-        .ok_or(format!(
-            "'{words}' does not end with a number, or is not there once"
-        ))
+        .ok_or(format!("'{words}' does not end with a number, or is not there once"))
 }
 
 /// The value in a table: `ROW: COLUMN`, `ROW: least COLUMN`, `ROW: greatest COLUMN`.
@@ -318,9 +288,7 @@ fn cell(table: &str, place: &str) -> Result<f64, String> {
         let mut pairs = wanted.iter().zip(cells);
         wanted.len() <= cells.len() && pairs.all(|(wanted, cell)| wanted == "*" || wanted == cell)
     };
-    let values = lines
-        .filter(is_it)
-        .map(|cells| cells[column].parse::<f64>());
+    let values = lines.filter(is_it).map(|cells| cells[column].parse::<f64>());
     let values: Result<Vec<f64>, _> = values.collect();
     let values = values.map_err(|_| format!("'{place}' is not a number"))?;
     match (extreme, values.as_slice()) {
@@ -353,9 +321,8 @@ fn every_result_in_prose_is_a_committed_one() {
     let mut wrong = Vec::new();
     for page in super::pages() {
         for section in sections(&read(&page), &committed) {
-            let is_listed = |exempt: &&(&str, &str)| {
-                exempt.0 == page && (exempt.1 == "*" || exempt.1 == section.heading)
-            };
+            let is_listed =
+                |exempt: &&(&str, &str)| exempt.0 == page && (exempt.1 == "*" || exempt.1 == section.heading);
             let listed = WITHOUT_RESULTS.iter().find(is_listed);
             seen.extend(listed);
             let found = mistakes(&section.prose, listed.is_none(), &value);
@@ -397,10 +364,7 @@ fn numbers_without_a_mark_and_wrong_ones_are_found() {
         ("much<!-- to 4.14 -->", "follow no number"),
     ] {
         let found = mistakes(prose, true, &value);
-        assert!(
-            found.len() == 1 && found[0].contains(message),
-            "{prose}: {found:?}"
-        );
+        assert!(found.len() == 1 && found[0].contains(message), "{prose}: {found:?}");
     }
     let page = "# A\n`5` ![5 %](5.svg) [C2](5.md)\n\n    5\n```\n5\n```\n| 5 |\n## B\n1. 6\n";
     let found = sections(page, "| 5 |");

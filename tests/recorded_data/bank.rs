@@ -57,11 +57,7 @@ fn take(flags: &mut Vec<String>, advice: &str) -> bool {
     let mut changed = false;
     for pair in words.windows(2).filter(|pair| TAKEN.contains(&pair[0])) {
         // Of the ways to treat missing samples the one that leaves out least.
-        let value = if pair[0] == "--missing" {
-            "equations"
-        } else {
-            pair[1]
-        };
+        let value = if pair[0] == "--missing" { "equations" } else { pair[1] };
         match flags.iter().position(|flag| flag == pair[0]) {
             Some(place) if flags[place + 1] == value => {}
             Some(place) => {
@@ -79,18 +75,11 @@ fn take(flags: &mut Vec<String>, advice: &str) -> bool {
 
 /// Empties the last cell, that of y, of the lines that a hint on outliers names. Returns whether there are any.
 fn empty(path: &Path, advice: &str) -> bool {
-    let Some((_, rest)) = advice
-        .split_once(", line ")
-        .filter(|_| advice.contains(", y = "))
-    else {
+    let Some((_, rest)) = advice.split_once(", line ").filter(|_| advice.contains(", y = ")) else {
         return false;
     };
-    let others = rest
-        .split_once("so have lines ")
-        .or(rest.split_once("so has line "));
-    let others = others.map_or("", |(_, lines)| {
-        lines.split([':', 'a']).next().unwrap_or_default()
-    });
+    let others = rest.split_once("so have lines ").or(rest.split_once("so has line "));
+    let others = others.map_or("", |(_, lines)| lines.split([':', 'a']).next().unwrap_or_default());
     let numbers = rest.split(',').take(1).chain(others.split(','));
     let text = std::fs::read_to_string(path).expect("a file");
     let mut lines: Vec<String> = text.split('\n').map(str::to_owned).collect();
@@ -114,11 +103,7 @@ fn error(case: &Case, estimate: &Value) -> f64 {
         list.filter_map(Value::as_f64).collect()
     };
     // B(1) over what F(q) / (1 - q^-1) is at q = 1: minus the derivative of F in q^-1, for a pole at 1.
-    let slope: f64 = numbers("F")
-        .iter()
-        .zip(0..)
-        .map(|(f, i)| f64::from(i) * f)
-        .sum();
+    let slope: f64 = numbers("F").iter().zip(0..).map(|(f, i)| f64::from(i) * f).sum();
     numbers("B").iter().sum::<f64>() / -slope / case.ts - case.gain
 }
 
@@ -149,11 +134,7 @@ fn a_follower_of_hints_ends_at_the_truth() {
             }
             (last, advice) = ask(folder.path(), &flags);
         }
-        let off = |estimate: &Option<Value>| {
-            estimate
-                .as_ref()
-                .map_or(f64::INFINITY, |of| error(case, of).abs())
-        };
+        let off = |estimate: &Option<Value>| estimate.as_ref().map_or(f64::INFINITY, |of| error(case, of).abs());
         // Records without noise are right to the digits of their numbers.
         let within = 3.0 * case.gain_se + 1e-9 * case.gain.abs();
         let (begin, end) = (off(&first), off(&last));
@@ -170,9 +151,6 @@ fn a_follower_of_hints_ends_at_the_truth() {
             further.push(case.id);
         }
     }
-    assert!(
-        further.is_empty(),
-        "ended further off than they began: {further:?}"
-    );
+    assert!(further.is_empty(), "ended further off than they began: {further:?}");
     assert!(right >= 36, "{right} of 40");
 }

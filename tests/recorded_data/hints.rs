@@ -45,8 +45,7 @@ impl Plant {
     fn record(&self, seed: u64, n: usize, cut: usize) -> String {
         let mut noise = Noise(seed);
         let (mut u, mut y, mut e) = (vec![], vec![], vec![]);
-        let before =
-            |signal: &[f64], k: usize, lag: usize| if k < lag { 0.0 } else { signal[k - lag] };
+        let before = |signal: &[f64], k: usize, lag: usize| if k < lag { 0.0 } else { signal[k - lag] };
         for k in 0..n {
             e.push(self.sd * noise.next());
             let reference = noise.next();
@@ -61,11 +60,7 @@ impl Plant {
                 now -= a * before(&y, k, lag + 1);
             }
             y.push(now);
-            u.push(if self.step {
-                1.0
-            } else {
-                reference - self.gain * now
-            });
+            u.push(if self.step { 1.0 } else { reference - self.gain * now });
         }
         let mut text = "u,y\n".to_owned();
         for (u, y) in u.iter().zip(&y).skip(cut) {
@@ -137,19 +132,13 @@ fn hints_and_statuses() {
     let text = [
         said(&integrator.record(1, 500, 0), &arx),
         said(&cut, &["--estimator", "oe", "--order", "2"]),
-        said(
-            &cut,
-            &["--estimator", "oe", "--order", "2", "--initial", "estimate"],
-        ),
+        said(&cut, &["--estimator", "oe", "--order", "2", "--initial", "estimate"]),
         said(&step, &arx),
         said(&step, &["--estimator", "oe", "--order", "2"]),
         said(&closed_loop, &["--estimator", "iv4", "--order", "1"]),
         said(&closed_loop, &["--estimator", "oe", "--order", "1"]),
         said(&zero_at_one.record(5, 300, 0), &armax),
-        said(
-            &loud(6.0).record(27, 60, 0),
-            &["--estimator", "sriv", "--order", "2"],
-        ),
+        said(&loud(6.0).record(27, 60, 0), &["--estimator", "sriv", "--order", "2"]),
         said(&loud(20.0).record(3, 40, 0), &iv4),
     ];
     insta::assert_snapshot!(text.concat());
@@ -185,10 +174,7 @@ fn excitation_exactness_and_outliers_are_said() {
     let binary = |k: usize| white[k].signum();
     let oe = ["--estimator", "oe", "--order", "2"];
     let text = said(&exact(binary, same), &oe);
-    assert!(
-        text.contains("fit to the rounding of the record's numbers"),
-        "{text}"
-    );
+    assert!(text.contains("fit to the rounding of the record's numbers"), "{text}");
     assert!(!text.contains("white") && !text.contains("hint"), "{text}");
     let mut more = Noise(59);
     let errors: Vec<f64> = (0..200).map(|_| 0.1 * more.next()).collect();
@@ -206,14 +192,8 @@ fn excitation_exactness_and_outliers_are_said() {
         text.contains("u acts at once (nk = 0: --delay 0), or a controller"),
         "{text}"
     );
-    let with_direct = said(
-        &direct,
-        &["--estimator", "oe", "--order", "2", "--delay", "0"],
-    );
+    let with_direct = said(&direct, &["--estimator", "oe", "--order", "2", "--delay", "0"]);
     assert!(with_direct.contains("no sign of feedback"), "{with_direct}");
-    let table = said(
-        &direct,
-        &["--estimator", "oe", "--order", "2", "--delay", "0:2"],
-    );
+    let table = said(&direct, &["--estimator", "oe", "--order", "2", "--delay", "0:2"]);
     assert!(table.contains("exit 0"), "{table}");
 }

@@ -64,9 +64,8 @@ fn the_reference_values_of_every_method() {
         let (name, found) = (&case["name"], estimate(case));
         assert_eq!(found["status"], "ok", "{name}");
         let model = &found["model"];
-        let polynomial = |key: &str, skip: usize| -> Vec<f64> {
-            numbers(&model[key]).expect("a polynomial").split_off(skip)
-        };
+        let polynomial =
+            |key: &str, skip: usize| -> Vec<f64> { numbers(&model[key]).expect("a polynomial").split_off(skip) };
         let delay = size(&case["orders"]["nk"]);
         let theta = [
             polynomial("A", 1),
@@ -79,19 +78,13 @@ fn the_reference_values_of_every_method() {
         let vector = |what: &str, found: &[f64], expected: &Value| {
             let expected = numbers(expected).expect("numbers");
             let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-            let allowed = tolerance[format!("{what}_rel")]
-                .as_f64()
-                .expect("a tolerance");
+            let allowed = tolerance[format!("{what}_rel")].as_f64().expect("a tolerance");
             let error = distance(found, &expected) / largest;
             assert!(error <= allowed, "{name} {what}: {error:e}");
         };
         vector("theta", &theta.concat(), &expected["theta"]);
         if !expected["se"].is_null() {
-            vector(
-                "se",
-                &numbers(&found["se"]).expect("standard errors"),
-                &expected["se"],
-            );
+            vector("se", &numbers(&found["se"]).expect("standard errors"), &expected["se"]);
         }
         let scalar = |found: &Value, expected: &Value, allowed: f64| {
             let (Some(found), Some(expected)) = (found.as_f64(), expected.as_f64()) else {
@@ -151,10 +144,7 @@ fn instrumental_variables_of_other_programs() {
         let theta = [&a[1..], &b[nk..]].concat();
         let expected = numbers(&case["expected"]["theta"]).expect("theta");
         let worst = distance(&theta, &expected);
-        assert!(
-            worst <= case["tol"].as_f64().expect("a tolerance"),
-            "{name}: {worst:e}"
-        );
+        assert!(worst <= case["tol"].as_f64().expect("a tolerance"), "{name}: {worst:e}");
     }
 }
 
@@ -166,13 +156,8 @@ fn orders_are_chosen_as_by_another_program() {
     for case in file["orders"].as_array().expect("cases") {
         let name = &case["name"];
         let path = folder().join(case["data"].as_str().expect("a file"));
-        let mut record =
-            csv::read(std::fs::File::open(path).expect("a record")).expect("a valid record");
-        let detrend: Detrend = case["detrend"]
-            .as_str()
-            .expect("a name")
-            .parse()
-            .expect("detrend");
+        let mut record = csv::read(std::fs::File::open(path).expect("a record")).expect("a valid record");
+        let detrend: Detrend = case["detrend"].as_str().expect("a name").parse().expect("detrend");
         for values in [&mut record.u, &mut record.y] {
             values.truncate(size(&case["N"]));
             Trend::fit(detrend, values).subtract(values);

@@ -96,9 +96,7 @@ fn arx_of_other_programs() {
         let absolute = case["tol"].as_f64();
         if let Some(expected) = numbers(&expected["theta"]) {
             let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-            let relative = case["tol_rel"]
-                .as_f64()
-                .map(|tolerance| tolerance * largest);
+            let relative = case["tol_rel"].as_f64().map(|tolerance| tolerance * largest);
             let tolerance = absolute.or(relative).expect("a tolerance");
             let worst = distance(&theta, &expected);
             println!("{name}: {worst:.1e} of {tolerance:.1e}");
@@ -115,19 +113,14 @@ fn arx_of_other_programs() {
             compared += 1;
         }
         for key in ["rss", "rss_onestep"] {
-            if let (Some(expected), Some(tolerance)) =
-                (expected[key].as_f64(), case["tol_rss_rel"].as_f64())
-            {
+            if let (Some(expected), Some(tolerance)) = (expected[key].as_f64(), case["tol_rss_rel"].as_f64()) {
                 let error = (loss * samples / expected - 1.0).abs();
                 assert!(error <= tolerance, "{name} {key}: {error:e}");
                 compared += 1;
             }
         }
         if let Some(covariance) = expected["cov"].as_array() {
-            let diagonal = covariance
-                .iter()
-                .enumerate()
-                .map(|(i, row)| row[i].as_f64());
+            let diagonal = covariance.iter().enumerate().map(|(i, row)| row[i].as_f64());
             let expected: Vec<f64> = diagonal.map(|v| v.expect("a number").sqrt()).collect();
             let errors = numbers(&found["se"]).expect("standard errors");
             let worst = distance(&errors, &expected);
@@ -144,8 +137,7 @@ fn arx_of_other_programs() {
 /// theta = (alpha, beta) of least squares on the case's rows, with its delay taken out.
 fn theta(case: &Value, solver: Solver) -> Vec<f64> {
     let file = folder().join(case["data"].as_str().expect("a file"));
-    let mut record =
-        csv::read(std::fs::File::open(file).expect("a record")).expect("a valid record");
+    let mut record = csv::read(std::fs::File::open(file).expect("a record")).expect("a valid record");
     let detrend = case["detrend"].as_str().expect("a name");
     let detrend: Detrend = detrend.parse().expect("a detrend");
     for values in [&mut record.u, &mut record.y] {
@@ -167,10 +159,7 @@ fn theta(case: &Value, solver: Solver) -> Vec<f64> {
     let [pass] = passes;
     assert_eq!(pass.failure, None, "{}", case["name"]);
     let orders = pass.model.orders();
-    assert_eq!(
-        (orders.na, orders.nb, orders.nk),
-        (shape.order, shape.order, 1)
-    );
+    assert_eq!((orders.na, orders.nb, orders.nk), (shape.order, shape.order, 1));
     pass.model.parameters().collect()
 }
 
@@ -179,11 +168,7 @@ fn theta(case: &Value, solver: Solver) -> Vec<f64> {
 #[test]
 fn octave_arx_by_the_solvers_of_ls() {
     let cases = cases(true);
-    let octave = |case: &&Value| {
-        case["name"]
-            .as_str()
-            .is_some_and(|n| n.starts_with("octave"))
-    };
+    let octave = |case: &&Value| case["name"].as_str().is_some_and(|n| n.starts_with("octave"));
     let cases: Vec<&Value> = cases.iter().filter(octave).collect();
     assert!(cases.len() >= 15);
     for case in cases {

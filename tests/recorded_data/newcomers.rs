@@ -19,10 +19,7 @@ fn cases(file: &str) -> Vec<Value> {
 
 fn run(data: &str, arguments: &[&str]) -> Output {
     let mut command = Command::new(PROGRAM);
-    command
-        .arg("estimate")
-        .arg(folder().join(data))
-        .args(arguments);
+    command.arg("estimate").arg(folder().join(data)).args(arguments);
     command.output().expect("asobench runs")
 }
 
@@ -66,10 +63,7 @@ fn models_in_continuous_time() {
         assert_eq!(found["status"], "ok", "{what}");
         assert_eq!(continuous["sampling_time"], case["ts"], "{what}");
         let list = |of: &Value, skip: usize| numbers(of).expect("numbers").split_off(skip);
-        let theta = [
-            list(&continuous["numerator"], 0),
-            list(&continuous["denominator"], 1),
-        ];
+        let theta = [list(&continuous["numerator"], 0), list(&continuous["denominator"], 1)];
         near(&what, &theta.concat(), &expected["theta"], 1e-8);
         near(&what, &list(&continuous["se"], 0), &expected["se"], 1e-7);
         let noise = [list(&found["model"]["C"], 1), list(&found["model"]["D"], 1)].concat();
@@ -80,9 +74,7 @@ fn models_in_continuous_time() {
                 let number = text
                     .split(',')
                     .find_map(|part| part.strip_prefix(key)?.strip_prefix('='));
-                number
-                    .and_then(|number| number.parse::<u64>().ok())
-                    .unwrap_or(0)
+                number.and_then(|number| number.parse::<u64>().ok()).unwrap_or(0)
             })))
         };
         let (first, all) = (count("nb"), count("nc") + count("nd"));
@@ -118,10 +110,7 @@ fn the_time_between_samples_is_asked_for() {
     let error = line(&[&srivc[..], &["--hold", "second"]].concat());
     assert!(error.contains("unknown hold 'second'"), "{error}");
     let error = line(&["--estimator", "srivc", "--orders", "nb=4,nf=2"]);
-    assert!(
-        error.contains("--orders: expected an nb of 1 to nf + 1"),
-        "{error}"
-    );
+    assert!(error.contains("--orders: expected an nb of 1 to nf + 1"), "{error}");
     // `--order` and `--delay` alone, and the page.
     let found = estimate(
         "rao_garnier.csv",
@@ -130,19 +119,9 @@ fn the_time_between_samples_is_asked_for() {
     assert_eq!(found["continuous"]["dead_time"], 0.02);
     let found = estimate(
         "lines.csv",
-        &[
-            "--estimator",
-            "srivc",
-            "--order",
-            "2",
-            "--hold",
-            "first-order",
-        ],
+        &["--estimator", "srivc", "--order", "2", "--hold", "first-order"],
     );
-    assert_eq!(
-        found["continuous"]["numerator"].as_array().map(Vec::len),
-        Some(2)
-    );
+    assert_eq!(found["continuous"]["numerator"].as_array().map(Vec::len), Some(2));
     assert_eq!(found["model"]["B"].as_array().map(Vec::len), Some(3));
 }
 
@@ -177,14 +156,8 @@ fn integrators_and_dead_times() {
             &["--dead-time", "0.2:0.1"],
             "--dead-time: dead time '0.2:0.1': expected",
         ),
-        (
-            &["--dead-time", "400"],
-            "a dead time of 400 s; expected one below",
-        ),
-        (
-            &both,
-            "--offset: the level of an integrator is in its state",
-        ),
+        (&["--dead-time", "400"], "a dead time of 400 s; expected one below"),
+        (&both, "--offset: the level of an integrator is in its state"),
     ];
     for (more, expected) in mistakes {
         let output = run("rao_garnier.csv", &[&srivc[..], more].concat());
@@ -203,19 +176,11 @@ fn compare(file: &str, count: usize) {
         let what = format!("{file} {i} {method}");
         let given = case["arguments"].as_array().expect("arguments").iter();
         let given: Vec<&str> = given.filter_map(Value::as_str).collect();
-        let found = estimate(
-            text(case, "data"),
-            &[&["--estimator", method][..], &given].concat(),
-        );
+        let found = estimate(text(case, "data"), &[&["--estimator", method][..], &given].concat());
         assert_eq!(found["status"], "ok", "{what}");
         for (key, expected) in case["expected"].as_object().expect("numbers") {
             if key == "se" {
-                near(
-                    &what,
-                    &numbers(&found["se"]).expect("errors"),
-                    expected,
-                    1e-6,
-                );
+                near(&what, &numbers(&found["se"]).expect("errors"), expected, 1e-6);
                 continue;
             }
             let skip = usize::from(key != "B" || found["model"]["B"][0] == 0.0);
@@ -254,10 +219,7 @@ fn the_order_by_each_rule() {
             "oe" | "armax" | "bj" | "pem" | "cva" | "ssarx" | "parsim-k" => &["--initial", "zero"],
             _ => &[],
         };
-        let found = estimate(
-            &data,
-            &[&["--estimator", method][..], &given, start].concat(),
-        );
+        let found = estimate(&data, &[&["--estimator", method][..], &given, start].concat());
         let model = &found["model"];
         let with_a = !["oe", "bj", "moesp", "n4sid"].contains(&method);
         let denominator = &model[if with_a { "A" } else { "F" }];
@@ -266,10 +228,7 @@ fn the_order_by_each_rule() {
             let expected = numbers(&case[expected]).expect("numbers");
             assert_eq!(found.len(), size(&case["order"]), "{what}");
             for (found, expected) in found.iter().zip(expected) {
-                assert!(
-                    (found - expected).abs() < 1e-6,
-                    "{what}: {found} {expected}"
-                );
+                assert!((found - expected).abs() < 1e-6, "{what}: {found} {expected}");
             }
         }
         let loss = found["loss"].as_f64().expect("a loss");
@@ -316,8 +275,5 @@ fn the_reference_is_asked_for() {
         &["--estimator", "clriv", "--order", "2", "--controller", "x"],
     );
     let error = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        error.contains("--controller: feedback 'x': expected a gain"),
-        "{error}"
-    );
+    assert!(error.contains("--controller: feedback 'x': expected a gain"), "{error}");
 }

@@ -46,10 +46,7 @@ fn each_line_begins_with_id_and_verdict() {
     let report = lines(&place, &["report", "own"]);
     for text in [&run, &report] {
         for line in expected {
-            assert!(
-                text.lines().any(|other| other.starts_with(line)),
-                "{line}: {text}"
-            );
+            assert!(text.lines().any(|other| other.starts_with(line)), "{line}: {text}");
         }
     }
     let page = std::fs::read_to_string(place.path("own/report.html")).unwrap();
@@ -59,10 +56,7 @@ fn each_line_begins_with_id_and_verdict() {
 /// How many verdicts say that their claims were added.
 fn added(text: &str) -> usize {
     let words: Vec<&str> = text.split_whitespace().collect();
-    words
-        .join(" ")
-        .matches("Added or changed after the run.")
-        .count()
+    words.join(" ").matches("Added or changed after the run.").count()
 }
 
 #[test]
@@ -86,10 +80,7 @@ fn an_edited_claim_asks_for_no_other_run() {
     place.write("own.toml", more.as_bytes());
     let text = lines(&place, &["run", "own.toml", "--out", "own"]);
     for line in ["W1  holds", "W2  undecided", "W3  undecided", "W4  holds"] {
-        assert!(
-            text.lines().any(|other| other.starts_with(line)),
-            "{line}: {text}"
-        );
+        assert!(text.lines().any(|other| other.starts_with(line)), "{line}: {text}");
     }
     assert_eq!(added(&text), 4, "{text}");
     let text = lines(&place, &["run", "own.toml", "--out", "own"]);
@@ -118,10 +109,7 @@ fn cells_are_compared_trial_by_trial() {
         + &cells("four", "0.4", "[3.7, 4.3]")
         + &cells("thrice", "[0.2, 0.4]", "[2.9, 3.1]");
     place.write("own.toml", (settings.to_owned() + &claims).as_bytes());
-    let text = lines(
-        &place,
-        &["run", "own.toml", "--out", "own", "--block", "50"],
-    );
+    let text = lines(&place, &["run", "own.toml", "--out", "own", "--block", "50"]);
     for line in ["twice  holds", "four  holds", "thrice  does not hold"] {
         let found = text.lines().any(|other| other.starts_with(line));
         assert!(found, "{line}: {text}");
@@ -133,16 +121,7 @@ fn cells_are_compared_trial_by_trial() {
     // Other threads and blocks, the same bits.
     lines(
         &place,
-        &[
-            "run",
-            "own.toml",
-            "--out",
-            "other",
-            "--block",
-            "33",
-            "--threads",
-            "1",
-        ],
+        &["run", "own.toml", "--out", "other", "--block", "33", "--threads", "1"],
     );
     let files = ["own/summary.json", "other/summary.json"];
     let [own, other] = files.map(|file| std::fs::read(place.path(file)).unwrap());
@@ -175,42 +154,28 @@ fn a_claim_may_end_a_run() {
     let output = place.run(&["check", "own.toml"]);
     assert_eq!(output.status.code(), Some(2));
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(
-        text.contains("trials.until") && text.contains("expected W1"),
-        "{text}"
-    );
+    assert!(text.contains("trials.until") && text.contains("expected W1"), "{text}");
 }
 
 #[test]
 fn later_claims_are_marked_and_other_files_may_judge() {
     let place = Place::new();
     let few = FILE.replace("2000", "200");
-    place.write(
-        "own.toml",
-        (few.clone() + &claim("W1", "ls", "iv(4)", 1.0)).as_bytes(),
-    );
+    place.write("own.toml", (few.clone() + &claim("W1", "ls", "iv(4)", 1.0)).as_bytes());
     lines(&place, &["run", "own.toml", "--out", "own"]);
     let both = few.clone() + &claim("W1", "ls", "iv(4)", 1.0) + &claim("W2", "ls", "iv(4)", 1.2);
     place.write("own.toml", both.as_bytes());
     lines(&place, &["run", "own.toml", "--out", "own"]);
     let text = lines(&place, &["report", "own"]);
-    let line = |id: &str| {
-        text.lines()
-            .find(|other| other.starts_with(id))
-            .unwrap_or_default()
-    };
-    assert!(
-        !text.is_empty() && line("W1  holds").contains("in all"),
-        "{text}"
-    );
+    let line = |id: &str| text.lines().find(|other| other.starts_with(id)).unwrap_or_default();
+    assert!(!text.is_empty() && line("W1  holds").contains("in all"), "{text}");
     let joined = text.replace('\n', " ");
     assert_eq!(joined.matches("after the run").count(), 1, "{text}");
     // Claims of another file, on the same results.
     place.write("other.toml", claim("X1", "ls", "iv(4)", 0.5).as_bytes());
     let text = lines(&place, &["report", "own", "--claims", "other.toml"]);
     assert!(
-        text.lines()
-            .any(|other| other.starts_with("X1  does not hold")),
+        text.lines().any(|other| other.starts_with("X1  does not hold")),
         "{text}"
     );
     assert!(!text.contains("W1  "), "{text}");

@@ -25,10 +25,7 @@ fn a_new_study_can_be_checked_and_run() {
         std::fs::read(place.path("mine.toml")).expect("the file"),
         b"title = \"kept\""
     );
-    place.refuses(
-        &["new", "nowhere/mine"],
-        &["nowhere/mine.toml", "no folder nowhere"],
-    );
+    place.refuses(&["new", "nowhere/mine"], &["nowhere/mine.toml", "no folder nowhere"]);
     place.write("mine.toml", text.as_bytes());
     let output = place.run(&["check", "mine.toml"]);
     succeeds(&output);
@@ -40,19 +37,11 @@ fn a_new_study_can_be_checked_and_run() {
         "memory",
         "stores    summaries",
     ] {
-        assert!(
-            stdout(&output).contains(part),
-            "no '{part}' in {}",
-            stdout(&output)
-        );
+        assert!(stdout(&output).contains(part), "no '{part}' in {}", stdout(&output));
     }
     let output = place.run(&["run", "--quick", "mine.toml"]);
     succeeds(&output);
-    assert!(
-        stdout(&output).contains("12 cells, 600 trials"),
-        "{}",
-        stdout(&output)
-    );
+    assert!(stdout(&output).contains("12 cells, 600 trials"), "{}", stdout(&output));
     let summary = contents(&place.path("results/mine-quick"))
         .remove("summary.json")
         .expect("a summary");
@@ -66,8 +55,7 @@ fn a_new_study_can_be_checked_and_run() {
 fn the_schema_is_the_committed_one() {
     let output = Place::new().run(&["schema"]);
     succeeds(&output);
-    let committed =
-        std::fs::read_to_string(root().join("experiments/schema.json")).expect("the schema");
+    let committed = std::fs::read_to_string(root().join("experiments/schema.json")).expect("the schema");
     assert!(
         stdout(&output) == committed,
         "asobench schema > experiments/schema.json"
@@ -75,10 +63,7 @@ fn the_schema_is_the_committed_one() {
     let schema: Value = serde_json::from_str(&committed).expect("JSON");
     let settings = &schema["properties"]["settings"];
     assert_eq!(settings["additionalProperties"], false);
-    assert_eq!(
-        settings["properties"].as_object().map(serde_json::Map::len),
-        Some(33)
-    );
+    assert_eq!(settings["properties"].as_object().map(serde_json::Map::len), Some(33));
 }
 
 /// Every experiment of the tree, and its quick variant; small files that begin with the schema's line.
@@ -169,10 +154,7 @@ fn replays_equal_what_is_stored() {
         let output = place.run(&["replay", "out", which, "--format", "json"]);
         let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
         assert_eq!(json["equal_to_stored"], true);
-        assert_eq!(
-            json["rows"].as_array().map(Vec::len),
-            Some(4 * 2 + 5 * 5 + 1)
-        );
+        assert_eq!(json["rows"].as_array().map(Vec::len), Some(4 * 2 + 5 * 5 + 1));
     }
     // Beyond what is stored nothing is said to be equal.
     let output = place.run(&["replay", "out", "0:30", "--format", "json"]);
@@ -183,16 +165,9 @@ fn replays_equal_what_is_stored() {
     place.refuses(&["replay", "out", "0:-1"], &["CELL:TRIAL"]);
     place.refuses(&["replay", "nowhere", "0:0"], &["nowhere", "no results"]);
     // One changed number is seen: another study's trials instead of these.
-    place.write(
-        "other.toml",
-        METHODS.replace("a = [-0.7", "a = [-0.6").as_bytes(),
-    );
+    place.write("other.toml", METHODS.replace("a = [-0.7", "a = [-0.6").as_bytes());
     succeeds(&place.run(&["run", "other.toml", "--out", "other"]));
-    std::fs::copy(
-        place.path("other/trials.parquet"),
-        place.path("out/trials.parquet"),
-    )
-    .expect("a copy");
+    std::fs::copy(place.path("other/trials.parquet"), place.path("out/trials.parquet")).expect("a copy");
     let replay = ["replay", "out", "1:7", "--format", "json"];
     let output = place.run(&replay);
     let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
@@ -211,8 +186,7 @@ fn replays_of_a_damaged_manifest_are_compared_with_nothing() {
     place.write("methods.toml", METHODS.as_bytes());
     succeeds(&place.run(&["run", "methods.toml", "--out", "out"]));
     let path = place.path("out/manifest.json");
-    let mut whole: Value =
-        serde_json::from_slice(&std::fs::read(&path).expect("a file")).expect("JSON");
+    let mut whole: Value = serde_json::from_slice(&std::fs::read(&path).expect("a file")).expect("JSON");
     // With its checksum, which would no longer be right, it is refused.
     whole.as_object_mut().expect("an object").remove("checksum");
     let compared = |trials: Value| {
@@ -249,15 +223,7 @@ fn replays_of_a_damaged_manifest_are_compared_with_nothing() {
 fn a_replayed_record_can_be_estimated() {
     let place = Place::new();
     succeeds(&place.run(&["run", "everything.toml", "--out", "out", "--trials", "5"]));
-    let output = place.run(&[
-        "replay",
-        "out",
-        "5:3",
-        "--data",
-        "trial.csv",
-        "--format",
-        "json",
-    ]);
+    let output = place.run(&["replay", "out", "5:3", "--data", "trial.csv", "--format", "json"]);
     succeeds(&output);
     let replay: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
     let estimate = [
@@ -278,10 +244,7 @@ fn a_replayed_record_can_be_estimated() {
     for pass in 1..=2 {
         let title = format!("Stages 10, 4 and 5, iv pass {pass}: parameters");
         let stages = replay["stages"].as_array().expect("stages");
-        let expected = stages
-            .iter()
-            .find(|stage| stage["stage"] == *title)
-            .expect("the stage");
+        let expected = stages.iter().find(|stage| stage["stage"] == *title).expect("the stage");
         for key in ["a", "b", "h"] {
             assert_eq!(
                 estimate["estimates"][1]["passes"][pass - 1][key],
@@ -300,22 +263,13 @@ fn keys_are_set_as_in_the_file() {
     let place = Place::new();
     let cases: [Case<'_>; 8] = [
         (&["eta=5"], &[("eta = [2, 10]", "eta = 5")]),
-        (
-            &["settings.eta = [3, 4.5]"],
-            &[("eta = [2, 10]", "eta = [3, 4.5]")],
-        ),
+        (&["settings.eta = [3, 4.5]"], &[("eta = [2, 10]", "eta = [3, 4.5]")]),
         (
             &["noise=white"],
             &[("noise = [\"ar\", \"coloured\"]", "noise = \"white\"")],
         ),
-        (
-            &["noise=[\"ar\",\"white\"]"],
-            &[("\"coloured\"]", "\"white\"]")],
-        ),
-        (
-            &["methods.1.solver=lu"],
-            &[("solver = \"svd\"", "solver = \"lu\"")],
-        ),
+        (&["noise=[\"ar\",\"white\"]"], &[("\"coloured\"]", "\"white\"]")]),
+        (&["methods.1.solver=lu"], &[("solver = \"svd\"", "solver = \"lu\"")]),
         (
             &["methods.1.solver=[\"lu\", \"qr\"]", "compare=[]"],
             &[
@@ -359,18 +313,9 @@ fn keys_are_set_as_in_the_file() {
         ("eta", ["--set eta", "KEY=VALUE"]),
         ("seed=x", ["--set seed", "invalid type"]),
         ("methods.7.solver=lu", ["--set methods.7.solver", "no '7'"]),
-        (
-            "methods.0.solvr=lu",
-            ["--set methods.0.solvr", "did you mean 'solver'"],
-        ),
-        (
-            "plants.mine.c=1",
-            ["--set plants.mine.c", "unknown key 'c'"],
-        ),
-        (
-            "settings.etaa=1",
-            ["--set settings.etaa", "did you mean 'eta'"],
-        ),
+        ("methods.0.solvr=lu", ["--set methods.0.solvr", "did you mean 'solver'"]),
+        ("plants.mine.c=1", ["--set plants.mine.c", "unknown key 'c'"]),
+        ("settings.etaa=1", ["--set settings.etaa", "did you mean 'eta'"]),
         ("eta=[]", ["--set eta", "empty list"]),
         ("eta=nan", ["--set eta", "finite"]),
         ("eta=[1, inf]", ["--set eta", "finite"]),
@@ -445,15 +390,7 @@ fn columns_of(table: &DataFrame) -> Vec<(&str, DataType)> {
 #[test]
 fn tables_have_the_columns_they_had() {
     let place = Place::new();
-    succeeds(&place.run(&[
-        "reproduce",
-        "--paper",
-        "nikolov",
-        "--trials",
-        "3",
-        "--out",
-        "paper",
-    ]));
+    succeeds(&place.run(&["reproduce", "--paper", "nikolov", "--trials", "3", "--out", "paper"]));
     let paper = table(&place.path("paper/trials.parquet"));
     assert_eq!(columns_of(&paper), columns());
     assert_eq!(paper.height(), 3 * 3 * 5);
@@ -466,17 +403,9 @@ fn tables_have_the_columns_they_had() {
     expected.insert(4, ("noise", DataType::String));
     assert_eq!(columns_of(&grid), expected);
     assert_eq!(grid.height(), 24 * 3 * 5);
-    let noise = grid
-        .column("noise")
-        .expect("a column")
-        .str()
-        .expect("texts");
+    let noise = grid.column("noise").expect("a column").str().expect("texts");
     assert_eq!(
-        noise
-            .iter()
-            .flatten()
-            .filter(|noise| *noise == "white")
-            .count(),
+        noise.iter().flatten().filter(|noise| *noise == "white").count(),
         12 * 3 * 5
     );
 
@@ -484,10 +413,7 @@ fn tables_have_the_columns_they_had() {
     place.results("everything", &["--trials", "25"]);
     let summary = table(&place.path("everything/summary.parquet"));
     assert_eq!(summary.height(), 12 * 4 * (5 + 4));
-    let names: Vec<&str> = columns_of(&summary)
-        .into_iter()
-        .map(|(name, _)| name)
-        .collect();
+    let names: Vec<&str> = columns_of(&summary).into_iter().map(|(name, _)| name).collect();
     assert_eq!(
         names[..12],
         [

@@ -59,43 +59,27 @@ fn an_exploratory_claim_says_so_until_fresh_trials_judge_it() {
     let page = |name: &str| std::fs::read_to_string(place.path(name)).unwrap();
     assert!(page("results/own/claims.md").contains("| holds (exploratory) |"));
     let numbers = page("results/own/tables/claims.csv");
-    let ends: Vec<&str> = numbers
-        .lines()
-        .map(|line| line.rsplit(',').next().unwrap())
-        .collect();
+    let ends: Vec<&str> = numbers.lines().map(|line| line.rsplit(',').next().unwrap()).collect();
     assert_eq!(ends, ["standing", "exploratory", "planned"]);
     let html = page("results/own/report.html");
     assert!(html.contains("<td>exploratory</td>") && html.contains("2 claims were tested"));
 
     // The confirmation: the trials that a run with this seed has, judged without the mark.
     let text = words(&place, &["run", "own.toml", "--confirm"]);
-    assert!(
-        !text.contains("Exploratory") && !text.contains("Added"),
-        "{text}"
-    );
+    assert!(!text.contains("Exploratory") && !text.contains("Added"), "{text}");
     assert_eq!(text.matches(CONFIRMED).count(), 2, "{text}");
     let counted = "A confirmation run: its seed is 1000002023, that of the file is 2023. 2 claims were tested";
     assert!(text.contains(counted), "{text}");
     words(
         &place,
-        &[
-            "run",
-            "own.toml",
-            "--set",
-            "seed=1000002023",
-            "--out",
-            "plain",
-        ],
+        &["run", "own.toml", "--set", "seed=1000002023", "--out", "plain"],
     );
     let folder = "results/own-confirm-1000002023";
     let cells = |folder: &str| json(&place, &format!("{folder}/summary.json"))["cells"].clone();
     assert_eq!(cells(folder), cells("plain"));
     assert_ne!(cells(folder), cells("results/own"));
     let experiment = json(&place, &format!("{folder}/manifest.json"))["experiment"].clone();
-    assert_eq!(
-        [&experiment["seed"], &experiment["confirms"]],
-        [1_000_002_023, 2023]
-    );
+    assert_eq!([&experiment["seed"], &experiment["confirms"]], [1_000_002_023, 2023]);
     let text = words(&place, &["report", folder]);
     assert!(text.contains(CONFIRMED) && text.contains(counted), "{text}");
     words(&place, &["replay", folder, "0:17"]);
@@ -114,10 +98,7 @@ fn a_claim_of_after_the_confirmation_is_none() {
     assert!(text.contains("W2 holds") && !text.contains("W1"), "{text}");
     assert!(text.contains("1 claim was tested"), "{text}");
     // The file is edited when the results of seed 7 are known.
-    place.write(
-        "own.toml",
-        FILE.replace("below = 0.5", "below = 0.4").as_bytes(),
-    );
+    place.write("own.toml", FILE.replace("below = 0.5", "below = 0.4").as_bytes());
     let text = words(&place, &confirm);
     assert!(!text.contains("Confirmation by"), "{text}");
     assert!(text.contains("Added or changed after the run."), "{text}");
@@ -144,26 +125,14 @@ fn what_confirms_nothing_is_refused() {
     assert!(!place.path("results").exists());
     place.refuses(&["run", "everything.toml", "--confirm"], &["no claim"]);
     // Results that were there before are no confirmation, nor the other way round.
-    words(
-        &place,
-        &["run", "own.toml", "--set", "seed=7", "--out", "seen"],
-    );
-    refuses(
-        &["--confirm", "7", "--out", "seen"],
-        &["another design", "confirms"],
-    );
+    words(&place, &["run", "own.toml", "--set", "seed=7", "--out", "seen"]);
+    refuses(&["--confirm", "7", "--out", "seen"], &["another design", "confirms"]);
     words(&place, &["run", "own.toml", "--confirm", "7"]);
-    refuses(
-        &["--set", "seed=7", "--out", "results/own-confirm-7"],
-        &["confirms"],
-    );
+    refuses(&["--set", "seed=7", "--out", "results/own-confirm-7"], &["confirms"]);
     // Neither a confirmation's own seed nor the file's is fresh.
     let manifest = "results/own-confirm-7/manifest.json";
     for seed in ["7", "2023"] {
-        place.refuses(
-            &["run", manifest, "--out", "x", "--confirm", seed],
-            &["--confirm"],
-        );
+        place.refuses(&["run", manifest, "--out", "x", "--confirm", seed], &["--confirm"]);
     }
     place.write("same.toml", b"seed = 5\nconfirms = 5\n");
     place.refuses(&["check", "same.toml"], &["confirms"]);
@@ -175,10 +144,7 @@ fn combinations_without_a_rate_are_refused() {
     let rule = "trials = { until = \"W1\", minimum = 50, maximum = 100 }";
     let until = FILE.replace("trials = 100", rule);
     place.write("own.toml", until.as_bytes());
-    place.refuses(
-        &["check", "own.toml"],
-        &["trials.until", "'W1' is exploratory"],
-    );
+    place.refuses(&["check", "own.toml"], &["trials.until", "'W1' is exploratory"]);
     // Fresh trials give it a rate.
     let text = words(&place, &["run", "own.toml", "--confirm"]);
     assert!(text.contains("W1 holds"), "{text}");
@@ -186,8 +152,7 @@ fn combinations_without_a_rate_are_refused() {
     place.refuses(&["check", "none.toml"], &["family", "[[claims]]"]);
     place.write(
         "word.toml",
-        FILE.replace("exploratory = true", "exploratory = 1")
-            .as_bytes(),
+        FILE.replace("exploratory = true", "exploratory = 1").as_bytes(),
     );
     place.refuses(&["check", "word.toml"], &["expected a boolean"]);
 }
@@ -200,11 +165,7 @@ fn a_family_is_no_part_of_the_design() {
     let family = format!("family = true\n{FILE}");
     place.write("own.toml", family.as_bytes());
     let text = words(&place, &["run", "own.toml"]);
-    assert_eq!(
-        text.matches(" Corrected over 2 claims.").count(),
-        2,
-        "{text}"
-    );
+    assert_eq!(text.matches(" Corrected over 2 claims.").count(), 2, "{text}");
     assert!(!text.contains("Added"), "{text}");
     let rate = "2 claims were tested, at 2.5 % a side over all of them (Holm's correction).";
     assert!(text.contains(rate), "{text}");

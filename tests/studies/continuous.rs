@@ -85,10 +85,7 @@ fn any_trial_can_be_replayed() {
     );
     let json = stdout(&place.run(&["replay", "out", "1:37", "--format", "json"]));
     assert!(json.contains("\"equal_to_stored\": true"));
-    place.refuses(
-        &["replay", "out", "1:0", "--data", "x.csv"],
-        &["--data", "no record"],
-    );
+    place.refuses(&["replay", "out", "1:0", "--data", "x.csv"], &["--data", "no record"]);
 }
 
 /// Level 0: nothing is learnt by the proposed estimator, and theta stays where it starts; the gradient learns.
@@ -99,13 +96,8 @@ fn without_a_disturbance() {
     let summary = json(&place, "out/summary.json");
     let output = |name: &str| {
         let outputs = summary["cells"][0]["outputs"].as_array().unwrap();
-        let output = outputs
-            .iter()
-            .find(|output| output["estimator"] == name)
-            .unwrap();
-        output["figures"]["e_theta"]["mean"]["value"]
-            .as_f64()
-            .unwrap()
+        let output = outputs.iter().find(|output| output["estimator"] == name).unwrap();
+        output["figures"]["e_theta"]["mean"]["value"].as_f64().unwrap()
     };
     assert!((output("proposed") - 1.0).abs() < 1e-9);
     assert!(output("gradient") < 1e-3);
@@ -122,11 +114,7 @@ fn a_deterministic_cell_has_one_trial() {
             .map(|cell| {
                 let outputs = cell["outputs"].as_array().unwrap().iter();
                 let trials = cell["trials"].as_u64().unwrap();
-                assert!(
-                    outputs
-                        .clone()
-                        .all(|output| output["outcomes"]["trials"] == trials)
-                );
+                assert!(outputs.clone().all(|output| output["outcomes"]["trials"] == trials));
                 (trials, cell.get("deterministic") == Some(&true.into()))
             })
             .collect()
@@ -136,10 +124,7 @@ fn a_deterministic_cell_has_one_trial() {
     let summary = json(&place, "out/summary.json");
     let mixed = [(1, true), (60, false), (1, true), (60, false)];
     assert_eq!(trials(&summary), mixed);
-    assert_eq!(
-        summary["cells"][0]["outputs"],
-        summary["cells"][2]["outputs"]
-    );
+    assert_eq!(summary["cells"][0]["outputs"], summary["cells"][2]["outputs"]);
     let manifest = json(&place, "out/manifest.json");
     assert_eq!(manifest["trials"], serde_json::json!([1, 60, 1, 60]));
     let checked = stdout(&place.run(&["check", "courses.toml"]));
@@ -149,25 +134,16 @@ fn a_deterministic_cell_has_one_trial() {
 
     let until = "trials = { until = \"e_theta\", output = \"gradient\", \
                  relative_mcse = 1e-9, minimum = 2, maximum = 4 }";
-    place.write(
-        "courses.toml",
-        COURSES.replace("trials = 60", until).as_bytes(),
-    );
+    place.write("courses.toml", COURSES.replace("trials = 60", until).as_bytes());
     run(&place, "until", &[]);
     let summary = json(&place, "until/summary.json");
-    assert_eq!(
-        trials(&summary),
-        [(1, true), (4, false), (1, true), (4, false)]
-    );
+    assert_eq!(trials(&summary), [(1, true), (4, false), (1, true), (4, false)]);
 
     let fixed = COURSES.replace("phase = \"random\"", "phase = 0.5");
     place.write("courses.toml", fixed.as_bytes());
     run(&place, "fixed", &["--trials", "3"]);
     let summary = json(&place, "fixed/summary.json");
-    assert_eq!(
-        trials(&summary),
-        [(1, true), (3, false), (1, true), (1, true)]
-    );
+    assert_eq!(trials(&summary), [(1, true), (3, false), (1, true), (1, true)]);
 }
 
 #[test]
@@ -195,11 +171,7 @@ fn what_cannot_be() {
             "filters = [1, 2]",
             ["filters in [continuous]: expected 1 number", "2"],
         ),
-        (
-            "gains = [1]",
-            "gains = [0]",
-            ["gains: expected positive", "0"],
-        ),
+        ("gains = [1]", "gains = [0]", ["gains: expected positive", "0"]),
         (
             "gains = [1]",
             "gains = [1, 2, 3]",
@@ -218,53 +190,31 @@ fn what_cannot_be() {
         (
             "gain = [2, 3.2]",
             "",
-            [
-                "observers[0] (luenberger)",
-                "'gain', 'poles' and 'bandwidth'",
-            ],
+            ["observers[0] (luenberger)", "'gain', 'poles' and 'bandwidth'"],
         ),
         ("prior = 4", "", ["observers[1] (kalman-bucy)", "'prior'"]),
-        (
-            "prior = 4",
-            "process = -1",
-            ["observers[1] (kalman-bucy)", "Q"],
-        ),
+        ("prior = 4", "process = -1", ["observers[1] (kalman-bucy)", "Q"]),
         ("step = 0.05", "step = 0", ["step: 0", "above 0"]),
         ("step = 0.05", "step = 7", ["step of 7 s", "horizon of 6 s"]),
         ("step = 0.05", "step = 1e-12", ["steps", "at most 1e7"]),
-        (
-            "noise_hold = 0.05",
-            "noise_hold = 1e-9",
-            ["noise_hold", "holds"],
-        ),
+        ("noise_hold = 0.05", "noise_hold = 1e-9", ["noise_hold", "holds"]),
         (
             "\"white\", \"square\"",
             "\"squares\"",
             ["disturbance", "did you mean 'square'?"],
         ),
-        (
-            "[settings]",
-            "[settings]\nwindow = 98",
-            ["window", "continuous time"],
-        ),
+        ("[settings]", "[settings]\nwindow = 98", ["window", "continuous time"]),
         (
             "[settings]",
             "[settings]\nplant = \"bobtsov\"",
             ["plant", "did you mean 'bobtsov2023'?"],
         ),
-        (
-            "store = ",
-            "curves = true\nstore = ",
-            ["curves", "continuous time"],
-        ),
+        ("store = ", "curves = true\nstore = ", ["curves", "continuous time"]),
     ] {
         let text = COURSES.replacen(old, new, 1);
         assert!(text != COURSES, "{old}");
         place.write("wrong.toml", text.as_bytes());
-        place.refuses(
-            &["check", "wrong.toml"],
-            &["wrong.toml", parts[0], parts[1]],
-        );
+        place.refuses(&["check", "wrong.toml"], &["wrong.toml", parts[0], parts[1]]);
     }
     place.write("wrong.toml", b"[settings]\nlevel = 1");
     place.refuses(&["check", "wrong.toml"], &["level", "discrete time"]);
@@ -273,8 +223,7 @@ fn what_cannot_be() {
 #[test]
 fn plants_and_signals_of_files() {
     let place = place();
-    let plant =
-        "\n[continuous_plants.mine]\na = [[-1, 0], [0, -2]]\nb = [1, 1]\nc = [1, 0]\nx0 = [1, 1]\n";
+    let plant = "\n[continuous_plants.mine]\na = [[-1, 0], [0, -2]]\nb = [1, 1]\nc = [1, 0]\nx0 = [1, 1]\n";
     let text = COURSES.replace("[settings]", "[settings]\nplant = \"mine\"") + plant;
     place.write("wrong.toml", text.as_bytes());
     place.refuses(
@@ -285,10 +234,7 @@ fn plants_and_signals_of_files() {
     let signal = "\n[signals.recorded]\nwaves = [{ wave = \"file\", file = \"delta.csv\", hold = \"linear\" }]\n";
     let text = COURSES.replace("\"white\", \"square\"", "\"recorded\"") + signal;
     place.write("recorded.toml", text.as_bytes());
-    place.refuses(
-        &["check", "recorded.toml"],
-        &["signals.recorded.waves[0]", "delta.csv"],
-    );
+    place.refuses(&["check", "recorded.toml"], &["signals.recorded.waves[0]", "delta.csv"]);
     place.write("delta.csv", b"t,delta\n0,0.1\n2,0.2\n4,0.1\n");
     place.refuses(&["check", "recorded.toml"], &["disturbance", "4 s", "6 s"]);
     place.write("delta.csv", b"t,delta\n0,0.1\n2,x\n");
@@ -302,11 +248,7 @@ fn plants_and_signals_of_files() {
     // The manifest holds the samples: the file is not needed any more.
     std::fs::remove_file(place.path("delta.csv")).unwrap();
     let replay = place.run(&["replay", "recorded", "1:0"]);
-    assert!(
-        stdout(&replay).contains("bit for bit"),
-        "{}",
-        stderr(&replay)
-    );
+    assert!(stdout(&replay).contains("bit for bit"), "{}", stderr(&replay));
 }
 
 /// A step that is too long is a failure of that trial, counted, and no number of it is used.
@@ -356,8 +298,5 @@ fn a_measure_of_a_state_that_no_plant_has_is_refused() {
     let place = place();
     let text = COURSES.replacen("\"e_theta\", ", "\"rms_x3\", ", 1);
     place.write("wrong.toml", text.as_bytes());
-    place.refuses(
-        &["check", "wrong.toml"],
-        &["measures: 'rms_x3'", "at most 'rms_x2'"],
-    );
+    place.refuses(&["check", "wrong.toml"], &["measures: 'rms_x3'", "at most 'rms_x2'"]);
 }

@@ -132,10 +132,7 @@ fn models_and_measures_of_a_course() {
                 };
                 let near = |a: f64, b: f64| {
                     let both_undefined = a.is_nan() && b.is_nan();
-                    assert!(
-                        (a - b).abs() <= 1e-12 * b.abs() || both_undefined,
-                        "{a} {b}"
-                    );
+                    assert!((a - b).abs() <= 1e-12 * b.abs() || both_undefined, "{a} {b}");
                 };
                 near(row[Measure::CourseEa], rms(counted));
                 near(row[Measure::CourseEb], rms(&errors[1][2..]));
@@ -175,10 +172,7 @@ fn the_state_is_that_of_the_fed_observer() {
         let expected = (squares / 5.0).sqrt();
         // Outputs: iv(0), iv(4), sliding, rls.
         let found = record.rows[3][Measure::CourseEx];
-        assert!(
-            (found - expected).abs() < 1e-9 * expected,
-            "{found} {expected}"
-        );
+        assert!((found - expected).abs() < 1e-9 * expected, "{found} {expected}");
     }
 }
 
@@ -188,16 +182,7 @@ fn a_summary_has_the_quantiles_of_each_point() {
     let place = Place::new();
     place.write("course.toml", STUDY.as_bytes());
     for (out, threads) in [("one", "1"), ("three", "3")] {
-        let arguments = [
-            "run",
-            "course.toml",
-            "--out",
-            out,
-            "--threads",
-            threads,
-            "--block",
-            "5",
-        ];
+        let arguments = ["run", "course.toml", "--out", out, "--threads", threads, "--block", "5"];
         succeeds(&place.run(&arguments));
     }
     let read = |out: &str| std::fs::read(place.path(out).join("summary.json")).unwrap();
@@ -235,18 +220,12 @@ fn mistakes_in_a_course_get_one_line() {
         (course("at = []"), ["course.at", "ascending"]),
         (course("at = [0, 5]"), ["course.at", "above 0"]),
         (course("at = [50, 20]"), ["course.at", "ascending"]),
-        (
-            course("at = [20]\nbound = 0"),
-            ["course.bound: 0", "above 0"],
-        ),
+        (course("at = [20]\nbound = 0"), ["course.bound: 0", "above 0"]),
         (
             course("at = [20]\nfrom = 30"),
             ["course.from: 30", "point of the course is 20"],
         ),
-        (
-            course("at = [200]"),
-            ["course.at", "no point within the window N = 98"],
-        ),
+        (course("at = [200]"), ["course.at", "no point within the window N = 98"]),
         (
             course("at = [98]").replace("window", "horizon = 98\nwindow"),
             ["horizon: ", "the last point of [course]"],
@@ -263,10 +242,7 @@ fn mistakes_in_a_course_get_one_line() {
             format!("{}[[methods]]\nobserver = \"kalman\"", course("at = [20]")),
             ["methods[0].observer: 'kalman'", "dead-beat"],
         ),
-        (
-            "[[methods]]\nlast = 0".to_owned(),
-            ["methods[0].last: 0", "above 0"],
-        ),
+        ("[[methods]]\nlast = 0".to_owned(), ["methods[0].last: 0", "above 0"]),
         (
             "[[methods]]\nlast = 10".to_owned(),
             ["methods[0]", "10 samples is too short"],

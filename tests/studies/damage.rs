@@ -17,18 +17,8 @@ fn state(folder: &Path) -> Vec<(PathBuf, Vec<u8>, SystemTime)> {
     let mut files = blocks(folder);
     files.extend(contents(folder).keys().map(|name| folder.join(name)));
     files.push(folder.join("blocks/design.json"));
-    let time = |path: &Path| {
-        std::fs::metadata(path)
-            .and_then(|m| m.modified())
-            .expect("a time")
-    };
-    let read = |path: PathBuf| {
-        (
-            path.clone(),
-            std::fs::read(&path).expect("a file"),
-            time(&path),
-        )
-    };
+    let time = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).expect("a time");
+    let read = |path: PathBuf| (path.clone(), std::fs::read(&path).expect("a file"), time(&path));
     files.into_iter().map(read).collect()
 }
 
@@ -62,8 +52,7 @@ fn damaged_blocks_are_named_and_repaired() {
         }),
         ("empty", |_| Vec::new()),
         ("foreign", |_| {
-            b"PAR1 something else that is long enough to be a block by its length alone PAR1"
-                .to_vec()
+            b"PAR1 something else that is long enough to be a block by its length alone PAR1".to_vec()
         }),
         ("shorter", |bytes| {
             // The tally's number of trials.
@@ -77,17 +66,11 @@ fn damaged_blocks_are_named_and_repaired() {
         let folder = place.path(name);
         copy(&place.path("whole"), &folder);
         let victim = blocks(&folder).swap_remove(5 * i);
-        let victim_name = victim
-            .file_name()
-            .and_then(|name| name.to_str())
-            .expect("a name");
+        let victim_name = victim.file_name().and_then(|name| name.to_str()).expect("a name");
         std::fs::write(&victim, damage(&std::fs::read(&victim).expect("a file"))).expect("written");
         let before = state(&folder);
         place.refuses(&run_in(name), &[victim_name, "--repair"]);
-        assert!(
-            state(&folder) == before,
-            "{name}: a refused run must change nothing"
-        );
+        assert!(state(&folder) == before, "{name}: a refused run must change nothing");
         let output = place.run(&[&run_in(name)[..], &["--repair"]].concat());
         assert_eq!(output.status.code(), Some(0), "{name}: {}", stderr(&output));
         assert_same(&contents(&folder), &expected, name);
@@ -95,9 +78,7 @@ fn damaged_blocks_are_named_and_repaired() {
             .iter()
             .filter(|(path, ..)| super::is_block(path) && *path != victim)
         {
-            let now = std::fs::metadata(path)
-                .and_then(|m| m.modified())
-                .expect("a time");
+            let now = std::fs::metadata(path).and_then(|m| m.modified()).expect("a time");
             assert!(
                 now == *time && std::fs::read(path).expect("a file") == *bytes,
                 "{name}: {}",
@@ -180,14 +161,7 @@ fn a_forged_head_removes_no_block() {
     let name = "c00000-0000000000-0000000100.block";
     let before = state(&folder);
     std::fs::write(folder.join("blocks").join(name), wide).expect("written");
-    let run = [
-        "run",
-        "everything.toml",
-        "--trials",
-        "100",
-        "--out",
-        "whole",
-    ];
+    let run = ["run", "everything.toml", "--trials", "100", "--out", "whole"];
     place.refuses(&run, &[name, "damaged", "--repair"]);
     for (path, bytes, _) in &before {
         assert!(std::fs::read(path).is_ok_and(|now| now == *bytes));
@@ -205,19 +179,10 @@ fn newer_versions_and_other_designs_are_left_alone() {
     let refuses = |more: &[&str], parts: &[&str]| {
         let before = state(&folder);
         place.refuses(&[&run_in("out")[..], more].concat(), parts);
-        assert!(
-            state(&folder) == before,
-            "{more:?}: a refused run must change nothing"
-        );
+        assert!(state(&folder) == before, "{more:?}: a refused run must change nothing");
     };
-    refuses(
-        &["--set", "eta=[2, 11]"],
-        &["out", "another design", "settings.eta"],
-    );
-    refuses(
-        &["--set", "seed=6", "--set", "curves=false"],
-        &["seed", "curves"],
-    );
+    refuses(&["--set", "eta=[2, 11]"], &["out", "another design", "settings.eta"]);
+    refuses(&["--set", "seed=6", "--set", "curves=false"], &["seed", "curves"]);
     // Other methods alone are computed beside what is there; not so with another seed.
     let methods = ["--set", "methods.0.iterations=3", "--set", "compare=[]"];
     refuses(
@@ -282,15 +247,7 @@ fn newer_versions_and_other_designs_are_left_alone() {
     // `reproduce` does not take another study's blocks away.
     let before = state(&folder);
     place.refuses(
-        &[
-            "reproduce",
-            "--paper",
-            "nikolov",
-            "--trials",
-            "1",
-            "--out",
-            "out",
-        ],
+        &["reproduce", "--paper", "nikolov", "--trials", "1", "--out", "out"],
         &["--out", "another design"],
     );
     assert!(state(&folder) == before);
@@ -329,15 +286,7 @@ fn killed_while_publishing() {
         std::fs::remove_dir_all(place.path("out")).expect("removed");
     }
     // `reproduce` keeps no blocks beside whole results, but their design beside a part of them.
-    let reproduce = [
-        "reproduce",
-        "--paper",
-        "nikolov",
-        "--trials",
-        "1",
-        "--out",
-        "paper",
-    ];
+    let reproduce = ["reproduce", "--paper", "nikolov", "--trials", "1", "--out", "paper"];
     let done = || {
         let output = place.run(&reproduce);
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
@@ -347,13 +296,9 @@ fn killed_while_publishing() {
     let design = place.path("paper/blocks/design.json");
     assert!(!design.exists());
     std::fs::remove_file(place.path("paper/manifest.json")).expect("removed");
-    place.refuses(
-        &reproduce,
-        &["paper", "trials.parquet without manifest.json"],
-    );
+    place.refuses(&reproduce, &["paper", "trials.parquet without manifest.json"]);
     // A kill leaves some files, and the blocks.
-    let manifest: serde_json::Value =
-        serde_json::from_slice(&expected["manifest.json"]).expect("JSON");
+    let manifest: serde_json::Value = serde_json::from_slice(&expected["manifest.json"]).expect("JSON");
     let experiment = asobench::study::Experiment::nikolov2023(2023).design();
     std::fs::create_dir(place.path("paper/blocks")).expect("a folder");
     let text = serde_json::json!({ "version": manifest["version"], "experiment": experiment });
@@ -372,15 +317,7 @@ fn foreign_results_are_left_alone() {
         let without = format!("{name} without manifest.json");
         place.refuses(&run_in("out"), &["--out", "out", &without]);
         place.refuses(
-            &[
-                "reproduce",
-                "--paper",
-                "nikolov",
-                "--trials",
-                "1",
-                "--out",
-                "out",
-            ],
+            &["reproduce", "--paper", "nikolov", "--trials", "1", "--out", "out"],
             &[&without],
         );
         assert_eq!(std::fs::read(&path).expect("a file"), b"precious");
@@ -406,15 +343,7 @@ fn two_runs_in_one_folder() {
     wait_until(|| !blocks(&place.path("out")).is_empty());
     place.refuses(&arguments, &["--out", "out", "another run"]);
     place.refuses(
-        &[
-            "reproduce",
-            "--paper",
-            "nikolov",
-            "--trials",
-            "1",
-            "--out",
-            "out",
-        ],
+        &["reproduce", "--paper", "nikolov", "--trials", "1", "--out", "out"],
         &["another run"],
     );
     child.kill().expect("killed");
@@ -475,10 +404,7 @@ fn a_full_disk() {
         assert_eq!(output.status.code(), Some(1), "{message}");
         assert_eq!(message.lines().count(), 1, "{message}");
         assert!(message.contains(out), "{message}");
-        assert!(
-            contents(&place.path(out)).is_empty(),
-            "no results of a part"
-        );
+        assert!(contents(&place.path(out)).is_empty(), "no results of a part");
         assert!(whole.len() == 4);
     };
     // A limit on the size of files: blocks fit, the table of trials does not.
@@ -491,11 +417,7 @@ fn a_full_disk() {
         .current_dir(place.folder.path())
         .output();
     ends("limited", output.expect("bash runs"), &expected);
-    assert_eq!(
-        blocks(&place.path("limited")).len(),
-        48,
-        "finished blocks stay"
-    );
+    assert_eq!(blocks(&place.path("limited")).len(), 48, "finished blocks stay");
     assert_same(&place.results("limited", &RUN[2..]), &expected, "limited");
 
     let Some(small) = Small::mount(place.path("small"), "size=300k") else {
@@ -517,10 +439,6 @@ fn a_full_disk() {
         .collect();
     assert_same(&place.results("small/out", &RUN[2..]), &expected, "small");
     for (path, bytes) in finished.iter().zip(before) {
-        assert!(
-            std::fs::read(path).expect("a file") == bytes,
-            "{}",
-            path.display()
-        );
+        assert!(std::fs::read(path).expect("a file") == bytes, "{}", path.display());
     }
 }

@@ -61,13 +61,7 @@ fn a_manifest_says_what_computed() {
     let instructions = asobench::study::Engine::faer_instructions();
     for (file, flag, asked, engine, by_faer) in [
         ("covered.toml", "auto", "auto", Value::from("lanes"), false),
-        (
-            "covered.toml",
-            "lanes",
-            "lanes",
-            Value::from("lanes"),
-            false,
-        ),
+        ("covered.toml", "lanes", "lanes", Value::from("lanes"), false),
         ("covered.toml", "faer", "faer", Value::from("faer"), true),
         (
             "mixed.toml",
@@ -91,12 +85,7 @@ fn a_manifest_says_what_computed() {
         assert_eq!(manifest["faer_instructions"], expected, "{out}");
     }
     // The flag is the file's key.
-    let by_flag = results(
-        &place,
-        "covered.toml",
-        "flag",
-        &["--trials", "20", "--engine", "faer"],
-    );
+    let by_flag = results(&place, "covered.toml", "flag", &["--trials", "20", "--engine", "faer"]);
     let by_key = results(
         &place,
         "covered.toml",
@@ -115,13 +104,7 @@ fn a_manifest_says_what_computed() {
 fn threads_blocks_and_extensions_move_no_bit_of_lanes() {
     let place = place();
     let expected = results(&place, "covered.toml", "first", &["--threads", "1"]);
-    for (threads, block) in [
-        ("2", "7"),
-        ("5", "64"),
-        ("1", "1000"),
-        ("2", "399"),
-        ("2", "1"),
-    ] {
+    for (threads, block) in [("2", "7"), ("5", "64"), ("1", "1000"), ("2", "399"), ("2", "1")] {
         let out = format!("out-{threads}-{block}");
         let more = ["--threads", threads, "--block", block];
         let found = results(&place, "covered.toml", &out, &more);
@@ -147,12 +130,7 @@ fn another_engine_cannot_go_on_with_a_folder() {
         ("auto", "lanes"),
     ] {
         let out = format!("{first}-{second}");
-        let before = results(
-            &place,
-            "covered.toml",
-            &out,
-            &["--trials", "20", "--engine", first],
-        );
+        let before = results(&place, "covered.toml", &out, &["--trials", "20", "--engine", first]);
         let there = blocks(&place.path(&out));
         let again = [
             "run",
@@ -168,12 +146,7 @@ fn another_engine_cannot_go_on_with_a_folder() {
         assert_same(&contents(&place.path(&out)), &before, "refused");
         assert_eq!(blocks(&place.path(&out)), there);
         // The same one goes on.
-        results(
-            &place,
-            "covered.toml",
-            &out,
-            &["--trials", "40", "--engine", first],
-        );
+        results(&place, "covered.toml", &out, &["--trials", "40", "--engine", first]);
     }
 }
 
@@ -182,12 +155,7 @@ fn another_engine_cannot_go_on_with_a_folder() {
 fn replays_of_lanes_equal_what_is_stored() {
     let place = place();
     for engine in ["lanes", "faer", "auto"] {
-        results(
-            &place,
-            "covered.toml",
-            engine,
-            &["--trials", "30", "--engine", engine],
-        );
+        results(&place, "covered.toml", engine, &["--trials", "30", "--engine", engine]);
         for which in ["0:0", "0:29", "1:7", "2:13", "3:28"] {
             let text = stdout(&place.run(&["replay", engine, which]));
             let equal = "These rows equal, bit for bit, those stored in";
@@ -224,8 +192,7 @@ fn every_instruction_set_leaves_the_same_bytes() {
     let place = place();
     succeeds(&place.run(&["new", "--continuous", "continuous"]));
     let record = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/record.csv");
-    let names =
-        "ls,arx,iv,sriv,riv,oe,armax,bj,pem,moesp,n4sid,cva,wnsf,kernel-fir,rls,recursive-iv";
+    let names = "ls,arx,iv,sriv,riv,oe,armax,bj,pem,moesp,n4sid,cva,wnsf,kernel-fir,rls,recursive-iv";
     let estimate = [
         "estimate",
         record,
@@ -249,10 +216,7 @@ fn every_instruction_set_leaves_the_same_bytes() {
                 all.insert(format!("{file}/{name}"), bytes);
             }
         }
-        for command in [
-            &["theory", "covered.toml", "--format", "json"][..],
-            &estimate,
-        ] {
+        for command in [&["theory", "covered.toml", "--format", "json"][..], &estimate] {
             let output = under(&place, word, command);
             assert!(output.status.code() < Some(2), "{}", stderr(&output));
             all.insert(command[0].to_owned(), output.stdout);
@@ -293,13 +257,7 @@ fn an_instruction_set_that_is_not_there_is_an_error() {
     };
     let (code, text) = line("avx9");
     assert_eq!((code, text.lines().count()), (Some(2), 1));
-    for word in [
-        "ASOBENCH_INSTRUCTIONS",
-        "avx9",
-        "portable",
-        "avx2",
-        "avx512",
-    ] {
+    for word in ["ASOBENCH_INSTRUCTIONS", "avx9", "portable", "avx2", "avx512"] {
         assert!(text.contains(word), "{text}");
     }
     for isa in Isa::ALL {

@@ -26,9 +26,7 @@ fn a_rule_does_not_stop_before_there_is_an_error() {
     }
     // Any error will do: the first step with one is 8 trials.
     let text = std::fs::read_to_string(place.path("rule.toml")).expect("a file");
-    let text = text
-        .replace("\"rmse\"", "\"median\"")
-        .replace("0.01", "1e9");
+    let text = text.replace("\"rmse\"", "\"median\"").replace("0.01", "1e9");
     place.write("any.toml", text.as_bytes());
     succeeds(&place.run(&["run", "any.toml", "--out", "any"]));
     assert_eq!(json(&place, "any/manifest.json")["trials"], 8);
@@ -53,25 +51,14 @@ fn errors(value: &Value, found: &mut Vec<Value>) {
 #[test]
 fn one_trial_has_values_and_no_errors() {
     let place = Place::new();
-    let output = place.run(&[
-        "reproduce",
-        "--paper",
-        "nikolov",
-        "--trials",
-        "1",
-        "--out",
-        "one",
-    ]);
+    let output = place.run(&["reproduce", "--paper", "nikolov", "--trials", "1", "--out", "one"]);
     succeeds(&output);
     let text = stdout(&output);
     let (table, _) = text.split_once("typical: the lower end").expect("notes");
     // An output's name and the ends of Wilson's intervals have parentheses, errors would.
     let kept = ["iv(4)", "(<", "(>", "(2023)"].iter();
     let table = kept.fold(table.to_owned(), |table, line| table.replace(line, ""));
-    assert!(
-        table.contains("e_a     < 0.033  ls") && !table.contains('('),
-        "{table}"
-    );
+    assert!(table.contains("e_a     < 0.033  ls") && !table.contains('('), "{table}");
 
     let mut found = Vec::new();
     errors(&json(&place, "one/summary.json"), &mut found);

@@ -114,15 +114,8 @@ fn assert_no_formulas(path: &Path) -> Vec<Vec<String>> {
     let rows = cells(&text);
     for cell in rows.iter().flatten() {
         let number = cell == "-" || cell.parse::<f64>().is_ok();
-        let begins = |part: &str| {
-            part.trim_start_matches([' ', '"'])
-                .starts_with(['=', '+', '-', '@'])
-        };
-        assert!(
-            number || !cell.split(';').any(begins),
-            "{}: {cell}",
-            path.display()
-        );
+        let begins = |part: &str| part.trim_start_matches([' ', '"']).starts_with(['=', '+', '-', '@']);
+        assert!(number || !cell.split(';').any(begins), "{}: {cell}", path.display());
     }
     rows
 }
@@ -149,16 +142,11 @@ fn what_a_stranger_wrote_is_shown_and_does_nothing() {
     place.write("study.toml", study().as_bytes());
     let text = seen(&place.run(&["check", "study.toml"]));
     assert_eq!(
-        text.lines()
-            .filter(|line| line.starts_with("title "))
-            .count(),
+        text.lines().filter(|line| line.starts_with("title ")).count(),
         1,
         "{text}"
     );
-    assert!(
-        text.contains("\\u{1b}[31m\\u{7}\\u{0}\\u{9b}2J\\u{202e}"),
-        "{text}"
-    );
+    assert!(text.contains("\\u{1b}[31m\\u{7}\\u{0}\\u{9b}2J\\u{202e}"), "{text}");
     let out = "a#b?c \u{1b}[2J\u{202e}\n%41";
     let output = place.run(&["run", "study.toml", "--out", out]);
     succeeds(&output);
@@ -172,9 +160,7 @@ fn what_a_stranger_wrote_is_shown_and_does_nothing() {
     assert_seen(&page, "report.html");
     assert!(!page.contains("<script>alert") && page.contains("&lt;script&gt;alert(1)"));
     let links: Vec<&str> = page.split("href=\"").skip(1).collect();
-    let links = links
-        .iter()
-        .map(|rest| &rest[..rest.find('"').expect("an end")]);
+    let links = links.iter().map(|rest| &rest[..rest.find('"').expect("an end")]);
     let files: Vec<&str> = links.filter(|to| !to.starts_with(['#', 'd'])).collect();
     assert!(files.len() > 4, "{files:?}");
     for link in files {
@@ -220,11 +206,7 @@ fn what_a_stranger_wrote_is_shown_and_does_nothing() {
         let output = place.run(&["replay", "--", out, &which]);
         succeeds(&output);
         let head = format!("Cell {i}, {name} (");
-        assert!(
-            seen(&output).starts_with(&head),
-            "{name}: {}",
-            stdout(&output)
-        );
+        assert!(seen(&output).starts_with(&head), "{name}: {}", stdout(&output));
         let json = place.run(&["replay", "--format", "json", "--", out, &which]);
         let json: serde_json::Value = serde_json::from_str(&seen(&json)).expect("JSON");
         assert_eq!(json["cell"]["claim"], *name);
@@ -240,10 +222,7 @@ fn what_a_stranger_wrote_is_shown_and_does_nothing() {
     // The folder's name ends no comment.
     let record = std::fs::read_to_string(place.path("trial.csv")).expect("a record");
     assert_seen(&record, "a record");
-    let ends = record
-        .lines()
-        .position(|line| line == "k,u,y")
-        .expect("a header");
+    let ends = record.lines().position(|line| line == "k,u,y").expect("a header");
     assert!(record.lines().take(ends).all(|line| line.starts_with("# ")));
     succeeds(&place.run(&["estimate", "trial.csv", "--order", "2"]));
 }
@@ -257,26 +236,11 @@ fn names_that_cannot_be_told_apart_are_refused() {
     bad.extend(["a\\nb", "a\\tb", " a", "a ", &long].map(str::to_owned));
     for name in &bad {
         for (text, part) in [
-            (
-                format!("[[methods]]\nname = \"{name}\""),
-                "methods[0].name: '",
-            ),
-            (
-                format!("[settings]\nclaim = [\"{name}\", \"C2\"]"),
-                "claim: '",
-            ),
-            (
-                format!("[noises.\"{name}\"]\nnumerator = [1.0]"),
-                "noises: '",
-            ),
-            (
-                format!("[plants.\"{name}\"]\na = [0.5]\nb = [1.0]"),
-                "plants: '",
-            ),
-            (
-                format!("[feedbacks.\"{name}\"]\nnumerator = [0.3]"),
-                "feedbacks: '",
-            ),
+            (format!("[[methods]]\nname = \"{name}\""), "methods[0].name: '"),
+            (format!("[settings]\nclaim = [\"{name}\", \"C2\"]"), "claim: '"),
+            (format!("[noises.\"{name}\"]\nnumerator = [1.0]"), "noises: '"),
+            (format!("[plants.\"{name}\"]\na = [0.5]\nb = [1.0]"), "plants: '"),
+            (format!("[feedbacks.\"{name}\"]\nnumerator = [0.3]"), "feedbacks: '"),
             (
                 format!("[[bounds]]\nmeasure = \"e_a\"\nbelow = 1\nlabel = \"{name}\""),
                 "bounds[0].label: '",
@@ -296,10 +260,7 @@ fn names_that_cannot_be_told_apart_are_refused() {
             "[[methods]]\n[[methods]]\nname = \"LS\"\nestimator = \"ls\"",
             ["methods: 'ls' and 'LS'", "differ only in case"],
         ),
-        (
-            "[[methods]]\nname = \"ls\"",
-            ["methods[0].estimator: ", "named 'ls'"],
-        ),
+        ("[[methods]]\nname = \"ls\"", ["methods[0].estimator: ", "named 'ls'"]),
         (
             "[[methods]]\nname = \"ls\"\nestimator = \"iv\"",
             ["methods[0].name: 'ls'", "another estimator"],
@@ -312,18 +273,9 @@ fn names_that_cannot_be_told_apart_are_refused() {
             "[noises.a]\nnumerator = [1.0]\n[noises.A]\nnumerator = [1.0]",
             ["noises: 'A' and 'a'", "differ only in case"],
         ),
-        (
-            "[noises.White]\nnumerator = [1.0]",
-            ["noises.White", "built in"],
-        ),
-        (
-            "[settings]\nclaim = [\"C2\", \"c2\"]",
-            ["line 2", "c2 is given twice"],
-        ),
-        (
-            "[settings]\nclaim = [1, \"1\"]",
-            ["line 2", "1 is given twice"],
-        ),
+        ("[noises.White]\nnumerator = [1.0]", ["noises.White", "built in"]),
+        ("[settings]\nclaim = [\"C2\", \"c2\"]", ["line 2", "c2 is given twice"]),
+        ("[settings]\nclaim = [1, \"1\"]", ["line 2", "1 is given twice"]),
     ] {
         place.refuses_file(text, &parts);
     }
@@ -341,10 +293,7 @@ fn words_and_lists_have_an_end() {
     let noise = |i| format!("[noises.n{i}]\nnumerator = [1.0]\n");
     let method = |i| format!("[[methods]]\nname = \"m{i}\"\niterations = 1000\n");
     for (text, parts) in [
-        (
-            many("[[methods]]\n"),
-            ["methods: 1001 entries", "at most 1000"],
-        ),
+        (many("[[methods]]\n"), ["methods: 1001 entries", "at most 1000"]),
         (
             format!(
                 "[[methods]]\niterations = [{options}]\ndrive = \"observer\"\ngain = [{}]",
@@ -382,14 +331,8 @@ fn words_and_lists_have_an_end() {
             ),
             ["observers: 1001 entries", "at most 1000"],
         ),
-        (
-            numbered(10_001, &noise),
-            ["noises: 10001 tables", "at most 10000"],
-        ),
-        (
-            numbered(11, &method),
-            ["methods: 11011 outputs", "at most 10000"],
-        ),
+        (numbered(10_001, &noise), ["noises: 10001 tables", "at most 10000"]),
+        (numbered(11, &method), ["methods: 11011 outputs", "at most 10000"]),
         (
             format!("[[methods]]\nreport = [{}]", "0, ".repeat(1002)),
             ["methods[0].report: 1002 passes", "at most 1001"],
@@ -406,10 +349,7 @@ fn words_and_lists_have_an_end() {
         place.refuses_file(&text, &parts);
     }
     // A line that would have no end says how much of it is left out.
-    place.write(
-        "bad.toml",
-        format!("{} = 1", "k".repeat(100_000)).as_bytes(),
-    );
+    place.write("bad.toml", format!("{} = 1", "k".repeat(100_000)).as_bytes());
     place.refuses(&["check", "bad.toml"], &["more characters"]);
 }
 
@@ -423,10 +363,7 @@ fn a_replay_needs_one_cell() {
     place.write("cells.toml", text.as_bytes());
     succeeds(&place.run(&["run", "cells.toml", "--out", "out"]));
     // Cells 0 and 1 are C2, cells 2 and 3 "1".
-    place.refuses(
-        &["replay", "out", "C2:1"],
-        &["'C2' matches 2 cells", "cell=0, cell=1"],
-    );
+    place.refuses(&["replay", "out", "C2:1"], &["'C2' matches 2 cells", "cell=0, cell=1"]);
     place.refuses(&["replay", "out", "c2:1"], &["cell=0, cell=1"]);
     place.refuses(
         &["replay", "out", "1:1"],
@@ -437,10 +374,7 @@ fn a_replay_needs_one_cell() {
         &["replay", "out", "cell=6:1"],
         &["no cell 'cell=6'", "C2, 1, a:b, or a number from 0 to 5"],
     );
-    for (which, head) in [
-        ("cell=1:1", "Cell 1, C2 (eta = 10"),
-        ("3:1", "Cell 3, 1 (eta = 10"),
-    ] {
+    for (which, head) in [("cell=1:1", "Cell 1, C2 (eta = 10"), ("3:1", "Cell 3, 1 (eta = 10")] {
         let output = place.run(&["replay", "out", which]);
         succeeds(&output);
         assert!(stdout(&output).starts_with(head), "{}", stdout(&output));
@@ -450,10 +384,7 @@ fn a_replay_needs_one_cell() {
     assert_eq!(json["rows"][1]["estimator"], "m pass 7");
     assert_eq!(json["rows"][1]["pass"], 1);
     // One of several cells has the claim: that is the cell.
-    place.write(
-        "one.toml",
-        text.replace("eta = [5, 10]", "eta = 5").as_bytes(),
-    );
+    place.write("one.toml", text.replace("eta = [5, 10]", "eta = 5").as_bytes());
     succeeds(&place.run(&["run", "one.toml", "--out", "one"]));
     let output = place.run(&["replay", "one", "a:b:1"]);
     succeeds(&output);
@@ -472,10 +403,7 @@ fn numbers_are_short() {
     let page = std::fs::read_to_string(place.path("out/report.html")).expect("a page");
     let zeros = "0".repeat(30);
     assert!(page.contains("-1e99") && page.contains("&lt; 1e300") && !page.contains(&zeros));
-    for (setting, part) in [
-        ("window=1e300", "1e300; expected"),
-        ("eta=-1e300", "-1e300; expected"),
-    ] {
+    for (setting, part) in [("window=1e300", "1e300; expected"), ("eta=-1e300", "-1e300; expected")] {
         let output = place.run(&["check", "large.toml", "--set", setting]);
         assert_eq!(output.status.code(), Some(2));
         assert!(stderr(&output).contains(part) && !stderr(&output).contains(&zeros));

@@ -3,12 +3,7 @@
 use super::{Contents, Place, assert_same, blocks, contents, stderr, succeeds};
 
 /// The files that a study writes.
-const FILES: [&str; 4] = [
-    "manifest.json",
-    "summary.json",
-    "summary.parquet",
-    "trials.parquet",
-];
+const FILES: [&str; 4] = ["manifest.json", "summary.json", "summary.parquet", "trials.parquet"];
 
 fn names(contents: &Contents) -> Vec<&str> {
     contents.keys().map(String::as_str).collect()
@@ -19,13 +14,7 @@ fn threads_and_blocks_move_no_bit() {
     let place = Place::new();
     let expected = place.results("first", &["--threads", "1"]);
     assert_eq!(names(&expected), FILES);
-    for (threads, block) in [
-        ("2", "7"),
-        ("5", "64"),
-        ("1", "1000"),
-        ("2", "1000"),
-        ("5", "399"),
-    ] {
+    for (threads, block) in [("2", "7"), ("5", "64"), ("1", "1000"), ("2", "1000"), ("5", "399")] {
         let out = format!("out-{threads}-{block}");
         let found = place.results(&out, &["--threads", threads, "--block", block]);
         assert_same(&found, &expected, &out);
@@ -41,16 +30,10 @@ fn threads_and_blocks_move_no_bit() {
 fn extension_gives_the_bits_of_one_run() {
     let place = Place::new();
     let expected = place.results("once", &["--trials", "900"]);
-    let first = place.results(
-        "twice",
-        &["--trials", "300", "--block", "77", "--threads", "2"],
-    );
+    let first = place.results("twice", &["--trials", "300", "--block", "77", "--threads", "2"]);
     assert!(first["summary.json"] != expected["summary.json"]);
     let before = blocks(&place.path("twice"));
-    let extended = place.results(
-        "twice",
-        &["--trials", "900", "--block", "100", "--threads", "1"],
-    );
+    let extended = place.results("twice", &["--trials", "900", "--block", "100", "--threads", "1"]);
     assert_same(&extended, &expected, "extended");
     // The first blocks are there still: nothing was computed twice.
     let after = blocks(&place.path("twice"));
@@ -60,14 +43,7 @@ fn extension_gives_the_bits_of_one_run() {
     assert_same(&again, &expected, "again");
     assert_eq!(blocks(&place.path("twice")), after);
     // Fewer are refused, and nothing changes.
-    let fewer = [
-        "run",
-        "everything.toml",
-        "--out",
-        "twice",
-        "--trials",
-        "300",
-    ];
+    let fewer = ["run", "everything.toml", "--out", "twice", "--trials", "300"];
     place.refuses(&fewer, &["twice", "up to trial 900", "300"]);
     assert_same(&contents(&place.path("twice")), &expected, "refused");
 }
@@ -79,17 +55,10 @@ fn summaries_are_those_of_stored_trials() {
     let with = |more: &[&'static str]| [&summaries[..], more].concat();
     let expected = place.results("once", &with(&["--trials", "900"]));
     assert_eq!(names(&expected), &FILES[..3]);
-    place.results(
-        "twice",
-        &with(&["--trials", "300", "--block", "7", "--threads", "5"]),
-    );
+    place.results("twice", &with(&["--trials", "300", "--block", "7", "--threads", "5"]));
     let extended = place.results("twice", &with(&["--trials", "900", "--block", "64"]));
     assert_same(&extended, &expected, "extended");
-    assert_eq!(
-        blocks(&place.path("twice")).len(),
-        12,
-        "one block for each cell"
-    );
+    assert_eq!(blocks(&place.path("twice")).len(), 12, "one block for each cell");
     // Stored trials move no figure.
     let trials = place.results("trials", &["--trials", "900"]);
     for name in ["summary.json", "summary.parquet"] {
@@ -108,19 +77,10 @@ fn a_rule_for_the_number_of_trials_moves_no_bit() {
         let rule = ["--set", UNTIL, "--set", store];
         let with = |more: &[&'static str]| [&rule[..], more].concat();
         let expected = place.results(&out("one"), &with(&["--threads", "1"]));
-        let manifest: serde_json::Value =
-            serde_json::from_slice(&expected["manifest.json"]).expect("JSON");
-        let trials = manifest["trials"]
-            .as_array()
-            .expect("a number for each cell");
-        let trials: Vec<u64> = trials
-            .iter()
-            .map(|count| count.as_u64().expect("a number"))
-            .collect();
-        assert!(
-            trials.iter().all(|count| [150, 300, 400].contains(count)),
-            "{trials:?}"
-        );
+        let manifest: serde_json::Value = serde_json::from_slice(&expected["manifest.json"]).expect("JSON");
+        let trials = manifest["trials"].as_array().expect("a number for each cell");
+        let trials: Vec<u64> = trials.iter().map(|count| count.as_u64().expect("a number")).collect();
+        assert!(trials.iter().all(|count| [150, 300, 400].contains(count)), "{trials:?}");
         for count in [300, 400] {
             assert!(trials.contains(&count), "{trials:?}");
         }
@@ -166,27 +126,17 @@ fn a_rule_for_the_number_of_trials_moves_no_bit() {
 fn the_environment_moves_no_bit() {
     let place = Place::new();
     let expected = place.results("plain", &["--trials", "30"]);
-    for (i, (locale, zone)) in [
-        ("de_DE.UTF-8", "Asia/Kolkata"),
-        ("tr_TR.UTF-8", "America/St_Johns"),
-    ]
-    .into_iter()
-    .enumerate()
+    for (i, (locale, zone)) in [("de_DE.UTF-8", "Asia/Kolkata"), ("tr_TR.UTF-8", "America/St_Johns")]
+        .into_iter()
+        .enumerate()
     {
         let out = format!("out{i}");
-        let mut command =
-            place.command(&["run", "everything.toml", "--trials", "30", "--out", &out]);
-        command
-            .env("LC_ALL", locale)
-            .env("LANG", locale)
-            .env("TZ", zone);
+        let mut command = place.command(&["run", "everything.toml", "--trials", "30", "--out", &out]);
+        command.env("LC_ALL", locale).env("LANG", locale).env("TZ", zone);
         let output = command.output().expect("the program runs");
         succeeds(&output);
         let speed = stderr(&output);
-        assert!(
-            speed.lines().all(|line| line.contains(" trials/s: ")),
-            "{speed}"
-        );
+        assert!(speed.lines().all(|line| line.contains(" trials/s: ")), "{speed}");
         assert_same(&contents(&place.path(&out)), &expected, locale);
     }
 }

@@ -24,13 +24,7 @@ fn kills() -> usize {
 }
 
 /// Runs `arguments` in `out` with kills at random moments up to its end; returns how many there were.
-fn run_with_kills(
-    place: &Place,
-    arguments: &[&str],
-    longest: u64,
-    moments: &mut Moments,
-    limit: usize,
-) -> usize {
+fn run_with_kills(place: &Place, arguments: &[&str], longest: u64, moments: &mut Moments, limit: usize) -> usize {
     let mut killed = 0;
     loop {
         let mut child = place.start(arguments);
@@ -83,10 +77,7 @@ fn killed_runs_go_on_to_the_same_bits() {
             let begin = Instant::now();
             let output = place.run(&study(store, reference));
             assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-            (
-                contents(&place.path(reference)),
-                begin.elapsed().as_millis() as u64,
-            )
+            (contents(&place.path(reference)), begin.elapsed().as_millis() as u64)
         })
         .collect();
     let mut round = 0;
@@ -116,15 +107,7 @@ fn killed_runs_go_on_to_the_same_bits() {
 #[test]
 fn stopped_runs_say_how_to_go_on() {
     let place = Place::new();
-    let arguments = [
-        "run",
-        "everything.toml",
-        "--trials",
-        "1500",
-        "--block",
-        "50",
-        "--out",
-    ];
+    let arguments = ["run", "everything.toml", "--trials", "1500", "--block", "50", "--out"];
     let with = |out: &'static str| [&arguments[..], &[out]].concat();
     let whole = place.run(&with("whole"));
     assert_eq!(whole.status.code(), Some(0), "{}", stderr(&whole));
@@ -132,9 +115,7 @@ fn stopped_runs_say_how_to_go_on() {
         let child = place.start(&with("stopped"));
         wait_until(|| !blocks(&place.path("stopped")).is_empty());
         let begin = Instant::now();
-        let sent = Command::new("kill")
-            .args([signal, &child.id().to_string()])
-            .status();
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status();
         assert!(sent.expect("kill runs").success());
         let output = child.wait_with_output().expect("the program ends");
         assert!(begin.elapsed() < Duration::from_secs(3));
@@ -145,10 +126,7 @@ fn stopped_runs_say_how_to_go_on() {
             message.contains("of 18000 trials") && message.contains("the same command resumes"),
             "{message}"
         );
-        assert!(
-            contents(&place.path("stopped")).is_empty(),
-            "no results of a part"
-        );
+        assert!(contents(&place.path("stopped")).is_empty(), "no results of a part");
         let resumed = place.run(&with("stopped"));
         assert_eq!(resumed.status.code(), Some(0), "{}", stderr(&resumed));
         assert_same(
@@ -179,17 +157,12 @@ fn long_spans_are_left_between_trials() {
     let child = place.start(&arguments);
     std::thread::sleep(Duration::from_millis(500));
     let begin = Instant::now();
-    let sent = Command::new("kill")
-        .args(["-TERM", &child.id().to_string()])
-        .status();
+    let sent = Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
     assert!(sent.expect("kill runs").success());
     let output = child.wait_with_output().expect("the program ends");
     assert!(begin.elapsed() < Duration::from_secs(3));
     assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
-    assert!(
-        !blocks(&place.path("out")).is_empty(),
-        "what was computed is kept"
-    );
+    assert!(!blocks(&place.path("out")).is_empty(), "what was computed is kept");
 }
 
 /// A study whose times are measured; the times are of its design, and measured once.
@@ -228,9 +201,7 @@ fn times_are_measured_once() {
     assert!(stderr(&output).contains("times are there already"));
     assert!(times(&place) == before);
     assert_eq!(
-        std::fs::read_dir(place.path("out/timing"))
-            .expect("a folder")
-            .count(),
+        std::fs::read_dir(place.path("out/timing")).expect("a folder").count(),
         1
     );
 }
@@ -246,9 +217,7 @@ fn measuring_times_can_be_stopped() {
     let child = place.start(&["run", "timed.toml", "--out", "out"]);
     wait_until(|| place.path("out/manifest.json").exists());
     let begin = Instant::now();
-    let sent = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(sent.expect("kill runs").success());
     let output = child.wait_with_output().expect("the program ends");
     assert!(begin.elapsed() < Duration::from_secs(3));
@@ -259,11 +228,7 @@ fn measuring_times_can_be_stopped() {
         "{message}"
     );
     assert!(!place.path("out/timing").exists());
-    assert_eq!(
-        contents(&place.path("out")).len(),
-        3,
-        "the results are there"
-    );
+    assert_eq!(contents(&place.path("out")).len(), 3, "the results are there");
 }
 
 /// A second signal does not wait for the trial that is under way: one of thousand passes over a long window.
@@ -276,9 +241,7 @@ fn a_second_signal_ends_at_once() {
     wait_until(|| place.path("out/blocks/design.json").exists());
     std::thread::sleep(Duration::from_millis(500));
     let signal = || {
-        let sent = Command::new("kill")
-            .args(["-INT", &child.id().to_string()])
-            .status();
+        let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
         assert!(sent.expect("kill runs").success());
     };
     let begin = Instant::now();

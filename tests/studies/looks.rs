@@ -17,9 +17,7 @@ fn shares(place: &Place, out: &str) -> Vec<f64> {
     let text = std::fs::read(place.path(out).join("looks.json")).expect("a list");
     let list: Value = serde_json::from_slice(&text).expect("JSON");
     let looks = list["looks"].as_array().expect("looks").iter();
-    looks
-        .map(|look| look["share"].as_f64().expect("a share"))
-        .collect()
+    looks.map(|look| look["share"].as_f64().expect("a share")).collect()
 }
 
 fn run(place: &Place, out: &str, more: &[&str]) -> String {
@@ -35,10 +33,7 @@ fn extensions_are_further_looks_and_repetitions_are_none() {
     let place = Place::new();
     place.write("study.toml", STUDY.as_bytes());
     let first = run(&place, "out", &["--trials", "100"]);
-    assert!(
-        first.contains("W1 holds") && !first.contains("Look"),
-        "{first}"
-    );
+    assert!(first.contains("W1 holds") && !first.contains("Look"), "{first}");
     run(&place, "out", &["--trials", "100"]);
     assert_eq!(shares(&place, "out"), [0.9]);
     let second = run(&place, "out", &["--trials", "200"]);
@@ -61,10 +56,7 @@ fn a_rule_leaves_little_for_what_follows() {
     place.write("study.toml", format!("{rule}\n{STUDY}").as_bytes());
     run(&place, "out", &[]);
     let found = shares(&place, "out");
-    assert!(
-        found.len() == 1 && (found[0] - 0.3).abs() < 1e-12,
-        "{found:?}"
-    );
+    assert!(found.len() == 1 && (found[0] - 0.3).abs() < 1e-12, "{found:?}");
     let more = run(&place, "out", &["--trials", "800"]);
     assert!(more.contains("Look 2 at this study, at 0.125 %"), "{more}");
 }
@@ -97,10 +89,7 @@ fn an_edited_plan_spends_what_is_left() {
     }
     // The same trials again, with a plan that would have given them the whole level.
     let again = run(&place, "out", &["--trials", "400"]);
-    assert!(
-        again.contains("W1 undecided") && again.contains("Look 3"),
-        "{again}"
-    );
+    assert!(again.contains("W1 undecided") && again.contains("Look 3"), "{again}");
     assert_eq!(shares(&place, "out"), [0.5, 0.25, 0.0]);
 }
 
@@ -142,10 +131,7 @@ fn looks_in_folders_beside_count() {
     assert!(!text.contains("Look"), "{text}");
     // Such a list is never required: a damaged one counts for nothing.
     for folder in ["a", "b", "c"] {
-        place.write(
-            &format!("results/{folder}/looks.json"),
-            b"{\"looks_of\":\"asobench\",",
-        );
+        place.write(&format!("results/{folder}/looks.json"), b"{\"looks_of\":\"asobench\",");
     }
     let (text, _) = beside(&["--trials", "800", "--out", "results/e"]);
     assert!(!text.contains("Look"), "{text}");

@@ -16,10 +16,7 @@ fn what_means_nothing_is_refused() {
             "exclude = [{ eta = 2 }, { eta = 3 }]\n[settings]\neta = [1, 2]",
             ["exclude[1]", "no cell has these values"],
         ),
-        (
-            "exclude = [{ l = 20 }]",
-            ["exclude[0]", "no cell has these values"],
-        ),
+        ("exclude = [{ l = 20 }]", ["exclude[0]", "no cell has these values"]),
         (
             "[settings]\nclaim = [\"C2\", \"C3\"]\n[[bounds]]\nclaim = \"C4\"\nmeasure = \"e_a\"\nbelow = 1",
             ["bounds[0].claim", "the claim 'C4'"],
@@ -28,18 +25,9 @@ fn what_means_nothing_is_refused() {
             "[settings]\nplant_order = [2, 6]",
             ["plant_order", "plant = \"random\""],
         ),
-        (
-            "[settings]\npole_radius = 0.5",
-            ["pole_radius", "plant = \"random\""],
-        ),
-        (
-            "[[methods]]\nname = \"\"",
-            ["methods[0].name: ''", "not empty"],
-        ),
-        (
-            "[[methods]]\nname = \" \"",
-            ["methods[0].name", "not empty"],
-        ),
+        ("[settings]\npole_radius = 0.5", ["pole_radius", "plant = \"random\""]),
+        ("[[methods]]\nname = \"\"", ["methods[0].name: ''", "not empty"]),
+        ("[[methods]]\nname = \" \"", ["methods[0].name", "not empty"]),
         (
             "[[methods]]\nname = \"iv(4)\"",
             ["methods[0].name: 'iv(4)'", "without parentheses"],
@@ -69,10 +57,7 @@ fn a_file_without_a_quick_variant_has_none() {
     let place = Place::new();
     for command in [&["check"][..], &["run", "--out", "out"]] {
         let arguments = [command, &["everything.toml", "--quick"]].concat();
-        place.refuses(
-            &arguments,
-            &["everything.toml: quick: ", "expected [quick]"],
-        );
+        place.refuses(&arguments, &["everything.toml: quick: ", "expected [quick]"]);
     }
     assert!(!place.path("out").exists());
 }

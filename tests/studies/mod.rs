@@ -191,8 +191,7 @@ fn blocks(folder: &Path) -> Vec<PathBuf> {
 }
 
 fn is_block(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|extension| extension == "block")
+    path.extension().is_some_and(|extension| extension == "block")
 }
 
 fn succeeds(output: &Output) {

@@ -35,9 +35,7 @@ fn bytes(path: &Path) -> f64 {
         return 4096.0 * metadata.len().div_ceil(4096) as f64;
     }
     let entries = fs::read_dir(path).expect("a folder");
-    entries
-        .map(|entry| bytes(&entry.expect("an entry").path()))
-        .sum()
+    entries.map(|entry| bytes(&entry.expect("an entry").path())).sum()
 }
 
 /// Whether an amount that is told in whole kB, or to two digits, is within a factor of 1.5.
@@ -50,10 +48,7 @@ fn times_of_methods_and_records_of_threads_are_counted() {
     let place = Place::new();
     let check = |set: &[&str]| {
         let sets = set.iter().flat_map(|set| ["--set", set]);
-        let all: Vec<&str> = ["check", "everything.toml"]
-            .into_iter()
-            .chain(sets)
-            .collect();
+        let all: Vec<&str> = ["check", "everything.toml"].into_iter().chain(sets).collect();
         let output = place.run(&all);
         succeeds(&output);
         stdout(&output)
@@ -61,15 +56,9 @@ fn times_of_methods_and_records_of_threads_are_counted() {
     let text = check(&["timing=true"]);
     let size = text.find("cells     12").expect("the grid");
     assert!(size < text.find("time  ").expect("the time"), "{text}");
-    assert!(
-        text.contains("for the times of the methods, on one"),
-        "{text}"
-    );
+    assert!(text.contains("for the times of the methods, on one"), "{text}");
     let text = check(&["store=summaries"]);
-    assert!(
-        !text.contains("trials.parquet") && !text.contains("times of"),
-        "{text}"
-    );
+    assert!(!text.contains("trials.parquet") && !text.contains("times of"), "{text}");
     // A record of 2 million samples, (6 + n) numbers each, one a thread.
     let text = check(&["horizon=2000000", "curves=false"]);
     assert!(amounts(line(&text, "memory"))[0] >= 128e6, "{text}");
@@ -92,18 +81,11 @@ fn a_run_takes_the_room_that_was_told() {
         let summaries = size("summary.json") + size("summary.parquet");
         let kept = place.path(out).join("trials.parquet").exists();
         let trials = kept.then(|| size("trials.parquet"));
-        let parts: Vec<f64> = [blocks]
-            .into_iter()
-            .chain(trials)
-            .chain([summaries])
-            .collect();
+        let parts: Vec<f64> = [blocks].into_iter().chain(trials).chain([summaries]).collect();
         for (said, is) in said[1..].iter().zip(&parts) {
             assert!(is_near(*said, *is), "{out}: {text}, but {parts:?}");
         }
-        assert!(
-            is_near(said[0], parts.iter().sum()),
-            "{out}: {text}, but {parts:?}"
-        );
+        assert!(is_near(said[0], parts.iter().sum()), "{out}: {text}, but {parts:?}");
     }
 }
 
@@ -132,20 +114,14 @@ fn memory_and_a_report_take_what_was_told() {
     for (out, more) in [
         ("kept", &["--trials", "5000"][..]),
         ("few", &["--trials", "20", "--set", "curves=false"]),
-        (
-            "counted",
-            &["--trials", "20000", "--set", "store=summaries"],
-        ),
+        ("counted", &["--trials", "20000", "--set", "store=summaries"]),
         ("long", &["--trials", "20", "--set", "horizon=4000"]),
     ] {
         let text = stdout(&place.run(&[&["check", "everything.toml"], more].concat()));
         let said = amounts(line(&text, "memory"))[0];
         let run = ["run", "everything.toml", "--out", out];
         let is = peak(&place, &[&run[..], more].concat());
-        assert!(
-            said <= 2.0 * is && is <= 2.0 * said,
-            "{out}: {said} of {is}: {text}"
-        );
+        assert!(said <= 2.0 * is && is <= 2.0 * said, "{out}: {said} of {is}: {text}");
         let said = amounts(line(&text, "disk"));
         succeeds(&place.run(&["report", out, "--out", "page"]));
         let is = bytes(&place.path("page"));

@@ -66,8 +66,7 @@ fn table() -> String {
 fn given() -> (ExperimentFile, Vec<f64>) {
     let mut file = ExperimentFile::parse(GIVEN).expect("a file");
     let u: Vec<f64> = (0..40).map(|k| f64::from((k * 7) % 5) - 1.5).collect();
-    file.columns
-        .insert("file:mine.csv#in".to_owned(), u.clone());
+    file.columns.insert("file:mine.csv#in".to_owned(), u.clone());
     (file, u)
 }
 
@@ -92,11 +91,7 @@ fn a_trial_with_a_given_input_obeys_the_equations() {
         let mut before = 0.0;
         for k in 1..40 {
             // The impulse response of h: what b_1 u(0) = u(0) adds at k = 1.
-            let now = if k == 1 {
-                u[0]
-            } else {
-                1.5 * response - 0.7 * before
-            };
+            let now = if k == 1 { u[0] } else { 1.5 * response - 0.7 * before };
             (before, response) = (response, now);
             y0[k] += now;
         }
@@ -173,10 +168,7 @@ fn a_given_input_is_part_of_the_design() {
         &["another design", "columns.file:mine.csv#in"],
     );
     std::fs::remove_file(place.path("mine.csv")).expect("the file");
-    place.refuses(
-        &["run", "study.toml", "--out", "one"],
-        &["mine.csv", "No such file"],
-    );
+    place.refuses(&["run", "study.toml", "--out", "one"], &["mine.csv", "No such file"]);
     succeeds(&place.run(&["replay", "one", "1:7"]));
     succeeds(&place.run(&["report", "one", "--out", "page"]));
     succeeds(&place.run(&["run", "one/manifest.json", "--out", "again"]));
@@ -200,36 +192,16 @@ fn mistakes_with_given_inputs_are_told() {
             "window = 30\nhorizon = 50",
             &["horizon", "K = 50", "has 40"],
         ),
-        (
-            "mine.csv#in",
-            "none.csv#in",
-            &["input", "none.csv", "No such file"],
-        ),
-        (
-            "mine.csv#in",
-            "mine.csv",
-            &["input", "mine.csv", "no column 'u'"],
-        ),
-        (
-            "mine.csv#in",
-            "text.csv#in",
-            &["text.csv", "line 3, column in", "'x'"],
-        ),
+        ("mine.csv#in", "none.csv#in", &["input", "none.csv", "No such file"]),
+        ("mine.csv#in", "mine.csv", &["input", "mine.csv", "no column 'u'"]),
+        ("mine.csv#in", "text.csv#in", &["text.csv", "line 3, column in", "'x'"]),
         (
             "\"file:mine.csv#in\"",
             "\"colored\"",
             &["input", "did you mean 'coloured'"],
         ),
-        (
-            "eta = 25",
-            "eta = 25\namplitude = 2",
-            &["amplitude", "means nothing"],
-        ),
-        (
-            "\"absolute\"",
-            "\"nominal\"",
-            &["settings", "'exact' or 'absolute'"],
-        ),
+        ("eta = 25", "eta = 25\namplitude = 2", &["amplitude", "means nothing"]),
+        ("\"absolute\"", "\"nominal\"", &["settings", "'exact' or 'absolute'"]),
         (
             "eta = 25",
             "eta = 25\neta_of = \"measured\"",
@@ -261,8 +233,7 @@ fn mistakes_with_given_inputs_are_told() {
         let text = format!("engine = \"lanes\"\n{}", GIVEN.replacen(from, to, 1));
         let mut file = ExperimentFile::parse(&text).expect("a file");
         for column in ["in", "e"] {
-            file.columns
-                .insert(format!("file:mine.csv#{column}"), given().1);
+            file.columns.insert(format!("file:mine.csv#{column}"), given().1);
         }
         Experiment::new(file).err().map(|e| e.to_string())
     };
@@ -322,10 +293,7 @@ fn a_record_becomes_a_study_that_runs() {
             said.lines().count() <= 12 && said.lines().all(|line| line.len() <= 80),
             "{said}"
         );
-        assert!(
-            said.contains(&format!("Next: asobench run {out}")),
-            "{said}"
-        );
+        assert!(said.contains(&format!("Next: asobench run {out}")), "{said}");
         succeeds(&place.run(&["check", &out]));
         let file = ExperimentFile::read(&place.path(&out)).expect("a file");
         let own = serde_json::to_value(&file.methods[0]).expect("JSON");
@@ -333,18 +301,11 @@ fn a_record_becomes_a_study_that_runs() {
         if name == "fixed" {
             let (plant, noise) = (&file.plants["record"], &file.noises["record"]);
             let model = &estimated["model"];
-            let [a, b] = [&plant.output_polynomial, &plant.input_polynomial]
-                .map(|of| numbers_of(of.as_ref()));
+            let [a, b] = [&plant.output_polynomial, &plant.input_polynomial].map(|of| numbers_of(of.as_ref()));
             assert_eq!([a.clone(), b], ["A", "B"].map(|key| numbers(&model[key])));
+            assert_eq!(numbers_of(noise.moving_average.as_ref()), numbers(&model["C"]));
             assert_eq!(
-                numbers_of(noise.moving_average.as_ref()),
-                numbers(&model["C"])
-            );
-            assert_eq!(
-                (
-                    numbers_of(noise.autoregression.as_ref()),
-                    numbers_of(plant.x0.as_ref())
-                ),
+                (numbers_of(noise.autoregression.as_ref()), numbers_of(plant.x0.as_ref())),
                 (a, numbers(&estimated["x0"]))
             );
             let eta = numbers(&file.settings[&asobench::study::file::Key::Eta].values(false));
@@ -354,22 +315,13 @@ fn a_record_becomes_a_study_that_runs() {
             let own: Vec<f64> = own
                 .lines()
                 .skip(1)
-                .map(|line| {
-                    line.split(',')
-                        .next()
-                        .expect("u")
-                        .parse()
-                        .expect("a number")
-                })
+                .map(|line| line.split(',').next().expect("u").parse().expect("a number"))
                 .collect();
             assert_eq!(*u, own);
         }
     }
     let theory = stdout(&place.run(&["theory", "spectrum.toml"]));
-    assert!(
-        theory.contains("armax") && !theory.contains("no theory"),
-        "{theory}"
-    );
+    assert!(theory.contains("armax") && !theory.contains("no theory"), "{theory}");
     // The loop's reference is the signs that the record was made with.
     let file = ExperimentFile::read(&place.path("loop.toml")).expect("a file");
     let r = &file.columns["file:loop-record.csv#r"];
@@ -413,14 +365,7 @@ fn records_that_make_no_study_are_refused() {
             &["--feedback", "expected"],
         ),
         (
-            &[
-                "closed.csv",
-                "--order",
-                "2",
-                "--feedback",
-                "1",
-                "--open-loop",
-            ],
+            &["closed.csv", "--order", "2", "--feedback", "1", "--open-loop"],
             &["--open-loop", "--feedback"],
         ),
         (
@@ -432,21 +377,10 @@ fn records_that_make_no_study_are_refused() {
         (&["open.csv", "--order", "1:3"], &["--order", "a range"]),
         (&["open.csv", "--orders", "na=2,nb=2,nk=0"], &["nk = 0"]),
         (
-            &[
-                "open.csv",
-                "--order",
-                "2",
-                "--delay",
-                "2",
-                "--estimator",
-                "ls",
-            ],
+            &["open.csv", "--order", "2", "--delay", "2", "--estimator", "ls"],
             &["ls", "takes the delay out"],
         ),
-        (
-            &["open.csv", "--order", "2", "--estimator", "known"],
-            &["known"],
-        ),
+        (&["open.csv", "--order", "2", "--estimator", "known"], &["known"]),
         (
             &["open.csv", "--order", "2", "--trial-input", "fixd"],
             &["--trial-input", "did you mean 'fixed'"],
@@ -456,14 +390,8 @@ fn records_that_make_no_study_are_refused() {
             &["open.csv", "--order", "2", "--out", "there.toml"],
             &["there.toml", "already"],
         ),
-        (
-            &["open.csv", "--order", "2", "--out", "new.txt"],
-            &["new.txt", ".toml"],
-        ),
-        (
-            &["open.csv", "--order", "2", "--out", "nowhere/new.toml"],
-            &["nowhere"],
-        ),
+        (&["open.csv", "--order", "2", "--out", "new.txt"], &["new.txt", ".toml"]),
+        (&["open.csv", "--order", "2", "--out", "nowhere/new.toml"], &["nowhere"]),
         (
             &["open.csv", "--order", "2", "--out", "other.toml"],
             &["other-record.csv", "not written by asobench"],

@@ -61,21 +61,11 @@ fn a_pilot_foretells_and_leaves_nothing() {
     let number = before.and_then(|text| text.rsplit("; ").next());
     let number = number.unwrap_or_default();
     assert!(number.ends_with(|c: char| c.is_ascii_digit()), "{words}");
-    assert!(
-        words.contains(&format!("It would take {number} trials")),
-        "{words}"
-    );
+    assert!(words.contains(&format!("It would take {number} trials")), "{words}");
     // Other random numbers than those of the study: another number of the same kind.
     let run = place.run(&["run", "own.toml", "--trials", "200"]);
-    let run = stdout(&run)
-        .split_whitespace()
-        .collect::<Vec<&str>>()
-        .join(" ");
-    let number = |text: &str| {
-        text.split("over iv(4), is ")
-            .nth(1)
-            .map(|rest| rest[..6].to_owned())
-    };
+    let run = stdout(&run).split_whitespace().collect::<Vec<&str>>().join(" ");
+    let number = |text: &str| text.split("over iv(4), is ").nth(1).map(|rest| rest[..6].to_owned());
     assert!(
         number(&run).is_some() && number(&run) != number(&words),
         "{run} {words}"
@@ -117,20 +107,11 @@ fn pilots_that_say_nothing_are_refused() {
     place.write("own.toml", FILE.as_bytes());
     let expected = "expected 20 to 2000";
     for trials in ["0", "19", "2001"] {
-        place.refuses(
-            &["check", "own.toml", "--pilot", trials],
-            &["--pilot", expected],
-        );
+        place.refuses(&["check", "own.toml", "--pilot", trials], &["--pilot", expected]);
     }
     place.refuses(&["check", "own.toml", "--pilot", "-3"], &["--pilot"]);
-    place.refuses(
-        &["check", "own.toml", "--pilot", "9", "--trials", "10"],
-        &["10 trials"],
-    );
-    place.refuses(
-        &["check", "everything.toml", "--pilot", "20"],
-        &["[[claims]]"],
-    );
+    place.refuses(&["check", "own.toml", "--pilot", "9", "--trials", "10"], &["10 trials"]);
+    place.refuses(&["check", "everything.toml", "--pilot", "20"], &["[[claims]]"]);
 }
 
 #[cfg(unix)]
@@ -151,17 +132,12 @@ fn a_pilot_can_be_interrupted() {
     lines.read_line(&mut line).expect("a line");
     assert!(line.starts_with("title"), "{line}");
     let rest = std::thread::spawn(move || std::io::copy(&mut lines, &mut std::io::sink()));
-    let sent = std::process::Command::new("kill")
-        .args(["-INT", &id])
-        .status();
+    let sent = std::process::Command::new("kill").args(["-INT", &id]).status();
     assert!(sent.expect("kill runs").success());
     let output = child.wait_with_output().expect("ended");
     rest.join().expect("no panic").expect("read to its end");
     assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
     let said = stderr(&output);
-    assert!(
-        said.contains("interrupted; a pilot leaves nothing behind"),
-        "{said}"
-    );
+    assert!(said.contains("interrupted; a pilot leaves nothing behind"), "{said}");
     assert_eq!(names(&place), before);
 }

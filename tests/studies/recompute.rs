@@ -131,8 +131,7 @@ fn bias_and_coverage_follow_from_the_trials() {
         let coverage = output["coverage"].as_array();
         for of in coverage.map_or(&[][..], Vec::as_slice) {
             let name = of[0].as_str().expect("a name");
-            let [errors, ses] =
-                ["error", "se"].map(|kind| numbers(&table, &format!("{kind}_{name}")));
+            let [errors, ses] = ["error", "se"].map(|kind| numbers(&table, &format!("{kind}_{name}")));
             let pairs = rows.iter().map(|row| Some((errors[*row]?, ses[*row]?)));
             let pairs: Vec<(f64, f64)> = pairs.flatten().collect();
             let holds = |(error, se): &&(f64, f64)| {
@@ -331,9 +330,6 @@ fn a_coverage_has_one_unit_in_all_tables() {
     for found in [judged, all, coverages] {
         let near = |(found, expected): (&f64, &f64)| (found - expected).abs() < 1e-9;
         assert_eq!(found.len(), 2, "{found:?}");
-        assert!(
-            found.iter().zip(&expected).all(near),
-            "{found:?} {expected:?}"
-        );
+        assert!(found.iter().zip(&expected).all(near), "{found:?} {expected:?}");
     }
 }

@@ -1,9 +1,7 @@
 //! Results that take the place of others: `--overwrite`, and every run that ends in a folder with results. Nothing
 //! foreign is touched, nothing is lost before the new results are whole, and a reader sees the old or the new ones.
 
-use super::{
-    Contents, Place, assert_same, blocks, contents, copy, stderr, stdout, succeeds, wait_until,
-};
+use super::{Contents, Place, assert_same, blocks, contents, copy, stderr, stdout, succeeds, wait_until};
 use std::collections::BTreeMap;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -37,10 +35,7 @@ fn tree(folder: &Path) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
         for entry in std::fs::read_dir(&folder).expect("a folder") {
             let path = entry.expect("an entry").path();
             let is_file = path.is_file();
-            found.insert(
-                path.clone(),
-                is_file.then(|| std::fs::read(&path).expect("a file")),
-            );
+            found.insert(path.clone(), is_file.then(|| std::fs::read(&path).expect("a file")));
             if !is_file {
                 left.push(path);
             }
@@ -82,10 +77,7 @@ fn a_foreign_folder_stays_as_it_is() {
             ],
             "kept/manifest.json",
         ),
-        (
-            &[("blocks/photo.jpg", "wooden"), ("blocks/plan/a.txt", "b")],
-            "kept",
-        ),
+        (&[("blocks/photo.jpg", "wooden"), ("blocks/plan/a.txt", "b")], "kept"),
         (
             &[("blocks/design.json", "{\"version\": \"1\"}")],
             "kept/blocks/design.json",
@@ -147,12 +139,7 @@ fn what_is_not_listed_stays_and_is_said() {
     let after = tree(&place.path("out"));
     for (path, content) in &before {
         let within = path.strip_prefix(place.path("out")).expect("within");
-        let top = within
-            .iter()
-            .next()
-            .expect("a name")
-            .to_string_lossy()
-            .into_owned();
+        let top = within.iter().next().expect("a name").to_string_lossy().into_owned();
         if !["manifest.json", "looks.json", "blocks"].contains(&top.as_str())
             && !top.starts_with("summary")
             && top != "trials.parquet"
@@ -160,10 +147,7 @@ fn what_is_not_listed_stays_and_is_said() {
             assert!(after.get(path) == Some(content), "{}", path.display());
         }
     }
-    assert!(
-        !place.path("out/trials.parquet").exists(),
-        "the new study keeps none"
-    );
+    assert!(!place.path("out/trials.parquet").exists(), "the new study keeps none");
     succeeds(&place.run(&["run", "other.toml", "--out", "alone"]));
     assert!(!place.path("alone/trials.parquet").exists());
     for (name, content) in contents(&place.path("alone")) {
@@ -171,11 +155,7 @@ fn what_is_not_listed_stays_and_is_said() {
     }
     // Results of a study that are there need no replacing.
     let again = place.run(&OVERWRITE);
-    assert!(
-        stderr(&again).contains("nothing to compute"),
-        "{}",
-        stderr(&again)
-    );
+    assert!(stderr(&again).contains("nothing to compute"), "{}", stderr(&again));
 }
 
 /// Mistakes of the new study are found while the old results stay as they are, byte for byte.
@@ -207,11 +187,7 @@ fn a_wrong_study_replaces_nothing() {
     leaves(
         &place,
         "out",
-        &[
-            &OVERWRITE[..],
-            &["--trials", "4000000000", "--set", "store=trials"],
-        ]
-        .concat(),
+        &[&OVERWRITE[..], &["--trials", "4000000000", "--set", "store=trials"]].concat(),
         &["disk", "--anyway"],
     );
     let before = tree(&place.path("out"));
@@ -258,9 +234,7 @@ fn a_stopped_replacement_goes_on() {
     let child = place.start(&long);
     let replacing = place.path("out/.asobench-replacing");
     wait_until(|| blocks(&replacing).len() > 3);
-    let sent = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(sent.expect("kill runs").success());
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
@@ -272,18 +246,10 @@ fn a_stopped_replacement_goes_on() {
     assert_same(&contents(&place.path("out")), &before, "stopped");
     succeeds(&place.run(&["report", "out", "--out", "page"]));
     let first = place.run(&["run", "first.toml", "--out", "out"]);
-    assert!(
-        stderr(&first).contains("nothing to compute"),
-        "{}",
-        stderr(&first)
-    );
+    assert!(stderr(&first).contains("nothing to compute"), "{}", stderr(&first));
     // Blocks that were computed are not computed again.
     let kept = blocks(&replacing).into_iter().next().expect("a block");
-    let time = |path: &Path| {
-        std::fs::metadata(path)
-            .and_then(|of| of.modified())
-            .expect("a time")
-    };
+    let time = |path: &Path| std::fs::metadata(path).and_then(|of| of.modified()).expect("a time");
     let stamp = time(&kept);
     let (count, mut child) = (blocks(&replacing).len(), place.start(&long));
     wait_until(|| blocks(&replacing).len() > count + 3);
@@ -296,11 +262,7 @@ fn a_stopped_replacement_goes_on() {
         succeeds(&output);
         let alone = format!("alone-{trials}");
         succeeds(&place.run(&["run", "other.toml", "--out", &alone, "--trials", trials]));
-        assert_same(
-            &contents(&place.path("out")),
-            &contents(&place.path(&alone)),
-            trials,
-        );
+        assert_same(&contents(&place.path("out")), &contents(&place.path(&alone)), trials);
         assert!(!replacing.exists());
     }
     place.refuses(
@@ -347,10 +309,7 @@ int mkdir(const char *path, mode_t mode) { step(); return REAL(mkdir)(path, mode
 
 /// Compiles the killer; `None`, with a word, where there is no C compiler.
 fn killer(place: &Place) -> Option<PathBuf> {
-    let (source, library) = (
-        place.write("killer.c", KILLER.as_bytes()),
-        place.path("killer.so"),
-    );
+    let (source, library) = (place.write("killer.c", KILLER.as_bytes()), place.path("killer.so"));
     let mut cc = Command::new("cc");
     cc.args(["-shared", "-fPIC", "-o"])
         .arg(&library)
@@ -427,8 +386,7 @@ fn killed_at_every_step(before: &[&str], run: &[&str]) {
         succeeds(&place.run(run));
         assert_same(&contents(&out), &new, &format!("step {at}"));
         let left = std::fs::read_dir(&out).expect("a folder").flatten();
-        let left =
-            left.filter(|entry| entry.file_name().to_string_lossy().starts_with(".asobench"));
+        let left = left.filter(|entry| entry.file_name().to_string_lossy().starts_with(".asobench"));
         assert_eq!(left.count(), 0, "step {at}");
         at += 1;
     }
@@ -502,15 +460,7 @@ fn every_command_that_writes_results_replaces_by_the_same_rule() {
     let foreign = ["merge", "other.plan.json", "--out", "kept", "--overwrite"];
     leaves(&place, "kept", &foreign, &["kept", "no manifest.json"]);
 
-    let paper = [
-        "reproduce",
-        "--paper",
-        "nikolov",
-        "--trials",
-        "1",
-        "--out",
-        "out",
-    ];
+    let paper = ["reproduce", "--paper", "nikolov", "--trials", "1", "--out", "out"];
     place.refuses(&paper, &["another design", "--overwrite"]);
     succeeds(&place.run(&[&paper[..], &["--overwrite"]].concat()));
     let found: Contents = contents(&place.path("out"));

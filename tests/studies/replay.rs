@@ -112,10 +112,7 @@ fn is_steady_state(stage: &Value, (f, _, h): &System) {
     let ph: Vec<f64> = p.iter().map(|row| dot(row, h)).collect();
     let v = dot(h, &ph) + r;
     let fp = |i: usize, j: usize| (0..m).map(|l| f[i][l] * p[l][j]).sum::<f64>();
-    let size = v + q
-        .iter()
-        .flatten()
-        .fold(0.0, |most: f64, x| most.max(x.abs()));
+    let size = v + q.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
     for i in 0..m {
         assert!((k[i] * v - dot(&f[i], &ph) - s[i]).abs() < 1e-9 * size);
         for j in 0..m {
@@ -154,14 +151,7 @@ fn estimated(stage: &Value, (f, b, h): &System, u: &[f64], y: &[f64]) -> Vec<Vec
 }
 
 /// The estimates of GPEBO for two states: least squares by its normal equations, DREM by Cramer's rule.
-fn gpebo(
-    stage: &Value,
-    f: &[Vec<f64>],
-    b: &[f64],
-    x0: &[f64],
-    u: &[f64],
-    y: &[f64],
-) -> Vec<Vec<f64>> {
+fn gpebo(stage: &Value, f: &[Vec<f64>], b: &[f64], x0: &[f64], u: &[f64], y: &[f64]) -> Vec<Vec<f64>> {
     let det = |m: [[f64; 2]; 2]| m[0][0] * m[1][1] - m[0][1] * m[1][0];
     let cramer = |m: [[f64; 2]; 2], z: [f64; 2]| {
         [
@@ -195,10 +185,7 @@ fn gpebo(
                     sums[i][j] += phi[i] * phi[j];
                 }
             }
-            let m = [
-                [sums[0][0] + rho, sums[0][1]],
-                [sums[1][0], sums[1][1] + rho],
-            ];
+            let m = [[sums[0][0] + rho, sums[0][1]], [sums[1][0], sums[1][1] + rho]];
             theta = cramer(m, sum).map(|x| x / det(m));
         }
         let next = times(xi);
@@ -315,11 +302,7 @@ fn predictions_ahead_follow_from_a_replay() {
         let ahead = replay["cell"]["settings"]["ahead"].as_u64().unwrap_or(1) as usize;
         let stages = replay["stages"].as_array().expect("stages");
         let [u, y] = ["u", "y"].map(|key| numbers(&stages[0][key]));
-        let is_model = |stage: &&Value| {
-            stage["stage"]
-                .as_str()
-                .is_some_and(|of| of.contains(": parameters"))
-        };
+        let is_model = |stage: &&Value| stage["stage"].as_str().is_some_and(|of| of.contains(": parameters"));
         let model = stages.iter().find(is_model).expect("parameters");
         let (a, h) = (numbers(&model["a"]), numbers(&model["h"]));
         let (mut errors, mut spread) = (0.0, 0.0);
@@ -327,12 +310,7 @@ fn predictions_ahead_follow_from_a_replay() {
         for k in 40..80 {
             let mut known = y[..=k - ahead].to_vec();
             for now in k + 1 - ahead..=k {
-                known.push(
-                    a[1] * known[now - 1]
-                        + a[0] * known[now - 2]
-                        + h[0] * u[now - 1]
-                        + h[1] * u[now - 2],
-                );
+                known.push(a[1] * known[now - 1] + a[0] * known[now - 2] + h[0] * u[now - 1] + h[1] * u[now - 2]);
             }
             errors += (y[k] - known[k]).powi(2);
             spread += (y[k] - mean).powi(2);

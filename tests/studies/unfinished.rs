@@ -12,25 +12,14 @@ const STUDY: &str = "trials = 4000\nmeasures = [\"e_a\"]\nstore = \"trials\"\nco
                      test = { ratio = \"e_a\", of = \"oe\", to = \"arx\", below = 1.0 }\n";
 
 /// On one thread, so that those that are there have no gap.
-const RUN: [&str; 8] = [
-    "run",
-    "study.toml",
-    "--out",
-    "out",
-    "--block",
-    "50",
-    "--threads",
-    "1",
-];
+const RUN: [&str; 8] = ["run", "study.toml", "--out", "out", "--block", "50", "--threads", "1"];
 
 /// Starts the study, and stops it when it has some blocks; the number of trials that are there.
 fn stopped(place: &Place, signal: &str) -> String {
     place.write("study.toml", STUDY.as_bytes());
     let child = place.start(&RUN);
     wait_until(|| blocks(&place.path("out")).len() > 3);
-    let sent = Command::new("kill")
-        .args([signal, &child.id().to_string()])
-        .status();
+    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status();
     assert!(sent.expect("kill runs").success());
     child.wait_with_output().expect("it ends");
     assert!(
@@ -38,11 +27,7 @@ fn stopped(place: &Place, signal: &str) -> String {
         "it was to be stopped before its end"
     );
     let ends = blocks(&place.path("out")).into_iter().map(|path| {
-        let name = path
-            .file_stem()
-            .expect("a name")
-            .to_string_lossy()
-            .into_owned();
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
         let (start, end) = name[7..].split_once('-').expect("a range");
         end.parse::<u64>().expect("an end") - start.parse::<u64>().expect("a start")
     });
@@ -62,26 +47,16 @@ fn every_reader_tells_a_stopped_run_from_none() {
             &["compare", "out", "out"],
             &["replay", "out", "0:0"],
         ] {
-            let said = format!(
-                "out: no results yet (no manifest.json): {there} of 4000 trials of a run that has not ended"
-            );
-            place.refuses(
-                reader,
-                &[&said, "the same command goes on", "report --partial"],
-            );
+            let said =
+                format!("out: no results yet (no manifest.json): {there} of 4000 trials of a run that has not ended");
+            place.refuses(reader, &[&said, "the same command goes on", "report --partial"]);
             let empty: Vec<&str> = reader
                 .iter()
                 .map(|word| if *word == "out" { "empty" } else { *word })
                 .collect();
-            place.refuses(
-                &empty,
-                &["empty: no results in this folder", "run an experiment"],
-            );
+            place.refuses(&empty, &["empty: no results in this folder", "run an experiment"]);
         }
-        place.refuses(
-            &["report", "empty", "--partial"],
-            &["empty: no results in this folder"],
-        );
+        place.refuses(&["report", "empty", "--partial"], &["empty: no results in this folder"]);
     }
 }
 
@@ -98,10 +73,7 @@ fn a_part_is_reported_as_such() {
         said.contains(&format!("Partial results: {there} trials in 1 cells")),
         "{said}"
     );
-    assert!(
-        !said.contains("c1") && !said.contains("no claims"),
-        "{said}"
-    );
+    assert!(!said.contains("c1") && !said.contains("no claims"), "{said}");
     let page = std::fs::read_to_string(place.path("out/report.html")).expect("a page");
     assert!(page.contains("Partial results: ") && page.contains("the run has not ended"));
     assert!(!page.contains("OE is nearer") && !page.contains("To run it again"));
@@ -138,15 +110,8 @@ fn a_claim_after_a_look_at_a_part_says_so() {
         place.write("study.toml", edited.as_bytes());
         let output = place.run(&RUN);
         succeeds(&output);
-        let said = stdout(&output)
-            .split_whitespace()
-            .collect::<Vec<_>>()
-            .join(" ");
-        assert_eq!(
-            said.contains("Added or changed after the run."),
-            looked,
-            "{said}"
-        );
+        let said = stdout(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(said.contains("Added or changed after the run."), looked, "{said}");
     }
 }
 

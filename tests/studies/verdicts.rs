@@ -48,12 +48,7 @@ fn three_claims_from_check_to_the_page() {
         assert!(widest.is_some_and(|widest| widest <= 80), "{text}");
     }
     let text = stdout(&run);
-    for part in [
-        "window  ls ",
-        "median e_a",
-        "No trial was lost.",
-        "asobench report own",
-    ] {
+    for part in ["window  ls ", "median e_a", "No trial was lost.", "asobench report own"] {
         assert!(text.contains(part), "no '{part}': {text}");
     }
     the_page(&place);
@@ -84,10 +79,7 @@ fn the_page(place: &Place) {
         table.starts_with("cell,value,verdict,p (pass),p (fail),level"),
         "{table}"
     );
-    assert_eq!(
-        table.lines().filter(|line| line.contains(",fail,")).count(),
-        2
-    );
+    assert_eq!(table.lines().filter(|line| line.contains(",fail,")).count(), 2);
     // The rest comes after the claims.
     let rest = page.find("Pictures and tables of all measures").unwrap();
     assert!(page.rfind("</article>").unwrap() < rest);
@@ -111,13 +103,8 @@ fn times_are_of_a_machine() {
     place.write("own.toml", file.as_bytes());
     succeeds(&place.run(&["run", "own.toml", "--out", "own"]));
     let path = place.path("own/timing/times.json");
-    let mut times: serde_json::Value =
-        serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
-    assert!(
-        times["machine"]
-            .as_str()
-            .is_some_and(|name| !name.is_empty())
-    );
+    let mut times: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    assert!(times["machine"].as_str().is_some_and(|name| !name.is_empty()));
     times["machine"] = "an abacus".into();
     let damaged = times.to_string();
     times.as_object_mut().unwrap().remove("checksum");
@@ -126,13 +113,7 @@ fn times_are_of_a_machine() {
     place.write("own/timing/times.json", times.to_string().as_bytes());
     let report = place.run(&["report", "own"]);
     succeeds(&report);
-    let words: Vec<String> = stdout(&report)
-        .split_whitespace()
-        .map(str::to_owned)
-        .collect();
+    let words: Vec<String> = stdout(&report).split_whitespace().map(str::to_owned).collect();
     let text = words.join(" ");
-    assert!(
-        text.contains("Measured on an abacus, one thread."),
-        "{text}"
-    );
+    assert!(text.contains("Measured on an abacus, one thread."), "{text}");
 }

@@ -76,10 +76,7 @@ fn document(browser: &str, folder: &Path, file: &str) -> String {
             "--virtual-time-budget=20000",
             "--dump-dom",
         ])
-        .arg(format!(
-            "--user-data-dir={}",
-            folder.join("profile").display()
-        ))
+        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
         .arg(format!("file://{}", folder.join(file).display()))
         .stdin(Stdio::null())
         .stderr(Stdio::null())
@@ -98,9 +95,7 @@ fn measured(browser: &str, folder: &Path, page: &str) -> Vec<serde_json::Value> 
     std::fs::write(folder.join("measured.html"), measuring).expect("written");
     std::fs::write(folder.join("frames.html"), FRAMES).expect("written");
     let document = document(browser, folder, "frames.html");
-    let (_, said) = document
-        .split_once("<pre id=\"said\">")
-        .expect("what was said");
+    let (_, said) = document.split_once("<pre id=\"said\">").expect("what was said");
     let (said, _) = said.split_once("</pre>").expect("all of it");
     serde_json::from_str(said).unwrap_or_else(|error| panic!("{error}: {said}"))
 }
@@ -112,10 +107,7 @@ fn the_page_fits_a_desk_and_a_telephone() {
     };
     let place = tempfile::tempdir().expect("a folder");
     let folder = place.path();
-    done_in(
-        folder,
-        &["suite", "scores", "--tier", "standard", "--page", "page"],
-    );
+    done_in(folder, &["suite", "scores", "--tier", "standard", "--page", "page"]);
     let folder = &folder.join("page");
     let page = std::fs::read_to_string(folder.join("report.html")).expect("a page");
     // The script with the page's hash runs, and finds the tables that are wider than their boxes.
@@ -148,9 +140,5 @@ fn the_page_fits_a_desk_and_a_telephone() {
     }
     let desk = said.iter().find(|of| of["width"] == 1280).expect("a desk");
     // Two tables and what to use when stand on the first screen or two; then what the words mean.
-    assert!(
-        desk["words"].as_f64().expect("a place") < 1800.0,
-        "{}",
-        desk["words"]
-    );
+    assert!(desk["words"].as_f64().expect("a place") < 1800.0, "{}", desk["words"]);
 }

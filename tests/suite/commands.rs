@@ -58,22 +58,11 @@ impl Runs {
 #[test]
 fn results_do_not_depend_on_threads_shards_or_other_methods() {
     let parts: [(Tier, &str, &[&str]); 2] = [
-        (
-            Tier::Quick,
-            "P18-bj",
-            &["--edition", "1.1", "--only", "P18-bj"],
-        ),
+        (Tier::Quick, "P18-bj", &["--edition", "1.1", "--only", "P18-bj"]),
         (
             Tier::Standard,
             "P18-white",
-            &[
-                "--edition",
-                "1.1",
-                "--tier",
-                "standard",
-                "--only",
-                "P18-white",
-            ],
+            &["--edition", "1.1", "--tier", "standard", "--only", "P18-white"],
         ),
     ];
     for (tier, study, part) in parts {
@@ -109,9 +98,7 @@ fn shipped_results_serve_two_tiers() {
         let methods = shipped(&suite).unwrap();
         (suite, methods)
     });
-    let names = |methods: &[MethodResults]| -> Vec<String> {
-        methods.iter().map(|of| of.method.clone()).collect()
-    };
+    let names = |methods: &[MethodResults]| -> Vec<String> { methods.iter().map(|of| of.method.clone()).collect() };
     // clrivc needs a loop and continuous time, which no scenario has.
     let all = Competitor::of(Division::Closed).into_iter();
     let all = all.map(|of| of.name());
@@ -132,9 +119,7 @@ fn shipped_results_serve_two_tiers() {
     assert_eq!(names(&shipped(&open).unwrap()), choosing);
     let size = |folder: &str| -> u64 {
         let files = std::fs::read_dir(root(folder)).unwrap();
-        files
-            .map(|file| file.unwrap().metadata().unwrap().len())
-            .sum()
+        files.map(|file| file.unwrap().metadata().unwrap().len()).sum()
     };
     assert!(size("suite/results") + size("suite/results/open") < 3_000_000);
     assert_eq!([quick.0.trials(), standard.0.trials()], [20, 50]);
@@ -158,13 +143,8 @@ fn a_newcomer_is_placed_and_the_page_is_printed() {
         "{printed}"
     );
     let line = |name: &str| {
-        let mut lines = printed
-            .lines()
-            .filter(|line| line.starts_with(&format!("{name} ")));
-        lines
-            .next()
-            .unwrap_or_else(|| panic!("{name} in {printed}"))
-            .to_owned()
+        let mut lines = printed.lines().filter(|line| line.starts_with(&format!("{name} ")));
+        lines.next().unwrap_or_else(|| panic!("{name} in {printed}")).to_owned()
     };
     // The same estimator with fewer starts finds the same minimum here: all ties, or nearly.
     let words: Vec<String> = printed
@@ -172,13 +152,7 @@ fn a_newcomer_is_placed_and_the_page_is_printed() {
         .filter(|line| line.starts_with("oe "))
         .map(str::to_owned)
         .collect();
-    let share = |text: &str| {
-        text.split_whitespace()
-            .nth(2)
-            .unwrap()
-            .parse::<f64>()
-            .unwrap()
-    };
+    let share = |text: &str| text.split_whitespace().nth(2).unwrap().parse::<f64>().unwrap();
     assert!(share(words.last().unwrap()) >= 90.0, "{words:?}");
     assert!(line("mine").split_whitespace().count() > 4);
     let page = read(&folder.join("mine/report.html"));
@@ -186,28 +160,14 @@ fn a_newcomer_is_placed_and_the_page_is_printed() {
         assert!(page.contains(word), "{word}");
     }
     assert!(std::fs::exists(folder.join("mine/studies/P18-bj/report.html")).unwrap());
-    let scores = done(
-        folder,
-        &[&["suite", "scores", "--page", "shipped"], &part[..]].concat(),
-    );
+    let scores = done(folder, &[&["suite", "scores", "--page", "shipped"], &part[..]].concat());
     let page = read(&folder.join("shipped/report.html"));
     let cells = page.split("<td").skip(1).map(|cell| {
-        let text = cell
-            .split_once('>')
-            .unwrap()
-            .1
-            .split("</td>")
-            .next()
-            .unwrap();
-        let plain: String = text
-            .split('<')
-            .map(|part| part.rsplit('>').next().unwrap())
-            .collect();
+        let text = cell.split_once('>').unwrap().1.split("</td>").next().unwrap();
+        let plain: String = text.split('<').map(|part| part.rsplit('>').next().unwrap()).collect();
         plain.trim().to_owned()
     });
-    let numbers: Vec<String> = cells
-        .filter(|text| text.contains('(') && text.len() < 20)
-        .collect();
+    let numbers: Vec<String> = cells.filter(|text| text.contains('(') && text.len() < 20).collect();
     assert!(numbers.len() > 100, "{}", numbers.len());
     for number in numbers {
         assert!(scores.contains(&number), "{number}");
@@ -225,36 +185,21 @@ fn refusals() {
         "two.toml",
         "[[methods]]\nestimator = \"arx\"\nname = \"a\"\n[[methods]]\nestimator = \"oe\"\n",
     );
-    write(
-        "mine.toml",
-        "[[methods]]\nname = \"mine\"\nestimator = \"arx\"\n",
-    );
+    write("mine.toml", "[[methods]]\nname = \"mine\"\nestimator = \"arx\"\n");
     for (arguments, part) in [
         (
             vec!["suite", "taken.toml", "--edition", "1.1"],
             "'arx' is the name of a method of the suite",
         ),
-        (
-            vec!["suite", "two.toml"],
-            "methods: 2; expected one, the newcomer",
-        ),
+        (vec!["suite", "two.toml"], "methods: 2; expected one, the newcomer"),
         (vec!["suite", "none.toml"], "none.toml"),
         (
             vec!["suite", "mine.toml", "--tier", "full", "--edition", "1.1"],
             "as in tier full",
         ),
-        (
-            vec!["suite", "show", "P99"],
-            "unknown system or scenario 'P99'",
-        ),
-        (
-            vec!["suite", "list", "--tier", "slow"],
-            "unknown tier 'slow'",
-        ),
-        (
-            vec!["suite", "run", "--method", "arxx"],
-            "did you mean 'arx'",
-        ),
+        (vec!["suite", "show", "P99"], "unknown system or scenario 'P99'"),
+        (vec!["suite", "list", "--tier", "slow"], "unknown tier 'slow'"),
+        (vec!["suite", "run", "--method", "arxx"], "did you mean 'arx'"),
         (vec!["suite", "scores", "."], "."),
     ] {
         let output = asobench(folder, &arguments);
@@ -274,15 +219,10 @@ fn times_are_apart_from_results() {
     runs.run("one", "1", &["arx", "oe"]);
     let before = runs.result("one", "oe");
     let folder = runs.place.path();
-    let mut all = vec![
-        "suite", "times", "--rounds", "3", "--method", "oe", "--out", "one",
-    ];
+    let mut all = vec!["suite", "times", "--rounds", "3", "--method", "oe", "--out", "one"];
     all.extend(part);
     let printed = done(folder, &all);
-    assert!(
-        printed.lines().any(|line| line.starts_with("oe ")),
-        "{printed}"
-    );
+    assert!(printed.lines().any(|line| line.starts_with("oe ")), "{printed}");
     let times = Times::parse(&runs.read("one/times.json")).unwrap();
     assert_eq!(times.methods[0].method, "arx");
     assert_eq!(times.methods[0].scenarios[0].ratios, [Some(1.0); 3]);
@@ -331,16 +271,11 @@ fn a_stopped_run_is_told_from_none() {
     let place = tempfile::tempdir().expect("a folder");
     let part = ["--tier", "quick", "--only", "P01"];
     let scores = |folder: &str| {
-        let output = asobench(
-            place.path(),
-            &[&["suite", "scores", folder], &part[..]].concat(),
-        );
+        let output = asobench(place.path(), &[&["suite", "scores", folder], &part[..]].concat());
         assert_eq!(output.status.code(), Some(2));
         stderr(&output)
     };
-    let studies = Suite::new(Tier::Quick, &["P01".to_owned()])
-        .expect("a suite")
-        .studies;
+    let studies = Suite::new(Tier::Quick, &["P01".to_owned()]).expect("a suite").studies;
     let ended = place.path().join("out/studies").join(&studies[0].name);
     std::fs::create_dir_all(place.path().join("empty")).expect("made");
     std::fs::create_dir_all(&ended).expect("made");

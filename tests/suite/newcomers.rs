@@ -13,9 +13,7 @@ const ESTIMATES: &str = "found = [";
 
 /// Writes a worker whose line is another one, with its experiment file. Returns false where there is no Python.
 fn written(folder: &Path, line: &str, other: &str) -> bool {
-    let python = std::process::Command::new("python3")
-        .args(["-c", "1"])
-        .status();
+    let python = std::process::Command::new("python3").args(["-c", "1"]).status();
     if !python.is_ok_and(|status| status.success()) {
         eprintln!("not tested: python3 does not run here");
         return false;
@@ -61,17 +59,11 @@ fn a_larger_order_is_refused_with_its_reason() {
     if !written(folder, ORDERS, larger) {
         return;
     }
-    let refused = asobench(
-        folder,
-        &["suite", "mine.toml", "--only", "P01", "--allow-commands"],
-    );
+    let refused = asobench(folder, &["suite", "mine.toml", "--only", "P01", "--allow-commands"]);
     let said = stderr(&refused);
     assert_eq!(refused.status.code(), Some(1), "{said}");
     let reason = "a model of a larger order than the method was told";
-    assert!(
-        said.contains("other orders") && said.contains(reason),
-        "{said}"
-    );
+    assert!(said.contains("other orders") && said.contains(reason), "{said}");
 }
 
 /// Larger orders in some scenarios alone: a warning before the run, and the reason on the terminal and on the page.
@@ -95,19 +87,13 @@ fn reasons_are_on_the_terminal_and_on_the_page() {
         "--threads",
         "1",
     ];
-    let arguments = [
-        &["suite", "mine.toml", "--out", "out", "--allow-commands"],
-        &part[..],
-    ]
-    .concat();
+    let arguments = [&["suite", "mine.toml", "--out", "out", "--allow-commands"], &part[..]].concat();
     let done = done_in(folder, &arguments);
     let (shown, said) = (stdout(&done), stderr(&done));
     assert!(said.contains("1 other orders (P01-white"), "{said}");
     let results = results(folder);
     let wrong = results.scenarios.iter();
-    let wrong: Vec<_> = wrong
-        .filter(|of| of.name.starts_with("P01-white"))
-        .collect();
+    let wrong: Vec<_> = wrong.filter(|of| of.name.starts_with("P01-white")).collect();
     assert!(!wrong.is_empty());
     let page = std::fs::read_to_string(folder.join("out/report.html")).unwrap();
     for of in wrong {
@@ -121,12 +107,8 @@ fn reasons_are_on_the_terminal_and_on_the_page() {
     let mut estimated = 0;
     for study in std::fs::read_dir(folder.join("out/studies")).unwrap() {
         let log = std::fs::read_to_string(study.unwrap().path().join("workers.log")).unwrap();
-        let batches = log
-            .lines()
-            .filter_map(|line| line.strip_prefix("batch of "));
-        estimated += batches
-            .map(|of| of.parse::<usize>().unwrap())
-            .sum::<usize>();
+        let batches = log.lines().filter_map(|line| line.strip_prefix("batch of "));
+        estimated += batches.map(|of| of.parse::<usize>().unwrap()).sum::<usize>();
     }
     assert_eq!(estimated, 5 * results.scenarios.len());
 }
@@ -136,8 +118,7 @@ fn reasons_are_on_the_terminal_and_on_the_page() {
 fn a_coefficient_too_few_is_a_zero() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path();
-    let fewer =
-        "na, nb, nk = hello[\"na\"] + hello[\"nf\"], max(1, hello[\"nb\"] - 1), hello[\"nk\"]";
+    let fewer = "na, nb, nk = hello[\"na\"] + hello[\"nf\"], max(1, hello[\"nb\"] - 1), hello[\"nk\"]";
     if !written(folder, ORDERS, fewer) {
         return;
     }
@@ -158,8 +139,5 @@ fn a_coefficient_too_few_is_a_zero() {
     ];
     done_in(folder, &arguments);
     let results = results(folder);
-    assert!(
-        results.scenarios.iter().all(|of| of.lost.is_empty()),
-        "{results:?}"
-    );
+    assert!(results.scenarios.iter().all(|of| of.lost.is_empty()), "{results:?}");
 }

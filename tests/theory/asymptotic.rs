@@ -36,9 +36,7 @@ fn check(experiment: &Experiment, trials: u64) -> usize {
                 .errors(number)
                 .iter()
                 .map(|error| {
-                    let z = Mat::from_fn(truth.len(), 1, |i, _| {
-                        error[i] + truth[i] - theory.asymptotic.p[i]
-                    });
+                    let z = Mat::from_fn(truth.len(), 1, |i, _| error[i] + truth[i] - theory.asymptotic.p[i]);
                     cell.window as f64 * (z.transpose() * factors.solve(&z))[(0, 0)]
                 })
                 .collect();
@@ -58,11 +56,7 @@ const LONG: [&str; 2] = ["window=20000", "horizon=auto"];
 #[test]
 fn covariances_are_those_of_trials_with_long_windows() {
     let quick = ["measures=[\"e_a\"]"];
-    let closed = [
-        "noise=white",
-        "eta=20",
-        "feedback=[\"static\", \"dynamic\"]",
-    ];
+    let closed = ["noise=white", "eta=20", "feedback=[\"static\", \"dynamic\"]"];
     let set = [&LONG[..], &quick, &closed].concat();
     assert_eq!(check(&cut("closed-loop", &set), 250), 6);
     let measured = ["noise=white", "eta=60", "eta_of=measured"];
@@ -171,10 +165,7 @@ fn passes_have_the_covariances_of_this_folders_theory() {
         ] {
             let found = output.as_ref().unwrap().trace;
             let expected = trace(&covariance);
-            assert!(
-                (found / expected - 1.0).abs() < 1e-7,
-                "{colour} {found} {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 1e-7, "{colour} {found} {expected}");
         }
         assert!(last.is_consistent);
         let limit = &theory.outputs[0].1.as_ref().unwrap().asymptotic.p;
@@ -194,13 +185,12 @@ fn summaries_and_claims_know_the_bounds() {
              'ar' }}\n"
         )
     };
-    let text =
-        "measures = ['e_a']\ntrials = 2000\n[settings]\nnoise = ['ar', 'white']\nwindow = 4000\n\
+    let text = "measures = ['e_a']\ntrials = 2000\n[settings]\nnoise = ['ar', 'white']\nwindow = 4000\n\
         [[methods]]\nestimator = 'ls'\n"
-            .to_owned()
-            + &claim("S", "bound:shared", "between = [0.9, 1.1]")
-            + &claim("P", "bound:separate", "below = 1")
-            + &claim("O", "theory", "within = 1.1");
+        .to_owned()
+        + &claim("S", "bound:shared", "between = [0.9, 1.1]")
+        + &claim("P", "bound:separate", "below = 1")
+        + &claim("O", "theory", "within = 1.1");
     let experiment = Experiment::new(ExperimentFile::parse(&text).unwrap()).unwrap();
     let cells = experiment.cells.iter().enumerate().map(|(index, cell)| {
         let tally = run(&experiment, index, 2000).tally(&experiment, cell);
@@ -213,18 +203,12 @@ fn summaries_and_claims_know_the_bounds() {
     assert!(own.efficiency.separate.unwrap() > shared);
     assert!(own.theory.is_some() && white.theory.is_none());
     assert!(white.bound.separate.is_some());
-    assert_eq!(
-        [white.efficiency.shared, white.efficiency.separate],
-        [None; 2]
-    );
+    assert_eq!([white.efficiency.shared, white.efficiency.separate], [None; 2]);
     for judged in judge(&experiment.file, &summary, &[], Look::ONLY) {
         assert!(judged.line.contains("holds"), "{}", judged.line);
     }
     let stored = serde_json::to_vec(&summary).unwrap();
     let read = Summary::from_json(&stored).unwrap();
-    let found = read.cells[0].outputs[0].theory[&Measure::Ea]
-        .efficiency
-        .shared
-        .unwrap();
+    let found = read.cells[0].outputs[0].theory[&Measure::Ea].efficiency.shared.unwrap();
     assert!((found - shared).abs() < 1e-8);
 }

@@ -26,12 +26,7 @@ pub fn filter(colour: &str) -> (Vec<f64>, Vec<f64>) {
     }
 }
 
-pub fn population(
-    colour: &str,
-    eta: f64,
-    input_noise: f64,
-    feedback: (&[f64], &[f64]),
-) -> Population {
+pub fn population(colour: &str, eta: f64, input_noise: f64, feedback: (&[f64], &[f64])) -> Population {
     let (plant, (c, d)) = (plant(), filter(colour));
     let noise = (c.as_slice(), d.as_slice());
     Made {
@@ -65,11 +60,7 @@ pub fn limit(colour: &str, eta: f64, input_noise: f64) -> Vec<f64> {
 }
 
 pub fn bias(limit: &[f64], theta: &[f64]) -> Vec<f64> {
-    limit
-        .iter()
-        .zip(theta)
-        .map(|(p, theta)| p - theta)
-        .collect()
+    limit.iter().zip(theta).map(|(p, theta)| p - theta).collect()
 }
 
 pub fn component(errors: &[Vec<f64>], i: usize) -> Vec<f64> {
@@ -93,12 +84,7 @@ pub fn check(
 }
 
 /// The RMSE of a relative error (part 0: e_a, 1: e_h, 2: e_b) from N times the covariance of p.
-pub fn expected(
-    population: &Population,
-    covariance: &Mat<f64>,
-    part: usize,
-    window: usize,
-) -> Theory {
+pub fn expected(population: &Population, covariance: &Mat<f64>, part: usize, window: usize) -> Theory {
     Theory::Value(size(population, covariance, part, window))
 }
 

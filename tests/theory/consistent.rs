@@ -2,9 +2,7 @@
 
 use super::cells::{bias, check, expected, limit, open, plant, size};
 use super::population::{parts, relative_covariance, response};
-use super::study::{
-    self, Check, Found, Theory, cut, extrapolate, mean, median, ratio, rmse, run, vector,
-};
+use super::study::{self, Check, Found, Theory, cut, extrapolate, mean, median, ratio, rmse, run, vector};
 use asobench::estimator::FailureKind;
 use asobench::plant::StateSpace;
 use asobench::study::file::ExperimentFile;
@@ -74,13 +72,7 @@ pub fn noise_levels() -> Vec<Check> {
             expected(&theory, &covariance, 0, 5000),
         ));
     }
-    let square = |i: usize| -> Vec<f64> {
-        found[i]
-            .figure(0, Measure::Ea)
-            .iter()
-            .map(|e| e * e)
-            .collect()
-    };
+    let square = |i: usize| -> Vec<f64> { found[i].figure(0, Measure::Ea).iter().map(|e| e * e).collect() };
     let (value, error) = ratio(&square(1), &square(0));
     let root_mean_square = |eta| {
         let theory = open("ar", eta);
@@ -220,12 +212,7 @@ pub fn colours() -> Vec<Check> {
         let theory = open(colour, 10.0);
         let errors = extrapolate(&found[0].errors(0), &found[1].errors(0));
         let expect = bias(&limit(colour, 10.0, 0.0), &theory.theta);
-        checks.push(vector(
-            "noise-colour",
-            &format!("ls limit, {colour}"),
-            &errors,
-            &expect,
-        ));
+        checks.push(vector("noise-colour", &format!("ls limit, {colour}"), &errors, &expect));
         let text = format!("iv(4) RMSE of e_a, N = 10000, {colour}");
         let value = rmse(&found[1].figure(2, Measure::Ea));
         checks.push(check(
@@ -253,12 +240,7 @@ pub fn convergence() -> Vec<Check> {
     let value = rmse(&found[1].figure(1, Measure::Ea));
     let least_squares = mean(&found[1].figure(0, Measure::Ea));
     vec![
-        vector(
-            "convergence",
-            "iv(20) limit in white noise",
-            &errors,
-            &[0.0; 12],
-        ),
+        vector("convergence", "iv(20) limit in white noise", &errors, &[0.0; 12]),
         check(
             "convergence",
             "iv(20) RMSE of e_a, N = 10000, white",
@@ -300,13 +282,8 @@ pub fn errata() -> Vec<Check> {
     let (limit, theory) = (limit("white", 10.018, 0.0), open("white", 10.018));
     let (of_limit, truth) = (parts(&limit)[2].clone(), parts(&theory.theta)[2].clone());
     assert!(asobench::metric::relative_error(&truth, &of_limit) < 1e-9);
-    let squares = |cell: usize| -> Vec<f64> {
-        found[cell]
-            .figure(literal, Measure::Eb)
-            .iter()
-            .map(|e| e * e)
-            .collect()
-    };
+    let squares =
+        |cell: usize| -> Vec<f64> { found[cell].figure(literal, Measure::Eb).iter().map(|e| e * e).collect() };
     let (square, error) = ratio(&squares(0), &squares(1));
     let fall = (square.sqrt(), error / (2.0 * square.sqrt()));
     let mixed = StateSpace::new(plant().a().to_vec(), of_limit).unwrap();
@@ -379,13 +356,7 @@ pub fn orders() -> Vec<Check> {
         let (truth, low) = (markov(&theory.theta), markov(&theory.least_squares(order)));
         let text = format!("order {order}: ls limit of e_g, white");
         let value = asobench::metric::relative_error(&truth, &low);
-        checks.push(check(
-            "order",
-            text,
-            TRIALS,
-            mean(&found),
-            Theory::Value(value),
-        ));
+        checks.push(check("order", text, TRIALS, mean(&found), Theory::Value(value)));
     }
     checks
 }

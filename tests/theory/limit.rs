@@ -55,9 +55,7 @@ pub fn least_squares_limit(
     eta: f64,
     input_noise: f64,
 ) -> Result<Vec<f64>, LimitError> {
-    let percentages = [eta, input_noise]
-        .iter()
-        .all(|x| *x >= 0.0 && x.is_finite());
+    let percentages = [eta, input_noise].iter().all(|x| *x >= 0.0 && x.is_finite());
     if !(amplitude > 0.0 && amplitude.is_finite() && percentages) {
         return Err(LimitError::Level);
     }
@@ -69,8 +67,7 @@ pub fn least_squares_limit(
     let numerator = [&[0.0], beta.as_slice()].concat();
     let r0 = autocovariances(&numerator, &alpha, n).ok_or(LimitError::UnstablePlant)?;
     // Autocovariances of the unscaled noise; NoiseFilter has checked its stability.
-    let r =
-        autocovariances(noise.numerator(), &noise.denominator(), n).ok_or(LimitError::NoNoise)?;
+    let r = autocovariances(noise.numerator(), &noise.denominator(), n).ok_or(LimitError::NoNoise)?;
     let square = match (eta, r[0]) {
         (0.0, _) => 0.0,
         (_, variance) if variance > 0.0 => (eta / 100.0).powi(2) * input * r0[0] / variance,
@@ -79,11 +76,7 @@ pub fn least_squares_limit(
 
     let output = |i: usize, j: usize| input.mul_add(r0[i.abs_diff(j)], square * r[i.abs_diff(j)]);
     let cross = |i: usize, j: usize| {
-        if j > i {
-            -input * plant.b()[j - i - 1]
-        } else {
-            0.0
-        }
+        if j > i { -input * plant.b()[j - i - 1] } else { 0.0 }
     };
     let covariance = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
         (true, true) => output(i, j),
@@ -104,15 +97,10 @@ pub fn least_squares_limit(
             -input_error * beta[i - n]
         }
     });
-    let factors = covariance
-        .llt(Side::Lower)
-        .map_err(|_| LimitError::Singular)?;
+    let factors = covariance.llt(Side::Lower).map_err(|_| LimitError::Singular)?;
     factors.solve_in_place(bias.as_mut());
     let truth = alpha[1..].iter().chain(&beta);
-    let limit: Vec<f64> = truth
-        .enumerate()
-        .map(|(i, theta)| theta + bias[(i, 0)])
-        .collect();
+    let limit: Vec<f64> = truth.enumerate().map(|(i, theta)| theta + bias[(i, 0)]).collect();
     if limit.iter().all(|p| p.is_finite()) {
         Ok(limit)
     } else {
@@ -162,9 +150,7 @@ mod tests {
     #[test]
     fn a_first_order_plant_by_hand() {
         let (alpha, beta) = (-0.8, 2.0);
-        let plant = TransferFunction::from_polynomials(&[alpha], &[beta])
-            .unwrap()
-            .into();
+        let plant = TransferFunction::from_polynomials(&[alpha], &[beta]).unwrap().into();
         let limit = least_squares_limit(&plant, 3.0, &NoiseFilter::white(), 50.0, 10.0).unwrap();
         assert!((limit[0] - alpha / 1.25).abs() < 1e-14);
         assert!((limit[1] - beta / 1.01).abs() < 1e-14);
@@ -191,10 +177,7 @@ mod tests {
             least_squares_limit(plant, amplitude, noise, eta, 0.0).unwrap_err()
         };
         let unstable = StateSpace::new(vec![1.5], vec![1.0]).unwrap();
-        assert_eq!(
-            limit(&unstable, 1.0, &white, 1.0),
-            LimitError::UnstablePlant
-        );
+        assert_eq!(limit(&unstable, 1.0, &white, 1.0), LimitError::UnstablePlant);
         assert_eq!(limit(&stable, 0.0, &white, 1.0), LimitError::Level);
         assert_eq!(limit(&stable, 1.0, &white, f64::NAN), LimitError::Level);
         let silent = NoiseFilter::new(&[0.0], &[1.0]).unwrap();

@@ -16,9 +16,7 @@ mod study;
 
 use asobench::study::file::ExperimentFile;
 use asobench::study::{Experiment, OutputRows, Trials, Worker};
-use consistent::{
-    colours, convergence, errata, noise_levels, orders, the_papers_experiment, windows,
-};
+use consistent::{colours, convergence, errata, noise_levels, orders, the_papers_experiment, windows};
 use printed::{printed_medians, printed_shares};
 use settings::{bias_in_a_loop, closed_loops, initial_states, input_noises, observers, solvers};
 use study::Check;
@@ -74,10 +72,7 @@ fn quick_trials_are_the_first_trials_of_the_full_study() {
         let full = Experiment::new(file).unwrap();
         assert_eq!(full.outputs(), quick.outputs());
         for cell in &quick.cells {
-            let same = full
-                .cells
-                .iter()
-                .find(|other| other.settings == cell.settings);
+            let same = full.cells.iter().find(|other| other.settings == cell.settings);
             let same = same.unwrap_or_else(|| panic!("{}: {:?}", path.display(), cell.settings));
             let trials = |experiment, cell| {
                 let mut trials = Trials::of_all_measures(experiment, cell);
@@ -87,17 +82,9 @@ fn quick_trials_are_the_first_trials_of_the_full_study() {
             };
             let (short, long) = (trials(&quick, cell), trials(&full, same));
             assert_eq!(short.rows.len(), long.rows.len());
-            let equal = short
-                .rows
-                .iter()
-                .zip(long.rows.iter())
-                .all(|(a, b)| a.same_bits(&b));
+            let equal = short.rows.iter().zip(long.rows.iter()).all(|(a, b)| a.same_bits(&b));
             let bits = |trials: &Trials| {
-                let columns = trials
-                    .rows
-                    .outputs()
-                    .iter()
-                    .flat_map(OutputRows::parameters);
+                let columns = trials.rows.outputs().iter().flat_map(OutputRows::parameters);
                 let bits = columns.flatten().map(|x| x.to_bits());
                 bits.collect::<Vec<u64>>()
             };

@@ -43,13 +43,11 @@ pub struct Signal([Vec<f64>; 3]);
 
 impl Signal {
     fn through(&self, filter: &[f64]) -> Self {
-        Self(self.0.each_ref().map(|h| {
-            if h.is_empty() {
-                Vec::new()
-            } else {
-                convolve(h, filter)
-            }
-        }))
+        Self(
+            self.0
+                .each_ref()
+                .map(|h| if h.is_empty() { Vec::new() } else { convolve(h, filter) }),
+        )
     }
 
     /// `E[self(k) other(k + lag)]`.
@@ -74,10 +72,7 @@ type Pair<'a> = (&'a Signal, &'a Signal);
 /// `E[z phi']`, z and phi of n lags of two pairs, outputs negative.
 fn moments(z: Pair<'_>, phi: Pair<'_>, n: usize) -> Mat<f64> {
     Mat::from_fn(2 * n, 2 * n, |i, j| {
-        let (left, right) = (
-            if i < n { z.0 } else { z.1 },
-            if j < n { phi.0 } else { phi.1 },
-        );
+        let (left, right) = (if i < n { z.0 } else { z.1 }, if j < n { phi.0 } else { phi.1 });
         let sign = if (i < n) == (j < n) { 1.0 } else { -1.0 };
         sign * left.covariance(right, (i % n) as i64 - (j % n) as i64)
     })
@@ -115,25 +110,14 @@ impl Made<'_> {
         let (c, d) = self.feedback;
         let (mut x, mut y, mut u, mut fed) = (vec![], vec![], vec![], vec![]);
         let at = |s: &[f64], k: usize, i: usize| {
-            if i <= k && k - i < s.len() {
-                s[k - i]
-            } else {
-                0.0
-            }
+            if i <= k && k - i < s.len() { s[k - i] } else { 0.0 }
         };
         for k in 0..LENGTH {
-            let now: f64 = (1..=n)
-                .map(|i| h[i - 1] * at(&u, k, i) - alpha[i] * at(&x, k, i))
-                .sum();
+            let now: f64 = (1..=n).map(|i| h[i - 1] * at(&u, k, i) - alpha[i] * at(&x, k, i)).sum();
             x.push(now);
             y.push(now + at(f, k, 0));
             let numerator: f64 = c.iter().enumerate().map(|(i, c)| c * at(&y, k, i)).sum();
-            let denominator: f64 = d
-                .iter()
-                .enumerate()
-                .skip(1)
-                .map(|(i, d)| d * at(&fed, k, i))
-                .sum();
+            let denominator: f64 = d.iter().enumerate().skip(1).map(|(i, d)| d * at(&fed, k, i)).sum();
             fed.push(numerator - denominator);
             u.push(at(r, k, 0) - fed[k]);
         }
@@ -206,16 +190,11 @@ impl Population {
     /// `sigma_v^2 R^-1`: N times the covariance of least squares where v is white.
     pub fn least_squares_covariance(&self) -> Mat<f64> {
         let white = &self.equation_error;
-        assert!(
-            white[1..].iter().all(|v| v.abs() < 1e-9 * white[0]),
-            "v is not white"
-        );
+        assert!(white[1..].iter().all(|v| v.abs() < 1e-9 * white[0]), "v is not white");
         let r = moments((&self.y, &self.u), (&self.y, &self.u), self.n);
         let unit = Mat::<f64>::identity(2 * self.n, 2 * self.n);
         let inverse = r.partial_piv_lu().solve(&unit);
-        Mat::from_fn(2 * self.n, 2 * self.n, |i, j| {
-            white[0] * white[0] * inverse[(i, j)]
-        })
+        Mat::from_fn(2 * self.n, 2 * self.n, |i, j| white[0] * white[0] * inverse[(i, j)])
     }
 
     /// `(E z phi')^-1 E[z_H z_H'] (E z phi')^-T`, `v = H(q) w`, `z_H = H(q) z`: N times the covariance of IV with the
@@ -256,9 +235,7 @@ impl Population {
                     }
                 })
                 .collect();
-            next.iter_mut()
-                .zip(&g)
-                .for_each(|(next, g)| *next -= g * last[0]);
+            next.iter_mut().zip(&g).for_each(|(next, g)| *next -= g * last[0]);
             columns.push(next);
         }
         let r: Vec<f64> = (0..columns.len())
@@ -268,9 +245,7 @@ impl Population {
             .iter()
             .enumerate()
             .flat_map(|(i, a)| columns.iter().enumerate().map(move |(j, b)| (i, a, j, b)));
-        pairs
-            .map(|(i, a, j, b)| correlation(a, b, 0) * r[i.abs_diff(j)])
-            .sum()
+        pairs.map(|(i, a, j, b)| correlation(a, b, 0) * r[i.abs_diff(j)]).sum()
     }
 
     /// `tr (D'D)^-1 D' Cov(f) D (D'D)^-1`: `E |x0 - x0hat|^2` of stage 6 with the true model.
@@ -284,16 +259,13 @@ impl Population {
                 rows[(k, j)] = if k < n {
                     f64::from(u8::from(k == j))
                 } else {
-                    rows[(k - 1, n - 1)] * plant.a()[j]
-                        + if j > 0 { rows[(k - 1, j - 1)] } else { 0.0 }
+                    rows[(k - 1, n - 1)] * plant.a()[j] + if j > 0 { rows[(k - 1, j - 1)] } else { 0.0 }
                 };
             }
         }
         let lu = (rows.transpose() * &rows).partial_piv_lu();
         let pseudo = lu.solve(rows.transpose().to_owned());
-        let covariance = Mat::from_fn(ROWS, ROWS, |i, j| {
-            correlation(&self.noise, &self.noise, i.abs_diff(j))
-        });
+        let covariance = Mat::from_fn(ROWS, ROWS, |i, j| correlation(&self.noise, &self.noise, i.abs_diff(j)));
         let product = &pseudo * &covariance * pseudo.transpose();
         (0..n).map(|i| product[(i, i)]).sum()
     }
@@ -359,11 +331,7 @@ pub fn inverse_square_of_state(plant: &StateSpace, amplitude: f64) -> f64 {
     let inverse = |signs: usize| {
         let mut x = vec![0.0; n];
         for (i, weight) in weights.iter().enumerate() {
-            let u = if signs >> i & 1 == 1 {
-                amplitude
-            } else {
-                -amplitude
-            };
+            let u = if signs >> i & 1 == 1 { amplitude } else { -amplitude };
             x.iter_mut().zip(weight).for_each(|(x, w)| *x += w * u);
         }
         1.0 / x.iter().map(|x| x * x).sum::<f64>()

@@ -29,21 +29,13 @@ pub fn printed_shares() -> Vec<Check> {
             "C2",
             10.018,
             98,
-            [
-                (0.033, 0.03, 0.005),
-                (0.01, 0.08, 0.005),
-                (0.065, 0.001, 0.0005),
-            ],
+            [(0.033, 0.03, 0.005), (0.01, 0.08, 0.005), (0.065, 0.001, 0.0005)],
         ),
         (
             "C3",
             10.014,
             218,
-            [
-                (0.017, 0.01, 0.005),
-                (0.0057, 0.05, 0.005),
-                (0.024, 0.001, 0.0005),
-            ],
+            [(0.017, 0.01, 0.005), (0.0057, 0.05, 0.005), (0.024, 0.001, 0.0005)],
         ),
     ] {
         let set = [
@@ -69,11 +61,7 @@ pub fn printed_shares() -> Vec<Check> {
             (Measure::ExMax, &none),
         ];
         for ((figure, found), (bound, share, digit)) in figures.into_iter().zip(printed) {
-            let gain = if figure == Measure::ExMax {
-                ", no feedback"
-            } else {
-                ""
-            };
+            let gain = if figure == Measure::ExMax { ", no feedback" } else { "" };
             let text = format!("{claim}: share of iv(4) {figure} < {bound}{gain}");
             // The standard errors of both are those of the printed share.
             let error = (share * (1.0 - share) / TRIALS as f64).sqrt();

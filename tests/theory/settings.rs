@@ -1,12 +1,8 @@
 //! Solvers, initial states, closed loops, observers, input noise.
 
-use super::cells::{
-    AMPLITUDE, OPEN, bias, check, component, expected, limit, open, plant, population,
-};
+use super::cells::{AMPLITUDE, OPEN, bias, check, component, expected, limit, open, plant, population};
 use super::population::inverse_square_of_state;
-use super::study::{
-    Check, Found, Theory, cut, extrapolate, mean, median, ratio, rmse, run, vector,
-};
+use super::study::{Check, Found, Theory, cut, extrapolate, mean, median, ratio, rmse, run, vector};
 use asobench::estimator::Output;
 use asobench::observer::Gain;
 use asobench::study::{Measure, Row};
@@ -67,25 +63,15 @@ pub fn solvers() -> Vec<Check> {
         }
     }
     let checks_of = |((label, largest), lost): ((&String, f64), f64)| {
-        let unit = if label.contains("dual") {
-            "sqrt(eps)"
-        } else {
-            "eps"
-        };
+        let unit = if label.contains("dual") { "sqrt(eps)" } else { "eps" };
         let text = format!("{label}: max error / ({unit} cond)");
-        let check =
-            |text, found, most| check("solvers", text, TRIALS, (found, 0.0), Theory::AtMost(most));
+        let check = |text, found, most| check("solvers", text, TRIALS, (found, 0.0), Theory::AtMost(most));
         [
             check(text, largest, 100.0),
             check(format!("{label}: lost without a reason"), lost, 0.0),
         ]
     };
-    labels
-        .iter()
-        .zip(largest)
-        .zip(lost)
-        .flat_map(checks_of)
-        .collect()
+    labels.iter().zip(largest).zip(lost).flat_map(checks_of).collect()
 }
 
 /// C8: at x0 = 0, instruments from the estimated x0 and from x0 = 0 differ in O(1) samples, so the estimates by O(1/N):
@@ -106,13 +92,7 @@ pub fn initial_states() -> Vec<Check> {
     let found = [run(&experiment, 0, TRIALS), run(&experiment, 1, TRIALS)];
     let difference = |found: &Found| {
         let pairs = found.errors(2).into_iter().zip(found.errors(4));
-        let norm = |(p, q): (Vec<f64>, Vec<f64>)| {
-            p.iter()
-                .zip(q)
-                .map(|(p, q)| (p - q).powi(2))
-                .sum::<f64>()
-                .sqrt()
-        };
+        let norm = |(p, q): (Vec<f64>, Vec<f64>)| p.iter().zip(q).map(|(p, q)| (p - q).powi(2)).sum::<f64>().sqrt();
         pairs.map(norm).collect::<Vec<f64>>()
     };
     let (short, long) = (median(difference(&found[0])), median(difference(&found[1])));
@@ -142,24 +122,12 @@ pub fn initial_states() -> Vec<Check> {
         let set = format!("noise={noise}");
         let experiment = cut(
             "initial-state",
-            &[
-                &set,
-                "x0=1",
-                "eta=10",
-                "window=10000",
-                "measures=[\"e_x0\"]",
-            ],
+            &[&set, "x0=1", "eta=10", "window=10000", "measures=[\"e_x0\"]"],
         );
         let value = rmse(&run(&experiment, 0, MORE).figure(2, Measure::Ex0));
         let square = open(noise, 10.0).initial_state_error(&plant()) / 6.0;
         let text = format!("iv(4) RMSE of e_x0, N = 10000, {noise}");
-        checks.push(check(
-            "initial-state",
-            text,
-            MORE,
-            value,
-            Theory::Value(square.sqrt()),
-        ));
+        checks.push(check("initial-state", text, MORE, value, Theory::Value(square.sqrt())));
     }
     checks
 }
@@ -171,10 +139,7 @@ pub fn closed_loops() -> Vec<Check> {
     let experiment = cut("closed-loop", &["feedback=\"static, r = 0\"", "window=218"]);
     let cells = 0..experiment.cells.len();
     let failed = |found: Found| found.rows().all(|row| row.failure.is_some());
-    let all = cells
-        .clone()
-        .filter(|cell| failed(run(&experiment, *cell, 20)))
-        .count();
+    let all = cells.clone().filter(|cell| failed(run(&experiment, *cell, 20))).count();
     let share = all as f64 / cells.len() as f64;
     checks.push(check(
         "closed-loop",
@@ -190,13 +155,9 @@ pub fn closed_loops() -> Vec<Check> {
     for (name, law) in [("static", (&[0.4][..], &[1.0][..])), ("dynamic", dynamic)] {
         for noise in ["white", "strong"] {
             let set = [format!("feedback={name}"), format!("noise={noise}")];
-            let experiment = cut(
-                "closed-loop",
-                &[&set[0], &set[1], "eta=5", "window=[5000, 10000]"],
-            );
+            let experiment = cut("closed-loop", &[&set[0], &set[1], "eta=5", "window=[5000, 10000]"]);
             let found = [run(&experiment, 0, TRIALS), run(&experiment, 1, TRIALS)];
-            let errors =
-                |output: usize| extrapolate(&found[0].errors(output), &found[1].errors(output));
+            let errors = |output: usize| extrapolate(&found[0].errors(output), &found[1].errors(output));
             let theory = population(noise, 5.0, 0.0, law);
             let limits = theory.iterated(4);
             let expect = |pass: usize| bias(&limits[pass], &theory.theta);
@@ -223,12 +184,7 @@ pub fn closed_loops() -> Vec<Check> {
     // State feedback: consistent from r too.
     let experiment = cut(
         "closed-loop",
-        &[
-            "feedback=state",
-            "noise=white",
-            "eta=5",
-            "window=[5000, 10000]",
-        ],
+        &["feedback=state", "noise=white", "eta=5", "window=[5000, 10000]"],
     );
     let found = [run(&experiment, 0, TRIALS), run(&experiment, 1, TRIALS)];
     let errors = extrapolate(&found[0].errors(2), &found[1].errors(2));
@@ -246,17 +202,10 @@ pub fn bias_in_a_loop() -> Vec<Check> {
     const TRIALS: u64 = 800;
     let experiment = cut(
         "closed-loop",
-        &[
-            "feedback=static",
-            "noise=white",
-            "eta=[5, 10]",
-            "window=10000",
-        ],
+        &["feedback=static", "noise=white", "eta=[5, 10]", "window=10000"],
     );
     let found = [run(&experiment, 0, TRIALS), run(&experiment, 1, TRIALS)];
-    let means: Vec<(f64, f64)> = (0..12)
-        .map(|i| mean(&component(&found[0].errors(1), i)))
-        .collect();
+    let means: Vec<(f64, f64)> = (0..12).map(|i| mean(&component(&found[0].errors(1), i))).collect();
     let best = (0..12)
         .max_by(|&i, &j| {
             (means[i].0 / means[i].1)
@@ -299,10 +248,7 @@ pub fn observers() -> Vec<Check> {
                 "horizon=24000",
                 "measures=[\"e_x_rms\"]",
             ];
-            let experiment = cut(
-                "observer-poles",
-                &[&[set[0].as_str(), &set[1]], &rest[..]].concat(),
-            );
+            let experiment = cut("observer-poles", &[&[set[0].as_str(), &set[1]], &rest[..]].concat());
             let squares = |cell: usize| -> Vec<Vec<f64>> {
                 let values = run(&experiment, cell, TRIALS).figure(1, Measure::ExRms);
                 values.into_iter().map(|e| vec![e * e]).collect()
@@ -331,26 +277,14 @@ pub fn input_noises() -> Vec<Check> {
     let mut checks = Vec::new();
     for noise in ["ar", "white"] {
         for input_noise in [5.0, 20.0] {
-            let set = [
-                format!("noise={noise}"),
-                format!("input_noise={input_noise}"),
-            ];
+            let set = [format!("noise={noise}"), format!("input_noise={input_noise}")];
             let experiment = cut(
                 "input-noise",
-                &[
-                    &set[0],
-                    &set[1],
-                    "eta=10",
-                    "window=[5000, 10000]",
-                    "measures=[\"e_a\"]",
-                ],
+                &[&set[0], &set[1], "eta=10", "window=[5000, 10000]", "measures=[\"e_a\"]"],
             );
             let found = [run(&experiment, 0, TRIALS), run(&experiment, 1, TRIALS)];
             let theory = population(noise, 10.0, input_noise, OPEN);
-            let expect = [
-                limit(noise, 10.0, input_noise),
-                theory.iterated(4)[4].clone(),
-            ];
+            let expect = [limit(noise, 10.0, input_noise), theory.iterated(4)[4].clone()];
             for (output, label) in [(0, "ls"), (1, "iv(4)")] {
                 let errors = extrapolate(&found[0].errors(output), &found[1].errors(output));
                 let text = format!("{label} limit, input noise {input_noise} %, {noise}");

@@ -24,10 +24,7 @@ pub fn cut(name: &str, set: &[&str]) -> Experiment {
         "parameters=true",
     ];
     let file = ExperimentFile::read(&path(name)).unwrap();
-    let file = always
-        .iter()
-        .chain(set)
-        .try_fold(file, |file, text| file.set(text));
+    let file = always.iter().chain(set).try_fold(file, |file, text| file.set(text));
     Experiment::new(file.unwrap()).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
@@ -77,11 +74,7 @@ impl Found {
         let of_trial = |trial: &Trials| {
             let errors = trial.rows.parameters(0, output);
             let (a, h) = errors.split_at(errors.len() / 2);
-            a.iter()
-                .rev()
-                .map(|a| -a)
-                .chain(h.iter().copied())
-                .collect()
+            a.iter().rev().map(|a| -a).chain(h.iter().copied()).collect()
         };
         self.trials.iter().map(of_trial).collect()
     }
@@ -139,11 +132,7 @@ impl Check {
     fn distance(&self) -> (f64, bool) {
         let (found, error) = self.found;
         let over = |difference: f64, error: f64| {
-            if difference == 0.0 {
-                0.0
-            } else {
-                difference / error
-            }
+            if difference == 0.0 { 0.0 } else { difference / error }
         };
         match self.theory {
             Theory::Value(theory) => {
@@ -177,9 +166,7 @@ impl Check {
             Theory::Value(_) | Theory::Printed(..) => format!("{:.2}", self.distance().0),
             Theory::AtMost(_) | Theory::AtLeast(_) => String::new(),
         };
-        format!(
-            "{experiment:<14} {figure:<62} {trials:>6} {found:>9} +- {error:<8} {theory:>11} {distance:>6}{mark}"
-        )
+        format!("{experiment:<14} {figure:<62} {trials:>6} {found:>9} +- {error:<8} {theory:>11} {distance:>6}{mark}")
     }
 }
 
@@ -196,12 +183,7 @@ fn number(x: f64) -> String {
 
 /// One check of a vector of means: the component that theory moves farthest from 0, in standard errors; but one that is
 /// farther than 4 from theory (or undefined) in its place. The text says how near all are.
-pub fn vector(
-    experiment: &'static str,
-    figure: &str,
-    errors: &[Vec<f64>],
-    theory: &[f64],
-) -> Check {
+pub fn vector(experiment: &'static str, figure: &str, errors: &[Vec<f64>], theory: &[f64]) -> Check {
     let count = theory.len();
     let n = count / 2;
     let check = |i: usize| {
@@ -216,11 +198,7 @@ pub fn vector(
     };
     let checks: Vec<Check> = (0..count).map(check).collect();
     // NaN counts as largest.
-    let largest = |size: &dyn Fn(usize) -> f64| {
-        (0..count)
-            .max_by(|&i, &j| size(i).total_cmp(&size(j)))
-            .unwrap()
-    };
+    let largest = |size: &dyn Fn(usize) -> f64| (0..count).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap();
     let farthest = largest(&|i| checks[i].distance().0.abs());
     let distance = checks[farthest].distance().0.abs();
     let moved = theory.iter().any(|theory| *theory != 0.0);
@@ -245,10 +223,6 @@ pub fn vector(
 /// The ratio of two means over the same trials, by the delta method.
 pub fn ratio(above: &[f64], below: &[f64]) -> (f64, f64) {
     let ((x, _), (y, _)) = (mean(above), mean(below));
-    let influence: Vec<f64> = above
-        .iter()
-        .zip(below)
-        .map(|(a, b)| (a - x / y * b) / y)
-        .collect();
+    let influence: Vec<f64> = above.iter().zip(below).map(|(a, b)| (a - x / y * b) / y).collect();
     (x / y, mean(&influence).1)
 }

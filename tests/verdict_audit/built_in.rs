@@ -75,33 +75,17 @@ const STUDIES: [Study; 4] = [
 /// Returns what every claim of a study said, for each seed.
 fn said(folder: &Path, study: &Study, seeds: u64) -> Vec<Vec<Vec<(Verdict, String)>>> {
     let claims = study.claims.iter().enumerate();
-    let claims =
-        claims.map(|(i, (test, _))| format!("[[claims]]\nid = 'S1-{i}'\ntest = {{ {test} }}\n"));
-    let at: Vec<String> = (6..=60)
-        .step_by(6)
-        .map(|sample| sample.to_string())
-        .collect();
+    let claims = claims.map(|(i, (test, _))| format!("[[claims]]\nid = 'S1-{i}'\ntest = {{ {test} }}\n"));
+    let at: Vec<String> = (6..=60).step_by(6).map(|sample| sample.to_string()).collect();
     let text = study.file.replace("AT", &at.join(", ")) + &claims.collect::<String>();
     std::fs::write(folder.join("study.toml"), format!("looks = 1\n{text}")).expect("a file");
     let mut all = vec![Vec::new(); study.claims.len()];
     for seed in 0..seeds {
         let (seed, trials) = (format!("{}", 1_000_003 + seed), study.trials.to_string());
-        let found = verdicts(
-            folder,
-            &[
-                "--seed",
-                &seed,
-                "--trials",
-                &trials,
-                "--out",
-                "built-in/out",
-            ],
-        );
+        let found = verdicts(folder, &["--seed", &seed, "--trials", &trials, "--out", "built-in/out"]);
         std::fs::remove_dir_all(folder.join("built-in")).expect("removed");
         assert_eq!(found.len(), all.len(), "{}", study.law);
-        all.iter_mut()
-            .zip(found)
-            .for_each(|(all, found)| all.push(vec![found]));
+        all.iter_mut().zip(found).for_each(|(all, found)| all.push(vec![found]));
     }
     all
 }
@@ -109,10 +93,7 @@ fn said(folder: &Path, study: &Study, seeds: u64) -> Vec<Vec<Vec<(Verdict, Strin
 /// Prints a line for each claim, and returns those beyond the level.
 pub fn audit(folder: &Path, seeds: u64) -> Vec<String> {
     let mut beyond = Vec::new();
-    for study in STUDIES
-        .iter()
-        .filter(|study| is_chosen(study.law, study.file))
-    {
+    for study in STUDIES.iter().filter(|study| is_chosen(study.law, study.file)) {
         let all = said(folder, study, seeds);
         for ((test, truth), all) in study.claims.iter().zip(&all) {
             let trials = study.trials.to_string();

@@ -67,12 +67,7 @@ fn kinds(law: &Smooth, with_cap: bool) -> [(&'static str, [String; 3]); 8] {
         format!("ratio = 'e_a', of = 'x', to = 'y', statistic = '{statistic}', below = {limit:?}")
     };
     let (median, limit) = (law.median, |effect: f64| 0.5 * (1.0 - effect));
-    let share = |e| {
-        format!(
-            "share = 'e_a', of = 'x', bound = {median:?}, above = {:?}",
-            limit(e)
-        )
-    };
+    let share = |e| format!("share = 'e_a', of = 'x', bound = {median:?}, above = {:?}", limit(e));
     let coverage = |effect: f64| {
         let limit = 0.95 * (1.0 - effect);
         format!("value = 'a_1', of = 'x', statistic = 'coverage', above = {limit:?}")
@@ -85,9 +80,8 @@ fn kinds(law: &Smooth, with_cap: bool) -> [(&'static str, [String; 3]); 8] {
             value("rms", law.rms * (1.0 + effect), "below")
         }
     };
-    let below = |statistic: &'static str, truth: f64| {
-        EFFECTS.map(|effect| value(statistic, truth * (1.0 + effect), "below"))
-    };
+    let below =
+        |statistic: &'static str, truth: f64| EFFECTS.map(|effect| value(statistic, truth * (1.0 + effect), "below"));
     let mean = EFFECTS.map(|effect| value("mean", law.mean * (1.0 - effect), "above"));
     let two = EFFECTS.map(|effect| ratio("median", effect));
     [
@@ -115,10 +109,7 @@ fn ladder(most: u64) -> Vec<u64> {
 /// number of trials they rise as a normal law does, so that its mean is its median: the integral of what is undecided.
 /// `None` where too few are decided at the largest number.
 fn even_odds(decided: &[(u64, f64)]) -> Option<f64> {
-    let roots: Vec<(f64, f64)> = decided
-        .iter()
-        .map(|(n, p)| ((*n as f64).sqrt(), 1.0 - p))
-        .collect();
+    let roots: Vec<(f64, f64)> = decided.iter().map(|(n, p)| ((*n as f64).sqrt(), 1.0 - p)).collect();
     let area = |pair: &[(f64, f64)]| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0);
     let (first, last) = (roots.first()?, roots.last()?);
     (last.1 < 0.05).then(|| (first.0 + roots.windows(2).map(area).sum::<f64>()).powi(2))
@@ -138,9 +129,7 @@ pub fn table(folder: &Path, studies: u32, most: u64, with_cap: bool) {
             let out = format!("cost/{}-{trials}", law.law);
             // The trials of the first effect are judged again for the others.
             for effect in 0..EFFECTS.len() {
-                let claims = kinds
-                    .iter()
-                    .map(|(_, tests)| format!("test = {{ {} }}", tests[effect]));
+                let claims = kinds.iter().map(|(_, tests)| format!("test = {{ {} }}", tests[effect]));
                 let claims: Vec<String> = claims.collect();
                 let text = file([&x, law.words], "4", trials, studies, &claims);
                 let text = format!("looks = 1\n{text}");
@@ -176,9 +165,7 @@ fn even_odds_are_where_half_are_decided() {
         let x = (n as f64).sqrt() - 10.0;
         1.0 / (1.0 + (-1.7 * x).exp())
     };
-    let grid = |most: u64| -> Vec<(u64, f64)> {
-        ladder(most).into_iter().map(|n| (n, share(n))).collect()
-    };
+    let grid = |most: u64| -> Vec<(u64, f64)> { ladder(most).into_iter().map(|n| (n, share(n))).collect() };
     let found = even_odds(&grid(2000)).expect("a number");
     assert!((found - 100.0).abs() < 2.0, "{found}");
     assert_eq!(even_odds(&grid(60)), None);

@@ -59,20 +59,14 @@ pub struct Law {
 /// Each law with how many numbers and laws follow its name.
 const LAWS: &[(&str, usize, usize, Rule)] = &[
     ("const", 1, 0, |x, _, _| x[0]),
-    ("uniform", 2, 0, |x, _, d| {
-        x[0] + (x[1] - x[0]) * d.own.uniform()
-    }),
+    ("uniform", 2, 0, |x, _, d| x[0] + (x[1] - x[0]) * d.own.uniform()),
     ("normal", 2, 0, |x, _, d| x[0] + x[1] * d.own.normal()),
     ("halfnormal", 1, 0, |x, _, d| x[0] * d.own.normal().abs()),
     ("lognormal", 1, 0, |x, _, d| (x[0] * d.own.normal()).exp()),
     ("exponential", 1, 0, |x, _, d| -x[0] * d.own.uniform().ln()),
     // Index and the least value.
-    ("pareto", 2, 0, |x, _, d| {
-        x[1] * d.own.uniform().powf(-1.0 / x[0])
-    }),
-    ("cauchy", 1, 0, |x, _, d| {
-        x[0] * (PI * (d.own.uniform() - 0.5)).tan()
-    }),
+    ("pareto", 2, 0, |x, _, d| x[1] * d.own.uniform().powf(-1.0 / x[0])),
+    ("cauchy", 1, 0, |x, _, d| x[0] * (PI * (d.own.uniform() - 0.5)).tan()),
     // Student's law with three degrees of freedom.
     ("t3", 1, 0, |x, _, d| {
         let squares: f64 = (0..3).map(|_| d.own.normal().powi(2)).sum();
@@ -85,25 +79,19 @@ const LAWS: &[(&str, usize, usize, Rule)] = &[
         (0..x[0] as u32).filter(|_| d.own.uniform() < x[1]).count() as f64
     }),
     // 1 to this number, all alike.
-    ("die", 1, 0, |x, _, d| {
-        1.0 + (x[0] * d.own.uniform()).floor()
-    }),
+    ("die", 1, 0, |x, _, d| 1.0 + (x[0] * d.own.uniform()).floor()),
     // Digits 0 and 2 in base 3.
     ("cantor", 0, 0, |_, _, d| {
         let digit = |place: i32| (2.0 * d.own.uniform()).floor() * 2.0 / 3_f64.powi(place);
         (1..34).map(digit).sum()
     }),
-    ("arcsine", 0, 0, |_, _, d| {
-        (0.5 * PI * d.own.uniform()).sin().powi(2)
-    }),
+    ("arcsine", 0, 0, |_, _, d| (0.5 * PI * d.own.uniform()).sin().powi(2)),
     ("mix", 1, 2, |x, of, d| {
         let at = usize::from(d.own.uniform() >= x[0]);
         of[at].draw(d)
     }),
     // The first law in records of at most so many samples.
-    ("short", 1, 2, |x, of, d| {
-        of[usize::from(d.samples > x[0])].draw(d)
-    }),
+    ("short", 1, 2, |x, of, d| of[usize::from(d.samples > x[0])].draw(d)),
     // The same number for all methods of a study.
     ("common", 0, 1, |_, of, d| {
         std::mem::swap(&mut d.common, &mut d.own);
@@ -114,9 +102,7 @@ const LAWS: &[(&str, usize, usize, Rule)] = &[
     ("sum", 0, 2, |_, of, d| of[0].draw(d) + of[1].draw(d)),
     ("product", 0, 2, |_, of, d| of[0].draw(d) * of[1].draw(d)),
     ("power", 1, 1, |x, of, d| x[0].powf(of[0].draw(d))),
-    ("rounded", 1, 1, |x, of, d| {
-        (of[0].draw(d) / x[0]).round() * x[0]
-    }),
+    ("rounded", 1, 1, |x, of, d| (of[0].draw(d) / x[0]).round() * x[0]),
 ];
 
 impl Law {
@@ -125,11 +111,7 @@ impl Law {
     /// # Errors
     /// The word that is missing or not understood.
     pub fn read<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<Self, String> {
-        let mut word = |wanted: &str| {
-            words
-                .next()
-                .ok_or(format!("ends where {wanted} is expected"))
-        };
+        let mut word = |wanted: &str| words.next().ok_or(format!("ends where {wanted} is expected"));
         let name = word("a law")?;
         let known = LAWS.iter().find(|(known, ..)| *known == name);
         let (_, numbers, of, rule) = known.ok_or(format!("unknown law {name}"))?;
@@ -140,9 +122,7 @@ impl Law {
             numbers: (0..*numbers)
                 .map(|_| number(word("a number")))
                 .collect::<Result<_, _>>()?,
-            of: (0..*of)
-                .map(|_| Self::read(words))
-                .collect::<Result<_, _>>()?,
+            of: (0..*of).map(|_| Self::read(words)).collect::<Result<_, _>>()?,
             rule: *rule,
         })
     }

@@ -28,8 +28,7 @@ fn per_cent(count: usize, of: usize) -> String {
 /// How many studies said what is wrong: that the claim holds, or that it does not.
 fn wrong(truth: Truth, all: &[Vec<(Verdict, String)>]) -> [usize; 2] {
     let said = |verdict: Verdict, where_true: Truth| {
-        let study =
-            |looks: &&Vec<(Verdict, String)>| looks.iter().any(|(said, _)| *said == verdict);
+        let study = |looks: &&Vec<(Verdict, String)>| looks.iter().any(|(said, _)| *said == verdict);
         if truth == where_true {
             0
         } else {
@@ -63,14 +62,9 @@ impl Found<'_> {
     fn line(&self) -> Option<String> {
         let (all, studies) = (self.all, self.all.len() as f64);
         let wrong = wrong(self.truth, all);
-        let is_open = |looks: &&Vec<(Verdict, String)>| {
-            looks.iter().all(|(said, _)| *said == Verdict::Undecided)
-        };
+        let is_open = |looks: &&Vec<(Verdict, String)>| looks.iter().all(|(said, _)| *said == Verdict::Undecided);
         let open = all.iter().filter(is_open).count() as f64;
-        let claim = self
-            .test
-            .replace("value = ", "")
-            .replace("'e_a', of = 'x', ", "");
+        let claim = self.test.replace("value = ", "").replace("'e_a', of = 'x', ", "");
         let claim = claim.replace("statistic = ", "").replace('\'', "");
         let mut line = format!(
             "{:33} {claim:60} {:6} {:>14}  {}  {}  {:7.1} %",
@@ -129,13 +123,7 @@ fn audit(rows: &[Row], folder: &Path, studies: u32) -> Vec<String> {
 #[test]
 #[ignore = "15 minutes: cargo test --release --test it verdict_audit::wrong -- --ignored --nocapture"]
 fn wrong_verdicts_on_known_laws_keep_the_level() {
-    let mut rows = [
-        rows::moments(),
-        rows::quantiles(),
-        rows::own_laws(),
-        rows::others(),
-    ]
-    .concat();
+    let mut rows = [rows::moments(), rows::quantiles(), rows::own_laws(), rows::others()].concat();
     if WITH_ASSUMPTIONS {
         rows.extend(rows::with_assumptions());
     }
@@ -149,12 +137,7 @@ fn wrong_verdicts_on_known_laws_keep_the_level() {
     let mut beyond = audit(&rows, folder.path(), studies);
     // A run for each study: a tenth of them.
     beyond.extend(built_in::audit(folder.path(), u64::from(studies / 10)));
-    assert!(
-        beyond.is_empty(),
-        "{} rows:\n{}",
-        beyond.len(),
-        beyond.join("\n")
-    );
+    assert!(beyond.is_empty(), "{} rows:\n{}", beyond.len(), beyond.join("\n"));
 }
 
 /// `AUDIT_STUDIES` and `AUDIT_TRIALS` set the number of studies and the largest number of trials.
@@ -186,11 +169,7 @@ fn laws_are_what_they_are_called() {
         ("arcsine", 0.146_446_609_406_726_24, 0.25),
         ("power 2 geometric 0.5", 3.0, 0.75),
         ("rounded 1 pareto 0.8 1", 2.25, 1.0 - 2.5_f64.powf(-0.8)),
-        (
-            "short 8 const 0 mix 0.3 const 1 sum const 1 uniform 0 2",
-            2.0,
-            0.65,
-        ),
+        ("short 8 const 0 mix 0.3 const 1 sum const 1 uniform 0 2", 2.0, 0.65),
         ("product die 4 uniform 0.9 1.1", 2.5, 0.5),
         ("common normal 1 2", 1.0, 0.5),
     ];
@@ -204,15 +183,9 @@ fn laws_are_what_they_are_called() {
                 samples: 10.0,
             })
         };
-        let found = (0..100_000)
-            .filter(|trial| of_trial(*trial) < below)
-            .count() as f64
-            / 1e5;
+        let found = (0..100_000).filter(|trial| of_trial(*trial) < below).count() as f64 / 1e5;
         let error = (share * (1.0 - share) / 1e5).sqrt();
-        assert!(
-            (found - share).abs() < 5.0 * error,
-            "{words}: {found} for {share}"
-        );
+        assert!((found - share).abs() < 5.0 * error, "{words}: {found} for {share}");
     }
     assert!(Law::read(&mut "mix 0.5 const 1".split(' ')).is_err());
     assert!(Law::read(&mut "unknown 0.5".split(' ')).is_err());

@@ -110,9 +110,7 @@ fn paired(side: &str, limit: f64) -> String {
 }
 
 fn slope(statistic: &str, side: &str, limit: f64) -> String {
-    format!(
-        "slope = 'e_a', of = 'x', over = 'window', statistic = '{statistic}', {side} = {limit:?}"
-    )
+    format!("slope = 'e_a', of = 'x', over = 'window', statistic = '{statistic}', {side} = {limit:?}")
 }
 
 fn share(bound: f64, side: &str, limit: f64) -> String {
@@ -138,9 +136,7 @@ pub fn moments() -> Vec<Row> {
     let mean = 0.98 * FRAC_2_PI.sqrt() + 0.02 * 2.0 * 2.2 / 1.2;
     let rms = (0.98 + 0.02 * 4.0 * 2.2 / 0.2_f64).sqrt();
     let near_zero = "mix 0.01 uniform 0 0.01 uniform 0.99 1.01";
-    let fit = |side: &str, limit: f64| {
-        format!("value = 'fit_fresh', of = 'x', statistic = 'mean', {side} = {limit:?}")
-    };
+    let fit = |side: &str, limit: f64| format!("value = 'fit_fresh', of = 'x', statistic = 'mean', {side} = {limit:?}");
     rows! {
         "2 % Pareto(2.2)": pareto, value("mean", "below", mean) => Limit;
         "2 % Pareto(2.2)": pareto, value("mean", "above", mean) => Limit;
@@ -349,17 +345,15 @@ fn wins() -> String {
 
 /// Claims with the keys `cap` and `kurtosis`, and shares of coefficients above the truth.
 pub fn with_assumptions() -> Vec<Row> {
-    let capped = |statistic: &str, cap: f64, side: &str, limit: f64| {
-        format!("{}, cap = {cap:?}", value(statistic, side, limit))
-    };
+    let capped =
+        |statistic: &str, cap: f64, side: &str, limit: f64| format!("{}, cap = {cap:?}", value(statistic, side, limit));
     // Of an exponential law: E min(X, C) and E min(X, C)^2.
     let mean = 1.0 - (-3_f64).exp();
     let square = 2.0 * (1.0 - 4.0 * (-3_f64).exp());
     let rms = square.sqrt();
     // Of a Pareto law of index 0.8 from 1 on, at 10.
     let pareto = 1.0 + (10_f64.powf(0.2) - 1.0) / 0.2;
-    let kurtosis =
-        |of: f64, limit: f64| format!("{}, kurtosis = {of:?}", value("rms", "below", limit));
+    let kurtosis = |of: f64, limit: f64| format!("{}, kurtosis = {of:?}", value("rms", "below", limit));
     let above = "between = [0.46, 0.54]";
     rows! {
         "exponential, cap 3": "exponential 1", capped("rms", 3.0, "below", rms) => Limit .trials(100);

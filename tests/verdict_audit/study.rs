@@ -39,13 +39,7 @@ fn method(name: &str, stream: u32, words: &str, batch: u64) -> String {
 }
 
 /// The file of a run: a plan of looks, so many studies of methods x and y, and for each study these claims.
-pub fn file(
-    methods: [&str; 2],
-    windows: &str,
-    trials: u64,
-    studies: u32,
-    claims: &[String],
-) -> String {
+pub fn file(methods: [&str; 2], windows: &str, trials: u64, studies: u32, claims: &[String]) -> String {
     let horizon = if claims.iter().any(|claim| claim.contains("fit_fresh")) {
         100
     } else {
@@ -75,11 +69,7 @@ pub fn file(
 
 /// Runs a file in a folder and returns the verdicts in the order of the claims, each with its sentence.
 pub fn verdicts(folder: &Path, arguments: &[&str]) -> Vec<(Verdict, String)> {
-    let run = [
-        &["run", "study.toml", "--allow-commands", "--every-claim"],
-        arguments,
-    ]
-    .concat();
+    let run = [&["run", "study.toml", "--allow-commands", "--every-claim"], arguments].concat();
     let output = asobench_in(folder, &run);
     assert!(output.status.success(), "{run:?}: {}", stderr(&output));
     let mut found: Vec<(Verdict, String)> = Vec::new();
@@ -129,9 +119,7 @@ pub fn looks(folder: &Path, row: &Row, studies: u32, seed: u64) -> Vec<Vec<(Verd
         arguments.extend(confirm.into_iter().flatten());
         let found = verdicts(folder, &arguments);
         assert_eq!(found.len(), all.len(), "{}: {}", row.law, row.test);
-        all.iter_mut()
-            .zip(found)
-            .for_each(|(all, found)| all.push(found));
+        all.iter_mut().zip(found).for_each(|(all, found)| all.push(found));
     }
     all
 }

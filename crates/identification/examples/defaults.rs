@@ -23,10 +23,7 @@ const A: [Plant; 6] = [
     (&[&[1.0, -0.8]], &[1.0]),
     (&[&[1.0, -1.8, 0.9]], &[0.1, 0.08]),
     (&[&[1.0, -0.9], &[1.0, -0.5]], &[0.5, -0.3]),
-    (
-        &[&[1.0, -1.6, 0.8], &[1.0, -0.6, 0.5]],
-        &[1.0, 0.4, 0.2, -0.3],
-    ),
+    (&[&[1.0, -1.6, 0.8], &[1.0, -0.6, 0.5]], &[1.0, 0.4, 0.2, -0.3]),
     (&[&[1.0, -1.3, 0.6], &[1.0, 0.5]], &[1.0, -0.8, 0.4]),
 ];
 const B: [Plant; 6] = [
@@ -34,10 +31,7 @@ const B: [Plant; 6] = [
     (&[&[1.0, -0.95]], &[0.2]),
     (&[&[1.0, -1.2, 0.85]], &[0.5, 1.0]),
     (&[&[1.0, -0.8], &[1.0, -0.7]], &[1.0, 0.9]),
-    (
-        &[&[1.0, -1.9, 0.95], &[1.0, -1.0, 0.7]],
-        &[0.2, 0.3, 0.1, 0.1],
-    ),
+    (&[&[1.0, -1.9, 0.95], &[1.0, -1.0, 0.7]], &[0.2, 0.3, 0.1, 0.1]),
     (&[&[1.0, 0.6], &[1.0, -1.1, 0.5]], &[1.0, 0.2, -0.5]),
 ];
 
@@ -70,9 +64,7 @@ enum Kind {
 }
 
 fn record((factors, b): Plant, kind: Kind, n: usize, trial: u64) -> Record {
-    let f = factors
-        .iter()
-        .fold(vec![1.0], |f, factor| multiply(&f, factor));
+    let f = factors.iter().fold(vec![1.0], |f, factor| multiply(&f, factor));
     let orders = Orders {
         nb: b.len(),
         nf: f.len() - 1,
@@ -123,9 +115,7 @@ fn record((factors, b): Plant, kind: Kind, n: usize, trial: u64) -> Record {
     }
     let input = u.clone();
     if kind == Kind::Errors {
-        u.iter_mut()
-            .zip(white(Purpose::Plant, 0.3))
-            .for_each(|(u, v)| *u += v);
+        u.iter_mut().zip(white(Purpose::Plant, 0.3)).for_each(|(u, v)| *u += v);
     }
     if !matches!(kind, Kind::Equation(_)) {
         y.iter_mut().zip(&noise).for_each(|(y, e)| *y += e);
@@ -194,14 +184,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 serde_json::from_str(value).unwrap_or(Value::from(value)),
             );
         }
-        let mut line = format!(
-            "| {} |",
-            if variant.is_empty() {
-                "default"
-            } else {
-                variant
-            }
-        );
+        let mut line = format!("| {} |", if variant.is_empty() { "default" } else { variant });
         for n in lengths {
             let (mut off, mut sum, mut all) = (0, 0.0, 0);
             let plants = bank.into_iter().enumerate();
@@ -215,20 +198,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                         format!("na={nf},nb={nb},nc=1,nk=1")
                     } else if matches!(estimator.as_str(), "n4sid" | "moesp" | "cva") {
                         format!("n={nf},nk=1")
-                    } else if matches!(
-                        estimator.as_str(),
-                        "arx" | "recursive-iv" | "bels" | "iv-compensated"
-                    ) {
+                    } else if matches!(estimator.as_str(), "arx" | "recursive-iv" | "bels" | "iv-compensated") {
                         format!("na={nf},nb={nb},nk=1")
                     } else {
                         format!("nb={nb},nf={nf},nk=1")
                     };
                     options.insert("orders".to_owned(), json!(text));
                     let method = Method::named("own", name.parse(options)?);
-                    let mut estimator = method.prepare(Shape {
-                        order: nf,
-                        window: n,
-                    })?;
+                    let mut estimator = method.prepare(Shape { order: nf, window: n })?;
                     let mut passes = vec![Pass::new(nf); method.passes()];
                     let window = Window::with_reference(&record.u, &record.y, &record.r, n);
                     estimator.estimate(window, &mut passes);

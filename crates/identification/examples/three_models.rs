@@ -17,11 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     y.iter_mut().zip(&noise).for_each(|(y, noise)| *y += noise);
 
     let arx = MethodOptions::from(ArxOptions::default());
-    for options in [
-        arx,
-        OeOptions::default().into(),
-        IvOptions::default().into(),
-    ] {
+    for options in [arx, OeOptions::default().into(), IvOptions::default().into()] {
         let model = fit(options, 2, &u, &y)?;
         println!("{}", model.linear().equation().rounded(4));
         println!("standard errors {:.4?}", model.linear().standard_errors());

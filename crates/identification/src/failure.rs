@@ -120,20 +120,12 @@ impl FailureKind {
     ];
 
     /// The failures of programs, except those with a reason.
-    pub const OF_PROGRAMS: &[Self] = &[
-        Self::Declined,
-        Self::Timeout,
-        Self::Crashed,
-        Self::Malformed,
-    ];
+    pub const OF_PROGRAMS: &[Self] = &[Self::Declined, Self::Timeout, Self::Crashed, Self::Malformed];
 
     /// Whether there is a model: the best that a search found, of which nothing but its being a minimum is missing, or
     /// one that contradicts what its method assumes.
     pub const fn leaves_a_model(self) -> bool {
-        matches!(
-            self,
-            Self::Boundary | Self::IterationLimit | Self::Implausible
-        )
+        matches!(self, Self::Boundary | Self::IterationLimit | Self::Implausible)
     }
 
     /// Returns the kind of a trial whose model counts although the search came to no minimum; other kinds stay.
@@ -188,9 +180,7 @@ impl FailureKind {
             Self::NonFinite => "A value is not finite.",
             Self::Singular => "A matrix is exactly singular: it has a zero row or column.",
             Self::RankDeficient => "A matrix is singular up to rounding, or a pivot is zero.",
-            Self::StepTooLong => {
-                "Continuous time: the error by step halving is above the study's limit."
-            }
+            Self::StepTooLong => "Continuous time: the error by step halving is above the study's limit.",
             Self::NotRun => "Continuous time: the disturbance of the trial makes the run too long.",
             Self::NoConvergence => "An iteration did not converge.",
             Self::Boundary => {
@@ -207,13 +197,9 @@ impl FailureKind {
             }
             Self::ImplausibleCounted => "As implausible, in a study that counts such models.",
             Self::BoundaryCounted => "As boundary, in a study that counts such models.",
-            Self::IterationLimitCounted => {
-                "As iteration-limit, in a study that counts such models."
-            }
+            Self::IterationLimitCounted => "As iteration-limit, in a study that counts such models.",
             Self::UnstablePredictor => "The predictor of a model is not stable.",
-            Self::UnstableInstruments => {
-                "The model whose output makes the instruments is unstable."
-            }
+            Self::UnstableInstruments => "The model whose output makes the instruments is unstable.",
             Self::NotIdentifiable => {
                 "The record does not distinguish the parameters: their information is singular up to rounding."
             }
@@ -251,11 +237,7 @@ impl FromStr for FailureKind {
                 return Ok(Self::External(reason));
             }
         }
-        Err(UnknownName::new(
-            "failure",
-            given,
-            known().map(FailureKind::name),
-        ))
+        Err(UnknownName::new("failure", given, known().map(FailureKind::name)))
     }
 }
 
@@ -310,11 +292,7 @@ mod tests {
             Reason::new(" no minimum (3 starts)")
         );
         let long = Reason::new(&"\u{1b}[31m<".repeat(40));
-        assert_eq!(
-            long.name().len(),
-            Reason::PREFIX.len() + Reason::LONGEST,
-            "{long:?}"
-        );
+        assert_eq!(long.name().len(), Reason::PREFIX.len() + Reason::LONGEST, "{long:?}");
         for wrong in ["external: \u{7}", "external:", "crash"] {
             assert!(wrong.parse::<FailureKind>().is_err(), "{wrong}");
         }

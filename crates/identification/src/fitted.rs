@@ -7,9 +7,7 @@ use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::InitialCondition;
 use crate::estimator::initial_state::InitialState;
 use crate::estimator::{Failure, FailureKind};
-use crate::estimator::{
-    Method, MethodOptions, Offset, Pass, Problem, Progress, Runs, SetupError, Shape, Window,
-};
+use crate::estimator::{Method, MethodOptions, Offset, Pass, Problem, Progress, Runs, SetupError, Shape, Window};
 use crate::metric::{Fit, FitModel};
 use crate::model::{LinearModel, Units};
 use crate::plant::{PoleFinder, simulate};
@@ -74,12 +72,7 @@ pub struct Fitted {
 /// assert!((model.linear().b[1] - 2.0).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn fit(
-    options: impl Into<MethodOptions>,
-    order: usize,
-    u: &[f64],
-    y: &[f64],
-) -> Result<Fitted, FitError> {
+pub fn fit(options: impl Into<MethodOptions>, order: usize, u: &[f64], y: &[f64]) -> Result<Fitted, FitError> {
     let options = options.into();
     if options.needs().reference.is_some() {
         return Err(FitError::NoReference);
@@ -127,10 +120,7 @@ pub fn fit_records(
     let options = options.into();
     let order = options.order(order);
     let method = Method::named("model", options);
-    let shape = Shape {
-        order,
-        window: y.len(),
-    };
+    let shape = Shape { order, window: y.len() };
     let mut estimator = method.prepare(Problem {
         covariance: true,
         runs: lengths,
@@ -225,13 +215,7 @@ impl Fitted {
 
     /// Returns the one-step prediction errors over a record and their tests; `None` if they cannot be tested. A record
     /// that was fitted with x0 = 0 begins at rest, of others the start is free, as it is on `another` record.
-    pub fn residuals(
-        &self,
-        u: &[f64],
-        y: &[f64],
-        another: bool,
-        rounding: Rounding,
-    ) -> Option<Residuals> {
+    pub fn residuals(&self, u: &[f64], y: &[f64], another: bool, rounding: Rounding) -> Option<Residuals> {
         let start = if !another && self.begins_at_rest() {
             InitialCondition::Zero
         } else {
@@ -271,14 +255,7 @@ impl Fitted {
     ///
     /// # Panics
     /// If u and y differ in length, or are shorter than the range or than `window`, the samples that were fitted.
-    pub fn compare(
-        &self,
-        u: &[f64],
-        y: &[f64],
-        window: usize,
-        range: Range<usize>,
-        horizon: usize,
-    ) -> Fit {
+    pub fn compare(&self, u: &[f64], y: &[f64], window: usize, range: Range<usize>, horizon: usize) -> Fit {
         self.compare_from(&self.pass.x0, u, y, window, range, horizon)
     }
 
@@ -305,11 +282,7 @@ impl Fitted {
         horizon: usize,
     ) -> Fit {
         let Pass {
-            model,
-            a,
-            b,
-            direct: d,
-            ..
+            model, a, b, direct: d, ..
         } = &self.pass;
         let d = *d;
         let model = FitModel {
@@ -330,8 +303,7 @@ impl Fitted {
         let y = self.less_offset(y);
         let y: Vec<f64> = y.iter().zip(u).map(|(y, u)| y - direct * u).collect();
         let mut x0 = vec![0.0; a.len()];
-        let found =
-            InitialState::new(x0.len()).estimate(a, b, Window::new(u, &y, y.len()), &mut x0);
+        let found = InitialState::new(x0.len()).estimate(a, b, Window::new(u, &y, y.len()), &mut x0);
         found.map_or_else(|_| vec![f64::NAN; a.len()], |()| x0)
     }
 
@@ -348,9 +320,7 @@ impl Fitted {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::{
-        ArxOptions, ClrivOptions, InitialCondition, IvOptions, LsOptions, OeOptions, OffsetChoice,
-    };
+    use crate::estimator::{ArxOptions, ClrivOptions, InitialCondition, IvOptions, LsOptions, OeOptions, OffsetChoice};
 
     #[test]
     fn lengths_windows_and_singular_records_are_told() {
@@ -360,10 +330,7 @@ mod tests {
         };
         let error = fit(arx(), 2, &[1.0; 4], &[1.0; 5]).unwrap_err();
         assert_eq!(error, FitError::Lengths { u: 4, y: 5 });
-        assert!(matches!(
-            fit(arx(), 2, &[1.0; 5], &[1.0; 5]),
-            Err(FitError::Setup(_))
-        ));
+        assert!(matches!(fit(arx(), 2, &[1.0; 5], &[1.0; 5]), Err(FitError::Setup(_))));
         let error = fit(arx(), 2, &[0.0; 50], &[0.0; 50]).unwrap_err();
         assert!(matches!(error, FitError::Failed(_)), "{error}");
     }
@@ -403,8 +370,7 @@ mod tests {
             }
             [u, y]
         };
-        let [[u1, y1], [u2, y2], [u3, y3]] =
-            [(60, 40.0), (50, -20.0), (30, 40.0)].map(|(n, mu)| output(n, mu));
+        let [[u1, y1], [u2, y2], [u3, y3]] = [(60, 40.0), (50, -20.0), (30, 40.0)].map(|(n, mu)| output(n, mu));
         let options = OeOptions {
             orders: Some("nb=1,nf=1,nk=1".parse().unwrap()),
             initial: InitialCondition::Estimate,
@@ -420,19 +386,11 @@ mod tests {
             let fit = fitted.compare_on(u, y, 3);
             assert!(fit.simulated.min(fit.one_step).min(fit.ahead.unwrap().fit) > 99.9999);
             let simulated = fitted.simulate_from(fitted.start_on(u, y), u);
-            let off = simulated
-                .iter()
-                .zip(y)
-                .map(|(simulated, y)| (simulated - y).abs());
+            let off = simulated.iter().zip(y).map(|(simulated, y)| (simulated - y).abs());
             assert!(off.fold(0.0, f64::max) < 1e-7);
         }
         let from_x0 = fitted.simulate_from(fitted.pass.x0.clone(), &u1);
-        assert!(
-            from_x0
-                .iter()
-                .zip(&y)
-                .all(|(found, y)| (found - y).abs() < 1e-7)
-        );
+        assert!(from_x0.iter().zip(&y).all(|(found, y)| (found - y).abs() < 1e-7));
     }
 
     /// Given orders count, whatever the order is.

@@ -67,7 +67,5 @@ pub mod text;
 pub mod theory;
 
 pub use estimator::adaptive;
-pub use fitted::observation::{
-    ModelObserver, NoiseCovariances, Observation, ObservationError, observe_adaptively,
-};
+pub use fitted::observation::{ModelObserver, NoiseCovariances, Observation, ObservationError, observe_adaptively};
 pub use fitted::{FitError, Fitted, fit, fit_in_loop, fit_records};

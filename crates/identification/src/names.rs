@@ -23,11 +23,7 @@ pub struct UnknownName {
 
 impl UnknownName {
     /// The error for `given` if one of `valid` was expected.
-    pub fn new(
-        what: impl Display,
-        given: impl Display,
-        valid: impl IntoIterator<Item: Display>,
-    ) -> Self {
+    pub fn new(what: impl Display, given: impl Display, valid: impl IntoIterator<Item: Display>) -> Self {
         Self {
             what: what.to_string(),
             given: given.to_string(),
@@ -115,10 +111,7 @@ const NOT_EQUAL: &[(&str, &str)] = &[
         "interpolate",
         ": the longest part without a gap; nothing is interpolated",
     ),
-    (
-        "segments",
-        ": the longest part without a gap, one part alone",
-    ),
+    ("segments", ": the longest part without a gap, one part alone"),
 ];
 
 /// The valid name of what people who come from elsewhere call `given`.

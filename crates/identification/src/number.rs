@@ -26,11 +26,7 @@ pub fn measured(value: f64, error: f64) -> [String; 2] {
     let scientific = format!("{error:.1e}");
     let exponent = scientific.split_once('e').and_then(|(_, e)| e.parse().ok());
     let place = exponent.unwrap_or(0) - 1;
-    let of_value = if value == 0.0 {
-        place
-    } else {
-        exponent_of(value.abs())
-    };
+    let of_value = if value == 0.0 { place } else { exponent_of(value.abs()) };
     let place = place.max(of_value + 1 - MOST);
     if !(-4..6).contains(&of_value.max(place)) {
         let digits = (of_value - place).max(0) as usize;
@@ -89,10 +85,7 @@ pub fn uncertain_within(value: f64, error: f64, most: i32) -> String {
         return with_error(value, error, most);
     }
     let scale = 10.0_f64.powi(-exponent);
-    format!(
-        "{}e{exponent}",
-        with_error(value * scale, error * scale, most)
-    )
+    format!("{}e{exponent}", with_error(value * scale, error * scale, most))
 }
 
 /// The value rounded to the decimal of the error's first digit, with at most `most` digits.

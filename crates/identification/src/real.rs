@@ -112,9 +112,7 @@ pub trait Real:
 }
 
 /// A selection of lanes.
-pub trait Mask:
-    Copy + Send + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
-{
+pub trait Mask: Copy + Send + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// Returns the mask as bits; bit i is lane i.
     fn bits(self) -> u8;
     /// Returns the mask with these bits, the inverse of [`Self::bits`]. Bits beyond the lanes are ignored.
@@ -140,9 +138,7 @@ pub trait Mask:
 }
 
 /// 64 bits, or several times 64.
-pub trait Word:
-    Copy + BitXor<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self>
-{
+pub trait Word: Copy + BitXor<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self> {
     /// Returns the same bits in every lane.
     fn splat(x: u64) -> Self;
     /// Loads lane i from `x[i]`.

@@ -49,10 +49,7 @@ impl StepDown {
         predictors.reverse();
         variances.reverse();
         let deviations = variances.iter().map(|v: &f64| v.sqrt()).collect();
-        Some(Self {
-            predictors,
-            deviations,
-        })
+        Some(Self { predictors, deviations })
     }
 
     /// Returns the predictor polynomial of an order and the standard deviation of its error.

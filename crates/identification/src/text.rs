@@ -24,9 +24,7 @@ fn joins(before: Option<char>, c: char, after: Option<char>) -> bool {
     const KEYCAP: char = '\u{20e3}';
     let shown = |c: char| !(c.is_ascii() || c.is_whitespace() || is_unseen(c));
     match c {
-        '\u{200c}' | '\u{200d}' => {
-            before.is_some_and(|c| shown(c) || c == EMOJI) && after.is_some_and(shown)
-        }
+        '\u{200c}' | '\u{200d}' => before.is_some_and(|c| shown(c) || c == EMOJI) && after.is_some_and(shown),
         '\u{fe0e}' | EMOJI => before.is_some_and(shown) || after == Some(KEYCAP),
         _ => false,
     }
@@ -108,10 +106,7 @@ mod tests {
             ),
             // Joiners and selectors without anything to join.
             ("a\u{200d}b\u{fe0f}", "a\\u{200d}b\\u{fe0f}"),
-            (
-                "\u{5d0}\u{200d}\u{200d}\u{5d0}",
-                "\u{5d0}\\u{200d}\\u{200d}\u{5d0}",
-            ),
+            ("\u{5d0}\u{200d}\u{200d}\u{5d0}", "\u{5d0}\\u{200d}\\u{200d}\u{5d0}"),
         ] {
             assert_eq!(visible(text), shown);
         }
@@ -130,16 +125,7 @@ mod tests {
 
     #[test]
     fn numbers_are_short_and_read_back_to_the_same_bits() {
-        for value in [
-            0.1 + 0.2,
-            5e-324,
-            f64::MAX,
-            -1.0 / 3.0,
-            1e15,
-            -1e300,
-            0.0,
-            98.0,
-        ] {
+        for value in [0.1 + 0.2, 5e-324, f64::MAX, -1.0 / 3.0, 1e15, -1e300, 0.0, 98.0] {
             assert_eq!(number(value).parse::<f64>().unwrap(), value);
             assert!(number(value).len() < 25);
         }

@@ -3,14 +3,13 @@
 #![expect(unsafe_code, reason = "a global allocator that counts")]
 
 use asobench_identification::adaptive::{
-    AdaptiveObserver, FedObserver, JointEkf, JointEkfSettings, Kreisselmeier,
-    KreisselmeierSettings, StateFilters, Zhang, ZhangSettings,
+    AdaptiveObserver, FedObserver, JointEkf, JointEkfSettings, Kreisselmeier, KreisselmeierSettings, StateFilters,
+    Zhang, ZhangSettings,
 };
 use asobench_identification::estimator::IvOptions;
 use asobench_identification::estimator::recursive::{
-    ExtendedLeastSquares, RecursiveEstimator, RecursiveForm, RecursiveInstruments, RecursiveIv,
-    RecursiveLeastSquares, RecursivePrediction, RecursiveSettings, RecursiveSriv, Rerun,
-    RerunWindow,
+    ExtendedLeastSquares, RecursiveEstimator, RecursiveForm, RecursiveInstruments, RecursiveIv, RecursiveLeastSquares,
+    RecursivePrediction, RecursiveSettings, RecursiveSriv, Rerun, RerunWindow,
 };
 use asobench_identification::model::Orders;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -102,9 +101,7 @@ fn a_sample_allocates_nothing() {
     // Noise of a linear congruence: 32 bits of Knuth's.
     let mut bits = 1_u64;
     let mut uniform = || {
-        bits = bits
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        bits = bits.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (bits >> 33) as f64 / 2_f64.powi(30) - 1.0
     };
     let samples = 400;

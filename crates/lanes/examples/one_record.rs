@@ -10,10 +10,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for k in 2..60 {
         y[k] = 1.2 * y[k - 1] - 0.5 * y[k - 2] + u[k - 1] + 0.3 * u[k - 2];
     }
-    let shape = Shape {
-        order: 2,
-        window: 60,
-    };
+    let shape = Shape { order: 2, window: 60 };
     let options = IvOptions {
         iterations: 1,
         ..IvOptions::default()
@@ -23,10 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut lanes: Box<dyn Estimator> = isa.estimator(shape, &options)?;
     lanes.estimate(Window::new(&u, &y, 60), &mut passes);
     for (number, pass) in passes.iter().enumerate() {
-        println!(
-            "{isa}, pass {number}: a = {:.12?}, h = {:.12?}",
-            pass.a, pass.h
-        );
+        println!("{isa}, pass {number}: a = {:.12?}, h = {:.12?}", pass.a, pass.h);
     }
     Ok(())
 }

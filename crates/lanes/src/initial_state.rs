@@ -26,13 +26,7 @@ fn step<R: Real>(a: &[R], h: &[R], state: &mut [R], u: R) {
 
 /// Computes x0 of all lanes. The mask holds the lanes whose numbers must not be used; see [`solve_alone`].
 #[inline(always)]
-pub(crate) fn solve<R: Real, const N: usize>(
-    n: usize,
-    a: &[R; N],
-    h: &[R; N],
-    u: &[R],
-    y: &[R],
-) -> ([R; N], R::Mask) {
+pub(crate) fn solve<R: Real, const N: usize>(n: usize, a: &[R; N], h: &[R; N], u: &[R], y: &[R]) -> ([R; N], R::Mask) {
     let n = order::<N>(n);
     let zero = [R::zero(); N];
     let (mut last_column, mut rhs, mut state) = (zero, zero, zero);
@@ -79,10 +73,7 @@ pub(crate) fn solve<R: Real, const N: usize>(
     for i in 0..n {
         check = x0[i].mul_add(R::zero(), check);
     }
-    (
-        x0,
-        !(trace.at_most(R::splat(TRACE_LIMIT)) & check.is_finite()),
-    )
+    (x0, !(trace.at_most(R::splat(TRACE_LIMIT)) & check.is_finite()))
 }
 
 /// Computes the lower triangle of `D'D` from its last column and from the row after the last row of D.
@@ -112,11 +103,7 @@ fn form_gram<R: Real, const N: usize>(
 
 /// Solves `gram x = rhs` by `L D L'`, using the lower triangle of a positive definite matrix.
 #[inline(always)]
-fn solve_definite<R: Real, const N: usize>(
-    n: usize,
-    gram: &mut Square<R, N>,
-    mut x: [R; N],
-) -> [R; N] {
+fn solve_definite<R: Real, const N: usize>(n: usize, gram: &mut Square<R, N>, mut x: [R; N]) -> [R; N] {
     let one = R::splat(1.0);
     let mut inverse = [one; N];
     for k in 0..n {

@@ -39,12 +39,7 @@ impl<R: Real, const N: usize> Inverses<R, N> {
         product::<true, R, N>(n, Some(g22), g21, &m1_g12, &mut schur);
         let mut m2 = schur;
         invert(n, &mut m2)?;
-        Ok(Self {
-            m1,
-            m1_g12,
-            schur,
-            m2,
-        })
+        Ok(Self { m1, m1_g12, schur, m2 })
     }
 }
 
@@ -130,12 +125,7 @@ fn product<const MINUS: bool, R: Real, const N: usize>(
 
 /// Computes `c + a x`, or `c - a x`.
 #[inline(always)]
-fn apply<const MINUS: bool, R: Real, const N: usize>(
-    n: usize,
-    c: &[R; N],
-    a: &Square<R, N>,
-    x: &[R; N],
-) -> [R; N] {
+fn apply<const MINUS: bool, R: Real, const N: usize>(n: usize, c: &[R; N], a: &Square<R, N>, x: &[R; N]) -> [R; N] {
     let mut out = *c;
     for j in 0..n {
         for i in 0..n {
@@ -151,10 +141,7 @@ fn apply<const MINUS: bool, R: Real, const N: usize>(
 
 /// Computes p1 and p2: `q = M1 r1`, `p2 = M2 (r2 - G21 q)`, `p1 = q - M1 G12 p2`.
 #[inline(always)]
-fn parameters<R: Real, const N: usize>(
-    information: &PackedInformation<R, N>,
-    by: &Inverses<R, N>,
-) -> [[R; N]; 2] {
+fn parameters<R: Real, const N: usize>(information: &PackedInformation<R, N>, by: &Inverses<R, N>) -> [[R; N]; 2] {
     let n = information.order();
     let zero = [R::zero(); N];
     let [r1, r2] = &information.r;
@@ -174,18 +161,10 @@ fn inverse_power_of_two<R: Real>(x: R) -> R {
 /// Returns the condition number as [`asobench_identification::estimator::solver::Partitioned`] defines it. Not finite
 /// if G is not finite or has a zero row or column.
 #[inline(always)]
-fn condition_by<R: Real, const N: usize>(
-    information: &PackedInformation<R, N>,
-    by: &Inverses<R, N>,
-) -> R {
+fn condition_by<R: Real, const N: usize>(information: &PackedInformation<R, N>, by: &Inverses<R, N>) -> R {
     let n = information.order();
     let [g11, g12, g21, g22] = &information.g;
-    let Inverses {
-        m1,
-        m1_g12,
-        schur,
-        m2,
-    } = by;
+    let Inverses { m1, m1_g12, schur, m2 } = by;
     let zero = [[R::zero(); N]; N];
     let (mut g21_m1, mut m2_g21_m1, mut c11, mut c12) = (zero, zero, zero, zero);
     product::<false, R, N>(n, None, g21, m1, &mut g21_m1);
@@ -283,10 +262,7 @@ pub(super) fn condition<R: Real, const N: usize>(information: &PackedInformation
 }
 
 /// Solves one lane with pivots; returns p or its failure, and its condition number.
-pub(crate) fn solve_alone<R: Real, const N: usize>(
-    information: &PackedInformation<R, N>,
-    lane: usize,
-) -> Single<N> {
+pub(crate) fn solve_alone<R: Real, const N: usize>(information: &PackedInformation<R, N>, lane: usize) -> Single<N> {
     let information = information.lane(lane);
     f64::run(
         #[inline(always)]
@@ -303,17 +279,12 @@ fn solve_pivoted<const N: usize>(information: &PackedInformation<f64, N>) -> Sin
         return unknown(FailureKind::NonFinite);
     }
     let [g11, g12, g21, g22] = &information.g;
-    let zero_row = |left: &Square<f64, N>, right: &Square<f64, N>, i: usize| {
-        left[i].iter().chain(&right[i]).all(|x| *x == 0.0)
-    };
-    let zero_column = |above: &Square<f64, N>, below: &Square<f64, N>, j: usize| {
-        above.iter().chain(below).all(|row| row[j] == 0.0)
-    };
+    let zero_row =
+        |left: &Square<f64, N>, right: &Square<f64, N>, i: usize| left[i].iter().chain(&right[i]).all(|x| *x == 0.0);
+    let zero_column =
+        |above: &Square<f64, N>, below: &Square<f64, N>, j: usize| above.iter().chain(below).all(|row| row[j] == 0.0);
     let singular = (0..n).any(|i| {
-        zero_row(g11, g12, i)
-            || zero_row(g21, g22, i)
-            || zero_column(g11, g21, i)
-            || zero_column(g12, g22, i)
+        zero_row(g11, g12, i) || zero_row(g21, g22, i) || zero_column(g11, g21, i) || zero_column(g12, g22, i)
     });
     if singular {
         return unknown(FailureKind::Singular);

@@ -139,9 +139,7 @@ impl Isa {
             return *chosen;
         }
         let all = [Self::Avx512, Self::Avx2, Self::Portable];
-        all.into_iter()
-            .find(|isa| isa.is_here())
-            .unwrap_or_default()
+        all.into_iter().find(|isa| isa.is_here()).unwrap_or_default()
     }
 
     /// Makes this the instruction set of all that chooses one by the machine, for the whole process: packs, and with

@@ -14,11 +14,7 @@ impl Isa {
     ///
     /// # Panics
     /// If this machine does not have the instructions, or the order is above [`LARGEST_ORDER`].
-    pub fn estimator(
-        self,
-        shape: Shape,
-        options: &IvOptions,
-    ) -> Result<Box<dyn Estimator>, SetupError> {
+    pub fn estimator(self, shape: Shape, options: &IvOptions) -> Result<Box<dyn Estimator>, SetupError> {
         shape.check()?;
         assert!(shape.order <= LARGEST_ORDER);
         Ok(self.dispatch(shape.order, Make { shape, options }))
@@ -58,8 +54,7 @@ impl<R: Real, const N: usize> Estimator for Single<R, N> {
                 *to = R::load(&[*from; MOST_LANES]);
             }
         }
-        self.passes
-            .estimate(&self.u, &self.y, R::Mask::from_bits(1));
+        self.passes.estimate(&self.u, &self.y, R::Mask::from_bits(1));
         for (to, from) in passes.iter_mut().zip(&self.passes.done) {
             let n = to.a.len();
             if from.parameters.lane(0) {

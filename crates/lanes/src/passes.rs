@@ -3,9 +3,7 @@
 use super::information::PackedInformation;
 use super::partitioned::{Parameters, Triangles};
 use super::{initial_state, inverses, order, partitioned};
-use asobench_identification::estimator::{
-    Auxiliary, Drive, Failure, FailureKind, IvOptions, Stage, StartState,
-};
+use asobench_identification::estimator::{Auxiliary, Drive, Failure, FailureKind, IvOptions, Stage, StartState};
 use asobench_identification::observer::Gain;
 use asobench_identification::plant::canonical::{reverse_negated, solve_toeplitz};
 use asobench_identification::plant::inlined::{observe, simulate};
@@ -79,13 +77,7 @@ pub struct Passes<R: Real, const N: usize> {
 
 impl<R: Real, const N: usize> Passes<R, N> {
     /// Makes buffers for windows of N samples; `passes` includes iteration 0.
-    pub fn new(
-        n: usize,
-        options: &IvOptions,
-        passes: usize,
-        window: usize,
-        with_condition: bool,
-    ) -> Self {
+    pub fn new(n: usize, options: &IvOptions, passes: usize, window: usize, with_condition: bool) -> Self {
         Self {
             start: options.initial_state,
             auxiliary: options.auxiliary,
@@ -259,18 +251,10 @@ impl<R: Real, const N: usize> Passes<R, N> {
     }
 
     /// Computes stage 6, if the reading includes it.
-    pub fn estimate_state(
-        &mut self,
-        before: &[PassPack<R, N>],
-        u: &[R],
-        y: &[R],
-        pass: &mut PassPack<R, N>,
-    ) {
+    pub fn estimate_state(&mut self, before: &[PassPack<R, N>], u: &[R], y: &[R], pass: &mut PassPack<R, N>) {
         let number = before.len();
         pass.state = pass.parameters;
-        if let (Some(first), Auxiliary::Frozen | Auxiliary::Literal) =
-            (before.first(), self.auxiliary)
-        {
+        if let (Some(first), Auxiliary::Frozen | Auxiliary::Literal) = (before.first(), self.auxiliary) {
             pass.x0 = first.x0;
             if self.auxiliary == Auxiliary::Literal {
                 pass.b = first.b;

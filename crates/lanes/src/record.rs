@@ -7,9 +7,7 @@ use asobench_identification::plant::inlined::simulate;
 use asobench_identification::real::{MOST_LANES, Real, Word};
 use asobench_identification::signal::noise::{DRAW_PAIRS, Draw};
 use asobench_identification::signal::normal::{radius_square, turn};
-use asobench_identification::signal::{
-    Input, NoiseFilter, ProcessVariances, Purpose, RandomSigns, state_of,
-};
+use asobench_identification::signal::{Input, NoiseFilter, ProcessVariances, Purpose, RandomSigns, state_of};
 
 /// The generator xoshiro256++, with a stream in each lane.
 #[derive(Clone, Copy)]
@@ -103,10 +101,7 @@ impl<R: Real> Draw<R> for Normals<R> {
     fn begin(&mut self, pairs: usize) {
         // A local variable stays in registers.
         let mut streams = self.streams;
-        for (radius, angle) in self.radius_squares[..pairs]
-            .iter_mut()
-            .zip(&mut self.angles)
-        {
+        for (radius, angle) in self.radius_squares[..pairs].iter_mut().zip(&mut self.angles) {
             *radius = radius_square(streams.next());
             *angle = streams.next();
         }

@@ -78,10 +78,7 @@ impl<R: Real> Gathered<R> {
         let undefined = R::splat(f64::NAN);
         let any = R::zero().less(count) & defined;
         let [maximum, rms] = [self.maximum.sqrt(), (self.sum / count).sqrt()];
-        [
-            R::select(any, maximum, undefined),
-            R::select(any, rms, undefined),
-        ]
+        [R::select(any, maximum, undefined), R::select(any, rms, undefined)]
     }
 }
 
@@ -441,12 +438,7 @@ impl<R: Real, const N: usize> PackedScorer<R, N> {
 
     /// Computes the errors of an observer at the horizon; returns the lanes in which the observer and its errors are
     /// finite.
-    pub fn finish(
-        &self,
-        pass: &PassPack<R, N>,
-        observer: &PackedObserver<R, N>,
-        errors: &mut Errors<R>,
-    ) -> R::Mask {
+    pub fn finish(&self, pass: &PassPack<R, N>, observer: &PackedObserver<R, N>, errors: &mut Errors<R>) -> R::Mask {
         R::run(
             #[inline(always)]
             || {

@@ -5,12 +5,8 @@
 use asobench_identification::estimator::FailureKind;
 
 /// Solves `argmin || rows x - rhs ||` by Householder QR with column pivoting, rows in descending order of size.
-pub(super) fn solve<const N: usize>(
-    n: usize,
-    rows: &mut [([f64; N], f64)],
-) -> Result<[f64; N], FailureKind> {
-    let finite =
-        |(row, rhs): &([f64; N], f64)| rhs.is_finite() && row[..n].iter().all(|x| x.is_finite());
+pub(super) fn solve<const N: usize>(n: usize, rows: &mut [([f64; N], f64)]) -> Result<[f64; N], FailureKind> {
+    let finite = |(row, rhs): &([f64; N], f64)| rhs.is_finite() && row[..n].iter().all(|x| x.is_finite());
     if !rows.iter().all(finite) {
         return Err(FailureKind::NonFinite);
     }
@@ -31,10 +27,7 @@ pub(super) fn solve<const N: usize>(
 }
 
 #[inline(always)]
-fn factorise<const N: usize>(
-    n: usize,
-    rows: &mut [([f64; N], f64)],
-) -> Result<[f64; N], FailureKind> {
+fn factorise<const N: usize>(n: usize, rows: &mut [([f64; N], f64)]) -> Result<[f64; N], FailureKind> {
     let mut order: [usize; N] = std::array::from_fn(|i| i);
     // Columns are scaled by their largest entries if their squares would overflow.
     let mut diagonal = [0.0; N];
@@ -69,9 +62,7 @@ fn factorise<const N: usize>(
         let half_square = rows[k].0[k].abs();
         for column in k + 1..=n {
             let entry = |(row, rhs): &([f64; N], f64)| if column < n { row[column] } else { *rhs };
-            let product = rows[k..]
-                .iter()
-                .fold(0.0, |sum, row| row.0[k].mul_add(entry(row), sum));
+            let product = rows[k..].iter().fold(0.0, |sum, row| row.0[k].mul_add(entry(row), sum));
             let factor = product / half_square;
             for (row, rhs) in &mut rows[k..] {
                 let v = row[k];

@@ -35,10 +35,7 @@ impl<'py> Signal<'py> {
 }
 
 /// Reads u and y, of equal lengths.
-pub(crate) fn record<'py>(
-    u: &Bound<'py, PyAny>,
-    y: &Bound<'py, PyAny>,
-) -> PyResult<(Signal<'py>, Signal<'py>)> {
+pub(crate) fn record<'py>(u: &Bound<'py, PyAny>, y: &Bound<'py, PyAny>) -> PyResult<(Signal<'py>, Signal<'py>)> {
     let (u, y) = (Signal::new("u", u)?, Signal::new("y", y)?);
     let [of_u, of_y] = [u.samples()?.len(), y.samples()?.len()];
     if of_u != of_y {
@@ -55,11 +52,7 @@ pub(crate) fn vector<T: Element>(py: Python<'_>, numbers: Vec<T>) -> Bound<'_, P
 }
 
 /// Returns numbers, row by row, as an array of so many columns.
-pub(crate) fn matrix(
-    py: Python<'_>,
-    numbers: Vec<f64>,
-    columns: usize,
-) -> PyResult<Bound<'_, PyArray2<f64>>> {
+pub(crate) fn matrix(py: Python<'_>, numbers: Vec<f64>, columns: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let rows = numbers.len().checked_div(columns).unwrap_or(0);
     PyArray::from_vec(py, numbers).reshape([rows, columns])
 }

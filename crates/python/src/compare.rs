@@ -21,19 +21,14 @@ pub(crate) fn compare_orders(
 ) -> PyResult<(usize, Vec<&'static str>, Vec<Row>, Vec<Option<usize>>)> {
     let (u, y) = record(u, y)?;
     let (u, y) = (u.samples()?, y.samples()?);
-    let orders: Vec<Orders> = orders
-        .into_iter()
-        .map(|(na, nb, nk)| Orders::arx(na, nb, nk))
-        .collect();
+    let orders: Vec<Orders> = orders.into_iter().map(|(na, nb, nk)| Orders::arx(na, nb, nk)).collect();
     let comparison = py.detach(|| {
         let mut comparison = OrderComparison::new(&orders, y.len())?;
         comparison.run(u, y);
         Ok(comparison)
     });
-    let comparison =
-        comparison.map_err(|error: asobench_identification::estimator::SetupError| {
-            PyValueError::new_err(error.to_string())
-        })?;
+    let comparison = comparison
+        .map_err(|error: asobench_identification::estimator::SetupError| PyValueError::new_err(error.to_string()))?;
     let equations = comparison.equations();
     let row = |candidate: &asobench_identification::estimator::Candidate| {
         let loss = candidate.loss.ok();
@@ -46,10 +41,7 @@ pub(crate) fn compare_orders(
     };
     Ok((
         equations,
-        Criterion::ALL
-            .iter()
-            .map(|criterion| criterion.name())
-            .collect(),
+        Criterion::ALL.iter().map(|criterion| criterion.name()).collect(),
         comparison.candidates().iter().map(row).collect(),
         Criterion::ALL
             .iter()

@@ -36,13 +36,7 @@ pub(crate) fn estimate(
     let made = parsed.default_orders(order);
     let made = made.or_else(|| several.then(|| Orders::arx(order, order, delay)));
     let made = made.filter(|_| order > 0);
-    let made = made.map(|orders| {
-        Orders {
-            nk: delay,
-            ..orders
-        }
-        .to_string()
-    });
+    let made = made.map(|orders| Orders { nk: delay, ..orders }.to_string());
     if let Some(orders) = &made {
         let mut given: Map<String, Value> = serde_json::from_str(options).unwrap_or_default();
         given.insert("orders".to_owned(), orders.clone().into());

@@ -90,9 +90,7 @@ impl Native {
             Some(x0) if x0.len() == n => pass.set_initial_state(&x0),
             Some(x0) => {
                 let given = x0.len();
-                return Err(refused(format!(
-                    "x0: {given} numbers; expected the order, {n}"
-                )));
+                return Err(refused(format!("x0: {given} numbers; expected the order, {n}")));
             }
         }
         Ok(Self(Fitted { pass, model, shift }))
@@ -243,10 +241,7 @@ impl Native {
 
     /// Their standard errors.
     fn se<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.0
-            .model
-            .standard_errors()
-            .map(|errors| vector(py, errors))
+        self.0.model.standard_errors().map(|errors| vector(py, errors))
     }
 
     /// Their covariance.
@@ -258,9 +253,7 @@ impl Native {
 
     /// a, b, h and d of the state space form of the part that u drives, without the shift.
     fn canonical<'py>(&self, py: Python<'py>) -> (Arrays<'py, 3>, f64) {
-        let Pass {
-            a, b, h, direct, ..
-        } = &self.0.pass;
+        let Pass { a, b, h, direct, .. } = &self.0.pass;
         ([a, b, h].map(|part| vector(py, part.clone())), *direct)
     }
 
@@ -272,22 +265,12 @@ impl Native {
 
     /// Poles, zeros (real and imaginary part, their standard errors and covariance, that of the modulus), the static
     /// gain and its standard error, and the orders without poles and zeros that may cancel.
-    fn precision<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Matrix<'py>, Matrix<'py>, f64, f64, Vec<String>)> {
+    fn precision<'py>(&self, py: Python<'py>) -> PyResult<(Matrix<'py>, Matrix<'py>, f64, f64, Vec<String>)> {
         let precision = self.0.precision();
         let rows = |roots: &[Root]| {
             let row = |root: &Root| {
                 let Root { at, error } = root;
-                [
-                    at.re,
-                    at.im,
-                    error.re,
-                    error.im,
-                    error.covariance,
-                    error.modulus,
-                ]
+                [at.re, at.im, error.re, error.im, error.covariance, error.modulus]
             };
             matrix(py, roots.iter().flat_map(row).collect(), 6)
         };
@@ -303,11 +286,7 @@ impl Native {
     }
 
     /// |G|, the standard error of ln |G|, the phase in rad and its standard error.
-    fn frequency_response<'py>(
-        &self,
-        py: Python<'py>,
-        omega: &Bound<'py, PyAny>,
-    ) -> PyResult<Arrays<'py, 4>> {
+    fn frequency_response<'py>(&self, py: Python<'py>, omega: &Bound<'py, PyAny>) -> PyResult<Arrays<'py, 4>> {
         let omega = Signal::new("w", omega)?;
         let omega = omega.samples()?;
         let points = py.detach(|| frequency_response(&self.0.model, omega));
@@ -353,9 +332,7 @@ impl Native {
         };
         let (given, n) = (x.len(), self.0.pass.a.len());
         if given != n {
-            return Err(refused(format!(
-                "x0: {given} numbers; expected the order, {n}"
-            )));
+            return Err(refused(format!("x0: {given} numbers; expected the order, {n}")));
         }
         if self.0.shift > 0 {
             let nk = self.0.model.delay;
@@ -450,9 +427,7 @@ impl Native {
         let wrong = noise.iter().flat_map(|(q, _, p0)| p0.iter().chain([q]));
         if let Some(rows) = wrong.into_iter().find(|rows| rows.len() != n * n) {
             let found = rows.len();
-            return Err(refused(format!(
-                "Q, P0: {found} numbers; expected {n} x {n}"
-            )));
+            return Err(refused(format!("Q, P0: {found} numbers; expected {n} x {n}")));
         }
         let noise = noise.map(|(q, measurement, p0)| NoiseCovariances {
             process: square(&q),
@@ -462,9 +437,7 @@ impl Native {
         let (u, y) = record(u, y)?;
         let (u, y) = (u.samples()?, y.samples()?);
         let found = py.detach(|| self.0.observer(&kind, noise.as_ref(), u, y));
-        found
-            .map(NativeObserver)
-            .map_err(|error| refused(error.to_string()))
+        found.map(NativeObserver).map_err(|error| refused(error.to_string()))
     }
 }
 
@@ -483,10 +456,7 @@ impl NativeObserver {
 
     /// Q, r, the covariance of the states' errors in the steady state, and the variance of the innovations.
     #[expect(clippy::type_complexity, reason = "what Python unpacks")]
-    fn noise<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Option<Matrix<'py>>, Option<f64>, Option<Matrix<'py>>, f64)> {
+    fn noise<'py>(&self, py: Python<'py>) -> PyResult<(Option<Matrix<'py>>, Option<f64>, Option<Matrix<'py>>, f64)> {
         let square = |m: &Mat<f64>| {
             let n = m.nrows();
             let rows = (0..n).flat_map(|i| (0..n).map(move |j| m[(i, j)]));

@@ -9,9 +9,7 @@ use serde_json::{Map, Value, json};
 /// Returns all estimators of records with their options, as JSON.
 #[pyfunction]
 pub(crate) fn estimators() -> String {
-    let of_records = EstimatorName::ALL
-        .iter()
-        .filter(|name| **name != EstimatorName::Known);
+    let of_records = EstimatorName::ALL.iter().filter(|name| **name != EstimatorName::Known);
     let described = of_records.map(|name| {
         let options = name.options().iter().map(|option| {
             json!({ "key": option.key, "about": option.about, "default": option.default, "schema": option.schema })
@@ -46,10 +44,9 @@ pub(crate) fn parse(estimator: &str, options: &str) -> PyResult<(EstimatorName, 
             "estimator '{name}': a record has no known plant; expected one that estimates"
         )));
     }
-    let options: Map<String, Value> = serde_json::from_str(options)
-        .map_err(|error| PyValueError::new_err(format!("options: {error}")))?;
+    let options: Map<String, Value> =
+        serde_json::from_str(options).map_err(|error| PyValueError::new_err(format!("options: {error}")))?;
     let parsed = name.parse(options);
-    let parsed =
-        parsed.map_err(|error| PyValueError::new_err(format!("{error} (estimator {name})")))?;
+    let parsed = parsed.map_err(|error| PyValueError::new_err(format!("{error} (estimator {name})")))?;
     Ok((name, parsed))
 }

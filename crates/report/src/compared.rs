@@ -31,9 +31,7 @@ pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, S
     let has = |study: &Study, measure: &Measure| study.file.measures.contains(measure);
     let mut common = first.file.measures.iter().copied();
     let common = common.find(|of| others.iter().all(|other| has(other, of)));
-    let measure = measure
-        .or(common)
-        .ok_or("these studies have no measure in common")?;
+    let measure = measure.or(common).ok_or("these studies have no measure in common")?;
     // Cells are matched without the settings that have one value in each study, and another one.
     let without = never_equal(studies, |count| count == 1);
     let rows = rows(first, others, measure, &without);
@@ -141,17 +139,13 @@ fn in_studies(studies: &[Study], key: Key) -> String {
 fn rows(first: &Study, others: &[Study], measure: Measure, without: &[Key]) -> Vec<Row> {
     // Every setting but those that a study has and another has not.
     let others_cells = || others.iter().flat_map(|study| &study.summary.cells);
-    let mut common: BTreeSet<Key> = others_cells()
-        .flat_map(|cell| cell.settings.keys().copied())
-        .collect();
+    let mut common: BTreeSet<Key> = others_cells().flat_map(|cell| cell.settings.keys().copied()).collect();
     common.retain(|key| !without.contains(key));
     common.retain(|key| others_cells().all(|cell| cell.settings.contains_key(key)));
     let settings = |cell: &CellSummary| -> BTreeMap<Key, String> {
         let settings = cell.settings.iter();
         let settings = settings.filter(|(key, _)| common.contains(key));
-        settings
-            .map(|(key, value)| (*key, value.to_string()))
-            .collect()
+        settings.map(|(key, value)| (*key, value.to_string())).collect()
     };
     // Of cells that differ only in other settings the first one.
     let by_settings = |study: &Study| -> BTreeMap<BTreeMap<Key, String>, usize> {
@@ -209,18 +203,13 @@ fn designs(first: &Study, others: &[Study]) -> String {
             .into_iter()
             .filter(|key| own.get(*key) != other.get(*key))
             .map(|key| {
-                let [a, b] = [&own, &other].map(|of| {
-                    of.get(key)
-                        .map_or("not there".to_owned(), |text| shortened(text))
-                });
+                let [a, b] =
+                    [&own, &other].map(|of| of.get(key).map_or("not there".to_owned(), |text| shortened(text)));
                 format!("  {key}: {a} -> {b}")
             })
             .collect();
         if differing.is_empty() {
-            text.push_str(&format!(
-                "{} and {}: the same experiment.\n",
-                first.name, study.name
-            ));
+            text.push_str(&format!("{} and {}: the same experiment.\n", first.name, study.name));
             continue;
         }
         text.push_str(&format!(
@@ -252,14 +241,8 @@ fn flatten(path: &str, value: &Value, to: &mut BTreeMap<String, String>) {
         }
     };
     match value {
-        Value::Object(all) => all
-            .iter()
-            .for_each(|(key, value)| flatten(&below(key), value, to)),
-        Value::Array(all)
-            if all
-                .iter()
-                .any(|value| value.is_object() || value.is_array()) =>
-        {
+        Value::Object(all) => all.iter().for_each(|(key, value)| flatten(&below(key), value, to)),
+        Value::Array(all) if all.iter().any(|value| value.is_object() || value.is_array()) => {
             all.iter()
                 .enumerate()
                 .for_each(|(i, value)| flatten(&below(&i.to_string()), value, to));

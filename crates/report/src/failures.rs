@@ -29,11 +29,7 @@ pub fn failures(study: &Study, method: Option<&str>) -> Result<String, UnknownNa
     let mut found: Vec<(u64, String)> = Vec::new();
     for (cell, output) in &all {
         for (kind, count) in &output.outcomes.failures {
-            let trials = output
-                .outcomes
-                .failed_trials
-                .get(kind)
-                .map_or(&[][..], Vec::as_slice);
+            let trials = output.outcomes.failed_trials.get(kind).map_or(&[][..], Vec::as_slice);
             found.push((*count, one(study, cell, output, (kind, *count, trials))));
         }
     }
@@ -46,9 +42,7 @@ pub fn failures(study: &Study, method: Option<&str>) -> Result<String, UnknownNa
     };
     if unstable > 0 {
         let (unstable, trials) = (grouped(unstable), grouped(trials));
-        let line = format!(
-            "Besides, {unstable} of {trials} models are unstable; such a model keeps its measures."
-        );
+        let line = format!("Besides, {unstable} of {trials} models are unstable; such a model keeps its measures.");
         text.push_str(&(wrap(&line, WIDTH, "  ")));
     }
     Ok(text)
@@ -68,11 +62,7 @@ fn one(
         format!("{at}, ")
     };
     let listed: Vec<String> = trials.iter().map(u64::to_string).collect();
-    let more = if count > trials.len() as u64 {
-        ", ..."
-    } else {
-        ""
-    };
+    let more = if count > trials.len() as u64 { ", ..." } else { "" };
     let head = format!(
         "{at}{}: {kind} in {} of {} trials: {}{more}",
         output.label(),

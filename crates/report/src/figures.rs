@@ -1,9 +1,7 @@
 //! Figures 1 to 3 of Nikolov et al.: e_x(k), e_a and e_b from k = N on, as distributions with median and 5-95 % band,
 //! and of one realisation.
 
-use super::plot::{
-    Course, Plot, PlotAxis, Point, Series, Sharing, Style, extent, points, small_multiples,
-};
+use super::plot::{Course, Plot, PlotAxis, Point, Series, Sharing, Style, extent, points, small_multiples};
 use asobench_identification::metric::Statistics;
 use asobench_study::study::{CellSummary, CurveQuantiles, Measure};
 
@@ -71,12 +69,9 @@ const ERRORS: [Error; 3] = [
 
 /// The quantiles of a curve over k; undefined where missing.
 pub(super) fn curve(curve: &CurveQuantiles) -> Vec<Point> {
-    let value = |quantiles: &[Option<f64>], k: usize| {
-        quantiles.get(k).copied().flatten().unwrap_or(f64::NAN)
-    };
+    let value = |quantiles: &[Option<f64>], k: usize| quantiles.get(k).copied().flatten().unwrap_or(f64::NAN);
     let point = |k: usize| {
-        let [low, middle, high] =
-            [&curve.q05, &curve.q50, &curve.q95].map(|quantiles| value(quantiles, k));
+        let [low, middle, high] = [&curve.q05, &curve.q50, &curve.q95].map(|quantiles| value(quantiles, k));
         Point::interval(k as f64, middle, low, high)
     };
     (0..curve.q50.len()).map(point).collect()
@@ -92,9 +87,7 @@ fn constant(cell: &CellSummary, [low, middle, high]: [f64; 3]) -> Vec<Point> {
 /// The 5, 50 and 95 % quantiles; NaN if there are none.
 fn quantiles(statistics: Option<&Statistics>) -> [f64; 3] {
     let defined = statistics.filter(|statistics| statistics.count > 0);
-    defined.map_or([f64::NAN; 3], |of| {
-        [of.q05.value, of.q50.value, of.q95.value]
-    })
+    defined.map_or([f64::NAN; 3], |of| [of.q05.value, of.q50.value, of.q95.value])
 }
 
 /// The distribution of an error: the first and the last output, and the paper's bound.
@@ -159,10 +152,7 @@ fn panel(cell: &CellSummary, error: &Error, what: &str) -> Plot {
             plot = plot.reference("the paper's bound", Course::Horizontal(value));
         }
     }
-    plot.reference(
-        "k = N: the first estimate",
-        Course::Vertical(cell.window as f64),
-    )
+    plot.reference("k = N: the first estimate", Course::Vertical(cell.window as f64))
 }
 
 /// Gives the plots of a row the range of their values.

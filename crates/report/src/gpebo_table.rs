@@ -69,10 +69,7 @@ fn course(traces: &Traces, trace: &OutputTrace, i: usize, from: f64) -> [String;
 /// The final estimate of theta in every cell, to compare steps: "step 0.005 s: 1.00279006 1.89516278".
 pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
     let line = |cell: &CellSummary| {
-        let place = cell
-            .outputs
-            .iter()
-            .position(|output| output.label() == label)?;
+        let place = cell.outputs.iter().position(|output| output.label() == label)?;
         let theta = &cell.traces.as_ref()?.outputs.get(place)?.theta_hat;
         let ends: Vec<String> = theta
             .iter()
@@ -88,10 +85,7 @@ pub fn ends(summary: &Summary, label: &str) -> Vec<String> {
         Some(format!(
             "step {:<9} theta_hat(T) = ({}), order {},\n\
              {:26}frozen from {:.1} s, largest |dbar| {}",
-            format!(
-                "{} s:",
-                cell.setting(asobench_study::study::file::Key::Step)
-            ),
+            format!("{} s:", cell.setting(asobench_study::study::file::Key::Step)),
             ends.join(", "),
             uncertain(measure(Measure::StepOrder), f64::NAN),
             "",

@@ -58,11 +58,8 @@ impl Page {
     fn free_id(&self, id: &str) -> String {
         let kept = |c: char| c.is_alphanumeric() || "-_.".contains(c);
         let id: String = id.chars().map(|c| if kept(c) { c } else { '-' }).collect();
-        let taken = |id: &str| {
-            id.is_empty()
-                || id == "contents"
-                || self.sections.iter().any(|section| section.id == id)
-        };
+        let taken =
+            |id: &str| id.is_empty() || id == "contents" || self.sections.iter().any(|section| section.id == id);
         if !taken(&id) {
             return id;
         }
@@ -140,13 +137,7 @@ impl Section {
     }
 
     /// Adds a part with its own link `#SECTION:ID`, under a heading with a verdict.
-    pub fn part(
-        &mut self,
-        id: &str,
-        verdict: Verdict,
-        heading: &str,
-        write: impl FnOnce(&mut Self),
-    ) {
+    pub fn part(&mut self, id: &str, verdict: Verdict, heading: &str, write: impl FnOnce(&mut Self)) {
         let body = self.inside(write);
         self.verdicts.push(verdict);
         let id = escape(&format!("{}:{id}", self.id));
@@ -233,9 +224,7 @@ impl Section {
     pub fn details(&mut self, summary: &str, write: impl FnOnce(&mut Self)) {
         let body = self.inside(write);
         let summary = inline(summary);
-        self.add(&[&format!(
-            "<details>\n<summary>{summary}</summary>\n{body}</details>\n"
-        )]);
+        self.add(&[&format!("<details>\n<summary>{summary}</summary>\n{body}</details>\n")]);
     }
 
     /// Collects what is written into a part of the section, and updates the numbers of tables and figures.

@@ -91,14 +91,11 @@ pub(super) struct Index {
 impl Index {
     /// Builds the index of a summary. All cells must have the outputs of the first one.
     pub(super) fn new(summary: &Summary, kind: StudyKind) -> Self {
-        let values = Key::ALL
-            .iter()
-            .map(|key| (*key, Values::new(summary, *key)));
+        let values = Key::ALL.iter().map(|key| (*key, Values::new(summary, *key)));
         let values: BTreeMap<Key, Values> = values.collect();
         let first = summary.cells.first();
-        let labels: Vec<String> = first.map_or_else(Vec::new, |cell| {
-            cell.outputs.iter().map(OutputSummary::label).collect()
-        });
+        let labels: Vec<String> =
+            first.map_or_else(Vec::new, |cell| cell.outputs.iter().map(OutputSummary::label).collect());
         let outputs = labels.iter().cloned().zip(0..).collect();
         Self {
             varying: varying(&values, kind),
@@ -150,16 +147,14 @@ mod tests {
 
     fn index(toml: &str) -> (Index, Summary) {
         let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
-        let cells = (0..experiment.cells.len())
-            .map(|cell| CellSummary::new(&experiment, cell, &CellTally::default()));
+        let cells = (0..experiment.cells.len()).map(|cell| CellSummary::new(&experiment, cell, &CellTally::default()));
         let summary = Summary::new(&experiment, cells.collect(), &[], &[]);
         (Index::new(&summary, StudyKind::Discrete), summary)
     }
 
     #[test]
     fn every_cell_has_the_place_of_its_value() {
-        let (index, summary) =
-            index("[settings]\neta = [10, 2, 1]\nnoise = [\"white\", \"ar\"]\nwindow = [98, 18]\n");
+        let (index, summary) = index("[settings]\neta = [10, 2, 1]\nnoise = [\"white\", \"ar\"]\nwindow = [98, 18]\n");
         assert_eq!(index.names(Key::Eta), ["1", "2", "10"]);
         assert_eq!(index.numbers(Key::Eta), Some(&[1.0, 2.0, 10.0][..]));
         assert_eq!(index.names(Key::Noise), ["white", "ar"]);

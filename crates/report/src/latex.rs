@@ -54,10 +54,7 @@ fn number(text: &str) -> String {
 
 /// The same in bold; of a number the mathematics, too.
 fn bold(latex: &str) -> String {
-    match latex
-        .strip_prefix('$')
-        .and_then(|rest| rest.strip_suffix('$'))
-    {
+    match latex.strip_prefix('$').and_then(|rest| rest.strip_suffix('$')) {
         Some(number) => format!("$\\mathbf{{{number}}}$"),
         None => format!("\\textbf{{{latex}}}"),
     }
@@ -65,11 +62,7 @@ fn bold(latex: &str) -> String {
 
 fn cell(column: &Column, cell: Option<&CellText>) -> String {
     let text = cell.map_or("", |cell| cell.text.as_str());
-    let latex = if column.numeric {
-        number(text)
-    } else {
-        escaped(text)
-    };
+    let latex = if column.numeric { number(text) } else { escaped(text) };
     match cell {
         Some(cell) if cell.best => bold(&latex),
         _ => latex,
@@ -92,11 +85,7 @@ impl Table {
     pub fn latex(&self, name: &str, title: &str) -> String {
         let caption = match self.caption.trim() {
             "" => escaped(title),
-            about => format!(
-                "{}. {}",
-                escaped(title.trim_end_matches('.')),
-                escaped(about)
-            ),
+            about => format!("{}. {}", escaped(title.trim_end_matches('.')), escaped(about)),
         };
         let headings = line(self.columns.iter().map(heading));
         let mut latex = format!(
@@ -197,13 +186,8 @@ mod tests {
     fn a_table_has_the_rules_of_booktabs() {
         let columns = vec![Column::text("output"), Column::number("median e_a", "%")];
         let mut table = Table::new("Errors in units of the last digit.", columns);
-        table.row([
-            CellText::text("[iv]"),
-            CellText::number("0.0879(5)", 0.0879).best(true),
-        ]);
-        table.row([CellText::text(
-            "a text that is longer than thirty characters",
-        )]);
+        table.row([CellText::text("[iv]"), CellText::number("0.0879(5)", 0.0879).best(true)]);
+        table.row([CellText::text("a text that is longer than thirty characters")]);
         let expected = "% Table of an asobench report; in the preamble: \\usepackage{booktabs}\n\
             \\begin{table}[htbp]\n\\centering\n\
             \\caption{100 \\%. Errors in units of the last digit.}\n\\label{tab:a-b-c}\n\\small\n\

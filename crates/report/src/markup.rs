@@ -133,10 +133,7 @@ mod tests {
 
     #[test]
     fn the_check_itself_refuses_what_is_not_well_formed() {
-        assert_eq!(
-            elements("<a b=\"c\"><d/>x &amp; y</a>").unwrap(),
-            ["a", "d"]
-        );
+        assert_eq!(elements("<a b=\"c\"><d/>x &amp; y</a>").unwrap(), ["a", "d"]);
         for bad in [
             "<a>",
             "<a></b>",

@@ -8,9 +8,8 @@ pub use asobench_study::study::MethodTime as Time;
 use asobench_study::study::file::{ClaimTable, ExperimentFile, FileError, Key, Store};
 pub use asobench_study::study::place::{axis_label, value_name, words};
 use asobench_study::study::{
-    CellRows, CellSummary, Experiment, Look, Looks, Measure, OutputSummary, StoreError,
-    StoredTrials, Summary, TIMES, TIMING, TheoryReference, check_result, read_current,
-    read_results,
+    CellRows, CellSummary, Experiment, Look, Looks, Measure, OutputSummary, StoreError, StoredTrials, Summary, TIMES,
+    TIMING, TheoryReference, check_result, read_current, read_results,
 };
 use asobench_study::text::{grouped, shell_word};
 use serde::Deserialize;
@@ -162,11 +161,8 @@ impl Study {
         };
         let file = ExperimentFile::from_json(&manifest["experiment"])
             .map_err(|error| wrong("manifest.json", error.to_string()))?;
-        let parsed = |name: &str, what: &str, error: &str| {
-            wrong(name, format!("not {what} of this version ({error})"))
-        };
-        let summary = Summary::from_json(summary)
-            .map_err(|error| parsed("summary.json", "a summary", &error))?;
+        let parsed = |name: &str, what: &str, error: &str| wrong(name, format!("not {what} of this version ({error})"));
+        let summary = Summary::from_json(summary).map_err(|error| parsed("summary.json", "a summary", &error))?;
         let times = Times::decode(folder, times)?;
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
         let origin = (text("version").unwrap_or_default(), text("git_revision"));
@@ -177,11 +173,7 @@ impl Study {
     ///
     /// # Errors
     /// If the summary has no cell, or the times or looks in the folder cannot be read.
-    pub fn of_run(
-        folder: &Path,
-        file: &ExperimentFile,
-        summary: &Summary,
-    ) -> Result<Self, ResultsError> {
+    pub fn of_run(folder: &Path, file: &ExperimentFile, summary: &Summary) -> Result<Self, ResultsError> {
         // As it is stored, so that a report says the same.
         let summary = summary.as_stored().map_err(|reason| ResultsError::File {
             path: folder.join("summary.json"),
@@ -199,11 +191,7 @@ impl Study {
     ///
     /// # Errors
     /// As for [`Self::of_run`].
-    pub fn of_part(
-        folder: &Path,
-        mut file: ExperimentFile,
-        summary: &Summary,
-    ) -> Result<Self, ResultsError> {
+    pub fn of_part(folder: &Path, mut file: ExperimentFile, summary: &Summary) -> Result<Self, ResultsError> {
         file.claims.clear();
         let study = Self::of_run(folder, &file, summary)?;
         Ok(Self {
@@ -333,12 +321,7 @@ impl Study {
     }
 
     /// The statistics of a measure, for one output of a cell.
-    pub fn statistics<'a>(
-        &self,
-        cell: &'a CellSummary,
-        label: &str,
-        measure: Measure,
-    ) -> Option<&'a Statistics> {
+    pub fn statistics<'a>(&self, cell: &'a CellSummary, label: &str, measure: Measure) -> Option<&'a Statistics> {
         self.output(cell, label)?.measures.get(&measure)
     }
 

@@ -148,10 +148,7 @@ impl Table {
     }
 
     /// Pairs each column with its cell of a row.
-    pub(crate) fn cells<'a>(
-        &'a self,
-        row: &'a [CellText],
-    ) -> impl Iterator<Item = (&'a Column, Option<&'a CellText>)> {
+    pub(crate) fn cells<'a>(&'a self, row: &'a [CellText]) -> impl Iterator<Item = (&'a Column, Option<&'a CellText>)> {
         let columns = self.columns.iter().enumerate();
         columns.map(|(i, column)| (column, row.get(i)))
     }
@@ -280,10 +277,7 @@ mod tests {
             CellText::number("0.0879(5)", 0.087_912_345_678_9),
             CellText::verdict(Verdict::DoesNotHold),
         ]);
-        table.row([
-            CellText::text("a|b *c* `d` e_a <b>"),
-            CellText::number("-", f64::NAN),
-        ]);
+        table.row([CellText::text("a|b *c* `d` e_a <b>"), CellText::number("-", f64::NAN)]);
         table.row([CellText::text(""), CellText::number("3.2e-13", 3.2e-13)]);
         table
     }
@@ -300,10 +294,7 @@ mod tests {
     #[test]
     fn csv_as_shown_has_errors_in_parentheses_and_no_formula() {
         let mut table = table();
-        table.row([
-            CellText::text("-1"),
-            CellText::number("-3.21(4)e-13", -3.21e-13),
-        ]);
+        table.row([CellText::text("-1"), CellText::number("-3.21(4)e-13", -3.21e-13)]);
         table.row([CellText::text(""), CellText::number("=1(2)", 1.0)]);
         let expected = "estimator,\"median, e_a (%)\",verdict\r\n\
                         \"LS, \"\"plain\"\"\nsolve\",0.0879(5),does not hold\r\n\

@@ -65,21 +65,14 @@ pub fn short_verdicts(study: &Study) -> String {
         .partition(|claim| claim.verdict == Verdict::Undecided);
     let mut text: String = decided.into_iter().map(in_one_line).collect();
     if !open.is_empty() {
-        let more = open
-            .iter()
-            .filter_map(|claim| claim.needed.as_ref())
-            .count();
+        let more = open.iter().filter_map(|claim| claim.needed.as_ref()).count();
         let more = match more {
             0 => String::new(),
             count => format!("; more trials would decide {count} of them"),
         };
         let count = open.len();
         let claims = if count == 1 { "claim is" } else { "claims are" };
-        text.push_str(&wrap(
-            &format!("{count} {claims} undecided{more}."),
-            WIDTH,
-            "",
-        ));
+        text.push_str(&wrap(&format!("{count} {claims} undecided{more}."), WIDTH, ""));
     }
     text.extend(study.tested().map(|line| wrap(&line, WIDTH, "")));
     let folder = visible(shell_word(study.folder.display()));
@@ -183,19 +176,10 @@ fn worst(study: &Study, most: Option<Place<'_>>) -> String {
 /// The command that replays a failed trial, as one line: of the output and cell that lose most trials, or where none
 /// of these failed (they are unstable), of those with most failures, which it names.
 fn first_failed(study: &Study, most: Option<Place<'_>>) -> Option<String> {
-    let first = |(_, output): &Place<'_>| {
-        output
-            .outcomes
-            .failed_trials
-            .values()
-            .flatten()
-            .min()
-            .copied()
-    };
+    let first = |(_, output): &Place<'_>| output.outcomes.failed_trials.values().flatten().min().copied();
     let own = most.filter(|place| first(place).is_some());
     let listed = study.all_outputs().filter(|place| first(place).is_some());
-    let place =
-        own.or_else(|| listed.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share)))?;
+    let place = own.or_else(|| listed.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share)))?;
     let (cell, output) = place;
     let command = study.replay_command(cell.cell, first(&place)?);
     let whose = match own {

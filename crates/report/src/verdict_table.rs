@@ -35,9 +35,7 @@ fn heading(cell: &CellSummary) -> String {
     } else {
         format!("eta = {} %", number(cell.eta))
     };
-    let ends = [cell.outputs.first(), cell.outputs.last()]
-        .into_iter()
-        .flatten();
+    let ends = [cell.outputs.first(), cell.outputs.last()].into_iter().flatten();
     let failed = ends.map(|output| format!("{} {}", output.label(), output.outcomes.failed()));
     let failed = failed.collect::<Vec<_>>().join(", ");
     let before = if failed.is_empty() { "" } else { "; failed: " };
@@ -57,10 +55,7 @@ fn rows(cell: &CellSummary, bound: &BoundSummary) -> Vec<[CellText; 4]> {
         None => asked.text(),
     };
     let lines = [
-        (
-            format!("    {:<7} {limit}", asked.label()),
-            bound.outputs.first(),
-        ),
+        (format!("    {:<7} {limit}", asked.label()), bound.outputs.first()),
         (format!("    {}", bound.verdict), bound.outputs.last()),
     ];
     let row = |(left, of): (String, Option<&OutputShare>)| {
@@ -84,11 +79,7 @@ pub fn share(met: Share) -> String {
     } else if met.mcse.is_nan() {
         format!("{:.1} %", percent(met.share))
     } else {
-        format!(
-            "{:.1} \u{b1} {:.1} %",
-            percent(met.share),
-            percent(met.mcse)
-        )
+        format!("{:.1} \u{b1} {:.1} %", percent(met.share), percent(met.mcse))
     }
 }
 

@@ -30,13 +30,12 @@ pub use crate::outcome::spent::Spent;
 #[doc(hidden)]
 pub use crate::outcome::stored_results::parse_manifest;
 pub use crate::outcome::stored_results::{
-    check_result, check_results, read_announced, read_manifest, read_results, stored_design,
-    stored_designs,
+    check_result, check_results, read_announced, read_manifest, read_results, stored_design, stored_designs,
 };
 pub use crate::outcome::stored_trials::{CellRows, StoredTrials};
 pub use crate::outcome::summary::{
-    BoundSummary, CellSummary, ComparisonSummary, Joint, OutputShare, OutputSummary,
-    SlopeStatistics, SlopeSummary, Summary,
+    BoundSummary, CellSummary, ComparisonSummary, Joint, OutputShare, OutputSummary, SlopeStatistics, SlopeSummary,
+    Summary,
 };
 pub use crate::outcome::tally::{CellTally, OutputTally};
 pub use crate::outcome::theory_summary::{LimitError, OfBounds, TheorySummary};

@@ -96,9 +96,8 @@ pub fn judged_word(word: &str, most: usize) -> String {
 /// `~` and their bytes in hexadecimal digits, also a dot at the beginning. Of a long name the beginning and a checksum.
 /// Names that differ stay different.
 pub fn file_part(name: &str) -> String {
-    let plain = |(at, byte): &(usize, u8)| {
-        byte.is_ascii_alphanumeric() || b"-_".contains(byte) || (*byte == b'.' && *at > 0)
-    };
+    let plain =
+        |(at, byte): &(usize, u8)| byte.is_ascii_alphanumeric() || b"-_".contains(byte) || (*byte == b'.' && *at > 0);
     let bytes = name.bytes().enumerate();
     let escaped = bytes.map(|each| match each {
         each if plain(&each) => char::from(each.1).to_string(),
@@ -138,9 +137,7 @@ pub fn name_fault(name: &str) -> Option<String> {
     let expected = if name.trim().is_empty() {
         "a name, not empty"
     } else if name.chars().nth(NAME_LIMIT).is_some() {
-        return Some(format!(
-            "'{shown}'; expected at most {NAME_LIMIT} characters"
-        ));
+        return Some(format!("'{shown}'; expected at most {NAME_LIMIT} characters"));
     } else if visible(name) != name {
         "a name without invisible characters"
     } else if name.trim() != name {
@@ -178,10 +175,7 @@ pub fn wrap(text: &str, width: usize, indent: &str) -> String {
         is_empty = false;
     }
     lines.push(line);
-    lines
-        .iter()
-        .map(|line| line.trim_end().to_owned() + "\n")
-        .collect()
+    lines.iter().map(|line| line.trim_end().to_owned() + "\n").collect()
 }
 
 /// Returns a whole number with a comma between groups of three digits: "12,000".
@@ -242,23 +236,14 @@ mod tests {
     fn names_are_parts_of_file_names() {
         let (long, longer) = ("\u{e4}".repeat(200), "\u{e4}".repeat(201));
         let names = [
-            "iv", "a.b_c-1", "", ".", "..", "../x", "a/b", "a-b", "a~2fb", "[a]*", "a b", "\u{e4}",
-            "a\0", &long, &longer,
+            "iv", "a.b_c-1", "", ".", "..", "../x", "a/b", "a-b", "a~2fb", "[a]*", "a b", "\u{e4}", "a\0", &long,
+            &longer,
         ];
         let parts: Vec<String> = names.iter().map(|name| file_part(name)).collect();
-        assert_eq!(
-            parts[..7],
-            ["iv", "a.b_c-1", "", "~2e", "~2e.", "~2e.~2fx", "a~2fb"]
-        );
+        assert_eq!(parts[..7], ["iv", "a.b_c-1", "", "~2e", "~2e.", "~2e.~2fx", "a~2fb"]);
         for (i, part) in parts.iter().enumerate() {
-            assert!(
-                part.len() <= 200 && !part.starts_with('.') && !part.contains(['/', '\0', '*'])
-            );
-            assert_eq!(
-                parts.iter().position(|other| other == part),
-                Some(i),
-                "{part}"
-            );
+            assert!(part.len() <= 200 && !part.starts_with('.') && !part.contains(['/', '\0', '*']));
+            assert_eq!(parts.iter().position(|other| other == part), Some(i), "{part}");
         }
     }
 
@@ -298,10 +283,7 @@ mod tests {
     #[test]
     fn judged_words_hide_nothing() {
         assert_eq!(judged_word("import os", 40), "import\\ os");
-        assert_eq!(
-            judged_word("a\u{3000}b\u{a0}\t", 40),
-            "a\\u{3000}b\\u{a0}\\t"
-        );
+        assert_eq!(judged_word("a\u{3000}b\u{a0}\t", 40), "a\\u{3000}b\\u{a0}\\t");
         assert_eq!(judged_word("", 40), "''");
         let padded = format!("rm{}-rf", " ".repeat(3144));
         assert_eq!(judged_word(&padded, 6), "rm\\ \\ ... 3145 characters");

@@ -18,21 +18,14 @@ pub(super) const FEWEST: u64 = 20;
 pub(super) fn check(experiment: &Experiment, rule: &TrialRule, trials: u64) -> Result<(), Error> {
     let wrong = |message: String| Err(Error::Input(format!("--pilot {trials}: {message}")));
     let (_, most) = rule.extent();
-    if experiment
-        .file
-        .claims
-        .iter()
-        .all(|claim| claim.test.is_empty())
-    {
+    if experiment.file.claims.iter().all(|claim| claim.test.is_empty()) {
         return wrong("the file has no claim to judge; expected [[claims]]".to_owned());
     }
     if !experiment.programs.is_empty() {
         return wrong("methods are programs, which `check` does not start".to_owned());
     }
     if most < FEWEST {
-        return wrong(format!(
-            "the file has {most} trials of a cell, fewer than a pilot"
-        ));
+        return wrong(format!("the file has {most} trials of a cell, fewer than a pilot"));
     }
     if !(FEWEST..=most).contains(&trials) {
         return wrong(format!("expected {FEWEST} to {most}, the file's trials"));
@@ -41,11 +34,7 @@ pub(super) fn check(experiment: &Experiment, rule: &TrialRule, trials: u64) -> R
 }
 
 /// Runs the pilot and prints what it says of every claim.
-pub(super) fn print_pilot(
-    experiment: &Experiment,
-    trials: u64,
-    threads: usize,
-) -> Result<(), Error> {
+pub(super) fn print_pilot(experiment: &Experiment, trials: u64, threads: usize) -> Result<(), Error> {
     let file = ExperimentFile {
         seed: pilot_seed(experiment.file.seed),
         store: Store::Summaries,

@@ -132,9 +132,7 @@ fn without_rounding(numbers: &mut [f64]) {
 /// Poles, four digits, pairs as one, on lines of at most 80 columns.
 fn listed(label: &str, poles: &[c64]) -> String {
     let indent = " ".repeat(INDENT);
-    let largest = poles
-        .iter()
-        .fold(0.0_f64, |most, pole| most.max(pole.norm()));
+    let largest = poles.iter().fold(0.0_f64, |most, pole| most.max(pole.norm()));
     let part = |x: f64| {
         let x = if x.abs() < ROUNDING * largest { 0.0 } else { x };
         rounded(x, 4)
@@ -183,11 +181,7 @@ fn settling(model: &LinearModel, stable: bool) -> Option<usize> {
     model.simulate(&vec![1.0; LONGEST], &mut y);
     let end = model.static_gain();
     let largest = y.iter().fold(0.0_f64, |most, y| most.max(y.abs()));
-    let size = if end.abs() > 1e-9 * largest {
-        end.abs()
-    } else {
-        largest
-    };
+    let size = if end.abs() > 1e-9 * largest { end.abs() } else { largest };
     let outside = y.iter().rposition(|y| (y - end).abs() > SETTLED * size);
     Some(outside.map_or(0, |last| last + 1))
 }

@@ -130,11 +130,7 @@ pub(in crate::cli) struct Arguments {
 
 impl Arguments {
     /// The arguments of one estimator, without any others.
-    pub(super) fn of_one(
-        record: RecordArguments,
-        estimator: EstimatorName,
-        options: OptionFlags,
-    ) -> Self {
+    pub(super) fn of_one(record: RecordArguments, estimator: EstimatorName, options: OptionFlags) -> Self {
         Self {
             more: Vec::new(),
             record,
@@ -265,10 +261,7 @@ pub(super) struct RecordArguments {
 }
 
 fn pair(text: &str) -> Result<[f64; 2], String> {
-    let numbers: Vec<f64> = text
-        .split(',')
-        .filter_map(|part| part.trim().parse().ok())
-        .collect();
+    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
     match (text.split(',').count(), numbers.as_slice()) {
         (2, [u, y]) if u.is_finite() && y.is_finite() => Ok([*u, *y]),
         _ => Err("expected two numbers, of u and of y, such as 40,61.5".to_owned()),
@@ -293,7 +286,9 @@ fn further_record(text: &str) -> Result<PathBuf, String> {
 /// A file, not a share of this one.
 fn second_record(text: &str) -> Result<PathBuf, String> {
     if text.trim_end_matches('%').parse::<f64>().is_ok() {
-        return Err("expected a file with a second record; --window 70% leaves the last 30 % for validation".to_owned());
+        return Err(
+            "expected a file with a second record; --window 70% leaves the last 30 % for validation".to_owned(),
+        );
     }
     Ok(PathBuf::from(text))
 }
@@ -341,9 +336,7 @@ fn gain(given: &str) -> Result<Gain, String> {
     given.parse().map_err(|error: GainError| {
         let other: Result<ObserverKind, _> = given.parse();
         match other {
-            Ok(_) => format!(
-                "asobench observe RECORD.csv --order 2 --observer {given} has this observer"
-            ),
+            Ok(_) => format!("asobench observe RECORD.csv --order 2 --observer {given} has this observer"),
             Err(_) => format!("{error}; asobench observe has Kalman filters"),
         }
     })

@@ -36,9 +36,7 @@ pub(super) fn is_better(a: &Estimate, b: &Estimate, report: &Report) -> Ordering
         } else {
             bic(estimate, report).map(|bic| -bic)
         };
-        merit
-            .filter(|merit| merit.is_finite())
-            .unwrap_or(f64::NEG_INFINITY)
+        merit.filter(|merit| merit.is_finite()).unwrap_or(f64::NEG_INFINITY)
     };
     merit(b).total_cmp(&merit(a))
 }
@@ -65,10 +63,7 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
         known.map_or("-".to_owned(), |model| model.orders().to_string())
     };
     let widest = |width: usize, of: &dyn Fn(&Estimate) -> usize| {
-        ranked
-            .iter()
-            .map(|estimate| of(estimate))
-            .fold(width, usize::max)
+        ranked.iter().map(|estimate| of(estimate)).fold(width, usize::max)
     };
     let names = widest("method".len(), &|estimate| estimate.name.name().len());
     let shapes = widest("orders".len(), &|estimate| orders(estimate).len());

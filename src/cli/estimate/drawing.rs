@@ -42,9 +42,7 @@ impl Kind {
     fn named(name: &str) -> Option<Self> {
         let name = name.to_lowercase();
         let elsewhere = || ELSEWHERE.iter().find(|(other, _)| *other == name);
-        name.parse()
-            .ok()
-            .or_else(|| elsewhere().map(|(_, kind)| *kind))
+        name.parse().ok().or_else(|| elsewhere().map(|(_, kind)| *kind))
     }
 
     /// The picture's content in words.
@@ -54,9 +52,7 @@ impl Kind {
             Self::Bode => "magnitude and phase, with 95 % bands",
             Self::Step => "step response, with 95 % bands",
             Self::Poles => "poles and zeros, with 95 % regions",
-            Self::Residuals => {
-                "correlations of the residuals, with the 99 % bounds of a single lag"
-            }
+            Self::Residuals => "correlations of the residuals, with the 99 % bounds of a single lag",
         }
     }
 }

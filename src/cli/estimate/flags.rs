@@ -76,11 +76,7 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
         Some(Flag {
             key,
             long: key.replace('_', "-"),
-            help: format!(
-                "{}: {}{others}{default}",
-                names.join(", "),
-                about.trim_end_matches('.')
-            ),
+            help: format!("{}: {}{others}{default}", names.join(", "), about.trim_end_matches('.')),
             schema,
         })
     };
@@ -120,8 +116,7 @@ const STATE: &str = "initial_state";
 
 /// Estimates the signals before the record where they are significantly not zero; so does no flag.
 const AUTO: &str = "auto";
-const AUTO_HELP: &str =
-    "; auto: estimate where a likelihood ratio test at 0.001 says so [default: auto]";
+const AUTO_HELP: &str = "; auto: estimate where a likelihood ratio test at 0.001 says so [default: auto]";
 
 /// The key of the offset, which is estimated where the flag stands alone.
 const OFFSET: &str = "offset";
@@ -168,9 +163,7 @@ impl Flag {
         // An option without a default may also be null.
         let is = |name: &str| {
             let kind = &self.schema["type"];
-            let kinds = kind
-                .as_array()
-                .map_or(std::slice::from_ref(kind), Vec::as_slice);
+            let kinds = kind.as_array().map_or(std::slice::from_ref(kind), Vec::as_slice);
             kinds.iter().any(|kind| kind == name)
         };
         if is("boolean") {
@@ -185,9 +178,7 @@ impl Flag {
         // An option that may be a text too, such as a gain, is read as a text.
         if is("number") && !is("string") {
             let number: Option<f64> = text.parse().ok().filter(|number: &f64| number.is_finite());
-            return number
-                .map(Value::from)
-                .ok_or_else(|| "expected a number".to_owned());
+            return number.map(Value::from).ok_or_else(|| "expected a number".to_owned());
         }
         Ok(Value::String(text.to_owned()))
     }
@@ -198,9 +189,7 @@ impl clap::Args for OptionFlags {
         // Hidden: the help of --orders has them.
         let letters = LETTERS.map(|name| {
             let argument = Arg::new(name).long(name).value_name("N").hide(true);
-            argument
-                .allow_negative_numbers(true)
-                .value_parser(Span::of_orders)
+            argument.allow_negative_numbers(true).value_parser(Span::of_orders)
         });
         FLAGS.iter().fold(command.args(letters), |command, flag| {
             let argument = Arg::new(flag.key)
@@ -242,8 +231,7 @@ impl clap::FromArgMatches for OptionFlags {
             }
         }
         for name in LETTERS {
-            self.letters
-                .extend(matches.get_one(name).map(|span| (name, *span)));
+            self.letters.extend(matches.get_one(name).map(|span| (name, *span)));
         }
         Ok(())
     }
@@ -257,8 +245,7 @@ impl OptionFlags {
 
     /// Sets the orders as one option.
     pub(super) fn set_orders(&mut self, orders: Orders) {
-        self.options
-            .insert(ORDERS.to_owned(), Value::from(orders.to_string()));
+        self.options.insert(ORDERS.to_owned(), Value::from(orders.to_string()));
         self.letters.clear();
     }
 
@@ -268,10 +255,7 @@ impl OptionFlags {
     }
 
     /// Returns the given options that some estimators of a list do not take, as flags, each with these estimators.
-    pub(super) fn left_out(
-        &self,
-        estimators: &[EstimatorName],
-    ) -> Vec<(String, Vec<EstimatorName>)> {
+    pub(super) fn left_out(&self, estimators: &[EstimatorName]) -> Vec<(String, Vec<EstimatorName>)> {
         let without = self.options.keys().map(|key| {
             let takes = |estimator: &&EstimatorName| !estimator.takes(key_of(key, **estimator));
             (
@@ -279,9 +263,7 @@ impl OptionFlags {
                 estimators.iter().filter(takes).copied().collect::<Vec<_>>(),
             )
         });
-        without
-            .filter(|(_, estimators)| !estimators.is_empty())
-            .collect()
+        without.filter(|(_, estimators)| !estimators.is_empty()).collect()
     }
 
     /// Whether the record tells how an estimator begins.
@@ -311,14 +293,9 @@ impl OptionFlags {
 
     /// Returns the given options that an estimator takes.
     pub(super) fn taken_by(&self, estimator: EstimatorName) -> Map<String, Value> {
-        let named = self
-            .options
-            .iter()
-            .map(|(key, value)| (key_of(key, estimator), value));
+        let named = self.options.iter().map(|(key, value)| (key_of(key, estimator), value));
         let taken = named.filter(|(key, _)| estimator.takes(key));
-        taken
-            .map(|(key, value)| (key.to_owned(), value.clone()))
-            .collect()
+        taken.map(|(key, value)| (key.to_owned(), value.clone())).collect()
     }
 
     /// Returns a message about a flag that none of the estimators takes, naming those that do.

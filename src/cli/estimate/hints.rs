@@ -112,14 +112,11 @@ const NAMED: usize = 9;
 fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
     let outliers = &estimate.last().residuals.as_ref()?.outliers;
     let first = outliers.first()?;
-    let line = report
-        .lines
-        .get(first.sample)
-        .map_or_else(String::new, |line| {
-            let [level, slope] = report.trends[1].line();
-            let y = report.record.y[first.sample] + level + slope * first.sample as f64;
-            format!(", line {line}, y = {},", rounded(y * report.unit, 6))
-        });
+    let line = report.lines.get(first.sample).map_or_else(String::new, |line| {
+        let [level, slope] = report.trends[1].line();
+        let y = report.record.y[first.sample] + level + slope * first.sample as f64;
+        format!(", line {line}, y = {},", rounded(y * report.unit, 6))
+    });
     let line_of = |other: &Outlier| Some(report.lines.get(other.sample)?.to_string());
     let named = outliers.iter().skip(1).take(NAMED).filter_map(line_of);
     let named: Vec<String> = named.collect();
@@ -161,12 +158,9 @@ fn direct(estimate: &Estimate, report: &Report) -> Option<String> {
 /// Signals before the record that are not zero, for an estimator that has no other choice: its model predicts better
 /// from another start, by more than chance.
 pub(super) fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String> {
-    let chooses =
-        ["initial", "initial_state", "rows"].map(|key| estimate.options.contains_key(key));
+    let chooses = ["initial", "initial_state", "rows"].map(|key| estimate.options.contains_key(key));
     let in_loop = report.in_loop();
-    let failed = estimate
-        .failure()
-        .is_some_and(|of| !of.kind.leaves_a_model());
+    let failed = estimate.failure().is_some_and(|of| !of.kind.leaves_a_model());
     if chooses.contains(&true) || in_loop || estimate.shift() > 0 || failed {
         return None;
     }

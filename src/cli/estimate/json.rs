@@ -93,10 +93,7 @@ fn estimate(estimate: &Estimate, report: &Report) -> Value {
         object.insert("records".to_owned(), json!(parts));
         object.insert("white_in_all".to_owned(), json!(estimate.white));
     }
-    object.insert(
-        "observer".to_owned(),
-        json!(estimate.observer.as_ref().map(observer)),
-    );
+    object.insert("observer".to_owned(), json!(estimate.observer.as_ref().map(observer)));
     Value::Object(object)
 }
 
@@ -161,11 +158,7 @@ fn pass(report: &PassReport) -> Map<String, Value> {
     } = report;
     let parameters = pass.progress >= Progress::Parameters;
     let known = |values: &[f64]| {
-        if parameters {
-            json!(values)
-        } else {
-            Value::Null
-        }
+        if parameters { json!(values) } else { Value::Null }
     };
     let alpha: Vec<f64> = pass.a.iter().rev().map(|a| -a).collect();
     let x0 = (pass.progress == Progress::InitialState).then_some(&pass.x0);
@@ -183,35 +176,18 @@ fn pass(report: &PassReport) -> Map<String, Value> {
             .map(|(theta, se)| [theta - Z_95 * se, theta + Z_95 * se])
             .collect()
     });
-    let failure = pass
-        .failure
-        .filter(|failure| !failure.kind.leaves_a_model());
-    let failure = failure.map(|failure| {
-        json!({ "kind": failure.kind, "stage": failure.stage as u32, "pass": failure.pass })
-    });
+    let failure = pass.failure.filter(|failure| !failure.kind.leaves_a_model());
+    let failure =
+        failure.map(|failure| json!({ "kind": failure.kind, "stage": failure.stage as u32, "pass": failure.pass }));
     let fields = [
         (
             "status",
-            json!(
-                pass.failure
-                    .as_ref()
-                    .map_or("ok", |failure| failure.kind.name())
-            ),
+            json!(pass.failure.as_ref().map_or("ok", |failure| failure.kind.name())),
         ),
         ("failure", json!(failure)),
-        (
-            "model",
-            if parameters {
-                polynomials(model)
-            } else {
-                Value::Null
-            },
-        ),
+        ("model", if parameters { polynomials(model) } else { Value::Null }),
         ("continuous", json!(continuous(&pass.continuous))),
-        (
-            "noise_variance",
-            json!(parameters.then_some(model.noise_variance)),
-        ),
+        ("noise_variance", json!(parameters.then_some(model.noise_variance))),
         ("output_noise", json!(pass.noise_variances.map(|[y, _]| y))),
         ("input_noise", json!(pass.noise_variances.map(|[_, u]| u))),
         ("loss", json!(parameters.then_some(pass.loss))),
@@ -246,8 +222,5 @@ fn pass(report: &PassReport) -> Map<String, Value> {
         ("unstable", json!(parameters.then_some(pass.unstable))),
         ("condition", json!(pass.condition)),
     ];
-    fields
-        .into_iter()
-        .map(|(key, value)| (key.to_owned(), value))
-        .collect()
+    fields.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }

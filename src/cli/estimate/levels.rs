@@ -75,19 +75,14 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
     let fitted = |key: &str| Some(estimate.options.get(key)?.as_str()? == "estimate");
     let (start, offset) = (fitted("initial")?, fitted("offset").unwrap_or(false));
     let has_offset = estimate.options.contains_key("offset");
-    let failed = estimate
-        .failure()
-        .is_some_and(|of| !of.kind.leaves_a_model());
+    let failed = estimate.failure().is_some_and(|of| !of.kind.leaves_a_model());
     let exact = estimate.last().residuals.as_ref();
     let exact = exact.is_some_and(|residuals| residuals.fits_to_rounding);
     if failed || exact || !last.pass.loss.is_finite() || report.window > MOST {
         return None;
     }
     // No model can be told from a controller without a change of its setpoint.
-    if report
-        .feedback
-        .is_some_and(|test| test.verdict() == LoopVerdict::Told)
-    {
+    if report.feedback.is_some_and(|test| test.verdict() == LoopVerdict::Told) {
         return None;
     }
     let first = report.record.u[0];
@@ -120,9 +115,7 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
         String::new()
     };
     let why = match of {
-        Addition {
-            from_first: true, ..
-        } => "the record begins at rest, but not at zero",
+        Addition { from_first: true, .. } => "the record begins at rest, but not at zero",
         Addition {
             start: true,
             offset: true,
@@ -131,8 +124,7 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
         Addition { start: true, .. } => "the record does not begin at rest",
         _ => "y moves about a level of its own",
     };
-    let variances =
-        [&last.model, &found.model].map(|model| rounded(model.noise_variance * unit * unit, 4));
+    let variances = [&last.model, &found.model].map(|model| rounded(model.noise_variance * unit * unit, 4));
     Some(Advice {
         start: of.start && !start,
         chance,
@@ -185,15 +177,10 @@ fn fit(estimate: &Estimate, report: &Report, of: &Addition) -> Option<Fitted> {
         runs: &lengths,
         ..Shape { order, window }.into()
     };
-    let mut method = Method::named(estimate.name.name(), options)
-        .prepare(problem)
-        .ok()?;
+    let mut method = Method::named(estimate.name.name(), options).prepare(problem).ok()?;
     let mut passes = [Pass::new(order)];
     let u = of.input(report);
-    method.estimate(
-        Window::new(&u, &report.record.y[..window], window),
-        &mut passes,
-    );
+    method.estimate(Window::new(&u, &report.record.y[..window], window), &mut passes);
     let [pass] = passes;
     let has_model = pass.failure.is_none_or(|of| of.kind.leaves_a_model());
     (has_model && pass.loss.is_finite()).then(|| Fitted::new(pass, 0))

@@ -15,11 +15,7 @@ use crate::plant::ORDER_LIMIT;
 use crate::text::rounded;
 
 /// Checks and detrends a record.
-pub(super) fn load(
-    arguments: &Arguments,
-    orders: Orders,
-    recognised: Recognised,
-) -> Result<Report, Error> {
+pub(super) fn load(arguments: &Arguments, orders: Orders, recognised: Recognised) -> Result<Report, Error> {
     let path = arguments.record.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
     let Recognised {
@@ -32,9 +28,7 @@ pub(super) fn load(
     let clock = clock_of(arguments, clock)?;
     let rows = record.y.len();
     // The samples that the equations look back, and one row per parameter.
-    let needed = orders
-        .reach()
-        .saturating_add(orders.na.saturating_add(orders.nb));
+    let needed = orders.reach().saturating_add(orders.na.saturating_add(orders.nb));
     let asked = if arguments.options.has("orders") {
         format!("orders {orders}")
     } else {
@@ -108,12 +102,7 @@ pub(super) fn load(
         detrend: arguments.record.detrend,
         trends,
         gain: arguments.gain.clone(),
-        feedback: FeedbackTest::of(
-            &record.u[..window],
-            &record.y[..window],
-            orders.nk,
-            rounding,
-        ),
+        feedback: FeedbackTest::of(&record.u[..window], &record.y[..window], orders.nk, rounding),
         record,
         estimates: Vec::new(),
     })
@@ -129,37 +118,23 @@ pub(super) fn check_order(orders: Orders) -> Result<(), Error> {
 }
 
 /// Refuses a window in which u or y does not move.
-pub(super) fn check_moves(
-    arguments: &Arguments,
-    record: &Record,
-    window: usize,
-) -> Result<(), String> {
+pub(super) fn check_moves(arguments: &Arguments, record: &Record, window: usize) -> Result<(), String> {
     if hints::is_constant(&record.y[..window]) {
-        return Err(
-            "column y is constant over the window; nothing can be identified from it".to_owned(),
-        );
+        return Err("column y is constant over the window; nothing can be identified from it".to_owned());
     }
     if hints::is_constant(&record.u[..window]) {
         if record.u[0] == 0.0 {
-            return Err(
-                "column u is zero over the window; nothing can be identified from it".to_owned(),
-            );
+            return Err("column u is zero over the window; nothing can be identified from it".to_owned());
         }
         if !arguments.begins_at_rest() {
-            return Err(format!(
-                "column u is constant over the window; {}",
-                hints::FROM_REST
-            ));
+            return Err(format!("column u is constant over the window; {}", hints::FROM_REST));
         }
     }
     Ok(())
 }
 
 /// Returns the times of the samples: by `--ts`, or by a column of times, with which it must agree.
-pub(super) fn clock_of(
-    arguments: &Arguments,
-    column: Option<Clock>,
-) -> Result<Option<Clock>, Error> {
+pub(super) fn clock_of(arguments: &Arguments, column: Option<Clock>) -> Result<Option<Clock>, Error> {
     // Of times that are rounded, the mean step has an error of about one part in the samples.
     const AGREES: f64 = 0.01;
     let Some(step) = arguments.ts else {
@@ -207,12 +182,7 @@ fn validation(
         }
         trend.subtract(values);
     }
-    if record
-        .u
-        .iter()
-        .chain(&record.y)
-        .any(|value| !value.is_finite())
-    {
+    if record.u.iter().chain(&record.y).any(|value| !value.is_finite()) {
         return Err(Error::Input(format!(
             "{}: samples too large beside those of {}",
             path.display(),

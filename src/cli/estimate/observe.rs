@@ -15,9 +15,7 @@ use crate::observer::{ObserverKind, RiccatiError};
 use crate::report::plot::Picture;
 use crate::text::{rounded, visible, wrap};
 use arguments::{Choice, Numbers};
-use asobench_identification::{
-    ModelObserver, NoiseCovariances, Observation, ObservationError, observe_adaptively,
-};
+use asobench_identification::{ModelObserver, NoiseCovariances, Observation, ObservationError, observe_adaptively};
 use faer::{Mat, c64};
 use serde_json::{Value, json};
 use std::io::Write as _;
@@ -96,12 +94,7 @@ fn fitted(arguments: &Arguments) -> Result<(Report, EstimatorName), Error> {
 }
 
 /// Returns a covariance of order n, in the unit of the report.
-fn covariance(
-    flag: &str,
-    Numbers(numbers): &Numbers,
-    n: usize,
-    unit: f64,
-) -> Result<Mat<f64>, Error> {
+fn covariance(flag: &str, Numbers(numbers): &Numbers, n: usize, unit: f64) -> Result<Mat<f64>, Error> {
     let of = |at: &dyn Fn(usize, usize) -> f64| Mat::from_fn(n, n, |i, j| at(i, j) / (unit * unit));
     Ok(match numbers.len() {
         1 => of(&|i, j| numbers[0] * f64::from(i == j)),
@@ -125,12 +118,10 @@ fn observe<'a>(arguments: &'a Arguments, report: &'a Report) -> Result<Observed<
             ObservationError::NoCovariances => Error::Input(format!(
                 "{line}: --process-covariance, --measurement-variance and --start-covariance"
             )),
-            ObservationError::Riccati(
-                RiccatiError::NotStabilising { .. } | RiccatiError::NoConvergence { .. },
-            ) => Error::Failed(line),
-            ObservationError::Gain(_)
-            | ObservationError::Setup(_)
-            | ObservationError::Riccati(_) => Error::Input(line),
+            ObservationError::Riccati(RiccatiError::NotStabilising { .. } | RiccatiError::NoConvergence { .. }) => {
+                Error::Failed(line)
+            }
+            ObservationError::Gain(_) | ObservationError::Setup(_) | ObservationError::Riccati(_) => Error::Input(line),
             _ => Error::Failed(line),
         }
     };
@@ -139,18 +130,13 @@ fn observe<'a>(arguments: &'a Arguments, report: &'a Report) -> Result<Observed<
     let (u, y) = (&report.record.u, &report.record.y);
     let n = fitted.pass.a.len();
     let given = |flag: &str, numbers: &Numbers| covariance(flag, numbers, n, report.unit);
-    let noise = match (
-        &arguments.process_covariance,
-        arguments.measurement_variance,
-    ) {
+    let noise = match (&arguments.process_covariance, arguments.measurement_variance) {
         (Some(process), Some(measurement)) => {
             let start = arguments.start_covariance.as_ref();
             Some(NoiseCovariances {
                 process: given("--process-covariance", process)?,
                 measurement: measurement / (report.unit * report.unit),
-                start: start
-                    .map(|start| given("--start-covariance", start))
-                    .transpose()?,
+                start: start.map(|start| given("--start-covariance", start)).transpose()?,
             })
         }
         _ => None,
@@ -165,9 +151,7 @@ fn observe<'a>(arguments: &'a Arguments, report: &'a Report) -> Result<Observed<
         Choice::Adaptive(name) => {
             let mut options = estimate.options.clone();
             options.retain(|_, value| !value.is_null());
-            let options = name
-                .parse(options)
-                .map_err(|error| Error::Input(error.to_string()))?;
+            let options = name.parse(options).map_err(|error| Error::Input(error.to_string()))?;
             let [u, y] = fitted.shifted(u, y);
             return Ok(Observed {
                 report,
@@ -211,9 +195,7 @@ impl Observed<'_> {
         let of = match self.choice {
             Choice::OfModel(ObserverKind::Luenberger(_)) => "placed poles",
             Choice::OfModel(ObserverKind::Kalman) => "steady state, white measurement noise",
-            Choice::OfModel(ObserverKind::KalmanColoured) => {
-                "steady state, measurement noise C/(A D) e"
-            }
+            Choice::OfModel(ObserverKind::KalmanColoured) => "steady state, measurement noise C/(A D) e",
             Choice::OfModel(ObserverKind::KalmanVarying) => "from P(0)",
             Choice::OfModel(ObserverKind::KalmanNamed(_)) => "steady state",
             Choice::OfModel(ObserverKind::Gpebo(_)) => "no feedback, the start is estimated",
@@ -350,10 +332,7 @@ impl Observed<'_> {
         } else {
             String::new()
         };
-        let less = match (
-            self.estimate().last().fitted.offset(),
-            self.report.subtracted(),
-        ) {
+        let less = match (self.estimate().last().fitted.offset(), self.report.subtracted()) {
             (None, None) => "",
             (None, Some(_)) => "; u and y are less what was subtracted",
             (Some(_), None) => " + offset",
@@ -370,8 +349,7 @@ impl Observed<'_> {
         let pole = |pole: &c64| json!({ "re": pole.re, "im": pole.im });
         let poles = observer.map(|of| of.poles.iter().map(pole).collect::<Vec<_>>());
         let n = self.states.order;
-        let by_rows =
-            |values: &[f64]| -> Vec<Vec<f64>> { values.chunks(n).map(<[f64]>::to_vec).collect() };
+        let by_rows = |values: &[f64]| -> Vec<Vec<f64>> { values.chunks(n).map(<[f64]>::to_vec).collect() };
         let mut value = super::json::render(self.report);
         value["observer"] = json!({
             "observer": self.choice.to_string(),
@@ -393,8 +371,7 @@ impl Observed<'_> {
 
     /// Writes the files that were requested, and says what was written.
     fn write(&self, arguments: &Arguments) -> Result<(), Error> {
-        let written =
-            |path: &Path, about: &str| note(&format!("wrote {}: {about}", path.display()));
+        let written = |path: &Path, about: &str| note(&format!("wrote {}: {about}", path.display()));
         if let Some(path) = &arguments.out {
             self.write_states(path)?;
             written(path, "the states, k = 0 ... K");
@@ -408,9 +385,7 @@ impl Observed<'_> {
         }
         if let Some(path) = &arguments.report {
             let page = self.page(&figure);
-            write_whole("--report", path, Kind::Page, |to| {
-                to.write_all(page.as_bytes())
-            })?;
+            write_whole("--report", path, Kind::Page, |to| to.write_all(page.as_bytes()))?;
             written(path, "a page, for a browser");
         }
         Ok(())
@@ -461,21 +436,12 @@ impl Observed<'_> {
             }
         }
         if self.report.clock.is_some() {
-            columns.push((
-                "t".to_owned(),
-                (0..=samples).map(|k| self.report.time(k)).collect(),
-            ));
+            columns.push(("t".to_owned(), (0..=samples).map(|k| self.report.time(k)).collect()));
         }
         columns.extend([
             ("y".to_owned(), of_samples(&self.report.record.y[shift..])),
-            (
-                "y_predicted".to_owned(),
-                of_samples(&self.states.predictions),
-            ),
-            (
-                "innovation".to_owned(),
-                of_samples(&self.states.innovations),
-            ),
+            ("y_predicted".to_owned(), of_samples(&self.states.predictions)),
+            ("innovation".to_owned(), of_samples(&self.states.innovations)),
         ]);
         columns
     }
@@ -515,4 +481,5 @@ impl Observed<'_> {
 }
 
 /// The bands in words.
-const BANDS: &str = "two standard deviations of x(k) - xhat(k) by the covariances above, as if the model were the plant";
+const BANDS: &str =
+    "two standard deviations of x(k) - xhat(k) by the covariances above, as if the model were the plant";

@@ -5,14 +5,11 @@ use super::flags::{OptionFlags, flag_of};
 use super::hints;
 use super::levels::{Advice, levels};
 use super::orders::delayed;
-use super::report::{
-    Clock, Estimate, Fits, Observed, PartReport, PassReport, Report, Samples, Validation,
-};
+use super::report::{Clock, Estimate, Fits, Observed, PartReport, PassReport, Report, Samples, Validation};
 use crate::cli::error::Error;
 use crate::diagnosis::{Mode, Residuals};
 use crate::estimator::{
-    EstimatorName, Failure, FailureKind, Method, MethodOptions, Pass, Problem, Progress, Shape,
-    Stage, Window,
+    EstimatorName, Failure, FailureKind, Method, MethodOptions, Pass, Problem, Progress, Shape, Stage, Window,
 };
 use crate::model::Orders;
 use crate::observer::{Gain, ObservedModel, Observer};
@@ -23,11 +20,7 @@ use serde_json::{Map, Value, json};
 use std::ops::Range;
 
 /// Runs an estimator on the window.
-pub(super) fn estimate(
-    arguments: &Arguments,
-    name: EstimatorName,
-    report: &Report,
-) -> Result<Estimate, Error> {
+pub(super) fn estimate(arguments: &Arguments, name: EstimatorName, report: &Report) -> Result<Estimate, Error> {
     let bad = |message: String| Error::Input(format!("--estimator {name}: {message}"));
     let Orders { na: order, nk, .. } = report.orders;
     let mut options = arguments.options.taken_by(name);
@@ -36,48 +29,37 @@ pub(super) fn estimate(
     }
     if name.takes("ts") {
         let clock = report.clock.ok_or_else(|| {
-            bad(
-                "needs the time between samples; expected --ts SECONDS or a column of times"
-                    .to_owned(),
-            )
+            bad("needs the time between samples; expected --ts SECONDS or a column of times".to_owned())
         })?;
         options.insert("ts".to_owned(), json!(clock.step));
     }
     let parse = |options: &Map<String, Value>| {
-        name.parse(options.clone())
-            .map_err(|error| match error.key {
-                Some(key) if key == "orders" && !arguments.options.has("orders") => {
-                    bad(format!("of --order and --delay: {}", error.message))
-                }
-                Some(key) => {
-                    let flag = flag_of(&key);
-                    Error::Input(format!("{flag}: {} (estimator {name})", error.message))
-                }
-                None => bad(error.message),
-            })
+        name.parse(options.clone()).map_err(|error| match error.key {
+            Some(key) if key == "orders" && !arguments.options.has("orders") => {
+                bad(format!("of --order and --delay: {}", error.message))
+            }
+            Some(key) => {
+                let flag = flag_of(&key);
+                Error::Input(format!("{flag}: {} (estimator {name})", error.message))
+            }
+            None => bad(error.message),
+        })
     };
     let mut parsed = parse(&options)?;
-    if let Some(orders) = parsed
-        .default_orders(order)
-        .filter(|_| !options.contains_key("orders"))
-    {
+    if let Some(orders) = parsed.default_orders(order).filter(|_| !options.contains_key("orders")) {
         // From --order and --delay.
         options.insert("orders".to_owned(), json!(delayed(orders, nk)));
         parsed = parse(&options)?;
     }
     if parsed.needs().reference.is_some() && report.record.r.is_empty() {
         return Err(bad(
-            "needs the reference of the loop; expected --reference COLUMN or a column named r"
-                .to_owned(),
+            "needs the reference of the loop; expected --reference COLUMN or a column named r".to_owned(),
         ));
     }
     let not_shifted = !report.parts.is_empty() || nk == 0;
     if not_shifted && name.takes("orders") && !options.contains_key("orders") {
         // Several records are not shifted, nor is one without a delay.
-        options.insert(
-            "orders".to_owned(),
-            json!(delayed(Orders::arx(order, order, 1), nk)),
-        );
+        options.insert("orders".to_owned(), json!(delayed(Orders::arx(order, order, 1), nk)));
         parsed = parse(&options)?;
     }
     let options = parsed;
@@ -132,8 +114,7 @@ fn run(
         runs: &lengths,
         ..shape.into()
     });
-    let mut estimator =
-        prepared.map_err(|error| Error::Input(format!("--estimator {name}: {error}")))?;
+    let mut estimator = prepared.map_err(|error| Error::Input(format!("--estimator {name}: {error}")))?;
     let mut passes = vec![Pass::new(order); method.passes()];
     let reference = samples.r.unwrap_or(samples.u);
     let window = Window::with_reference(samples.u, samples.y, reference, samples.window);
@@ -184,10 +165,7 @@ pub(super) fn pass_report(pass: Pass, report: &Report, shift: usize) -> PassRepo
 
 /// Refuses a variance of noise that is not below the mean square of its signal.
 fn check_variances(options: &MethodOptions, report: &Report) -> Result<(), Error> {
-    for (key, signal) in [
-        ("input_noise", &report.record.u),
-        ("output_noise", &report.record.y),
-    ] {
+    for (key, signal) in [("input_noise", &report.record.u), ("output_noise", &report.record.y)] {
         let given = options.describe().get(key).and_then(Value::as_f64);
         let unit = report.unit * report.unit;
         let square = signal.iter().map(|x| x * x).sum::<f64>() / signal.len() as f64 * unit;
@@ -274,11 +252,7 @@ pub(super) fn fits(fitted: &Fitted, report: &Report) -> Fits {
 }
 
 /// Runs stage 12 on the whole record.
-fn observe(
-    model: ObservedModel<'_>,
-    gain: &Gain,
-    samples: Samples<'_>,
-) -> Result<Observed, FailureKind> {
+fn observe(model: ObservedModel<'_>, gain: &Gain, samples: Samples<'_>) -> Result<Observed, FailureKind> {
     let mut observer = Observer::new(gain.clone(), model.a.len());
     let (mut at_window, mut last) = (Vec::new(), model.x0.to_vec());
     observer.run(model, samples.u, samples.y, |k, x| {

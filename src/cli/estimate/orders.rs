@@ -21,12 +21,8 @@ pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
         Some(Given::Orders(text)) => Some(("--order", text.clone())),
         _ => None,
     };
-    let of_orders = arguments
-        .options
-        .orders()
-        .map(|text| ("--orders", text.to_owned()));
-    let has_orders =
-        of_order.is_some() || of_orders.is_some() || !arguments.options.letters.is_empty();
+    let of_orders = arguments.options.orders().map(|text| ("--orders", text.to_owned()));
+    let has_orders = of_order.is_some() || of_orders.is_some() || !arguments.options.letters.is_empty();
     if arguments.estimator.is_empty() {
         // ls has no direct term.
         let direct = arguments.record.delay.is_some_and(|delay| delay.first == 0);
@@ -34,22 +30,16 @@ pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
         arguments.estimator = if one {
             vec![EstimatorName::Arx]
         } else {
-            vec![
-                EstimatorName::LeastSquares,
-                EstimatorName::InstrumentalVariables,
-            ]
+            vec![EstimatorName::LeastSquares, EstimatorName::InstrumentalVariables]
         };
     }
     let letters = &arguments.options.letters;
     if let Some((name, span)) = letters.iter().find(|(_, span)| span.is_range()) {
         let of = |names: &[&str]| {
             let mut found = letters.iter().filter(|(name, _)| names.contains(name));
-            found
-                .find(|(_, span)| span.is_range())
-                .map(|(_, span)| *span)
+            found.find(|(_, span)| span.is_range()).map(|(_, span)| *span)
         };
-        let order =
-            of(&["na", "nb", "nf", "nc", "nd"]).map_or("1:4".to_owned(), |span| span.to_string());
+        let order = of(&["na", "nb", "nf", "nc", "nd"]).map_or("1:4".to_owned(), |span| span.to_string());
         let delay = letters.iter().find(|(name, _)| *name == "nk");
         let delay = delay.map_or("1:3".to_owned(), |(_, span)| span.to_string());
         return Err(Error::Input(format!(
@@ -67,10 +57,7 @@ pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
         ([], []) => return Ok(()),
         ([(flag, text)], []) => read(flag, text, &arguments.estimator)?,
         ([], letters) => {
-            let parts: Vec<String> = letters
-                .iter()
-                .map(|(name, span)| format!("{name}={span}"))
-                .collect();
+            let parts: Vec<String> = letters.iter().map(|(name, span)| format!("{name}={span}")).collect();
             let orders = parts.join(",").parse();
             orders.map_err(|error| Error::Input(format!("--{}: {error}", letters[0].0)))?
         }
@@ -116,9 +103,7 @@ fn read(flag: &str, text: &str, estimators: &[EstimatorName]) -> Result<Orders, 
             )));
         }
         let parts = letters.iter().zip(&numbers);
-        let parts: Vec<String> = parts
-            .map(|(name, number)| format!("{name}={number}"))
-            .collect();
+        let parts: Vec<String> = parts.map(|(name, number)| format!("{name}={number}")).collect();
         let orders = parts.join(",").parse::<Orders>();
         let orders = orders.map_err(|error| wrong(error.to_string()))?;
         match meant {
@@ -131,8 +116,11 @@ fn read(flag: &str, text: &str, estimators: &[EstimatorName]) -> Result<Orders, 
         }
     }
     meant.map(|(_, orders)| orders).ok_or_else(|| {
-        wrong("the estimators take --order n and --delay nk instead; expected --estimator arx, oe, armax or \
-            bj".to_owned())
+        wrong(
+            "the estimators take --order n and --delay nk instead; expected --estimator arx, oe, armax or \
+            bj"
+            .to_owned(),
+        )
     })
 }
 
@@ -142,17 +130,11 @@ fn letters_of(name: EstimatorName) -> Vec<&'static str> {
     if name.takes("ts") {
         options.insert("ts".to_owned(), serde_json::json!(1.0));
     }
-    let form = name
-        .parse(options)
-        .ok()
-        .and_then(|options| options.default_orders(1));
+    let form = name.parse(options).ok().and_then(|options| options.default_orders(1));
     let form = form.unwrap_or(Orders::arx(1, 1, 1));
     let has = [form.na, form.nb, form.nc, form.nd, form.nf, 1];
     let letters = LETTERS.into_iter().zip(has);
-    letters
-        .filter(|(_, has)| *has > 0)
-        .map(|(name, _)| name)
-        .collect()
+    letters.filter(|(_, has)| *has > 0).map(|(name, _)| name).collect()
 }
 
 /// Returns the orders and delays of a table of models; `None` if one model is requested.
@@ -189,10 +171,7 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
             refuse("--states", arguments.states.is_some())?;
             refuse("--gain", arguments.gain != Gain::default())?;
             for drawing in &arguments.plot {
-                refuse(
-                    &format!("--plot {}", drawing.kind),
-                    drawing.kind != Kind::Output,
-                )?;
+                refuse(&format!("--plot {}", drawing.kind), drawing.kind != Kind::Output)?;
             }
             for of_table in of_tables(estimator)? {
                 // The table of arx is of least squares over common equations.

@@ -26,8 +26,7 @@ pub(super) fn write_drawings(
         Ok(())
     };
     for Drawing { kind, path } in &arguments.plot {
-        let (picture, about) =
-            picture(*kind).map_err(|message| Error::Input(format!("--plot {kind}: {message}")))?;
+        let (picture, about) = picture(*kind).map_err(|message| Error::Input(format!("--plot {kind}: {message}")))?;
         let content = drawn("--plot", path, &picture.wide)?;
         write("--plot", path, Kind::Figure, &content, &about)?;
     }
@@ -40,11 +39,7 @@ pub(super) fn write_drawings(
 
 /// Writes the last estimator's observer states, k = 0 ... K, if they are known.
 pub(super) fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
-    let Some(estimate) = report
-        .estimates
-        .last()
-        .filter(|estimate| estimate.observer.is_some())
-    else {
+    let Some(estimate) = report.estimates.last().filter(|estimate| estimate.observer.is_some()) else {
         note(&format!(
             "warning: --states {}: not written, there is no observer",
             path.display()

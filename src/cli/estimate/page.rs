@@ -123,10 +123,7 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
         settings.push(("left out", format!("the first {} samples", report.skipped)));
     }
     if let Some(clock) = report.clock {
-        settings.push((
-            "sampling",
-            format!("{} s between samples", rounded(clock.step, 6)),
-        ));
+        settings.push(("sampling", format!("{} s between samples", rounded(clock.step, 6))));
     }
     settings.extend(report.unit_in_words().map(|words| ("unit", words)));
     settings
@@ -139,8 +136,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequenc
         if let Some(sentence) = words::unfinished(estimate) {
             section.paragraph(&format!("Status {}: {sentence}.", failure.kind));
         } else {
-            let cause = words::cause(failure.kind, estimate)
-                .map_or(String::new(), |cause| format!(": {cause}"));
+            let cause = words::cause(failure.kind, estimate).map_or(String::new(), |cause| format!(": {cause}"));
             section.paragraph(&format!("Failed: {failure}{cause}."));
         }
     }
@@ -219,10 +215,7 @@ fn pair(value: f64, error: f64) -> [CellText; 2] {
         return [number(value, DIGITS), number(f64::NAN, DIGITS)];
     }
     let [text, of_error] = measured(value, error);
-    [
-        CellText::number(text, value),
-        CellText::number(of_error, error),
-    ]
+    [CellText::number(text, value), CellText::number(of_error, error)]
 }
 
 /// Returns each parameter with its standard error and its 95 % interval.
@@ -271,14 +264,8 @@ fn roots(precision: &Precision) -> Table {
     let mut table = Table::new("Poles, zeros and static gain", columns);
     for (name, roots) in [("pole", &precision.poles), ("zero", &precision.zeros)] {
         for Root { at, error } in roots {
-            let parts = [
-                (at.re, error.re),
-                (at.im, error.im),
-                (at.norm(), error.modulus),
-            ];
-            let parts = parts
-                .into_iter()
-                .flat_map(|(value, error)| pair(value, error));
+            let parts = [(at.re, error.re), (at.im, error.im), (at.norm(), error.modulus)];
+            let parts = parts.into_iter().flat_map(|(value, error)| pair(value, error));
             table.row([CellText::text(name)].into_iter().chain(parts));
         }
     }
@@ -305,11 +292,7 @@ fn modes(modes: &[Mode], unit: Frequency) -> Table {
             (mode.damping, mode.damping_se),
             (time, mode.time_constant_se),
         ];
-        table.row(
-            numbers
-                .into_iter()
-                .flat_map(|(value, error)| pair(value, error)),
-        );
+        table.row(numbers.into_iter().flat_map(|(value, error)| pair(value, error)));
     }
     table
 }

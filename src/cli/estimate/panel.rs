@@ -44,9 +44,7 @@ struct Row {
 /// Whether methods and orders are the program's to choose.
 pub(super) fn is_asked(arguments: &Arguments) -> bool {
     let options = &arguments.options;
-    arguments.record.order.is_none()
-        && !options.has(super::flags::ORDERS)
-        && options.letters.is_empty()
+    arguments.record.order.is_none() && !options.has(super::flags::ORDERS) && options.letters.is_empty()
 }
 
 /// Fits all methods, and prints the table.
@@ -204,8 +202,7 @@ struct Panel<'a> {
 impl Panel<'_> {
     fn text(&self) -> String {
         let mut text = String::new();
-        self.write(&mut text)
-            .expect("writing to a string does not fail");
+        self.write(&mut text).expect("writing to a string does not fail");
         text
     }
 

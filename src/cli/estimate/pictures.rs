@@ -5,9 +5,7 @@ use crate::diagnosis::{Precision, Residuals, Root, Z_95, frequency_response, ste
 use crate::estimator::Progress;
 use crate::metric::prediction_errors;
 use crate::model::LinearModel;
-use crate::report::plot::{
-    Course, Picture, Plot, PlotAxis, Point, Scale, Series, Sharing, Style, small_multiples,
-};
+use crate::report::plot::{Course, Picture, Plot, PlotAxis, Point, Scale, Series, Sharing, Style, small_multiples};
 use std::f64::consts::PI;
 
 const SHARED_TIME: Sharing = Sharing { x: true, y: false };
@@ -35,11 +33,7 @@ pub(super) fn over_time(report: &Report, title: &str, label: &str) -> Plot {
 
 /// The axis of samples: seconds, if their times are known.
 fn time_axis(report: &Report) -> PlotAxis {
-    PlotAxis::linear(if report.clock.is_some() {
-        "t, s"
-    } else {
-        "k, samples"
-    })
+    PlotAxis::linear(if report.clock.is_some() { "t, s" } else { "k, samples" })
 }
 
 /// Draws input and output, after detrending.
@@ -205,11 +199,7 @@ pub(super) fn bode(report: &Report) -> Picture {
     }
     let panel = |label: PlotAxis, series: Vec<Series>| {
         let place = |value: f64| {
-            if label.scale == Scale::Log {
-                value.ln()
-            } else {
-                value
-            }
+            if label.scale == Scale::Log { value.ln() } else { value }
         };
         let held = ends(&mut values(&series).map(place));
         let axis = framed(label, held, &series);
@@ -230,13 +220,9 @@ fn frequencies(window: usize, precision: Option<&Precision>) -> Vec<f64> {
     const COUNT: usize = 300;
     let low = (2.0 * PI / window as f64).min(0.01);
     let step = (PI / low).ln() / (COUNT - 1) as f64;
-    let mut all: Vec<f64> = (0..COUNT - 1)
-        .map(|i| low * (step * i as f64).exp())
-        .collect();
+    let mut all: Vec<f64> = (0..COUNT - 1).map(|i| low * (step * i as f64).exp()).collect();
     let roots = precision.into_iter();
-    for Root { at, .. } in
-        roots.flat_map(|precision| precision.poles.iter().chain(&precision.zeros))
-    {
+    for Root { at, .. } in roots.flat_map(|precision| precision.poles.iter().chain(&precision.zeros)) {
         let width = (1.0 - at.norm()).abs();
         all.extend([-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0].map(|i| at.arg() + i * width));
     }
@@ -263,9 +249,7 @@ fn values(series: &[Series]) -> impl Iterator<Item = f64> {
 
 /// Returns the smallest and the largest finite value.
 fn ends(values: &mut dyn Iterator<Item = f64>) -> Option<(f64, f64)> {
-    let pairs = values
-        .filter(|value| value.is_finite())
-        .map(|value| (value, value));
+    let pairs = values.filter(|value| value.is_finite()).map(|value| (value, value));
     pairs.reduce(|(low, high), (value, _)| (low.min(value), high.max(value)))
 }
 
@@ -280,11 +264,7 @@ fn framed(axis: PlotAxis, held: Option<(f64, f64)>, series: &[Series]) -> PlotAx
     let points = series.iter().flat_map(|series| &series.points);
     let all = points.flat_map(|point| [point.y, point.low, point.high]);
     let (lowest, highest) = ends(&mut all.map(place)).unwrap_or((low, high));
-    let least = if log {
-        1.0
-    } else {
-        0.1 * high.abs().max(low.abs())
-    };
+    let least = if log { 1.0 } else { 0.1 * high.abs().max(low.abs()) };
     let span = (high - low).max(least);
     let low = lowest.max(low - span).min(low) - 0.05 * span;
     let high = highest.min(high + span).max(high) + 0.05 * span;
@@ -299,25 +279,24 @@ fn framed(axis: PlotAxis, held: Option<(f64, f64)>, series: &[Series]) -> PlotAx
 pub(super) fn correlations(slot: usize, residuals: &Residuals) -> Picture {
     const BOUND: &str = "99 % bound of one lag";
     let lags = residuals.lags() as f64;
-    let panel =
-        |title: &str, label: &str, values: &mut dyn Iterator<Item = (f64, f64)>, bound: f64| {
-            let stem = |(lag, r): (f64, f64)| Point::interval(lag, r, r.min(0.0), r.max(0.0));
-            let points: Vec<Point> = values.map(stem).collect();
-            let largest = points.iter().map(|point| point.y.abs());
-            let bounds = Some(bound).filter(|bound| bound.is_finite());
-            let largest = largest.fold(bounds.unwrap_or(0.0), f64::max) * 1.1;
-            let x = PlotAxis::linear("lag, samples").range(-lags - 1.0, lags + 1.0);
-            let y = PlotAxis::linear(label).range(-largest, largest);
-            let mut plot = Plot::new(title, x, y);
-            plot = plot.series(Series::new("", Style::Marks, points).slot(slot));
-            if let Some(bound) = bounds {
-                plot.shaded = Some([-bound, bound]);
-                plot = plot
-                    .reference(BOUND, Course::Horizontal(bound))
-                    .reference(BOUND, Course::Horizontal(-bound));
-            }
-            plot
-        };
+    let panel = |title: &str, label: &str, values: &mut dyn Iterator<Item = (f64, f64)>, bound: f64| {
+        let stem = |(lag, r): (f64, f64)| Point::interval(lag, r, r.min(0.0), r.max(0.0));
+        let points: Vec<Point> = values.map(stem).collect();
+        let largest = points.iter().map(|point| point.y.abs());
+        let bounds = Some(bound).filter(|bound| bound.is_finite());
+        let largest = largest.fold(bounds.unwrap_or(0.0), f64::max) * 1.1;
+        let x = PlotAxis::linear("lag, samples").range(-lags - 1.0, lags + 1.0);
+        let y = PlotAxis::linear(label).range(-largest, largest);
+        let mut plot = Plot::new(title, x, y);
+        plot = plot.series(Series::new("", Style::Marks, points).slot(slot));
+        if let Some(bound) = bounds {
+            plot.shaded = Some([-bound, bound]);
+            plot = plot
+                .reference(BOUND, Course::Horizontal(bound))
+                .reference(BOUND, Course::Horizontal(-bound));
+        }
+        plot
+    };
     let own = residuals.autocorrelations.iter().enumerate().skip(1);
     let own: Vec<(f64, f64)> = own.map(|(lag, r)| (lag as f64, *r)).collect();
     let mirrored = own.iter().rev().map(|(lag, r)| (-lag, *r));
@@ -339,13 +318,7 @@ pub(super) fn correlations(slot: usize, residuals: &Residuals) -> Picture {
         ),
     ];
     let description = "Above r_e, below r_eu over the lag, with the 99 % bounds of a single lag.";
-    small_multiples(
-        "Residual correlations",
-        description,
-        &panels,
-        1,
-        SHARED_TIME,
-    )
+    small_multiples("Residual correlations", description, &panels, 1, SHARED_TIME)
 }
 
 /// Draws poles and zeros with their 95 % regions.

@@ -58,7 +58,11 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     let table = table.map_err(|error| match error {
         RecordError::NotThere { column, .. } if is_several(&column) => Error::Input(format!(
             "{file}: --{flag} {column}: one {flag}; this program is for single-input single-output systems",
-            flag = if arguments.input.as_ref() == Some(&column) { "input" } else { "output" }
+            flag = if arguments.input.as_ref() == Some(&column) {
+                "input"
+            } else {
+                "output"
+            }
         )),
         error => bad(format!("{error}{}", ways_on(&error))),
     })?;
@@ -165,22 +169,17 @@ fn ways_on(error: &RecordError) -> Cow<'static, str> {
             && (time == Some(column) || input == column)
             && !["u", "k", "t", "time"].contains(&output.to_lowercase().as_str())
         {
-            let time =
-                time.map_or_else(String::new, |time| format!("--time {} ", shell_word(time)));
+            let time = time.map_or_else(String::new, |time| format!("--time {} ", shell_word(time)));
             let [input, output] = [input, output].map(shell_word);
             return format!("; or {time}--input {input} --output {output}, or the reverse").into();
         }
     }
     let ways = match error {
         RecordError::DataAbove { .. } => "; begin a line that is no row with #",
-        RecordError::NoHeader(_)
-        | RecordError::UnknownColumn { .. }
-        | RecordError::MissingColumn { .. } => {
+        RecordError::NoHeader(_) | RecordError::UnknownColumn { .. } | RecordError::MissingColumn { .. } => {
             "; or --input and --output with a column's name or number"
         }
-        RecordError::RepeatedColumn { .. } => {
-            "; --input, --output and --time choose one by its number"
-        }
+        RecordError::RepeatedColumn { .. } => "; --input, --output and --time choose one by its number",
         RecordError::Missing { .. } | RecordError::Gap { .. } => {
             "; --missing longest-run takes the longest part without a gap, --missing equations leaves out the equations that \
              touch one"
@@ -198,9 +197,7 @@ fn ways_on(error: &RecordError) -> Cow<'static, str> {
         RecordError::Spacing { found, first, .. } if found * first <= 0.0 => {
             "; sort the rows by time, or take the longest part at equal steps by --missing longest-run"
         }
-        RecordError::Falling(_) => {
-            "; --time with its name turns the rows round, --time none takes them as they stand"
-        }
+        RecordError::Falling(_) => "; --time with its name turns the rows round, --time none takes them as they stand",
         RecordError::Spacing { .. } => {
             "; resample it, take the longest part at equal steps by --missing longest-run, or say --time none --ts \
              SECONDS if the samples were equally spaced and the column is not exact"

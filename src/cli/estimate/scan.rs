@@ -12,8 +12,8 @@ use super::span::Span;
 use super::words;
 use crate::cli::error::Error;
 use crate::estimator::{
-    ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Problem,
-    Progress, Shape, Window,
+    ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Problem, Progress, Shape,
+    Window,
 };
 use crate::model::Orders;
 use crate::text::{visible, wrap};
@@ -62,8 +62,7 @@ pub(super) fn scan(
     order: Span,
     delay: Span,
 ) -> Result<Scan, Error> {
-    let both =
-        (delay.first..=delay.last).flat_map(|nk| (order.first..=order.last).map(move |n| (n, nk)));
+    let both = (delay.first..=delay.last).flat_map(|nk| (order.first..=order.last).map(move |n| (n, nk)));
     let (rows, equations) = if estimator == EstimatorName::Arx {
         regressions(report, both)?
     } else {
@@ -130,12 +129,7 @@ fn place_of(criterion: Criterion) -> usize {
 }
 
 /// The options of an estimator whose polynomials all have the order n, with those that were given.
-fn of_order(
-    estimator: EstimatorName,
-    given: &Map<String, Value>,
-    n: usize,
-    nk: usize,
-) -> Result<MethodOptions, Error> {
+fn of_order(estimator: EstimatorName, given: &Map<String, Value>, n: usize, nk: usize) -> Result<MethodOptions, Error> {
     let read = |orders: Orders| {
         let mut options = given.clone();
         options.insert("orders".to_owned(), Value::from(orders.to_string()));
@@ -148,8 +142,7 @@ fn of_order(
         Some(orders) => read(delayed(orders, nk)),
         None => Err(error),
     });
-    let wrong =
-        |message: String| Error::Input(format!("--estimator {estimator}, order {n}: {message}"));
+    let wrong = |message: String| Error::Input(format!("--estimator {estimator}, order {n}: {message}"));
     match options {
         Ok(options) if options.needs().reference.is_some() => Err(wrong(
             "needs the reference of a closed loop; expected one order".to_owned(),
@@ -159,16 +152,11 @@ fn of_order(
 }
 
 /// Least squares of all orders over the same equations; returns their number too.
-fn regressions(
-    report: &Report,
-    both: impl Iterator<Item = (usize, usize)>,
-) -> Result<(Vec<Row>, usize), Error> {
+fn regressions(report: &Report, both: impl Iterator<Item = (usize, usize)>) -> Result<(Vec<Row>, usize), Error> {
     let (u, y) = (&report.record.u, &report.record.y);
     let window = report.window;
     let square = report.told_unit().powi(2);
-    let orders: Vec<Orders> = both
-        .map(|(n, nk)| delayed(Orders::arx(n, n, 1), nk))
-        .collect();
+    let orders: Vec<Orders> = both.map(|(n, nk)| delayed(Orders::arx(n, n, 1), nk)).collect();
     let comparison = OrderComparison::of_runs(&orders, report.runs());
     let mut comparison = comparison.map_err(|error| Error::Input(error.to_string()))?;
     comparison.run(&u[..window], &y[..window]);
@@ -219,12 +207,7 @@ impl Row {
     }
 
     /// Estimates the model from its own equations, and computes its FIT.
-    fn fit(
-        &mut self,
-        report: &Report,
-        estimator: EstimatorName,
-        options: MethodOptions,
-    ) -> Result<(), Error> {
+    fn fit(&mut self, report: &Report, estimator: EstimatorName, options: MethodOptions) -> Result<(), Error> {
         let (u, y, window) = (&report.record.u, &report.record.y, report.window);
         self.orders = options.model_orders(self.n).unwrap_or(self.orders);
         let shape = Shape {
@@ -335,9 +318,11 @@ impl Scan {
         let named = |row: &Row| format!("n = {}, nk = {}", row.n, row.orders.nk);
         let of = |row: usize| named(&self.rows[row]);
         let least = self.rows[best].criteria[bic].unwrap_or(f64::NAN);
-        let near = self.rows.iter().enumerate().filter(|(i, row)| {
-            *i != best && row.criteria[bic].is_some_and(|value| value - least < NEAR)
-        });
+        let near = self
+            .rows
+            .iter()
+            .enumerate()
+            .filter(|(i, row)| *i != best && row.criteria[bic].is_some_and(|value| value - least < NEAR));
         let near: Vec<String> = near.map(|(_, row)| named(row)).collect();
         let near = match near.as_slice() {
             [] => String::new(),
@@ -356,16 +341,10 @@ impl Scan {
         let others = others
             .iter()
             .map(|(model, names)| format!("; {}: {model}", names.join(", ")));
-        let mut lines = vec![format!(
-            "BIC: {}{near}{}.",
-            of(best),
-            others.collect::<String>()
-        )];
+        let mut lines = vec![format!("BIC: {}{near}{}.", of(best), others.collect::<String>())];
         if self.start_told {
-            lines.push(
-                "Each model has its start: the record does not begin at rest (--initial zero: none)."
-                    .to_owned(),
-            );
+            lines
+                .push("Each model has its start: the record does not begin at rest (--initial zero: none).".to_owned());
         }
         let [order, delay] = self.ranges;
         let chosen = &self.rows[best];
@@ -410,9 +389,7 @@ impl Scan {
             for (criterion, value) in Criterion::ALL.iter().zip(&row.criteria) {
                 object.insert(criterion.name().to_owned(), json!(value));
             }
-            let normalised = row
-                .loss
-                .map(|loss| loss.ln() + 2.0 * row.parameters() as f64 / m);
+            let normalised = row.loss.map(|loss| loss.ln() + 2.0 * row.parameters() as f64 / m);
             object.insert("aic_normalised".to_owned(), json!(normalised));
             object.insert("V_own_rows".to_owned(), json!(row.own_loss));
             object.insert(
@@ -488,9 +465,7 @@ impl Scan {
                 Some(loss) => write!(text, " {loss:>11.4e}")?,
                 None => write!(text, " {:>11}", "-")?,
             }
-            for ((criterion, value), best) in
-                Criterion::ALL.iter().zip(&row.criteria).zip(&self.best)
-            {
+            for ((criterion, value), best) in Criterion::ALL.iter().zip(&row.criteria).zip(&self.best) {
                 let star = if *best == Some(i) { "*" } else { " " };
                 let number = match value {
                     None => "-".to_owned(),

@@ -34,17 +34,10 @@ fn check(arguments: &Arguments) -> Result<(), Error> {
 
 /// Reads the further records, and subtracts from each file its own trend. They follow each other in the report's record,
 /// each part between gaps by itself.
-pub(super) fn load(
-    arguments: &Arguments,
-    orders: Orders,
-    first: Recognised,
-) -> Result<Report, Error> {
+pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> Result<Report, Error> {
     check(arguments)?;
     check_order(orders)?;
-    let files: Vec<&PathBuf> = [&arguments.record.file]
-        .into_iter()
-        .chain(&arguments.more)
-        .collect();
+    let files: Vec<&PathBuf> = [&arguments.record.file].into_iter().chain(&arguments.more).collect();
     let mut all = Record::default();
     let (mut parts, mut clocks, mut form) = (Vec::new(), Vec::new(), Vec::new());
     let (mut first, mut rounding) = (Some(first), Rounding::default());
@@ -71,10 +64,7 @@ pub(super) fn load(
     let (window, first) = (all.y.len(), arguments.record.file.display());
     let excited = parts.iter().scan(0_usize, |start, part: &Part| {
         *start += part.samples;
-        Some(excitation_order(
-            &all.u[*start - part.samples..*start],
-            MOST_EXCITED,
-        ))
+        Some(excitation_order(&all.u[*start - part.samples..*start], MOST_EXCITED))
     });
     let excitation = excited.max().unwrap_or(0);
     let moves = check_moves(arguments, &all, window);
@@ -135,9 +125,7 @@ fn cut(
     all: &mut Record,
     rounding: Rounding,
 ) -> Result<(), Error> {
-    let Recognised {
-        record, segments, ..
-    } = found;
+    let Recognised { record, segments, .. } = found;
     let whole = [(None, record.y.len())];
     let own = segments.iter().map(|of| (Some(of.lines), of.samples));
     let own: Vec<_> = match segments.as_slice() {
@@ -166,11 +154,7 @@ fn cut(
     }
     let file = file.display();
     if left_out == start {
-        let between = if segments.is_empty() {
-            ""
-        } else {
-            " without a gap"
-        };
+        let between = if segments.is_empty() { "" } else { " without a gap" };
         return Err(Error::Input(format!(
             "{file}: {start} samples are too few for orders {orders}: at least {least}{between} are needed"
         )));
@@ -196,11 +180,7 @@ fn same_clock(files: &[&PathBuf], clocks: &[Option<Clock>]) -> Result<Option<Clo
             (own, other) => own.is_none() && other.is_none(),
         };
         if !same {
-            let told = |step: Option<f64>| {
-                step.map_or("unknown".to_owned(), |step| {
-                    format!("{} s", rounded(step, 6))
-                })
-            };
+            let told = |step: Option<f64>| step.map_or("unknown".to_owned(), |step| format!("{} s", rounded(step, 6)));
             return Err(Error::Input(format!(
                 "{}: the time between samples is {}, that of {} is {}; expected the same",
                 file.display(),

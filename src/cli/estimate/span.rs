@@ -30,9 +30,7 @@ impl Span {
     /// Reads a number of at least `least`, or a range of them.
     fn from(text: &str, least: usize) -> Result<Self, String> {
         let number = |text: &str| text.parse().ok().filter(|number| *number >= least);
-        let between = [":", "..", "-"]
-            .iter()
-            .find_map(|between| text.split_once(between));
+        let between = [":", "..", "-"].iter().find_map(|between| text.split_once(between));
         let (first, last) = between.unwrap_or((text, text));
         match (number(first), number(last)) {
             (Some(first), Some(last)) if first <= last => Ok(Self { first, last }),

@@ -34,12 +34,7 @@ pub(in crate::cli) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
 }
 
 /// Prints what was written, and the next command.
-fn conclude(
-    case: &Case,
-    arguments: &Arguments,
-    methods: &methods::Methods,
-    places: &Places,
-) -> Result<(), Error> {
+fn conclude(case: &Case, arguments: &Arguments, methods: &methods::Methods, places: &Places) -> Result<(), Error> {
     let name = arguments.estimator;
     let orders = case.model.orders();
     let mut text = String::new();
@@ -58,10 +53,7 @@ fn conclude(
         .map(|path| visible(path.display()))
         .collect();
     line(format!("Written: {}.", written.join(", ")));
-    line(format!(
-        "Next: asobench run {}",
-        shell_word(places.file.display())
-    ));
+    line(format!("Next: asobench run {}", shell_word(places.file.display())));
     print(&text)?;
     hints::tell(&case.hints);
     for doubt in file::doubts(case) {

@@ -83,8 +83,7 @@ fn write_report(text: &mut String, report: &Report, details: bool) -> fmt::Resul
     )?;
     let mut passes = report.estimates.iter().map(|of| &of.last().fitted.pass);
     if passes.any(|pass| !pass.offsets.is_empty()) {
-        let offset =
-            "with an offset, y less it stands for y: it is the output in equilibrium where u is 0";
+        let offset = "with an offset, y less it stands for y: it is the output in equilibrium where u is 0";
         text.push_str(&wrap(offset, 80, ""));
     }
     if shift > 0 {
@@ -104,8 +103,7 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
             let line = format!("  {:<18} {}: {sentence}", "status", failure.kind);
             text.push_str(&wrap(&line, 80, &" ".repeat(21)));
         } else {
-            let cause = words::cause(failure.kind, estimate)
-                .map_or(String::new(), |cause| format!(": {cause}"));
+            let cause = words::cause(failure.kind, estimate).map_or(String::new(), |cause| format!(": {cause}"));
             let line = format!("  FAILED: {failure}{cause}");
             text.push_str(&wrap(&line, 80, &" ".repeat(10)));
         }
@@ -124,10 +122,7 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
         write_fit(text, "window", fit.window, has_noise_model)?;
         match fit.validation {
             Some(fit) => write_fit(text, "validation", fit, has_noise_model)?,
-            None => writeln!(
-                text,
-                "  FIT %, validation  none: no samples after the window"
-            )?,
+            None => writeln!(text, "  FIT %, validation  none: no samples after the window")?,
         }
     }
     if let Some(observer) = &estimate.observer {
@@ -135,11 +130,7 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
         write_vector(text, "xhat(N)", &observer.at_window)?;
         write_vector(text, "xhat(K-1)", &observer.last)?;
     } else if report.fitted.pass.direct != 0.0 {
-        writeln!(
-            text,
-            "  {:<18} none: u acts on y at once (nk = 0)",
-            "observer"
-        )?;
+        writeln!(text, "  {:<18} none: u acts on y at once (nk = 0)", "observer")?;
     }
     Ok(())
 }
@@ -147,9 +138,9 @@ fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fm
 /// Writes what a model is on each of several records.
 fn write_parts(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::Result {
     for (part, of) in report.parts.iter().zip(&estimate.parts) {
-        let lines = part.lines.map_or_else(String::new, |[first, last]| {
-            format!(", lines {first} to {last}")
-        });
+        let lines = part
+            .lines
+            .map_or_else(String::new, |[first, last]| format!(", lines {first} to {last}"));
         writeln!(
             text,
             "  {}{lines}, {} samples",
@@ -171,12 +162,7 @@ fn write_parts(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::
     Ok(())
 }
 
-fn write_pass(
-    text: &mut String,
-    report: &PassReport,
-    unit: Frequency,
-    of_one: bool,
-) -> fmt::Result {
+fn write_pass(text: &mut String, report: &PassReport, unit: Frequency, of_one: bool) -> fmt::Result {
     let Fitted { pass, model, .. } = &report.fitted;
     if pass.progress >= Progress::Parameters {
         let equation = model.equation().rounded(DIGITS).to_string();
@@ -196,10 +182,7 @@ fn write_pass(
             }
         }
         write_continuous(text, &pass.continuous)?;
-        for (name, value) in [
-            ("noise variance", model.noise_variance),
-            ("loss", pass.loss),
-        ] {
+        for (name, value) in [("noise variance", model.noise_variance), ("loss", pass.loss)] {
             if value.is_finite() {
                 write_vector(text, name, &[value])?;
             } else {
@@ -318,12 +301,7 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
         );
         let decay = mode.time_constant.map_or_else(
             || "does not decay".to_owned(),
-            |time| {
-                format!(
-                    "time constant {} s",
-                    plus_minus(time, mode.time_constant_se)
-                )
-            },
+            |time| format!("time constant {} s", plus_minus(time, mode.time_constant_se)),
         );
         // Of a real pole the damping is 1 whatever its error.
         let damping = plus_minus(mode.damping, mode.damping_se);
@@ -353,20 +331,13 @@ fn write_parameters(
         let [estimate, se] = measured(theta, error);
         let [low, high] = [theta - Z_95 * error, theta + Z_95 * error];
         let [[low, _], [high, _]] = [low, high].map(|end| measured(end, error));
-        writeln!(
-            text,
-            "  {name:<18} {estimate:>13} {se:>13}   {low} ... {high}"
-        )?;
+        writeln!(text, "  {name:<18} {estimate:>13} {se:>13}   {low} ... {high}")?;
     }
     Ok(())
 }
 
 /// Writes the results of the residual tests in words.
-fn write_residuals(
-    text: &mut String,
-    residuals: &Residuals,
-    feedback: Option<FeedbackTest>,
-) -> fmt::Result {
+fn write_residuals(text: &mut String, residuals: &Residuals, feedback: Option<FeedbackTest>) -> fmt::Result {
     let names = ["residuals", "", ""];
     for (name, verdict) in names.iter().zip(words::residual_tests(residuals, feedback)) {
         let line = format!("  {name:<18} {verdict}");

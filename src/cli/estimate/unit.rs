@@ -21,14 +21,9 @@ pub(super) fn in_own_unit(record: &mut Record, window: usize) -> Result<f64, Str
     });
     let [least, most] = SIZES;
     for (name, size, other) in [("u", u, y), ("y", y, u)] {
-        let known = format!(
-            "the largest sample of column {name} is {}",
-            rounded(size, 3)
-        );
+        let known = format!("the largest sample of column {name} is {}", rounded(size, 3));
         if !(least..=most).contains(&size) {
-            return Err(format!(
-                "{known}; expected {least:e} to {most:e}: choose another unit"
-            ));
+            return Err(format!("{known}; expected {least:e} to {most:e}: choose another unit"));
         }
         if size > RATIO * other {
             return Err(format!(
@@ -65,10 +60,7 @@ impl Report {
         }
         self.unit /= unit;
         let Record { u, y, r } = &mut self.record;
-        u.iter_mut()
-            .chain(y)
-            .chain(r)
-            .for_each(|sample| *sample *= unit);
+        u.iter_mut().chain(y).chain(r).for_each(|sample| *sample *= unit);
         if let Some(Validation { record, .. }) = &mut self.validation {
             let Record { u, y, .. } = record;
             u.iter_mut().chain(y).for_each(|sample| *sample *= unit);

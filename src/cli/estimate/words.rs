@@ -94,9 +94,9 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
         ("d", 1, orders.nd),
         ("f", 1, orders.nf),
     ];
-    let names = names.into_iter().flat_map(|(name, first, count)| {
-        (first..first + count).map(move |i| format!("{name}_{i}"))
-    });
+    let names = names
+        .into_iter()
+        .flat_map(|(name, first, count)| (first..first + count).map(move |i| format!("{name}_{i}")));
     names.collect()
 }
 
@@ -136,9 +136,9 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
             "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard \
              errors",
         ),
-        FailureKind::Implausible if estimate.name == EstimatorName::Bels => Some(
-            "a variance of noise below 0: more --earlier inputs, or --input-noise; there are no standard errors",
-        ),
+        FailureKind::Implausible if estimate.name == EstimatorName::Bels => {
+            Some("a variance of noise below 0: more --earlier inputs, or --input-noise; there are no standard errors")
+        }
         FailureKind::Implausible => Some(
             "the response has not decayed at its last tap, so the model is too fast and its gain too small: a longer \
              record, more --taps or --high-order, or oe; there are no standard errors",
@@ -162,9 +162,7 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
 /// Returns why an estimate has no model, with advice; `None` where the kind's name says it.
 pub(super) fn cause(kind: FailureKind, estimate: &Estimate) -> Option<Cow<'static, str>> {
     let cause = match kind {
-        FailureKind::RankDeficient | FailureKind::NotIdentifiable
-            if estimate.excitation < MOST_EXCITED =>
-        {
+        FailureKind::RankDeficient | FailureKind::NotIdentifiable if estimate.excitation < MOST_EXCITED => {
             return Some(Cow::Owned(format!(
                 "u excites order {}, too few for the parameters: lower the orders, or excite the plant more",
                 estimate.excitation
@@ -175,9 +173,7 @@ pub(super) fn cause(kind: FailureKind, estimate: &Estimate) -> Option<Cow<'stati
         FailureKind::RankDeficient | FailureKind::NotIdentifiable => {
             "the record does not distinguish the parameters: lower the orders, or excite the plant more"
         }
-        FailureKind::UnstablePredictor => {
-            "the model's predictor is unstable: try --stabilise reflect, or oe"
-        }
+        FailureKind::UnstablePredictor => "the model's predictor is unstable: try --stabilise reflect, or oe",
         FailureKind::UnstableInstruments => {
             "the model whose output makes the instruments is unstable: try --stabilise reflect, or oe"
         }
@@ -195,8 +191,7 @@ fn largest_zero(polynomial: &[f64]) -> f64 {
 }
 
 /// Why there are no residual tests.
-pub(super) const NOT_TESTED: &str =
-    "not tested: fewer than 4 residuals, all of them zero, or an unstable predictor";
+pub(super) const NOT_TESTED: &str = "not tested: fewer than 4 residuals, all of them zero, or an unstable predictor";
 
 /// Says that there is nothing to test.
 const EXACT: &str = "fit to the rounding of the record's numbers: nothing to test";
@@ -212,11 +207,7 @@ pub(super) fn residual_tests(residuals: &Residuals, feedback: Option<FeedbackTes
         return vec![EXACT.to_owned()];
     };
     vec![
-        verdict(
-            white,
-            "white",
-            "NOT white: check noise model, order, offset",
-        ),
+        verdict(white, "white", "NOT white: check noise model, order, offset"),
         residuals.free_of_past_input.map_or_else(
             || "past input: cannot be tested with this input".to_owned(),
             |test| {
@@ -227,10 +218,7 @@ pub(super) fn residual_tests(residuals: &Residuals, feedback: Option<FeedbackTes
                 )
             },
         ),
-        feedback.map_or_else(
-            || "feedback: cannot be tested with this input".to_owned(),
-            in_loop,
-        ),
+        feedback.map_or_else(|| "feedback: cannot be tested with this input".to_owned(), in_loop),
     ]
 }
 
@@ -306,9 +294,7 @@ pub(super) fn has_noise_model(model: &LinearModel) -> bool {
 /// Returns why a model has no standard errors; `None` if it has them.
 pub(super) fn no_errors(model: &LinearModel) -> Option<&'static str> {
     match model.standard_errors() {
-        None if model.noise_variance.is_nan() => {
-            Some("no equations are left to estimate the noise")
-        }
+        None if model.noise_variance.is_nan() => Some("no equations are left to estimate the noise"),
         None => Some("this estimator gives no covariance of its parameters"),
         Some(errors) if errors.iter().all(|error| error.is_finite()) => None,
         Some(_) => Some("the information matrix is singular"),

@@ -7,9 +7,7 @@ use super::values;
 const BEFORE: [&str; 4] = ["plot", "show", "draw", "view"];
 
 /// Flags that say the orders make `--order` superfluous.
-const ORDERS: [&str; 8] = [
-    "--orders", "-n", "--na", "--nb", "--nc", "--nd", "--nf", "--nk",
-];
+const ORDERS: [&str; 8] = ["--orders", "-n", "--na", "--nb", "--nc", "--nd", "--nf", "--nk"];
 
 /// A command, and what it is called here.
 pub(super) struct Answered {

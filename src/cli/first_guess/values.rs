@@ -12,10 +12,7 @@ pub(super) fn typed(template: &str, argument: &str, value: &str) -> Option<Vec<S
             return Some(word.to_owned());
         };
         let (reading, after) = rest.split_once('}')?;
-        Some(format!(
-            "{before}{}{after}",
-            read(reading, argument, value)?
-        ))
+        Some(format!("{before}{}{after}", read(reading, argument, value)?))
     };
     template.split(" / ").find_map(|words| {
         let words = words.split_whitespace().map(filled);
@@ -42,19 +39,14 @@ fn read(reading: &str, argument: &str, value: &str) -> Option<String> {
         "rest" => rounded(100.0 - per_cent(value)?, 6),
         "share" => rounded(per_cent(value)?, 6),
         // B has a coefficient more than zeros.
-        "coefficients" => {
-            (value.parse::<usize>().ok().filter(|zeros| *zeros < 100)? + 1).to_string()
-        }
+        "coefficients" => (value.parse::<usize>().ok().filter(|zeros| *zeros < 100)? + 1).to_string(),
         "range" => range(value)?,
         // A sampling rate in Hz.
         "period" => rounded(1.0 / number().filter(|rate| *rate > 0.0)?, 9),
         // An SNR in dB.
         "eta" => {
             let ratio = value.trim_end_matches("dB").trim_end_matches("db");
-            let ratio: f64 = ratio
-                .parse()
-                .ok()
-                .filter(|ratio: &f64| ratio.abs() < 200.0)?;
+            let ratio: f64 = ratio.parse().ok().filter(|ratio: &f64| ratio.abs() < 200.0)?;
             rounded(100.0 / 10_f64.powf(ratio / 20.0), 3)
         }
         // Of a number it is not known what it is relative to.

@@ -9,12 +9,7 @@ pub(super) fn courses(experiment: &Experiment, trial: &Trial<'_>) -> Vec<Stage> 
     for (number, method) in experiment.methods.iter().enumerate() {
         let (points, models) = trial.course(number);
         let outputs = method.outputs();
-        let Some(length) = models
-            .iter()
-            .map(Vec::len)
-            .max()
-            .filter(|length| *length > 0)
-        else {
+        let Some(length) = models.iter().map(Vec::len).max().filter(|length| *length > 0) else {
             continue;
         };
         for (place, output) in outputs.iter().enumerate() {

@@ -6,13 +6,11 @@ use crate::data::Realisation;
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
 use crate::estimator::solver::Instruments;
-use crate::estimator::{
-    Auxiliary, InstrumentSource, Method, Output, Pass, Progress, Stabilise, Window,
-};
+use crate::estimator::{Auxiliary, InstrumentSource, Method, Output, Pass, Progress, Stabilise, Window};
 use crate::study::file::MethodTable;
 use crate::study::{
-    Cell, DiscreteCell, Experiment, Measure, Row, Rows, Source, StoreError, StoredTrials,
-    TrialRecord, design_of, read_manifest, read_results, stage_twelve,
+    Cell, DiscreteCell, Experiment, Measure, Row, Rows, Source, StoreError, StoredTrials, TrialRecord, design_of,
+    read_manifest, read_results, stage_twelve,
 };
 use crate::text::{number, visible, wrap};
 use serde_json::{Map, Value, json};
@@ -169,10 +167,7 @@ impl<'a> Replay<'a> {
                 "p = (alpha, beta), A(q) = 1 + alpha_1 q^-1 + ..., a_i = -alpha_(n+1-i), h = beta",
             ),
             Source::Continuous(cell) => (
-                format!(
-                    "continuous time, T = {} s, step {} s",
-                    cell.until, cell.step
-                ),
+                format!("continuous time, T = {} s, step {} s", cell.until, cell.step),
                 "integration errors are estimated by halving the step twice",
             ),
         }
@@ -194,9 +189,7 @@ impl<'a> Replay<'a> {
         .map_err(failed)?;
         writeln!(text, "\nRows").map_err(failed)?;
         for (output, row) in &self.rows {
-            let status = row
-                .failure
-                .map_or_else(|| "ok".to_owned(), |f| f.to_string());
+            let status = row.failure.map_or_else(|| "ok".to_owned(), |f| f.to_string());
             let name = match self.cell.source {
                 Source::Discrete(_) => format!("{} pass {}", output.estimator, output.pass),
                 Source::Continuous(_) => output.label(),
@@ -204,8 +197,7 @@ impl<'a> Replay<'a> {
             writeln!(text, "  {}: {status}", visible(name)).map_err(failed)?;
             for &figure in Measure::ALL {
                 if !row[figure].is_nan() {
-                    writeln!(text, "    {:<20} {:>24?}", figure.name(), row[figure])
-                        .map_err(failed)?;
+                    writeln!(text, "    {:<20} {:>24?}", figure.name(), row[figure]).map_err(failed)?;
                 }
             }
         }
@@ -256,11 +248,7 @@ impl<'a> Replay<'a> {
                 Value::Object(stage)
             })
             .collect();
-        let rows: Vec<Value> = self
-            .rows
-            .iter()
-            .map(|(_, row)| self.row_json(row))
-            .collect();
+        let rows: Vec<Value> = self.rows.iter().map(|(_, row)| self.row_json(row)).collect();
         let mut cell = json!({ "index": self.index, "claim": self.cell.claim });
         if let Some(of) = self.cell.discrete() {
             cell["eta"] = json!(of.eta);
@@ -295,13 +283,7 @@ impl<'a> Replay<'a> {
 }
 
 /// Returns stages 7 and 2 or 9 of a pass, if it got so far. Omitted for a reflected auxiliary model, which is not kept.
-fn information(
-    table: &MethodTable,
-    window: Window<'_>,
-    passes: &[Pass],
-    number: usize,
-    name: &str,
-) -> Vec<Stage> {
+fn information(table: &MethodTable, window: Window<'_>, passes: &[Pass], number: usize, name: &str) -> Vec<Stage> {
     let order = passes[number].a.len();
     let mut information = Information::new(order);
     information.least_squares(window);
@@ -357,18 +339,12 @@ fn parameters(name: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
     if pass.progress >= Progress::Parameters {
         let alpha = pass.a.iter().rev().map(|a| -a);
         let vectors = vec![
-            (
-                "p".to_owned(),
-                alpha.chain(pass.h.iter().copied()).collect(),
-            ),
+            ("p".to_owned(), alpha.chain(pass.h.iter().copied()).collect()),
             ("a".to_owned(), pass.a.clone()),
             ("h".to_owned(), pass.h.clone()),
             ("b".to_owned(), pass.b.clone()),
         ];
-        stages.push((
-            format!("Stages {solve}, 4 and 5, {name}: parameters"),
-            vectors,
-        ));
+        stages.push((format!("Stages {solve}, 4 and 5, {name}: parameters"), vectors));
     }
     if pass.progress >= Progress::InitialState {
         let vectors = vec![("x0".to_owned(), pass.x0.clone())];
@@ -381,13 +357,7 @@ fn parameters(name: &str, solve: usize, pass: &Pass) -> Vec<Stage> {
 }
 
 /// Returns stage 12 of a pass.
-fn observer(
-    name: &str,
-    cell: &DiscreteCell,
-    method: &Method,
-    data: &Realisation,
-    pass: &Pass,
-) -> Option<Stage> {
+fn observer(name: &str, cell: &DiscreteCell, method: &Method, data: &Realisation, pass: &Pass) -> Option<Stage> {
     let (mut at_window, mut last) = (Vec::new(), Vec::new());
     let used = stage_twelve(cell, method, pass, (&data.u, &data.y), |k, x| {
         if k == cell.window {

@@ -42,8 +42,7 @@ impl Which {
         }
         let wanted = folded(given);
         let of_claim = cells.iter().enumerate();
-        let of_claim =
-            of_claim.filter(|(_, cell)| !cell.claim.is_empty() && folded(&cell.claim) == wanted);
+        let of_claim = of_claim.filter(|(_, cell)| !cell.claim.is_empty() && folded(&cell.claim) == wanted);
         let mut meant: Vec<usize> = of_claim.map(|(number, _)| number).collect();
         meant.extend(number(given));
         meant.sort_unstable();

@@ -38,12 +38,7 @@ pub(in crate::cli) struct Arguments {
     )]
     pub(super) trials: u64,
     /// Seed of the random streams
-    #[arg(
-        long,
-        value_name = "S",
-        default_value_t = 2023,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "S", default_value_t = 2023, allow_negative_numbers = true)]
     pub(super) seed: u64,
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]

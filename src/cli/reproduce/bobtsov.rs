@@ -53,8 +53,7 @@ impl Bobtsov {
 
     /// Returns the table, and the verdicts on the claims.
     pub(super) fn text(&self, folder: &Path) -> String {
-        let mut text =
-            "Bobtsov et al. (2023): the example, delta = 0.3 sin t, t = 8 to 20 s\n\n".to_owned();
+        let mut text = "Bobtsov et al. (2023): the example, delta = 0.3 sin t, t = 8 to 20 s\n\n".to_owned();
         if let Some(study) = self.studies.first() {
             let from = study
                 .file
@@ -69,13 +68,16 @@ impl Bobtsov {
         text.push_str(&lines(&self.studies));
         text.push('\n');
         let folder = folder.join("gpebo-figures");
-        text.push_str(&wrapped(&format!(
-            "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of \
+        text.push_str(&wrapped(
+            &format!(
+                "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of \
             them that the proposed estimate is as fast as the gradient's and more exact. \
             kalman-bucy, recursive least squares on Eq. (9), is not in the paper. Figs. 1 to 4 as \
             theta.svg and state-errors.svg in {}",
-            visible(folder.display())
-        ), ""));
+                visible(folder.display())
+            ),
+            "",
+        ));
         text
     }
 

@@ -76,11 +76,7 @@ mod tests {
             for (row, readings) in ends.into_iter().zip(&found.outputs) {
                 let measures = [
                     [Measure::ExMax, Measure::Ea, Measure::Eb],
-                    [
-                        Measure::ExMaxPrinted,
-                        Measure::EaPrinted,
-                        Measure::EbPrinted,
-                    ],
+                    [Measure::ExMaxPrinted, Measure::EaPrinted, Measure::EbPrinted],
                 ];
                 for (errors, measures) in readings.iter().zip(measures) {
                     assert_eq!(errors.e_x.len(), of.horizon);
@@ -89,10 +85,7 @@ mod tests {
                     let largest = largest.fold(0.0_f64, |most, e_x| most.max(*e_x));
                     for (found, of) in [largest, errors.e_a, errors.e_b].into_iter().zip(measures) {
                         let expected = row[of];
-                        assert!(
-                            (found / expected - 1.0).abs() < 1e-12,
-                            "{of}: {found} {expected}"
-                        );
+                        assert!((found / expected - 1.0).abs() < 1e-12, "{of}: {found} {expected}");
                     }
                 }
             }

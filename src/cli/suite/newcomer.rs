@@ -90,9 +90,7 @@ pub(super) fn method(path: &Path) -> Result<MethodTable, Error> {
     let mut methods = file.methods.into_iter();
     match (methods.next(), count) {
         (Some(method), 1) => Ok(method),
-        _ => Err(of_file(format!(
-            "methods: {count}; expected one, the newcomer"
-        ))),
+        _ => Err(of_file(format!("methods: {count}; expected one, the newcomer"))),
     }
 }
 
@@ -106,9 +104,7 @@ fn of_program(path: &Path) -> Option<Vec<String>> {
         ("sh", "sh"),
     ];
     let form = path.extension()?.to_str()?;
-    let (_, interpreter) = INTERPRETERS
-        .iter()
-        .find(|(of, _)| of.eq_ignore_ascii_case(form))?;
+    let (_, interpreter) = INTERPRETERS.iter().find(|(of, _)| of.eq_ignore_ascii_case(form))?;
     let file = visible(path.file_name()?.display());
     let name = visible(path.file_stem()?.display());
     Some(vec![
@@ -125,11 +121,7 @@ fn of_program(path: &Path) -> Option<Vec<String>> {
 }
 
 /// The experiment of a user's file, its programs started and told apart by their version.
-pub(super) fn started(
-    experiment: Experiment,
-    path: &Path,
-    consent: &Consent,
-) -> Result<Experiment, Error> {
+pub(super) fn started(experiment: Experiment, path: &Path, consent: &Consent) -> Result<Experiment, Error> {
     let (file, introduced) = programs::introduced(experiment.file, path, consent)?;
     let experiment = Experiment::new(file).map_err(failed)?;
     programs::take_over(&experiment, introduced.as_ref());
@@ -138,12 +130,7 @@ pub(super) fn started(
 
 /// Runs the method on the first record of each study, a record in a message. One at least must leave a model; two faults
 /// of a program without one end the test.
-fn smoke(
-    suite: &Suite,
-    competitor: &Competitor,
-    path: &Path,
-    consent: &Consent,
-) -> Result<(), Error> {
+fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, consent: &Consent) -> Result<(), Error> {
     let mut found: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     let mut at_work: Option<Experiment> = None;
     for study in &suite.studies {

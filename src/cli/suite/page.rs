@@ -8,8 +8,7 @@ use crate::cli::output::print;
 use crate::files::{self, Kind};
 use crate::report::{SuitePage, prepare_report, suite_page, suite_tables, write_report};
 use crate::suite::{
-    Contribution, Division, MethodResults, RecordedFits, ResultsError, Suite, Times, of_folder,
-    shipped,
+    Contribution, Division, MethodResults, RecordedFits, ResultsError, Suite, Times, of_folder, shipped,
 };
 use crate::text::visible;
 use std::path::{Path, PathBuf};
@@ -166,10 +165,7 @@ fn write_page(suite: &Suite, beside: &Beside<'_>, more: &Shipped, out: &Path) ->
     prepare_report(out).map_err(|error| cannot_write(&error))?;
     let files = more.page(suite, beside, has_studies, suite_page);
     write_report(out, &files).map_err(|error| cannot_write(&error))?;
-    print(&format!(
-        "the page is {}\n",
-        visible(out.join("report.html").display())
-    ))
+    print(&format!("the page is {}\n", visible(out.join("report.html").display())))
 }
 
 /// Prints the first tables as text: the ranking, and the newcomer beside the others with the reasons for its lost runs.

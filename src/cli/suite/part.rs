@@ -32,10 +32,7 @@ pub(super) struct Part {
 }
 
 /// A name of the suite; the number of a system may stand alone or without its zero: 1, P1 and p01 are P01.
-#[expect(
-    clippy::unnecessary_wraps,
-    reason = "clap asks for a result of a parser"
-)]
+#[expect(clippy::unnecessary_wraps, reason = "clap asks for a result of a parser")]
 fn system(given: &str) -> Result<String, std::convert::Infallible> {
     let number = given.strip_prefix(['P', 'p']).unwrap_or(given);
     let digits = number.len() <= 2 && number.bytes().all(|byte| byte.is_ascii_digit());
@@ -46,12 +43,7 @@ fn system(given: &str) -> Result<String, std::convert::Infallible> {
 impl Part {
     /// Makes this part of the suite.
     pub(super) fn suite(&self) -> Result<Suite, Error> {
-        let suite = Suite::of(
-            self.edition.as_deref(),
-            self.division,
-            self.tier,
-            &self.only,
-        );
+        let suite = Suite::of(self.edition.as_deref(), self.division, self.tier, &self.only);
         let mut suite = suite.map_err(|error| wrong(&error))?;
         suite.first = self.first;
         Ok(suite)

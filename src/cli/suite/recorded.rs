@@ -39,19 +39,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     for entry in recorded_entries().map_err(|error| page::refused(&error))? {
         let path = data.join(&entry.file);
         let (about, record) = recorded(&path)?;
-        found
-            .records
-            .push(RecordFits::of(&entry, about, record, &methods));
+        found.records.push(RecordFits::of(&entry, about, record, &methods));
     }
     for table in recorded_tables(&found) {
         print(&(table.table.markdown() + "\n"))?;
     }
     for record in &found.records {
-        print(&format!(
-            "{}: {}\n",
-            record.file,
-            visible(record.about.join("; "))
-        ))?;
+        print(&format!("{}: {}\n", record.file, visible(record.about.join("; "))))?;
     }
     if let Some(out) = out {
         files::make_folder(out).map_err(|error| cannot_write(&error))?;

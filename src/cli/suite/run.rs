@@ -13,8 +13,7 @@ use crate::report::{Study, report, write_report};
 use crate::study::file::TrialRule;
 use crate::study::{Experiment, RunOptions};
 use crate::suite::{
-    Competitor, METHODS, MethodResults, STUDIES, ScenarioResults, Suite, SuiteStudy, collect,
-    declined,
+    Competitor, METHODS, MethodResults, STUDIES, ScenarioResults, Suite, SuiteStudy, collect, declined,
 };
 use crate::text::file_part;
 use std::path::{Path, PathBuf};
@@ -38,10 +37,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let Arguments { part, method, how } = arguments;
     let suite = part.suite()?;
     let competitors = competitors(suite.division, method)?;
-    let out = how
-        .out
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(part.folder()));
+    let out = how.out.clone().unwrap_or_else(|| PathBuf::from(part.folder()));
     let methods = compute(&suite, &competitors, (how, None), &out)?;
     let beside = Beside {
         methods: &methods,
@@ -78,13 +74,7 @@ pub(super) fn compute(
     let studies = files::make_subfolder(out, STUDIES).map_err(|error| cannot_write(&error))?;
     for study in &suite.studies {
         let begin = Instant::now();
-        let found = of_study(
-            suite,
-            study,
-            competitors,
-            (how, own),
-            &studies.join(&study.name),
-        )?;
+        let found = of_study(suite, study, competitors, (how, own), &studies.join(&study.name))?;
         for ((method, competitor), found) in methods.iter_mut().zip(competitors).zip(found) {
             if study.is_for(competitor) {
                 method.scenarios.extend(found);
@@ -93,11 +83,7 @@ pub(super) fn compute(
                 method.not_for.extend(names);
             }
         }
-        note(&format!(
-            "{}: {:.1} s",
-            study.name,
-            begin.elapsed().as_secs_f64()
-        ));
+        note(&format!("{}: {:.1} s", study.name, begin.elapsed().as_secs_f64()));
     }
     let folder = files::make_subfolder(out, METHODS).map_err(|error| cannot_write(&error))?;
     for method in methods.iter().filter(|method| !method.scenarios.is_empty()) {

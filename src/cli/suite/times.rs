@@ -84,11 +84,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 type Found = Vec<(String, Vec<ScenarioTimes>)>;
 
 /// The times of the methods that are for a study and can serve it.
-fn of_study(
-    study: &SuiteStudy,
-    chosen: &[Competitor],
-    arguments: &Arguments,
-) -> Result<Found, Error> {
+fn of_study(study: &SuiteStudy, chosen: &[Competitor], arguments: &Arguments) -> Result<Found, Error> {
     let mut experiments: Vec<(String, Experiment)> = Vec::new();
     for competitor in chosen {
         let made = study.experiment(std::slice::from_ref(competitor), arguments.rounds);
@@ -105,16 +101,10 @@ fn of_study(
         .iter()
         .map(|(name, experiment)| (name.clone(), experiment))
         .collect();
-    let mut found: Found = methods
-        .iter()
-        .map(|(name, _)| (name.clone(), Vec::new()))
-        .collect();
+    let mut found: Found = methods.iter().map(|(name, _)| (name.clone(), Vec::new())).collect();
     for (cell, scenario) in study.scenarios.iter().enumerate() {
         let timed = time(scenario, (cell, arguments.rounds), &methods).map_err(failed)?;
-        found
-            .iter_mut()
-            .zip(timed)
-            .for_each(|((_, of), times)| of.push(times));
+        found.iter_mut().zip(timed).for_each(|((_, of), times)| of.push(times));
     }
     for program in experiments.iter().flat_map(|(_, of)| &of.programs) {
         program.end();
@@ -140,10 +130,7 @@ fn shown(times: &Times, rounds: u64) -> String {
         table.row([
             CellText::text(method.method.clone()),
             CellText::number(count.to_string(), count as f64),
-            CellText::number(
-                uncertain_within(typical.value, typical.error, 4),
-                typical.value,
-            ),
+            CellText::number(uncertain_within(typical.value, typical.error, 4), typical.value),
             number(least),
             number(most),
             number(longest),

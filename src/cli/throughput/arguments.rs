@@ -29,12 +29,7 @@ pub(in crate::cli) struct Arguments {
     )]
     pub(super) threads: Vec<u16>,
     /// Engines: lanes, faer or both [default: lanes,faer; with FILE the file's]
-    #[arg(
-        long,
-        value_name = "LIST",
-        value_delimiter = ',',
-        conflicts_with = "file"
-    )]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "file")]
     pub(super) engine: Vec<Engine>,
     /// Repetitions, of which the median is printed
     #[arg(

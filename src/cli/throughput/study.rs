@@ -40,11 +40,7 @@ impl Timing {
 }
 
 /// Times the cells of a file on each number of threads.
-pub(super) fn time(
-    path: &Path,
-    arguments: &Arguments,
-    threads: &[usize],
-) -> Result<ExitCode, Error> {
+pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Result<ExitCode, Error> {
     let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
     let mut file = ExperimentFile::read(path).map_err(|e| input(&e))?;
     for assignment in &arguments.set {
@@ -64,13 +60,9 @@ pub(super) fn time(
         )));
     }
     let cells = experiment.cells.len();
-    let trials: u64 = (0..cells)
-        .map(|cell| experiment.trials_of(cell, count))
-        .sum();
+    let trials: u64 = (0..cells).map(|cell| experiment.trials_of(cell, count)).sum();
     let engines = (0..cells).map(|cell| experiment.engine(cell));
-    let in_lanes = engines
-        .filter(|engine| *engine == Ok(Engine::Lanes))
-        .count();
+    let in_lanes = engines.filter(|engine| *engine == Ok(Engine::Lanes)).count();
     let stop = progress::stop_flag()?;
     let once = |threads: usize, count: u64| run(&experiment, count, threads, &stop);
     let mut timings = Vec::new();
@@ -84,11 +76,7 @@ pub(super) fn time(
             rates.push(trials as f64 / begin.elapsed().as_secs_f64());
         }
         rates.sort_by(f64::total_cmp);
-        timings.push(Timing {
-            threads,
-            rates,
-            spent,
-        });
+        timings.push(Timing { threads, rates, spent });
     }
     match arguments.format {
         Format::Text => print(&text(path, trials, [cells, in_lanes], &timings))?,
@@ -103,12 +91,7 @@ pub(super) fn time(
     Ok(ExitCode::SUCCESS)
 }
 
-fn run(
-    experiment: &Experiment,
-    trials: u64,
-    threads: usize,
-    stop: &AtomicBool,
-) -> Result<Spent, Error> {
+fn run(experiment: &Experiment, trials: u64, threads: usize, stop: &AtomicBool) -> Result<Spent, Error> {
     match run_and_forget(experiment, trials, threads, stop) {
         Ok(spent) => Ok(spent),
         Err(RunError::Interrupted { .. }) => Err(Error::Interrupted("interrupted".to_owned())),

@@ -119,12 +119,7 @@ fn time(
 }
 
 /// Runs trials as a study does, and collects what a study keeps of them.
-fn sample(
-    experiment: &Experiment,
-    trials: u64,
-    threads: usize,
-    stop: &AtomicBool,
-) -> Result<CellTally, Error> {
+fn sample(experiment: &Experiment, trials: u64, threads: usize, stop: &AtomicBool) -> Result<CellTally, Error> {
     let mut tally = CellTally::default();
     let done = run::<Infallible>(experiment, trials, threads, stop, |block| {
         tally.merge(block.tally);
@@ -148,11 +143,7 @@ fn text(timings: &[Timing]) -> Result<String, Error> {
     );
     for timing in timings {
         let (engine, instructions) = (timing.engine.name(), timing.instructions());
-        let spread = format!(
-            "({:.0}, {:.0})",
-            timing.rates[0],
-            timing.rates[timing.rates.len() - 1]
-        );
+        let spread = format!("({:.0}, {:.0})", timing.rates[0], timing.rates[timing.rates.len() - 1]);
         writeln!(
             text,
             "{engine:<7} {instructions:<13} {:>7} {:>10.0}  {spread:<20} {:>12.1} %",
@@ -198,11 +189,7 @@ fn text(timings: &[Timing]) -> Result<String, Error> {
 }
 
 /// Times the workload on the engines and numbers of threads that were asked for.
-pub(super) fn time_engines(
-    arguments: &Arguments,
-    threads: &[usize],
-    processors: usize,
-) -> Result<ExitCode, Error> {
+pub(super) fn time_engines(arguments: &Arguments, threads: &[usize], processors: usize) -> Result<ExitCode, Error> {
     if arguments.engine.contains(&Engine::Auto) {
         let message = "--engine: 'auto' is not an engine that can be timed; expected lanes or faer";
         return Err(Error::Input(message.to_owned()));
@@ -221,13 +208,7 @@ pub(super) fn time_engines(
         for &threads in threads {
             let share = default_trials(engine) * threads as u64;
             let trials = trials.unwrap_or(share);
-            timings.push(time(
-                &experiment,
-                trials,
-                threads,
-                arguments.repetitions,
-                &stop,
-            )?);
+            timings.push(time(&experiment, trials, threads, arguments.repetitions, &stop)?);
         }
     }
     match arguments.format {

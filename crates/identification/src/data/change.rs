@@ -44,9 +44,7 @@ impl Change {
             ChangedPlant::Plant(plant) if plant.order() != order => {
                 Err(ProcessError::ChangedOrder(plant.order(), order))
             }
-            ChangedPlant::Factors { gain, poles }
-                if !(gain.is_finite() && *poles > 0.0 && poles.is_finite()) =>
-            {
+            ChangedPlant::Factors { gain, poles } if !(gain.is_finite() && *poles > 0.0 && poles.is_finite()) => {
                 Err(ProcessError::ChangeFactors(*gain, *poles))
             }
             _ => Ok(()),
@@ -153,14 +151,7 @@ impl PlantCourse {
 
     /// Simulates the plant from the state x, as [`StateSpace::simulate`] does or, where `disturbed`,
     /// [`StateSpace::simulate_disturbed`]. Before the change all bits are those of a plant without one.
-    pub(super) fn simulate(
-        &mut self,
-        disturbed: bool,
-        x: &mut [f64],
-        u: &[f64],
-        y0: &mut [f64],
-        states: &mut [f64],
-    ) {
+    pub(super) fn simulate(&mut self, disturbed: bool, x: &mut [f64], u: &[f64], y0: &mut [f64], states: &mut [f64]) {
         let (n, samples) = (x.len(), u.len());
         let (at, over) = self.span.unwrap_or((samples, 0));
         let settled = at.saturating_add(over);
@@ -256,10 +247,7 @@ mod tests {
                     assert!((a - expected).abs() < 1e-15, "{at} {over} {k}");
                 }
                 assert!((b[1] - by_hand(2.0, 1.0)).abs() < 1e-15);
-                let (x, next) = (
-                    &record.states[2 * k..][..2],
-                    &record.states[2 * k + 2..][..2],
-                );
+                let (x, next) = (&record.states[2 * k..][..2], &record.states[2 * k + 2..][..2]);
                 let u = record.u[k];
                 assert!((next[0] - (x[1] + b[0] * u)).abs() < 1e-13);
                 assert!((next[1] - (a[0] * x[0] + a[1] * x[1] + b[1] * u)).abs() < 1e-13);
@@ -276,10 +264,7 @@ mod tests {
     #[test]
     fn nothing_moves_before_the_change() {
         for process_noise in [0.0, 0.3] {
-            let (constant, changing) = (
-                drawn(None, process_noise),
-                drawn(Some(change(30, 5)), process_noise),
-            );
+            let (constant, changing) = (drawn(None, process_noise), drawn(Some(change(30, 5)), process_noise));
             assert_eq!(constant.u, changing.u);
             assert_eq!(constant.f, changing.f);
             // At k = 30 the drift begins with weight 0.
@@ -290,10 +275,7 @@ mod tests {
 
     #[test]
     fn factors_move_poles_and_gain() {
-        let to = ChangedPlant::Factors {
-            gain: -2.0,
-            poles: 0.5,
-        };
+        let to = ChangedPlant::Factors { gain: -2.0, poles: 0.5 };
         let (at, over) = (1, 0);
         let after = Change { to, at, over }.after(&plant()).unwrap();
         assert_eq!(after.b(), [-2.0, -4.0]);
@@ -312,10 +294,7 @@ mod tests {
         let factors = |gain, poles| ChangedPlant::Factors { gain, poles };
         let other = StateSpace::new(vec![0.5], vec![1.0]).unwrap();
         for (to, part) in [
-            (
-                ChangedPlant::Plant(other),
-                "order 2 cannot become one of order 1",
-            ),
+            (ChangedPlant::Plant(other), "order 2 cannot become one of order 1"),
             (factors(f64::NAN, 1.0), "gain of NaN"),
             (factors(1.0, 0.0), "factor on the poles of 0"),
         ] {

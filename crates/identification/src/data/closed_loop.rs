@@ -240,9 +240,7 @@ impl std::str::FromStr for OutputFeedback {
     /// Parses `c_0,c_1,...` or `c_0,c_1,.../1,d_1,...`.
     fn from_str(text: &str) -> Result<Self, FeedbackError> {
         let (numerator, denominator) = text.split_once('/').unwrap_or((text, "1"));
-        let numbers = |list: &str| {
-            polynomial::parse(list).ok_or_else(|| FeedbackError::Form(text.to_owned()))
-        };
+        let numbers = |list: &str| polynomial::parse(list).ok_or_else(|| FeedbackError::Form(text.to_owned()));
         Self::new(&numbers(numerator)?, &numbers(denominator)?)
     }
 }

@@ -7,8 +7,7 @@ use super::{Change, Feedback, NoiseColour, PlantSource, Realisation};
 use crate::plant::{StateNoise, StateSpace};
 use crate::real::with_fma;
 use crate::signal::{
-    Input, LevelOf, LevelOver, LevelReading, NoiseFilter, ProcessVariances, Purpose, fill_white,
-    stream,
+    Input, LevelOf, LevelOver, LevelReading, NoiseFilter, ProcessVariances, Purpose, fill_white, stream,
 };
 #[cfg(feature = "json")]
 use serde_json::{Value, json};
@@ -105,8 +104,7 @@ impl ProcessSettings {
         if closed {
             return Err(ProcessError::StateNoiseInLoop);
         }
-        let white =
-            |filter: &NoiseFilter| filter.numerator() == [1.0] && filter.denominator() == [1.0];
+        let white = |filter: &NoiseFilter| filter.numerator() == [1.0] && filter.denominator() == [1.0];
         match &self.noise {
             NoiseColour::Filter(filter) if white(filter) => Ok(()),
             _ if noise.measurement().is_none() => Ok(()),
@@ -117,16 +115,10 @@ impl ProcessSettings {
     fn check_level(&self, closed: bool) -> Result<(), ProcessError> {
         let LevelReading { over, of } = self.level;
         match over {
-            LevelOver::Nothing if of != LevelOf::NoiseFree => {
-                Err(ProcessError::LevelOfNothing { over, of })
-            }
+            LevelOver::Nothing if of != LevelOf::NoiseFree => Err(ProcessError::LevelOfNothing { over, of }),
             LevelOver::Nothing => Ok(()),
-            _ if closed && self.level != LevelReading::default() => {
-                Err(ProcessError::LevelWithFeedback { over, of })
-            }
-            LevelOver::Process
-                if matches!(self.input, Input::Samples(_) | Input::Binary { .. }) =>
-            {
+            _ if closed && self.level != LevelReading::default() => Err(ProcessError::LevelWithFeedback { over, of }),
+            LevelOver::Process if matches!(self.input, Input::Samples(_) | Input::Binary { .. }) => {
                 Err(ProcessError::LevelOfSamples(over))
             }
             _ => Ok(()),
@@ -243,8 +235,7 @@ impl Process {
             return None;
         };
         let settings = &self.settings;
-        let common =
-            !settings.level.over.is_of_window() || settings.measurement_variance().is_some();
+        let common = !settings.level.over.is_of_window() || settings.measurement_variance().is_some();
         common.then(|| settings.scale(eta, &[], &[], resolved.variances))
     }
 
@@ -267,12 +258,7 @@ impl Process {
     /// plant that only its initial state drives, and for a plant with a given input.
     pub fn is_deterministic(&self, eta: f64) -> bool {
         let settings = &self.settings;
-        let spreads = [
-            settings.x0_deviation,
-            settings.process_noise,
-            settings.input_noise,
-            eta,
-        ];
+        let spreads = [settings.x0_deviation, settings.process_noise, settings.input_noise, eta];
         let fixed = matches!(settings.plant, PlantSource::Fixed(_)) && settings.input.is_fixed();
         fixed && spreads == [0.0; 4] && settings.state_noise.is_none()
     }
@@ -285,23 +271,13 @@ impl Process {
     ///
     /// # Panics
     /// If the window is longer than the horizon.
-    pub fn realise(
-        &self,
-        seed: u64,
-        trial: u64,
-        eta: f64,
-        window: usize,
-        horizon: usize,
-        to: &mut Realisation,
-    ) {
+    pub fn realise(&self, seed: u64, trial: u64, eta: f64, window: usize, horizon: usize, to: &mut Realisation) {
         assert!(window <= horizon);
         let settings = &self.settings;
         let pilot = settings.feedback.pilot();
         to.resize(self.order(), pilot + horizon);
         let names = (seed, trial);
-        let drawn = self
-            .plants
-            .of_trial(names, &settings.noise, settings.drive());
+        let drawn = self.plants.of_trial(names, &settings.noise, settings.drive());
         let resolved = match drawn {
             Ok(resolved) => resolved,
             Err(failure) => {
@@ -515,10 +491,7 @@ impl Process {
             "input_noise": input_noise,
             "feedback": feedback.describe(),
         });
-        for (name, deviation) in [
-            ("x0_deviation", x0_deviation),
-            ("process_noise", process_noise),
-        ] {
+        for (name, deviation) in [("x0_deviation", x0_deviation), ("process_noise", process_noise)] {
             if *deviation > 0.0 {
                 described[name] = json!(deviation);
             }
@@ -563,8 +536,7 @@ mod tests {
             feedback: Feedback::Output(OutputFeedback::new(&[0.1], &[1.0]).unwrap()),
             change: None,
         };
-        let process =
-            |amplitude: f64, plant| Process::from_settings(settings(amplitude, plant)).unwrap();
+        let process = |amplitude: f64, plant| Process::from_settings(settings(amplitude, plant)).unwrap();
         let plant = || PlantSource::Fixed(nikolov2023(Numerator::default()));
         let silent = process(0.0, plant());
         let (mut first, mut other) = (Realisation::default(), Realisation::default());
@@ -573,10 +545,7 @@ mod tests {
         assert_eq!((&first.y, &first.states), (&other.y, &other.states));
         assert!(silent.is_deterministic(0.0) && !silent.is_deterministic(1.0));
         assert!(!process(1.0, plant()).is_deterministic(0.0));
-        let random = PlantSource::Random {
-            order: 6,
-            radius: 0.5,
-        };
+        let random = PlantSource::Random { order: 6, radius: 0.5 };
         assert!(!process(0.0, random).is_deterministic(0.0));
     }
 
@@ -588,16 +557,14 @@ mod tests {
             amplitude: 10.0,
             sequence: Default::default(),
         };
-        let process =
-            Process::new(plant, vec![1.0; 6], input, noise, LevelReading::default()).unwrap();
+        let process = Process::new(plant, vec![1.0; 6], input, noise, LevelReading::default()).unwrap();
         let (mut short, mut long) = (Realisation::default(), Realisation::default());
         process.realise(1, 3, 10.018, 98, 400, &mut short);
         process.realise(1, 3, 2.0, 218, 500, &mut long);
         assert_eq!(short.u, long.u[..400]);
         assert_eq!(short.f, long.f[..400]);
         assert_eq!(short.y0, long.y0[..400]);
-        let level =
-            100.0 * short.scale * (variance(&short.f[..98]) / variance(&short.y0[..98])).sqrt();
+        let level = 100.0 * short.scale * (variance(&short.f[..98]) / variance(&short.y0[..98])).sqrt();
         assert!((level - 10.018).abs() < 1e-12);
         process.realise(1, 3, 0.0, 18, 400, &mut short);
         assert_eq!(short.y, short.y0);

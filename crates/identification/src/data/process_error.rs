@@ -25,9 +25,7 @@ pub enum ProcessError {
     #[error("the input's amplitude must be finite and positive (or 0 with feedback), not {0}")]
     Amplitude(f64),
     /// A size of a signal is so large or so small that squares of samples overflow or underflow.
-    #[error(
-        "{0} of {1:e} makes signals whose squares cannot be told; expected signals of 1e-100 to 1e100"
-    )]
+    #[error("{0} of {1:e} makes signals whose squares cannot be told; expected signals of 1e-100 to 1e100")]
     Size(&'static str, f64),
     /// The input-measurement noise is out of range.
     #[error(
@@ -51,9 +49,7 @@ pub enum ProcessError {
     #[error("R is the variance of white measurement noise; expected noise = \"white\" beside it")]
     ColouredVariance,
     /// A reading of eta is used that only an open loop has.
-    #[error(
-        "with feedback, eta must be 'exact' with the 'noise-free' output, or 'absolute', not '{over}' with '{of}'"
-    )]
+    #[error("with feedback, eta must be 'exact' with the 'noise-free' output, or 'absolute', not '{over}' with '{of}'")]
     LevelWithFeedback {
         /// Realisation or process.
         over: LevelOver,
@@ -61,9 +57,7 @@ pub enum ProcessError {
         of: LevelOf,
     },
     /// A reading of eta is meaningless.
-    #[error(
-        "eta_over = \"{over}\" refers to no output; expected eta_of = \"noise-free\", not '{of}'"
-    )]
+    #[error("eta_over = \"{over}\" refers to no output; expected eta_of = \"noise-free\", not '{of}'")]
     LevelOfNothing {
         /// The reading of what eta is taken over, namely nothing.
         over: LevelOver,
@@ -80,9 +74,7 @@ pub enum ProcessError {
     #[error("a plant of order {1} cannot become one of order {0}; expected the same order")]
     ChangedOrder(usize, usize),
     /// The factors of a change are out of range.
-    #[error(
-        "a change by a gain of {0} and a factor on the poles of {1}; expected finite numbers, the second above 0"
-    )]
+    #[error("a change by a gain of {0} and a factor on the poles of {1}; expected finite numbers, the second above 0")]
     ChangeFactors(f64, f64),
     /// The plant of a closed loop changes.
     #[error("a plant that changes is for open loop only; expected feedback = \"none\"")]

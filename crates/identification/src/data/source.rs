@@ -66,13 +66,11 @@ impl NoiseColour {
     #[cfg(feature = "json")]
     pub(super) fn describe(&self, filter: Option<&NoiseFilter>) -> Value {
         let coefficients = |filter: &NoiseFilter| {
-            let mut described =
-                json!({ "numerator": filter.numerator(), "denominator": filter.denominator() });
+            let mut described = json!({ "numerator": filter.numerator(), "denominator": filter.denominator() });
             match filter.law() {
                 NoiseLaw::Gaussian => {}
                 NoiseLaw::StudentT(freedom) => {
-                    described["drive"] =
-                        json!(format!("Student's t with {freedom} degrees of freedom"));
+                    described["drive"] = json!(format!("Student's t with {freedom} degrees of freedom"));
                 }
                 NoiseLaw::Contaminated { share, scale } => {
                     described["drive"] = json!(format!(
@@ -105,9 +103,7 @@ impl From<NoiseFilter> for NoiseColour {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoiseColourError {
     /// The text is not a colour.
-    #[error(
-        "noise '{0}': expected white, 1/A or c_0,c_1,.../1,d_1,... (such as 1,0.5/1,-0.9 or 1/1,-0.9)"
-    )]
+    #[error("noise '{0}': expected white, 1/A or c_0,c_1,.../1,d_1,... (such as 1,0.5/1,-0.9 or 1/1,-0.9)")]
     Form(String),
     /// The filter is wrong.
     #[error(transparent)]
@@ -140,8 +136,7 @@ impl std::fmt::Display for NoiseColour {
         if *filter == NoiseFilter::white() {
             return f.write_str("white");
         }
-        let [numerator, denominator] =
-            [filter.numerator(), &filter.denominator()].map(polynomial::text);
+        let [numerator, denominator] = [filter.numerator(), &filter.denominator()].map(polynomial::text);
         write!(f, "{numerator}/{denominator}")
     }
 }
@@ -166,11 +161,7 @@ pub(super) struct Resolved {
 }
 
 impl Resolved {
-    fn new(
-        plant: StateSpace,
-        noise: &NoiseColour,
-        drive: Drive<'_>,
-    ) -> Result<Self, NoiseFilterError> {
+    fn new(plant: StateSpace, noise: &NoiseColour, drive: Drive<'_>) -> Result<Self, NoiseFilterError> {
         let noise = match noise {
             NoiseColour::InverseDenominator => NoiseFilter::new(&[1.0], &plant.denominator())?,
             NoiseColour::Filter(filter) => filter.clone(),
@@ -180,8 +171,7 @@ impl Resolved {
             process_noise,
             state_noise,
         } = drive;
-        let mut output =
-            input.amplitude().powi(2) * input_energy(&plant, input).unwrap_or(f64::NAN);
+        let mut output = input.amplitude().powi(2) * input_energy(&plant, input).unwrap_or(f64::NAN);
         if process_noise > 0.0 {
             let energy = plant.disturbance_energy().unwrap_or(f64::NAN);
             output += process_noise * process_noise * energy;
@@ -223,11 +213,7 @@ pub(super) enum Plants {
 }
 
 impl Plants {
-    pub(super) fn new(
-        source: &PlantSource,
-        noise: &NoiseColour,
-        drive: Drive<'_>,
-    ) -> Result<Self, ProcessError> {
+    pub(super) fn new(source: &PlantSource, noise: &NoiseColour, drive: Drive<'_>) -> Result<Self, ProcessError> {
         match *source {
             PlantSource::Fixed(ref plant) => {
                 let resolved = Resolved::new(plant.clone(), noise, drive)?;

@@ -93,9 +93,7 @@ impl AddedColumns {
 
 /// Returns the columns with norm 1; a column of zeros stays.
 fn scaled(columns: MatRef<'_, f64>) -> Mat<f64> {
-    let norms: Vec<f64> = (0..columns.ncols())
-        .map(|j| columns.col(j).norm_l2())
-        .collect();
+    let norms: Vec<f64> = (0..columns.ncols()).map(|j| columns.col(j).norm_l2()).collect();
     Mat::from_fn(columns.nrows(), columns.ncols(), |i, j| {
         if norms[j] > 0.0 {
             columns[(i, j)] / norms[j]

@@ -40,9 +40,7 @@ impl Mode {
         let se = |[by_sigma, by_omega]: [f64; 2]| {
             let by_re = by_sigma * slope.re + by_omega * slope.im;
             let by_im = by_omega * slope.re - by_sigma * slope.im;
-            let RootError {
-                re, im, covariance, ..
-            } = error;
+            let RootError { re, im, covariance, .. } = error;
             let cross = 2.0 * by_re * by_im * covariance;
             let square = by_re * by_re * re * re + cross + by_im * by_im * im * im;
             // Rounding may end below 0; what is unknown stays unknown.

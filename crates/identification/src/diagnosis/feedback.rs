@@ -76,21 +76,20 @@ impl FeedbackTest {
         let past_u = usize::from(direct) + of_u;
         let known = 1 + of_y + past_u;
         let added = lags + usize::from(!direct);
-        let regression =
-            AddedColumns::new(rows, known + added + 1, TOLERANCE, |column, row, to| {
-                let k = first + row;
-                let range = |signal: &[f64], from: usize, to: &mut [f64]| {
-                    let count = to.len();
-                    to.copy_from_slice(&signal[from..from + count]);
-                };
-                match column {
-                    0 => to.fill(1.0),
-                    j if j <= of_y => range(&y, k - j, to),
-                    j if j < known => range(&u, k + 1 - usize::from(!direct) - (j - of_y), to),
-                    j if j < known + added => range(&u, k + usize::from(direct) + (j - known), to),
-                    _ => range(&y, k, to),
-                }
-            })?;
+        let regression = AddedColumns::new(rows, known + added + 1, TOLERANCE, |column, row, to| {
+            let k = first + row;
+            let range = |signal: &[f64], from: usize, to: &mut [f64]| {
+                let count = to.len();
+                to.copy_from_slice(&signal[from..from + count]);
+            };
+            match column {
+                0 => to.fill(1.0),
+                j if j <= of_y => range(&y, k - j, to),
+                j if j < known => range(&u, k + 1 - usize::from(!direct) - (j - of_y), to),
+                j if j < known + added => range(&u, k + usize::from(direct) + (j - known), to),
+                _ => range(&y, k, to),
+            }
+        })?;
         let near = regression.test(known, NEAR.min(added));
         let all = regression.test(known, added);
         let exact = |test: &Option<Added>| {
@@ -101,11 +100,7 @@ impl FeedbackTest {
             return None;
         }
         let p_value = of_two(near, all, added)?.p_value;
-        let at_once = if direct {
-            None
-        } else {
-            regression.test(known, 1)
-        };
+        let at_once = if direct { None } else { regression.test(known, 1) };
         let beside = known + usize::from(!direct);
         let later = regression.test(beside, (NEAR - 1).min(added - usize::from(!direct)));
         Some(Self {
@@ -155,10 +150,7 @@ mod tests {
         let (n, trials) = (500, 600);
         let mut alarms = [0; 2];
         for trial in 0..trials {
-            let (r, e) = (
-                normal(trial, Purpose::Input, n),
-                normal(trial, Purpose::Plant, n),
-            );
+            let (r, e) = (normal(trial, Purpose::Input, n), normal(trial, Purpose::Plant, n));
             for (gain, alarms) in [0.0, 0.8].into_iter().zip(&mut alarms) {
                 let (mut u, mut y, mut x, mut v) = (vec![0.0; n], vec![0.0; n], 0.0, 0.0);
                 for k in 0..n {
@@ -185,10 +177,7 @@ mod tests {
         let (n, trials) = (400, 40);
         let mut named = [0; 4];
         for trial in 0..trials {
-            let (r, e) = (
-                normal(trial, Purpose::Input, n),
-                normal(trial, Purpose::Plant, n),
-            );
+            let (r, e) = (normal(trial, Purpose::Input, n), normal(trial, Purpose::Plant, n));
             let record = |direct: f64, at_once: f64, later: f64, setpoint: f64| {
                 let (mut u, mut y, mut x) = (vec![0.0; n], vec![0.0; n], 0.0);
                 for k in 0..n {
@@ -196,8 +185,7 @@ mod tests {
                     x = 0.6 * x + before;
                     let last = if k > 0 { y[k - 1] } else { 0.0 };
                     let free = x + 0.5 * e[k];
-                    u[k] = (setpoint * r[k] - at_once * free - later * last)
-                        / (1.0 + at_once * direct);
+                    u[k] = (setpoint * r[k] - at_once * free - later * last) / (1.0 + at_once * direct);
                     y[k] = free + direct * u[k];
                 }
                 [u, y]

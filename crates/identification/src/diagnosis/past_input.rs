@@ -29,12 +29,7 @@ const TOLERANCE: f64 = 1e-9;
 ///
 /// A model of records that begin at rest is tested in all rows, with zeros before the record; others where all lags
 /// lie in it.
-pub(super) fn past_input(
-    model: &LinearModel,
-    u: &[f64],
-    y: &[f64],
-    start: InitialCondition,
-) -> Option<Whiteness> {
+pub(super) fn past_input(model: &LinearModel, u: &[f64], y: &[f64], start: InitialCondition) -> Option<Whiteness> {
     let tested = u.len().min(MOST);
     let (u, y) = (&u[..tested], &y[..tested]);
     let mut of = PredictionGradient::new(model, u, y, start)?;
@@ -58,11 +53,7 @@ pub(super) fn past_input(
     };
     let first = first + noise.denominator().len() - 1;
     let (e, u_whitened) = (whitened(&of.errors), whitened(u));
-    let signals: Vec<Vec<f64>> = of
-        .signals
-        .iter()
-        .map(|(signal, _)| whitened(signal))
-        .collect();
+    let signals: Vec<Vec<f64>> = of.signals.iter().map(|(signal, _)| whitened(signal)).collect();
     // Each column is a delayed signal; 1 has none.
     let mut columns: Vec<Option<(&[f64], usize)>> = Vec::new();
     for (signal, (_, delays)) in signals.iter().zip(&of.signals) {
@@ -88,9 +79,5 @@ pub(super) fn past_input(
         },
     )?;
     let near = (NEAR + 1 - least).min(added);
-    of_two(
-        regression.test(known, near),
-        regression.test(known, added),
-        added,
-    )
+    of_two(regression.test(known, near), regression.test(known, added), added)
 }

@@ -75,8 +75,7 @@ mod tests {
                 let gain = (high.static_gain() - low.static_gain()) / (2.0 * h);
                 assert!((precision.static_gain_se - gain.abs()).abs() < 1e-6 * (1.0 + gain.abs()));
                 let near = |poles: &[c64], pole: c64| {
-                    let by =
-                        |p: &&c64, q: &&c64| (**p - pole).norm().total_cmp(&(**q - pole).norm());
+                    let by = |p: &&c64, q: &&c64| (**p - pole).norm().total_cmp(&(**q - pole).norm());
                     *poles.iter().min_by(by).unwrap()
                 };
                 let zeros_of = |model: &LinearModel| {
@@ -89,14 +88,8 @@ mod tests {
                 assert_eq!(roots.clone().count(), low.len());
                 for Root { at: pole, error } in roots {
                     let change = (near(&high, *pole) - near(&low, *pole)) / (2.0 * h);
-                    assert!(
-                        (error.re - change.re.abs()).abs() < 1e-5,
-                        "{orders} {parameter}"
-                    );
-                    assert!(
-                        (error.im - change.im.abs()).abs() < 1e-5,
-                        "{orders} {parameter}"
-                    );
+                    assert!((error.re - change.re.abs()).abs() < 1e-5, "{orders} {parameter}");
+                    assert!((error.im - change.im.abs()).abs() < 1e-5, "{orders} {parameter}");
                     assert!((error.covariance - change.re * change.im).abs() < 1e-4);
                     let modulus = (pole.re * change.re + pole.im * change.im) / pole.norm();
                     assert!((error.modulus - modulus.abs()).abs() < 1e-5);

@@ -45,8 +45,7 @@ pub fn step_response(model: &LinearModel, samples: usize) -> Vec<StepPoint> {
     };
     let (by_a, by_f) = (over(&model.a), over(&model.f));
     let at = |k: usize| {
-        let delayed =
-            |signal: &[f64], delay: usize| k.checked_sub(delay).map_or(0.0, |k| signal[k]);
+        let delayed = |signal: &[f64], delay: usize| k.checked_sub(delay).map_or(0.0, |k| signal[k]);
         let gradient: Vec<f64> = (1..=orders.na)
             .map(|i| delayed(&by_a, i))
             .chain((0..orders.nb).map(|j| delayed(&by_b, orders.nk + j)))

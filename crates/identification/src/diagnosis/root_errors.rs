@@ -56,9 +56,7 @@ impl Root {
     /// With the covariance `S = L L'`, the ellipse is `at + sqrt(5.991) L (cos t, sin t)`; its area is
     /// `5.991 pi sqrt(det S)`.
     pub fn region_95(&self, points: usize) -> Option<Vec<(f64, f64)>> {
-        let RootError {
-            re, im, covariance, ..
-        } = self.error;
+        let RootError { re, im, covariance, .. } = self.error;
         if !(re.is_finite() && im.is_finite() && covariance.is_finite()) {
             return None;
         }
@@ -86,11 +84,7 @@ impl Cancellation {
     /// The orders without the pair, or without both conjugate pairs.
     pub fn orders_without(&self, mut orders: Orders) -> Orders {
         let count = if self.pole.im == 0.0 { 1 } else { 2 };
-        let of_poles = if self.in_f {
-            &mut orders.nf
-        } else {
-            &mut orders.na
-        };
+        let of_poles = if self.in_f { &mut orders.nf } else { &mut orders.na };
         *of_poles -= count;
         orders.nb -= count;
         orders
@@ -262,9 +256,7 @@ fn spread(gradient: &[c64], weighted: &[c64]) -> [f64; 3] {
 
 impl RootError {
     fn new(at: c64, [re, im, covariance]: [f64; 3]) -> Self {
-        let of_modulus =
-            (at.re * at.re * re + 2.0 * at.re * at.im * covariance + at.im * at.im * im)
-                / at.norm_sqr();
+        let of_modulus = (at.re * at.re * re + 2.0 * at.re * at.im * covariance + at.im * at.im * im) / at.norm_sqr();
         // Rounding may make a zero variance negative; NaN is kept.
         let error = |variance: f64| if variance < 0.0 { 0.0 } else { variance.sqrt() };
         Self {
@@ -286,17 +278,12 @@ fn chance(value: c64, real: bool, [re, im, covariance]: [f64; 3]) -> f64 {
     if determinant <= 0.0 {
         return f64::NAN;
     }
-    let square = (im * value.re * value.re - 2.0 * covariance * value.re * value.im
-        + re * value.im * value.im)
-        / determinant;
+    let square =
+        (im * value.re * value.re - 2.0 * covariance * value.re * value.im + re * value.im * value.im) / determinant;
     (-square / 2.0).exp()
 }
 
-fn cancellations(
-    model: &LinearModel,
-    poles: &[Sensitive<'_>],
-    zeros: &[Sensitive<'_>],
-) -> Vec<Cancellation> {
+fn cancellations(model: &LinearModel, poles: &[Sensitive<'_>], zeros: &[Sensitive<'_>]) -> Vec<Cancellation> {
     let numerator = Factor::numerator(model);
     let less = |a: &[c64], b: &[c64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>();
     let mut pairs = Vec::new();
@@ -329,10 +316,7 @@ fn cancellations(
     // Keeps each pole and each zero once.
     let mut kept: Vec<Cancellation> = Vec::new();
     for pair in pairs {
-        if kept
-            .iter()
-            .all(|k| k.pole != pair.pole && k.zero != pair.zero)
-        {
+        if kept.iter().all(|k| k.pole != pair.pole && k.zero != pair.zero) {
             kept.push(pair);
         }
     }

@@ -40,11 +40,7 @@ fn moved(model: &LinearModel, parameter: usize) -> [Vec<c64>; 3] {
         let first = first.iter().map(|c| c64::new(*c, 0.0));
         first.chain(rest.iter().copied()).collect::<Vec<c64>>()
     };
-    [
-        begin(&[1.0], a),
-        begin(&vec![0.0; orders.nk], b),
-        begin(&[1.0], f),
-    ]
+    [begin(&[1.0], a), begin(&vec![0.0; orders.nk], b), begin(&[1.0], f)]
 }
 
 /// The model with a covariance for which every standard error is the size of the derivative with respect to one
@@ -82,14 +78,9 @@ fn derivatives_of_the_step_response_by_a_complex_step() {
                 w.push(driven - past(&a, &w));
                 s.push(w[k] - past(&f, &s));
                 let derivative = s[k].im / STEP;
-                let near = |found: f64, expected: f64| {
-                    (found - expected).abs() < 1e-12 * (1.0 + expected.abs())
-                };
+                let near = |found: f64, expected: f64| (found - expected).abs() < 1e-12 * (1.0 + expected.abs());
                 assert!(near(found.value, s[k].re), "{orders} at {k}");
-                assert!(
-                    near(found.se, derivative.abs()),
-                    "{orders} {parameter} at {k}"
-                );
+                assert!(near(found.se, derivative.abs()), "{orders} {parameter} at {k}");
             }
         }
     }
@@ -104,9 +95,7 @@ fn gain(model: &LinearModel, parameter: usize, by: f64, omega: f64) -> c64 {
     let value = |c: &[f64]| -> c64 {
         let terms = c.iter().enumerate();
         let angle = |i: usize| -omega * i as f64;
-        terms
-            .map(|(i, c)| c64::new(angle(i).cos(), angle(i).sin()) * *c)
-            .sum()
+        terms.map(|(i, c)| c64::new(angle(i).cos(), angle(i).sin()) * *c).sum()
     };
     value(&model.b) / (value(&model.a) * value(&model.f))
 }
@@ -122,16 +111,11 @@ fn derivatives_of_the_frequency_response_by_differences() {
             for found in found {
                 let at = |by: f64| gain(&model, parameter, by, found.omega);
                 let change = (at(h) / at(-h)).ln() / (2.0 * h);
-                let near = |found: f64, expected: f64| {
-                    (found - expected.abs()).abs() < 1e-7 * (1.0 + expected.abs())
-                };
+                let near = |found: f64, expected: f64| (found - expected.abs()).abs() < 1e-7 * (1.0 + expected.abs());
                 assert!((found.magnitude - at(0.0).norm()).abs() < 1e-12 * found.magnitude);
                 let turns = (found.phase - at(0.0).arg()) / std::f64::consts::TAU;
                 assert!((turns - turns.round()).abs() < 1e-12);
-                assert!(
-                    near(found.log_magnitude_se, change.re),
-                    "{orders} {parameter}"
-                );
+                assert!(near(found.log_magnitude_se, change.re), "{orders} {parameter}");
                 assert!(near(found.phase_se, change.im), "{orders} {parameter}");
             }
         }
@@ -163,11 +147,7 @@ fn an_ellipse_of_known_covariance() {
     let at = c64::new(0.3, 0.4);
     let corners = Root { at, error }.region_95(360).unwrap();
     let next = corners.iter().cycle().skip(1);
-    let twice: f64 = corners
-        .iter()
-        .zip(next)
-        .map(|(a, b)| a.0 * b.1 - a.1 * b.0)
-        .sum();
+    let twice: f64 = corners.iter().zip(next).map(|(a, b)| a.0 * b.1 - a.1 * b.0).sum();
     let limit = -2.0 * 0.05_f64.ln();
     let angle = std::f64::consts::TAU / 360.0;
     let area = std::f64::consts::PI * limit * 2.56_f64.sqrt() * angle.sin() / angle;
@@ -185,10 +165,7 @@ fn an_ellipse_of_known_covariance() {
         real.region_95(9).unwrap(),
         [(0.5 - 2.0 * Z_95, 0.0), (0.5 + 2.0 * Z_95, 0.0)]
     );
-    let unknown = RootError {
-        re: f64::NAN,
-        ..error
-    };
+    let unknown = RootError { re: f64::NAN, ..error };
     assert!(Root { at, error: unknown }.region_95(9).is_none());
 }
 
@@ -257,14 +234,9 @@ fn bands_and_ellipses_hold_the_truth_as_often_as_they_say() {
         let step = step_response(&model, 41);
         let gain = frequency_response(&model, &frequencies);
         let precision = precision(&model);
-        let pole = precision
-            .poles
-            .iter()
-            .find(|pole| pole.at.im > 0.0)
-            .unwrap();
+        let pole = precision.poles.iter().find(|pole| pole.at.im > 0.0).unwrap();
         let steps = times.map(|k| (step[k].value - true_step[k].value) / step[k].se);
-        let sizes = [0, 1, 2]
-            .map(|i| (gain[i].magnitude / true_gain[i].magnitude).ln() / gain[i].log_magnitude_se);
+        let sizes = [0, 1, 2].map(|i| (gain[i].magnitude / true_gain[i].magnitude).ln() / gain[i].log_magnitude_se);
         let phases = [0, 1, 2].map(|i| (gain[i].phase - true_gain[i].phase) / gain[i].phase_se);
         let scores = steps.iter().chain(&sizes).chain(&phases);
         for (held, score) in held.iter_mut().zip(scores) {
@@ -273,9 +245,10 @@ fn bands_and_ellipses_hold_the_truth_as_often_as_they_say() {
         // A point inside a convex polygon lies to the left of every edge.
         let corners = pole.region_95(90).unwrap();
         let next = corners.iter().cycle().skip(1);
-        let inside = corners.iter().zip(next).all(|(a, b)| {
-            (b.0 - a.0) * (true_pole.im - a.1) - (b.1 - a.1) * (true_pole.re - a.0) >= 0.0
-        });
+        let inside = corners
+            .iter()
+            .zip(next)
+            .all(|(a, b)| (b.0 - a.0) * (true_pole.im - a.1) - (b.1 - a.1) * (true_pole.re - a.0) >= 0.0);
         held[10] += u64::from(inside);
     }
     for (i, held) in held.into_iter().enumerate() {
@@ -302,10 +275,7 @@ fn an_order_too_many_is_found() {
         }
     }
     let share = f64::from(found) / f64::from(trials as u32);
-    assert!(
-        (share - 0.95).abs() < four_errors(0.95, trials as f64),
-        "{share}"
-    );
+    assert!((share - 0.95).abs() < four_errors(0.95, trials as f64), "{share}");
 }
 
 /// A pole at 0.5 and a zero at distance d; the difference of their estimates has standard deviation s over the records.
@@ -335,10 +305,7 @@ fn separate_poles_and_zeros_are_told_apart_as_often_as_theory_says() {
         let density = (-(far - Z_95) * (far - Z_95) / 2.0).exp() / std::f64::consts::TAU.sqrt();
         let of_s = 4.0 * density * far / (2.0 * count).sqrt();
         let limit = four_errors(expected.max(1.0 / count), count) + of_s;
-        assert!(
-            (share - expected).abs() < limit,
-            "{share} instead of {expected}"
-        );
+        assert!((share - expected).abs() < limit, "{share} instead of {expected}");
     }
 }
 
@@ -357,10 +324,7 @@ fn a_complex_pair_may_cancel_too() {
         assert_eq!(found.iter().any(|pair| pair.pole.im > 0.0), expected);
         if expected {
             let pair = found.iter().find(|pair| pair.pole.im > 0.0).unwrap();
-            assert_eq!(
-                pair.orders_without(model.orders()).to_string(),
-                "na=1,nb=1,nk=1"
-            );
+            assert_eq!(pair.orders_without(model.orders()).to_string(), "na=1,nb=1,nk=1");
         }
     }
     model.covariance.clear();
@@ -416,20 +380,12 @@ fn added_lags_of_another_program() {
         let found = past_input(&model, &u, &y, start).map(|test| test.p_value);
         near(found, past, &format!("{name}, past"));
         let found = FeedbackTest::of(&u, &y, model.delay, Rounding::default());
-        near(
-            found.map(|of| of.p_value),
-            feedback.p_value,
-            &format!("{name}, future"),
-        );
+        near(found.map(|of| of.p_value), feedback.p_value, &format!("{name}, future"));
         near(
             found.and_then(|of| of.at_once),
             feedback.at_once,
             &format!("{name}, u(k)"),
         );
-        near(
-            found.and_then(|of| of.later),
-            feedback.later,
-            &format!("{name}, later"),
-        );
+        near(found.and_then(|of| of.later), feedback.later, &format!("{name}, later"));
     }
 }

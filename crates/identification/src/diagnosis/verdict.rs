@@ -35,11 +35,7 @@ pub(super) fn lags_of(n: usize) -> usize {
 }
 
 /// Returns the test that takes the smaller p-value of two; `None` if neither could be made.
-pub(super) fn of_two(
-    one: Option<Added>,
-    other: Option<Added>,
-    degrees: usize,
-) -> Option<Whiteness> {
+pub(super) fn of_two(one: Option<Added>, other: Option<Added>, degrees: usize) -> Option<Whiteness> {
     let p_values = [one, other].into_iter().flatten().map(|test| test.p_value);
     let least = p_values.reduce(f64::min)?;
     Some(Whiteness::new(degrees, any_of(least, 2)))

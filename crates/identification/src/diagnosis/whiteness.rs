@@ -106,10 +106,7 @@ impl Whiteness {
 impl Residuals {
     /// Tests whether the residuals of several records are white: their statistics of Ljung and Box add, and the
     /// parameters of the model are fitted once.
-    pub fn white_together<'a>(
-        records: impl Iterator<Item = &'a Self>,
-        orders: Orders,
-    ) -> Option<Whiteness> {
+    pub fn white_together<'a>(records: impl Iterator<Item = &'a Self>, orders: Orders) -> Option<Whiteness> {
         let records = records.filter(|record| !record.fits_to_rounding);
         let (statistic, lags) = records.fold((0.0, 0), |(sum, lags), record| {
             (sum + record.ljung_box, lags + record.lags())
@@ -125,13 +122,7 @@ impl Residuals {
     ///
     /// Ljung and Box's statistic has as many degrees of freedom as there are lags, less the parameters of A, C and D,
     /// which are fitted to the past of the noise. In open loop those of B and F are not.
-    pub fn new(
-        model: &LinearModel,
-        u: &[f64],
-        y: &[f64],
-        start: InitialCondition,
-        rounding: Rounding,
-    ) -> Option<Self> {
+    pub fn new(model: &LinearModel, u: &[f64], y: &[f64], start: InitialCondition, rounding: Rounding) -> Option<Self> {
         let (whole_u, samples) = (u, u.len());
         let told_by = match start {
             InitialCondition::Zero => 0,
@@ -160,14 +151,8 @@ impl Residuals {
         let bound = Z_99 / m.sqrt();
         let squares = autocorrelations.iter().enumerate().skip(1);
         let box_pierce = m * squares.clone().map(|(_, r)| r * r).sum::<f64>();
-        let ljung_box = m
-            * (m + 2.0)
-            * squares
-                .map(|(lag, r)| r * r / (m - lag as f64))
-                .sum::<f64>();
-        let degrees = lags
-            .saturating_sub(orders.na + orders.nc + orders.nd)
-            .max(1);
+        let ljung_box = m * (m + 2.0) * squares.map(|(lag, r)| r * r / (m - lag as f64)).sum::<f64>();
+        let degrees = lags.saturating_sub(orders.na + orders.nc + orders.nd).max(1);
         let outside = |values: &[f64]| values.iter().filter(|r| r.abs() > bound).count();
         let fits_to_rounding = variance <= largest_rounding(model, rounding, samples);
         Some(Self {
@@ -179,8 +164,7 @@ impl Residuals {
             autocorrelations_outside: outside(&autocorrelations[1..]),
             crosscorrelations_outside_simple: outside(&crosscorrelations),
             fits_to_rounding,
-            white: (!fits_to_rounding)
-                .then(|| Whiteness::new(degrees, chi_square_above(ljung_box, degrees))),
+            white: (!fits_to_rounding).then(|| Whiteness::new(degrees, chi_square_above(ljung_box, degrees))),
             free_of_past_input: if fits_to_rounding {
                 None
             } else {
@@ -205,15 +189,8 @@ impl Residuals {
     /// Takes the covariances, which are of signals in this unit, a power of two, for those of the signals themselves.
     pub fn set_unit(&mut self, unit: f64) {
         let square = unit * unit;
-        let lists = self
-            .autocovariances
-            .iter_mut()
-            .chain(&mut self.crosscovariances);
-        let numbers = [
-            &mut self.rss,
-            &mut self.input_variance,
-            &mut self.bound_cross_99,
-        ];
+        let lists = self.autocovariances.iter_mut().chain(&mut self.crosscovariances);
+        let numbers = [&mut self.rss, &mut self.input_variance, &mut self.bound_cross_99];
         lists.chain(numbers).for_each(|product| *product *= square);
         self.cross_variance *= square * square;
     }
@@ -272,13 +249,8 @@ mod tests {
         };
         let (mut alarms, mut found) = ([0; 2], [0; 2]);
         for trial in 0..trials {
-            let (u, e) = (
-                normal(trial, Purpose::Input, n),
-                normal(trial, Purpose::Plant, n),
-            );
-            let mut y: Vec<f64> = (0..n)
-                .map(|k| e[k] + if k > 0 { u[k - 1] } else { 0.0 })
-                .collect();
+            let (u, e) = (normal(trial, Purpose::Input, n), normal(trial, Purpose::Plant, n));
+            let mut y: Vec<f64> = (0..n).map(|k| e[k] + if k > 0 { u[k - 1] } else { 0.0 }).collect();
             for (alarms, alarm) in alarms.iter_mut().zip(tests(&model, &u, &y)) {
                 *alarms += alarm;
             }
@@ -313,11 +285,7 @@ mod tests {
         model.simulate(&u, &mut y);
         for (size, exact) in [(0.0, true), (3e-5, false)] {
             let printed = |x: f64| (x * 1e5).round() / 1e5;
-            let y: Vec<f64> = y
-                .iter()
-                .zip(&e)
-                .map(|(y, e)| printed(y + size * e))
-                .collect();
+            let y: Vec<f64> = y.iter().zip(&e).map(|(y, e)| printed(y + size * e)).collect();
             let rounding = Rounding::of(&u, &y);
             let found = Residuals::new(&model, &u, &y, InitialCondition::Zero, rounding).unwrap();
             assert_eq!(found.fits_to_rounding, exact, "{size}");

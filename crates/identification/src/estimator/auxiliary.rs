@@ -30,13 +30,7 @@ impl AuxiliaryModel {
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] if the output overflows.
-    pub fn run(
-        &mut self,
-        a: &[f64],
-        b: &[f64],
-        x0: &[f64],
-        window: Window<'_>,
-    ) -> Result<(), FailureKind> {
+    pub fn run(&mut self, a: &[f64], b: &[f64], x0: &[f64], window: Window<'_>) -> Result<(), FailureKind> {
         self.run_driven(a, b, x0, window, window.u, 0)
     }
 

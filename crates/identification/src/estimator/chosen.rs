@@ -64,9 +64,7 @@ pub struct Chosen {
 
 /// Whether a pass has a model that can be compared.
 fn compares(pass: &Pass) -> bool {
-    let unfinished = pass
-        .failure
-        .is_none_or(|failure| failure.kind.leaves_a_model());
+    let unfinished = pass.failure.is_none_or(|failure| failure.kind.leaves_a_model());
     unfinished && pass.progress >= Progress::Parameters
 }
 
@@ -108,11 +106,7 @@ impl Chosen {
     /// cross-validation; infinite without a model.
     fn value(&mut self, i: usize, window: Window<'_>) -> f64 {
         let (n, rule) = (window.len(), self.rule);
-        let Candidate {
-            estimator,
-            first,
-            pass,
-        } = &mut self.candidates[i];
+        let Candidate { estimator, first, pass } = &mut self.candidates[i];
         pass.clear();
         let Window { u, y, r } = window;
         if let Some(first) = first {
@@ -133,16 +127,11 @@ impl Chosen {
                 None => return f64::INFINITY,
             }
         }
-        let errors =
-            |from: usize| self.e[from..].iter().map(|e| e * e).sum::<f64>() / (n - from) as f64;
+        let errors = |from: usize| self.e[from..].iter().map(|e| e * e).sum::<f64>() / (n - from) as f64;
         let value = match rule.criterion() {
             None => errors(first_part(n)),
             Some(criterion) => {
-                let loss = if pass.loss.is_nan() {
-                    errors(0)
-                } else {
-                    pass.loss
-                };
+                let loss = if pass.loss.is_nan() { errors(0) } else { pass.loss };
                 criterion.value(loss, n, pass.fitted_numbers())
             }
         };
@@ -153,9 +142,7 @@ impl Chosen {
 
 impl SinglePass for Chosen {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
-        let values: Vec<f64> = (0..self.candidates.len())
-            .map(|i| self.value(i, window))
-            .collect();
+        let values: Vec<f64> = (0..self.candidates.len()).map(|i| self.value(i, window)).collect();
         let best = (0..values.len()).filter(|i| values[*i] < f64::INFINITY);
         let Some(best) = best.min_by(|a, b| values[*a].total_cmp(&values[*b])) else {
             let first = self.candidates.first();
@@ -179,9 +166,7 @@ impl SinglePass for Chosen {
 mod tests {
     use super::*;
     use crate::estimator::test_setup::{self, estimate};
-    use crate::estimator::{
-        ArmaxOptions, CvaOptions, InitialCondition, MethodKind, MoespOptions, OeOptions,
-    };
+    use crate::estimator::{ArmaxOptions, CvaOptions, InitialCondition, MethodKind, MoespOptions, OeOptions};
     use crate::model::{LinearModel, Orders};
     use crate::signal::Purpose;
 
@@ -320,13 +305,7 @@ mod tests {
         let plain = estimate(&OeOptions::default(), 1, &u, &[0.0; 100]);
         assert_eq!(pass.failure, plain.failure);
         assert!(pass.failure.is_some());
-        let short = oe(OrderRule::Bic, 40).prepare(
-            &Shape {
-                order: 2,
-                window: 60,
-            }
-            .into(),
-        );
+        let short = oe(OrderRule::Bic, 40).prepare(&Shape { order: 2, window: 60 }.into());
         assert!(short.err().unwrap().to_string().contains("too short"));
         let orders = Some("nb=2,nf=3".parse().unwrap());
         let unequal = OeOptions {
@@ -334,9 +313,6 @@ mod tests {
             ..oe(OrderRule::Bic, 3)
         };
         let error = unequal.check().unwrap_err().to_string();
-        assert!(
-            error.contains("equal orders, the largest to choose from"),
-            "{error}"
-        );
+        assert!(error.contains("equal orders, the largest to choose from"), "{error}");
     }
 }

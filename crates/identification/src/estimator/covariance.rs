@@ -173,9 +173,7 @@ impl Influence {
             #[inline(always)]
             || {
                 for at in (0..rows.len()).rev() {
-                    let (row, later) = rows[at..]
-                        .split_first_mut()
-                        .expect("at is below its length");
+                    let (row, later) = rows[at..].split_first_mut().expect("at is below its length");
                     for (d, later) in d.iter().zip(later.iter().skip(stride - 1).step_by(stride)) {
                         row.iter_mut().zip(later).for_each(|(x, y)| *x -= d * y);
                     }
@@ -193,10 +191,7 @@ impl Influence {
             return;
         }
         let first = self.rows.chunks_exact(self.stride()).take(d.len());
-        let mut recent: Vec<f64> = first
-            .flat_map(|row| &row.as_flattened()[..width])
-            .copied()
-            .collect();
+        let mut recent: Vec<f64> = first.flat_map(|row| &row.as_flattened()[..width]).copied().collect();
         let limit = NEGLIGIBLE * square_sum(&recent);
         for _ in 0..self.residuals.len() {
             let mut row = vec![0.0; width];
@@ -221,10 +216,7 @@ fn for_each_entry([i, j]: [usize; 2], width: usize, mut entry: impl FnMut(usize,
     let within = |block: usize| 0..LANES.min(width - block * LANES);
     for row in within(i) {
         for column in within(j) {
-            entry(
-                (i * LANES + row) * width + j * LANES + column,
-                [row, column],
-            );
+            entry((i * LANES + row) * width + j * LANES + column, [row, column]);
         }
     }
 }
@@ -251,8 +243,7 @@ pub(super) fn freedom(rows: usize, parameters: usize) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::estimator::{
-        ArxOptions, IvDelayedOptions, IvOptions, LsOptions, Method, MethodKind, OeOptions, Pass,
-        Problem, Shape, Window,
+        ArxOptions, IvDelayedOptions, IvOptions, LsOptions, Method, MethodKind, OeOptions, Pass, Problem, Shape, Window,
     };
     use crate::model::Orders;
 
@@ -268,20 +259,14 @@ mod tests {
             u[k] = (0.37 * square).sin();
             let past = |x: &[f64], lag: usize| k.checked_sub(lag).map_or(0.0, |k| x[k]);
             v[k] = (1.9 * square + k as f64).cos() + 0.8 * past(&v, 1);
-            y[k] = 1.5 * past(&y, 1) - 0.7 * past(&y, 2)
-                + past(&u, 1)
-                + 0.5 * past(&u, 2)
-                + 0.3 * v[k];
+            y[k] = 1.5 * past(&y, 1) - 0.7 * past(&y, 2) + past(&u, 1) + 0.5 * past(&u, 2) + 0.3 * v[k];
         }
         [u, y]
     }
 
     fn passes(options: &dyn MethodKind, count: usize) -> Vec<Pass> {
         let [u, y] = record();
-        let shape = Shape {
-            order: 2,
-            window: N,
-        };
+        let shape = Shape { order: 2, window: N };
         let problem = Problem {
             covariance: true,
             ..shape.into()
@@ -370,8 +355,7 @@ mod tests {
                 ..paper.clone()
             };
             for (paper, general) in passes(&paper, 5).iter().zip(passes(&general, 5)) {
-                let [paper, general] =
-                    [&paper.model, &general.model].map(|of| of.standard_errors().unwrap());
+                let [paper, general] = [&paper.model, &general.model].map(|of| of.standard_errors().unwrap());
                 check(&paper, &general);
             }
         }
@@ -381,10 +365,7 @@ mod tests {
     #[test]
     fn covariances_of_reported_passes_alone() {
         let [u, y] = record();
-        let shape = Shape {
-            order: 2,
-            window: N,
-        };
+        let shape = Shape { order: 2, window: N };
         let errors = |reported: &[usize]| {
             let options = IvOptions {
                 covariance: Some(Covariance::Robust),
@@ -426,10 +407,7 @@ mod tests {
                 ..OeOptions::default()
             };
             let mut passes = [Pass::new(1)];
-            let shape = Shape {
-                order: 1,
-                window: N,
-            };
+            let shape = Shape { order: 1, window: N };
             let mut estimator = options.prepare(&shape.into()).unwrap();
             estimator.estimate(Window::new(&u, &y, N), &mut passes);
             passes[0].model.standard_errors().unwrap()[0]
@@ -438,10 +416,7 @@ mod tests {
         for kind in [Covariance::Coloured, Covariance::Robust] {
             assert!((of(kind) / white - 1.0).abs() < 0.2, "{kind}");
         }
-        let shape = Shape {
-            order: 2,
-            window: N,
-        };
+        let shape = Shape { order: 2, window: N };
         let mut passes = [Pass::new(2)];
         let mut ls = LsOptions::default().prepare(&shape.into()).unwrap();
         ls.estimate(Window::new(&u, &y, N), &mut passes);

@@ -26,9 +26,7 @@ pub fn excitation_order(u: &[f64], most: usize) -> usize {
             }
         }
     });
-    let values = reduced
-        .ok()
-        .and_then(|()| reduction.r().singular_values().ok());
+    let values = reduced.ok().and_then(|()| reduction.r().singular_values().ok());
     let values = values.unwrap_or_default();
     let largest = values.iter().copied().fold(0.0, f64::max);
     let limit = (SMALLEST * largest).max(rounding_of(u) * (rows as f64).sqrt());
@@ -63,9 +61,7 @@ mod tests {
         let sine = |omega: f64, k: u32| (omega * f64::from(k) + 0.3).sin();
         let of = |signal: &dyn Fn(u32) -> f64, digits: i32| {
             let unit = 10_f64.powi(digits);
-            let u: Vec<f64> = (0..300)
-                .map(|k| (signal(k) * unit).round() / unit)
-                .collect();
+            let u: Vec<f64> = (0..300).map(|k| (signal(k) * unit).round() / unit).collect();
             excitation_order(&u, 12)
         };
         for digits in [6, 8, 12, 15] {
@@ -75,10 +71,7 @@ mod tests {
             assert_eq!(of(&|k| sine(0.4, k) + sine(1.9, k), digits), 4, "{digits}");
             assert_eq!(of(&|k| f64::from(k / 30 % 3), digits), 12, "{digits}");
             assert_eq!(
-                of(
-                    &|k| f64::from((k.wrapping_mul(2_654_435_761) >> 13) & 1),
-                    digits
-                ),
+                of(&|k| f64::from((k.wrapping_mul(2_654_435_761) >> 13) & 1), digits),
                 12,
                 "{digits}"
             );
@@ -93,9 +86,7 @@ mod tests {
             .collect();
         assert_eq!(excited_rows(&u, 8, 2), Ok(2));
         assert_eq!(excited_rows(&u, 8, 3), Err(FailureKind::RankDeficient));
-        let white: Vec<f64> = (0..200_u32)
-            .map(|k| f64::from((k * k * 7 + k) % 13))
-            .collect();
+        let white: Vec<f64> = (0..200_u32).map(|k| f64::from((k * k * 7 + k) % 13)).collect();
         assert_eq!(excited_rows(&white, 6, 3), Ok(6));
     }
 }

@@ -8,9 +8,7 @@ use super::initial_state_choice::{StartState, StateEstimate};
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::other_tools::{R_SYSID_RIDGE, Reading};
 use super::regression::{Regression, Rows};
-use super::{
-    Drive, Estimator, Failure, FailureKind, Pass, Progress, Runs, SetupError, Stage, Window,
-};
+use super::{Drive, Estimator, Failure, FailureKind, Pass, Progress, Runs, SetupError, Stage, Window};
 use crate::model::{LinearModel, Orders};
 use crate::observer::Gain;
 
@@ -54,8 +52,7 @@ impl GeneralIv {
         let n = orders.order();
         Ok(Self {
             regression: Regression::with_ridge(orders, rows, ridge, window)?.of_runs(&runs)?,
-            instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, window)?
-                .of_runs(&runs)?,
+            instruments: InstrumentalRegression::new(orders, Instruments::Signal, rows, window)?.of_runs(&runs)?,
             fixed: options.fixed_model,
             auxiliary: AuxiliaryModel::new(n, window, Drive::Model, Gain::DeadBeat),
             covariance: options.covariance,
@@ -87,8 +84,7 @@ impl GeneralIv {
                 self.state.of(part, previous)?
             };
             let Pass { a, b, .. } = previous;
-            self.auxiliary
-                .run_driven(a, b, x0, part, part.u, run.start)?;
+            self.auxiliary.run_driven(a, b, x0, part, part.u, run.start)?;
         }
         let x = self.auxiliary.yhat.iter_mut().zip(window.u);
         x.for_each(|(x, u)| *x += previous.direct * u);
@@ -117,8 +113,7 @@ impl GeneralIv {
                     let variance = self.regression.residual_sum() / freedom;
                     self.model.noise_variance = variance;
                     let covariance = &mut self.model.covariance;
-                    self.regression
-                        .covariance(self.covariance, variance, covariance);
+                    self.regression.covariance(self.covariance, variance, covariance);
                 }
                 Stage::LeastSquares
             }
@@ -126,9 +121,7 @@ impl GeneralIv {
                 let simulated = self.simulate(window, previous);
                 simulated.map_err(at(Stage::AuxiliaryModel))?;
                 let x = &self.auxiliary.yhat;
-                let solved = self
-                    .instruments
-                    .solve(Signals::new(u, y, x), &mut condition);
+                let solved = self.instruments.solve(Signals::new(u, y, x), &mut condition);
                 solved.map_err(at(Stage::Instruments))?;
                 let theta = self.instruments.theta();
                 self.model.set_parameters(theta);
@@ -136,8 +129,7 @@ impl GeneralIv {
                     let variance = self.instruments.residual_sum() / freedom;
                     self.model.noise_variance = variance;
                     let covariance = &mut self.model.covariance;
-                    self.instruments
-                        .covariance(self.covariance, variance, covariance);
+                    self.instruments.covariance(self.covariance, variance, covariance);
                 }
                 Stage::Instruments
             }
@@ -199,10 +191,7 @@ mod tests {
                 orders,
                 ..IvOptions::default()
             };
-            let shape = Shape {
-                order: 2,
-                window: n,
-            };
+            let shape = Shape { order: 2, window: n };
             let mut passes: Vec<Pass> = (0..5).map(|_| Pass::new(2)).collect();
             let mut estimator = options.prepare(&shape.into()).unwrap();
             estimator.estimate(Window::new(&u, &y, n), &mut passes);
@@ -211,15 +200,8 @@ mod tests {
         let (paper, general) = (passes(None), passes(Some(Orders::arx(2, 2, 1))));
         for (paper, general) in paper.iter().zip(&general) {
             assert!(paper.failure.is_none() && general.failure.is_none());
-            for (p, g) in [
-                (&paper.a, &general.a),
-                (&paper.b, &general.b),
-                (&paper.x0, &general.x0),
-            ] {
-                assert!(
-                    p.iter().zip(g).all(|(p, g)| (p - g).abs() < 1e-11),
-                    "{p:?} {g:?}"
-                );
+            for (p, g) in [(&paper.a, &general.a), (&paper.b, &general.b), (&paper.x0, &general.x0)] {
+                assert!(p.iter().zip(g).all(|(p, g)| (p - g).abs() < 1e-11), "{p:?} {g:?}");
             }
         }
         assert!((paper[1].a[0] - paper[4].a[0]).abs() > 1e-6);

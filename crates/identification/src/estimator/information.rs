@@ -168,14 +168,7 @@ impl Information {
         let (output, input) = (instruments.output, instruments.input(window));
         fill_rows(output, input, self.order, 0, z.as_mut());
         let product = Accum::Replace;
-        matmul(
-            self.matrix.as_mut(),
-            product,
-            z.transpose(),
-            &phi,
-            1.0,
-            Par::Seq,
-        );
+        matmul(self.matrix.as_mut(), product, z.transpose(), &phi, 1.0, Par::Seq);
         for (i, r) in self.rhs.iter_mut().enumerate() {
             let y = window.y[self.order..].iter();
             *r = z.col(i).iter().zip(y).map(|(z, y)| z * y).sum();

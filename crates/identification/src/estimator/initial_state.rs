@@ -39,8 +39,7 @@ pub struct InitialState {
 impl InitialState {
     /// Makes buffers for order n.
     pub fn new(order: usize) -> Self {
-        let scratch =
-            llt::factor::cholesky_in_place_scratch::<f64>(order, Par::Seq, Default::default());
+        let scratch = llt::factor::cholesky_in_place_scratch::<f64>(order, Par::Seq, Default::default());
         Self {
             row: vec![0.0; order],
             state: vec![0.0; order],
@@ -58,13 +57,7 @@ impl InitialState {
     ///
     /// # Panics
     /// If `a`, `b`, `x0` are not of the order that the buffers were made for.
-    pub fn estimate(
-        &mut self,
-        a: &[f64],
-        b: &[f64],
-        window: Window<'_>,
-        x0: &mut [f64],
-    ) -> Result<(), FailureKind> {
+    pub fn estimate(&mut self, a: &[f64], b: &[f64], window: Window<'_>, x0: &mut [f64]) -> Result<(), FailureKind> {
         let rows = self.relevant_rows(a, window.len());
         let window = Window::with_reference(window.u, window.y, window.r, rows);
         self.form_normal_equations(a, b, window, x0);
@@ -160,17 +153,9 @@ impl InitialState {
         Ok(())
     }
 
-    fn by_sorted_qr(
-        &mut self,
-        a: &[f64],
-        b: &[f64],
-        window: Window<'_>,
-        x0: &mut [f64],
-    ) -> Result<(), FailureKind> {
+    fn by_sorted_qr(&mut self, a: &[f64], b: &[f64], window: Window<'_>, x0: &mut [f64]) -> Result<(), FailureKind> {
         self.start();
-        let problem = self
-            .sorted_qr
-            .get_or_insert_with(|| SortedQr::new(x0.len()));
+        let problem = self.sorted_qr.get_or_insert_with(|| SortedQr::new(x0.len()));
         problem.begin(window.len());
         let row = &mut self.row;
         crate::signal::arithmetic::with_fma(
@@ -194,13 +179,7 @@ impl InitialState {
 }
 
 /// Does [`InitialState::form_normal_equations`] for a constant order: the sums stay in registers.
-fn accumulate<const N: usize>(
-    a: &[f64],
-    b: &[f64],
-    window: Window<'_>,
-    rhs: &mut [f64],
-    gram: &mut Mat<f64>,
-) {
+fn accumulate<const N: usize>(a: &[f64], b: &[f64], window: Window<'_>, rhs: &mut [f64], gram: &mut Mat<f64>) {
     let (mut a_hat, mut row) = ([0.0; N], [0.0; N]);
     a_hat.copy_from_slice(a);
     row[0] = 1.0;
@@ -260,8 +239,7 @@ mod tests {
                 let mut problem = InitialState::new(order);
                 problem.start();
                 for k in 0..order {
-                    let identity: Vec<f64> =
-                        (0..order).map(|i| f64::from(u8::from(i == k))).collect();
+                    let identity: Vec<f64> = (0..order).map(|i| f64::from(u8::from(i == k))).collect();
                     assert_eq!(problem.row, identity);
                     next_row(&a, &mut problem.row);
                 }

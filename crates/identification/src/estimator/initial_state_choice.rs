@@ -58,24 +58,18 @@ impl StateEstimate {
         if pass.direct != 0.0 {
             let samples = window.y.iter().zip(window.u);
             self.undelayed.clear();
-            self.undelayed
-                .extend(samples.map(|(y, u)| y - pass.direct * u));
+            self.undelayed.extend(samples.map(|(y, u)| y - pass.direct * u));
         }
         // A model may have another order than the previous one.
         if self.x0.len() != pass.a.len() {
             self.initial_state = InitialState::new(pass.a.len());
             self.x0.resize(pass.a.len(), 0.0);
         }
-        let y = if pass.direct == 0.0 {
-            window.y
-        } else {
-            &self.undelayed
-        };
+        let y = if pass.direct == 0.0 { window.y } else { &self.undelayed };
         self.x0.fill(0.0);
         if self.start == StartState::Estimate {
             let window = Window { y, ..window };
-            self.initial_state
-                .estimate(&pass.a, &pass.b, window, &mut self.x0)?;
+            self.initial_state.estimate(&pass.a, &pass.b, window, &mut self.x0)?;
         }
         Ok(&self.x0)
     }

@@ -40,9 +40,7 @@ impl Instruments {
     fn reach(self, orders: Orders) -> usize {
         match self {
             Self::Signal => orders.reach(),
-            Self::DelayedInputs { extra } => orders
-                .reach()
-                .max(orders.nk + orders.nb + orders.na + extra - 1),
+            Self::DelayedInputs { extra } => orders.reach().max(orders.nk + orders.nb + orders.na + extra - 1),
         }
     }
 }
@@ -169,12 +167,7 @@ impl InstrumentalRegression {
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`] if there are fewer rows than instruments.
-    pub fn new(
-        orders: Orders,
-        instruments: Instruments,
-        rows: Rows,
-        window: usize,
-    ) -> Result<Self, SetupError> {
+    pub fn new(orders: Orders, instruments: Instruments, rows: Rows, window: usize) -> Result<Self, SetupError> {
         let width = orders.na + orders.nb;
         let wide = instruments.count(orders) + orders.nb;
         let lagged = Lagged::new(orders, instruments.reach(orders), wide, rows, window)?;
@@ -281,10 +274,7 @@ impl InstrumentalRegression {
         }
         let (lagged, outer, top) = (&self.lagged, outer.r(), outer.top());
         self.influence.clear();
-        let (mut q, mut psi) = (
-            vec![[0.0; ROWS]; scratch.len()],
-            vec![[0.0; ROWS]; theta.len()],
-        );
+        let (mut q, mut psi) = (vec![[0.0; ROWS]; scratch.len()], vec![[0.0; ROWS]; theta.len()]);
         let mut rows = lagged.rows();
         while !rows.is_empty() {
             let block = rows.start..rows.end.min(rows.start + ROWS);
@@ -304,12 +294,9 @@ impl InstrumentalRegression {
             );
             let whole = block.enumerate().filter(|(_, k)| lagged.is_whole(*k));
             for (lane, k) in whole {
-                self.influence
-                    .push(theta.len(), lagged.residual(theta, k), |row| {
-                        row.iter_mut()
-                            .zip(&psi)
-                            .for_each(|(to, psi)| *to = psi[lane]);
-                    });
+                self.influence.push(theta.len(), lagged.residual(theta, k), |row| {
+                    row.iter_mut().zip(&psi).for_each(|(to, psi)| *to = psi[lane]);
+                });
             }
         }
         self.influence.solve_normal(inner);
@@ -323,13 +310,7 @@ impl InstrumentalRegression {
 }
 
 /// Computes z(k).
-fn row_of_instruments(
-    lagged: &Lagged,
-    instruments: Instruments,
-    [x, v]: [&[f64]; 2],
-    k: usize,
-    to: &mut [f64],
-) {
+fn row_of_instruments(lagged: &Lagged, instruments: Instruments, [x, v]: [&[f64]; 2], k: usize, to: &mut [f64]) {
     let Orders { nb, nk, .. } = lagged.orders;
     let (more, of_input) = to.split_at_mut(instruments.count(lagged.orders));
     for (i, to) in more.iter_mut().enumerate() {

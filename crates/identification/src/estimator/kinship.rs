@@ -24,11 +24,7 @@ pub enum Kinship {
 impl Kinship {
     /// Returns the passes of the earlier method that the other has too.
     pub fn of(self, passes: &[Pass]) -> &[Pass] {
-        let Self::Passes {
-            most,
-            until_unstable,
-        } = self
-        else {
+        let Self::Passes { most, until_unstable } = self else {
             return passes;
         };
         let passes = &passes[..most.min(passes.len())];
@@ -41,11 +37,7 @@ impl Kinship {
 
     /// The results that methods of these options share, if that saves work. `errors`: whether standard errors are
     /// wanted from methods that can do without them.
-    pub(super) fn between(
-        earlier: &MethodOptions,
-        later: &MethodOptions,
-        errors: bool,
-    ) -> Option<Self> {
+    pub(super) fn between(earlier: &MethodOptions, later: &MethodOptions, errors: bool) -> Option<Self> {
         use MethodOptions as M;
         if earlier == later {
             return Some(Self::Same);
@@ -108,14 +100,11 @@ fn passes_in_common(earlier: &IvOptions, later: &IvOptions) -> Option<Kinship> {
         // Without standard errors it is not used.
         covariance: _,
     } = later;
-    let begins = earlier.solver == *solver
-        && earlier.stage10 == *stage10
-        && earlier.initial_state == *initial_state;
+    let begins = earlier.solver == *solver && earlier.stage10 == *stage10 && earlier.initial_state == *initial_state;
     if !(begins && is_of_the_paper(earlier) && is_of_the_paper(later)) {
         return None;
     }
-    let instruments =
-        earlier.drive == *drive && earlier.gain == *gain && earlier.instruments == *instruments;
+    let instruments = earlier.drive == *drive && earlier.gain == *gain && earlier.instruments == *instruments;
     let all = earlier.iterations.min(*iterations) + 1;
     let most = match (earlier.auxiliary, *auxiliary) {
         _ if !instruments => 1,
@@ -135,8 +124,7 @@ fn passes_in_common(earlier: &IvOptions, later: &IvOptions) -> Option<Kinship> {
 mod tests {
     use super::*;
     use crate::estimator::{
-        Drive, Estimator, LsOptions, Method, OeOptions, Problem, SearchStarts, Shape, Stabilise,
-        Window,
+        Drive, Estimator, LsOptions, Method, OeOptions, Problem, SearchStarts, Shape, Stabilise, Window,
     };
     use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 
@@ -162,20 +150,8 @@ mod tests {
     fn content(pass: &Pass) -> String {
         let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         let of_model: Vec<f64> = pass.model.parameters().collect();
-        let numbers = [
-            &pass.a,
-            &pass.b,
-            &pass.h,
-            &pass.x0,
-            &of_model,
-            &pass.model.covariance,
-        ];
-        let single = [
-            pass.loss,
-            pass.condition,
-            pass.direct,
-            pass.model.noise_variance,
-        ];
+        let numbers = [&pass.a, &pass.b, &pass.h, &pass.x0, &of_model, &pass.model.covariance];
+        let single = [pass.loss, pass.condition, pass.direct, pass.model.noise_variance];
         format!(
             "{:?} {:?} {:?} {:?} {:?} {} {:?} {:?}",
             numbers.map(|of| bits(of)),
@@ -194,11 +170,7 @@ mod tests {
     fn check(earlier: &Method, later: &Method, errors: bool) -> [usize; 2] {
         let problem = Problem {
             covariance: errors,
-            ..Shape {
-                order: 2,
-                window: N,
-            }
-            .into()
+            ..Shape { order: 2, window: N }.into()
         };
         let Some(kinship) = later.kinship(earlier, errors) else {
             return [0; 2];
@@ -220,10 +192,7 @@ mod tests {
             first.estimate(window, &mut known);
             alone.estimate(window, &mut expected);
             match kinship {
-                Kinship::Same => found
-                    .iter_mut()
-                    .zip(&known)
-                    .for_each(|(to, of)| to.assign(of)),
+                Kinship::Same => found.iter_mut().zip(&known).for_each(|(to, of)| to.assign(of)),
                 Kinship::Covariance(kind) => {
                     assert!(first.estimate_again(kind, window, &known, &mut found));
                 }
@@ -235,11 +204,7 @@ mod tests {
                 }
             }
             for (number, (found, expected)) in found.iter().zip(&expected).enumerate() {
-                assert_eq!(
-                    content(found),
-                    content(expected),
-                    "{kinship:?} {trial} {number}"
-                );
+                assert_eq!(content(found), content(expected), "{kinship:?} {trial} {number}");
             }
         }
         [taken, all]
@@ -250,11 +215,7 @@ mod tests {
         let mut methods = vec![Method::least_squares(LsOptions::default())];
         for auxiliary in [Auxiliary::Refresh, Auxiliary::Frozen, Auxiliary::Literal] {
             for drive in [Drive::Model, Drive::Observer] {
-                for (stabilise, iterations) in [
-                    (Stabilise::None, 5),
-                    (Stabilise::Reflect, 5),
-                    (Stabilise::None, 3),
-                ] {
+                for (stabilise, iterations) in [(Stabilise::None, 5), (Stabilise::Reflect, 5), (Stabilise::None, 3)] {
                     methods.push(Method::instrumental_variables(IvOptions {
                         iterations,
                         auxiliary,
@@ -294,9 +255,7 @@ mod tests {
                     covariance,
                     ..IvOptions::default()
                 };
-                Method::instrumental_variables(options)
-                    .reporting(&[2])
-                    .unwrap()
+                Method::instrumental_variables(options).reporting(&[2]).unwrap()
             };
             for errors in [false, true] {
                 assert!(oe(later).kinship(&oe(earlier), errors).is_some());

@@ -33,10 +33,7 @@ pub(super) fn lagged_products(
         let (delay_a, delay_b) = (first_a + i, first_b + j);
         let late = delay_a.max(delay_b);
         let mut sum = if late < n {
-            dot(
-                &a[late - delay_a..n - delay_a],
-                &b[late - delay_b..n - delay_b],
-            )
+            dot(&a[late - delay_a..n - delay_a], &b[late - delay_b..n - delay_b])
         } else {
             0.0
         };
@@ -140,9 +137,7 @@ impl System {
         let n = self.width;
         for j in 0..n {
             let size = |i: &usize| self.m[i * n + j].abs();
-            let pivot = (j..n)
-                .max_by(|a, b| size(a).total_cmp(&size(b)))
-                .unwrap_or(j);
+            let pivot = (j..n).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(j);
             if !(self.m[pivot * n + j].abs() > 0.0) {
                 return false;
             }
@@ -186,26 +181,14 @@ mod tests {
     /// Against the sums themselves, for delays of every kind, also beyond the record.
     #[test]
     fn products_follow_from_the_first() {
-        let signal =
-            |factor: f64| -> Vec<f64> { (0..9).map(|k| (factor * f64::from(k)).sin()).collect() };
+        let signal = |factor: f64| -> Vec<f64> { (0..9).map(|k| (factor * f64::from(k)).sin()).collect() };
         let (a, b) = (signal(0.7), signal(1.9));
-        for (of_a, of_b) in [
-            ((0, 4), (0, 4)),
-            ((1, 3), (0, 6)),
-            ((2, 11), (1, 2)),
-            ((0, 0), (1, 3)),
-        ] {
+        for (of_a, of_b) in [((0, 4), (0, 4)), ((1, 3), (0, 6)), ((2, 11), (1, 2)), ((0, 0), (1, 3))] {
             let mut count = 0;
             lagged_products(&a, &b, of_a, of_b, |i, j, found| {
-                let at =
-                    |x: &[f64], k: usize, delay: usize| k.checked_sub(delay).map_or(0.0, |k| x[k]);
-                let expected: f64 = (0..9)
-                    .map(|k| at(&a, k, of_a.0 + i) * at(&b, k, of_b.0 + j))
-                    .sum();
-                assert!(
-                    (found - expected).abs() < 1e-14,
-                    "{of_a:?} {of_b:?} {i} {j}"
-                );
+                let at = |x: &[f64], k: usize, delay: usize| k.checked_sub(delay).map_or(0.0, |k| x[k]);
+                let expected: f64 = (0..9).map(|k| at(&a, k, of_a.0 + i) * at(&b, k, of_b.0 + j)).sum();
+                assert!((found - expected).abs() < 1e-14, "{of_a:?} {of_b:?} {i} {j}");
                 count += 1;
             });
             assert_eq!(count, of_a.1 * of_b.1);

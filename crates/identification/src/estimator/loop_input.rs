@@ -101,10 +101,7 @@ impl LoopInput {
         multiply_into(&model.b, controller.numerator(), &mut self.closed);
         let length = self.closed.len().max(self.product.len());
         self.closed.resize(length, 0.0);
-        self.closed
-            .iter_mut()
-            .zip(&self.product)
-            .for_each(|(sum, p)| *sum += p);
+        self.closed.iter_mut().zip(&self.product).for_each(|(sum, p)| *sum += p);
         let lead = self.closed[0];
         for coefficient in self.closed.iter_mut().chain(&mut self.product) {
             *coefficient /= lead;

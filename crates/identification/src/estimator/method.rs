@@ -48,9 +48,7 @@ impl Method {
         outputs: Vec<Output>,
         factory: impl Fn(Shape) -> Result<Box<dyn Estimator>, SetupError> + Send + Sync + 'static,
     ) -> Self {
-        Self::own(Some(identity.into()), outputs, None, move |of| {
-            factory(of.shape)
-        })
+        Self::own(Some(identity.into()), outputs, None, move |of| factory(of.shape))
     }
 
     /// Makes a method of your own with one output. Its name and version identify it, as `identity` does in
@@ -152,11 +150,7 @@ impl Method {
             return Err(*beyond);
         }
         self.reported.retain(|pass| passes.contains(pass));
-        self.outputs = self
-            .reported
-            .iter()
-            .map(|pass| self.outputs[*pass].clone())
-            .collect();
+        self.outputs = self.reported.iter().map(|pass| self.outputs[*pass].clone()).collect();
         Ok(self)
     }
 
@@ -179,10 +173,7 @@ impl Method {
     ///
     /// # Errors
     /// If the method cannot serve the problem, or needs a plant ([`SetupError::NoKnownPlant`]).
-    pub fn prepare<'a>(
-        &self,
-        problem: impl Into<Problem<'a>>,
-    ) -> Result<Box<dyn Estimator>, SetupError> {
+    pub fn prepare<'a>(&self, problem: impl Into<Problem<'a>>) -> Result<Box<dyn Estimator>, SetupError> {
         let mut problem = Problem {
             reported: Some(&self.reported),
             ..problem.into()
@@ -192,10 +183,7 @@ impl Method {
         }
         let made: Box<dyn Estimator> = match &self.maker {
             Maker::Own { factory, .. } => factory(&problem)?,
-            Maker::Options(options) => Box::new(Scaled::new(
-                options.prepare(&problem)?,
-                options.option_units(),
-            )),
+            Maker::Options(options) => Box::new(Scaled::new(options.prepare(&problem)?, options.option_units())),
         };
         Ok(match self.last {
             None => made,

@@ -80,9 +80,7 @@ pub use other_tools::Reading;
 pub use pass::{Failure, Offset, Pass, Progress, Stage};
 pub use prediction::{errors_ahead, prediction_errors};
 pub(crate) use prediction_error::PredictionGradient;
-pub use prediction_error::{
-    Beside, InitialCondition, PredictionError, SearchStarts, initial_numbers,
-};
+pub use prediction_error::{Beside, InitialCondition, PredictionError, SearchStarts, initial_numbers};
 pub use reflection::{PoleReflection, Stabilise};
 pub use regression::{Regression, Rows};
 pub use runs::Runs;
@@ -245,9 +243,7 @@ pub enum SetupError {
         order: usize,
     },
     /// The method cannot fit one model to several records.
-    #[error(
-        "takes one record without gaps; one model is fitted to several records by arx, iv, oe, armax and bj"
-    )]
+    #[error("takes one record without gaps; one model is fitted to several records by arx, iv, oe, armax and bj")]
     OneRecord,
     /// The matrix of `dual` or `augmented` would be too large.
     #[error(
@@ -307,12 +303,7 @@ pub enum SetupError {
 }
 
 /// Checks that a window yields as many equations as are needed.
-fn enough_equations(
-    orders: Orders,
-    window: usize,
-    rows: usize,
-    needed: usize,
-) -> Result<(), SetupError> {
+fn enough_equations(orders: Orders, window: usize, rows: usize, needed: usize) -> Result<(), SetupError> {
     if rows < needed {
         return Err(SetupError::ShortRecord {
             orders,

@@ -29,8 +29,7 @@ impl NoiseFit {
             ..Orders::default()
         };
         Self {
-            search: (nc + nd > 0)
-                .then(|| Descent::new(arma, OfRecord::default(), Runs::new(&[window]))),
+            search: (nc + nd > 0).then(|| Descent::new(arma, OfRecord::default(), Runs::new(&[window]))),
             theta: vec![0.0; nd + nc],
             nd,
             silence: vec![0.0; window],
@@ -83,11 +82,7 @@ impl NoiseFit {
         search.covariance(Covariance::White, variance, &mut self.block);
         let before = na + nb;
         let place = |i: usize| {
-            if i < nd {
-                before + nc + i
-            } else {
-                before + i - nd
-            }
+            if i < nd { before + nc + i } else { before + i - nd }
         };
         put_block(&self.block, nd + nc, place, orders.parameters(), to);
         Ok(())
@@ -96,12 +91,7 @@ impl NoiseFit {
 
 /// Changes values by a share of the way to new ones. Returns the longest way and the largest new value, each times the
 /// length of its column.
-pub(super) fn replace(
-    old: &mut [f64],
-    new: &[f64],
-    share: f64,
-    length: impl Fn(usize) -> f64,
-) -> [f64; 2] {
+pub(super) fn replace(old: &mut [f64], new: &[f64], share: f64, length: impl Fn(usize) -> f64) -> [f64; 2] {
     let (mut way, mut size) = (0.0_f64, 0.0_f64);
     for (j, (old, new)) in old.iter_mut().zip(new).enumerate() {
         way = way.max((*old - new).abs() * length(j));
@@ -116,13 +106,7 @@ pub(super) fn replace(
 }
 
 /// Copies a square block of n rows to the positions that `place` returns, in a matrix of `total` rows.
-pub(super) fn put_block(
-    block: &[f64],
-    n: usize,
-    place: impl Fn(usize) -> usize,
-    total: usize,
-    to: &mut [f64],
-) {
+pub(super) fn put_block(block: &[f64], n: usize, place: impl Fn(usize) -> usize, total: usize, to: &mut [f64]) {
     for (i, row) in block.chunks_exact(n).enumerate() {
         for (j, value) in row.iter().enumerate() {
             to[place(i) * total + place(j)] = *value;

@@ -51,12 +51,7 @@ pub(super) enum Equations {
 }
 
 impl HighOrder {
-    pub(super) fn new(
-        with_outputs: bool,
-        delay: usize,
-        given: Option<usize>,
-        window: usize,
-    ) -> Self {
+    pub(super) fn new(with_outputs: bool, delay: usize, given: Option<usize>, window: usize) -> Self {
         let rule = if with_outputs {
             MOST_ARX.min(window / SAMPLES_ARX)
         } else {
@@ -136,10 +131,7 @@ impl HighOrder {
             _ => (m * (step - 1)).max(nk + m - 1).min(y.len()),
         };
         let with_constant = self.equations == Equations::WithConstant;
-        let equations = Sums {
-            first,
-            with_constant,
-        };
+        let equations = Sums { first, with_constant };
         let normal = &mut self.normal;
         normal.clear(width);
         equations.products((u, nk, m), (u, nk, m), |i, j, value| {
@@ -170,10 +162,7 @@ impl HighOrder {
         let mut rest = square;
         let mut least = f64::INFINITY;
         self.chosen = 0;
-        for (i, parts) in normal.right[..self.reached * step]
-            .chunks_exact(step)
-            .enumerate()
-        {
+        for (i, parts) in normal.right[..self.reached * step].chunks_exact(step).enumerate() {
             rest -= parts.iter().map(|x| x * x).sum::<f64>();
             let order = i + 1;
             // The differences are rounding where a model is nearly exact.
@@ -232,11 +221,7 @@ impl Sums {
 
 /// Whether the taps of a response do not hold it: by the squares that each explains of y beside those before it, the
 /// last tenth explains more than chance, by six standard deviations of chi-squared, and more than rounding.
-pub(super) fn is_cut(
-    squares: impl ExactSizeIterator<Item = f64>,
-    variance: f64,
-    of_y: f64,
-) -> bool {
+pub(super) fn is_cut(squares: impl ExactSizeIterator<Item = f64>, variance: f64, of_y: f64) -> bool {
     let (n, k) = (squares.len(), squares.len().div_ceil(10));
     let last: f64 = squares.skip(n - k).sum();
     let chance = k as f64 + 6.0 * (2.0 * k as f64).sqrt();
@@ -322,17 +307,12 @@ impl NullSpaceFit {
     pub(super) fn begin(&mut self, u: &[f64], y: &[f64]) -> [usize; 3] {
         self.high.fit(u, y);
         let HighOrder {
-            reached,
-            chosen,
-            given,
-            ..
+            reached, chosen, given, ..
         } = self.high;
         if given.is_some() {
             return [reached; 3];
         }
-        let Orders {
-            na, nb, nc, nd, nf, ..
-        } = self.orders;
+        let Orders { na, nb, nc, nd, nf, .. } = self.orders;
         let least = na.max(nd) + nc + nb + nf;
         let short = chosen.max(least).min(reached);
         [short, (2 * short).min(reached), reached]
@@ -404,9 +384,7 @@ impl NullSpaceFit {
     }
 
     fn solve(&mut self, weighted: bool) -> bool {
-        let Orders {
-            na, nb, nc, nd, nf, ..
-        } = self.orders;
+        let Orders { na, nb, nc, nd, nf, .. } = self.orders;
         let (m, step) = (self.order, self.high.step());
         let rows = m * step;
         let box_jenkins = na == 0 && nc + nd > 0;

@@ -8,11 +8,7 @@ use crate::model::{LinearModel, Orders};
 ///
 /// # Errors
 /// [`FailureKind::Singular`] if the filtered input has no such B; [`FailureKind::NonFinite`].
-pub(super) fn fit_numerator(
-    model: &mut LinearModel,
-    u: &[f64],
-    y: &[f64],
-) -> Result<(), FailureKind> {
+pub(super) fn fit_numerator(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
     let Orders { nb, nk, .. } = model.orders();
     let (mut of_u, mut of_y) = (vec![0.0; u.len()], vec![0.0; y.len()]);
     let mut scratch = of_y.clone();

@@ -81,11 +81,7 @@ impl Levels {
         let offset = |(i, [u, y]): (usize, &[f64; 2])| {
             // Without a level of u the gain does not matter, not even that of an integrator.
             let moved = |by: f64| {
-                if *u == 0.0 {
-                    0.0
-                } else {
-                    -by * u / units.input
-                }
+                if *u == 0.0 { 0.0 } else { -by * u / units.input }
             };
             let mut of_record: Vec<f64> = gradient.iter().map(|g| moved(*g)).collect();
             of_record.resize(n + about.len(), 0.0);

@@ -104,11 +104,7 @@ mod tests {
             estimator.parse(options).unwrap_err().to_string()
         };
         for (estimator, text, part) in [
-            (
-                EstimatorName::Arx,
-                "{\"orders\": \"na=1,nc=1\"}",
-                "expected na, nb, nk",
-            ),
+            (EstimatorName::Arx, "{\"orders\": \"na=1,nc=1\"}", "expected na, nb, nk"),
             (EstimatorName::Arx, "{\"orders\": \"nk=1\"}", "at least 1"),
             (
                 EstimatorName::Arx,

@@ -11,9 +11,7 @@ use crate::plant::stability::is_stable;
 use std::borrow::Cow;
 
 /// The stage of the paper's algorithm in which something failed.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Stage {
     /// Stage 1: the record could not be drawn.
     Data = 1,
@@ -68,11 +66,7 @@ impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.stage {
             Stage::Other => write!(f, "{}", self.kind),
-            stage => write!(
-                f,
-                "{} (stage {}, pass {})",
-                self.kind, stage as usize, self.pass
-            ),
+            stage => write!(f, "{} (stage {}, pass {})", self.kind, stage as usize, self.pass),
         }
     }
 }
@@ -302,10 +296,7 @@ impl Pass {
         }
         parameters::input_vector(&self.a, &self.h, &mut self.b);
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        if ![&self.a, &self.b, &self.h]
-            .into_iter()
-            .all(|values| finite(values))
-        {
+        if ![&self.a, &self.b, &self.h].into_iter().all(|values| finite(values)) {
             return Err(FailureKind::NonFinite);
         }
         self.scratch.truncate(n);

@@ -19,12 +19,7 @@ use crate::plant::canonical::reverse_negated;
 ///
 /// # Panics
 /// If u and y differ in length, or the window is longer than they are.
-pub fn prediction_errors(
-    model: &LinearModel,
-    u: &[f64],
-    y: &[f64],
-    window: usize,
-) -> Option<(usize, Vec<f64>)> {
+pub fn prediction_errors(model: &LinearModel, u: &[f64], y: &[f64], window: usize) -> Option<(usize, Vec<f64>)> {
     let orders = model.orders();
     let (mut e, mut scratch) = (vec![0.0; u.len()], vec![0.0; u.len()]);
     model.residuals(u, y, &mut e, &mut scratch);
@@ -41,9 +36,7 @@ pub fn prediction_errors(
     let (mut a, b) = (vec![0.0; n], vec![0.0; n]);
     reverse_negated(&denominator[1..], &mut a);
     let (mut x, mut state) = (vec![0.0; n], InitialState::new(n));
-    state
-        .estimate(&a, &b, Window::new(u, &e, window), &mut x)
-        .ok()?;
+    state.estimate(&a, &b, Window::new(u, &e, window), &mut x).ok()?;
     crate::plant::simulate(&a, &b, &mut x, u, |k, x| e[k] -= x[0]);
     Some((0, e))
 }
@@ -89,12 +82,7 @@ mod tests {
     /// samples show neither an offset from the past nor its noise.
     #[test]
     fn a_record_that_began_before_is_predicted_from_its_first_sample() {
-        for orders in [
-            "nb=2,nf=2",
-            "na=1,nb=2,nc=1",
-            "nb=2,nc=1,nd=1,nf=2,nk=2",
-            "nb=4,nf=1",
-        ] {
+        for orders in ["nb=2,nf=2", "na=1,nb=2,nc=1", "nb=2,nc=1,nd=1,nf=2,nk=2", "nb=4,nf=1"] {
             let mut model = LinearModel::zero(orders.parse().unwrap());
             let n = model.orders().parameters();
             let theta = [0.5, 1.0, 0.3, -0.4, 0.2, 0.1, 0.3];
@@ -144,14 +132,7 @@ mod tests {
             let full = noise(e);
             for horizon in [1, 2, 5, 80] {
                 let (counts, found) = errors_ahead(&model, &u, &y, 60, horizon).unwrap();
-                assert_eq!(
-                    counts,
-                    if first > 0 {
-                        (first + horizon - 1).min(60)
-                    } else {
-                        0
-                    }
-                );
+                assert_eq!(counts, if first > 0 { (first + horizon - 1).min(60) } else { 0 });
                 for k in 0..e.len() {
                     let mut known = e.to_vec();
                     known[(k + 1).saturating_sub(horizon)..].fill(0.0);

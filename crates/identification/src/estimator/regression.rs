@@ -4,9 +4,7 @@
 
 use super::covariance::{Covariance, Influence};
 use super::solver::Reduction;
-use super::solver::rank::{
-    Equilibration, check_rank_of_columns, columns_of_inverse, triangular_condition,
-};
+use super::solver::rank::{Equilibration, check_rank_of_columns, columns_of_inverse, triangular_condition};
 use super::{FailureKind, Runs, SetupError, enough_equations};
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -200,12 +198,7 @@ impl Regression {
     ///
     /// # Errors
     /// As for [`Self::new`].
-    pub fn with_ridge(
-        orders: Orders,
-        rows: Rows,
-        ridge: f64,
-        window: usize,
-    ) -> Result<Self, SetupError> {
+    pub fn with_ridge(orders: Orders, rows: Rows, ridge: f64, window: usize) -> Result<Self, SetupError> {
         let width = orders.na + orders.nb;
         let lagged = Lagged::new(orders, orders.reach(), width, rows, window)?;
         Ok(Self {
@@ -311,10 +304,9 @@ impl Regression {
         let (lagged, theta) = (&self.lagged, &self.theta);
         self.influence.clear();
         for k in lagged.rows().filter(|k| lagged.is_whole(*k)) {
-            self.influence
-                .push(theta.len(), lagged.residual(theta, k), |row| {
-                    lagged.regressors(k, row);
-                });
+            self.influence.push(theta.len(), lagged.residual(theta, k), |row| {
+                lagged.regressors(k, row);
+            });
         }
         self.influence.solve_normal(r);
         self.influence.covariance(kind, to);
@@ -327,12 +319,7 @@ fn ridge_rows(ridge: f64, width: usize) -> usize {
 }
 
 /// Computes `variance (R'R)^-1`, row by row; `scratch` has room for a column.
-pub(super) fn covariance_of_triangle(
-    r: MatRef<'_, f64>,
-    variance: f64,
-    scratch: &mut [f64],
-    to: &mut Vec<f64>,
-) {
+pub(super) fn covariance_of_triangle(r: MatRef<'_, f64>, variance: f64, scratch: &mut [f64], to: &mut Vec<f64>) {
     let n = r.ncols();
     to.clear();
     to.resize(n * n, 0.0);

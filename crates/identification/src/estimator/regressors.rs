@@ -13,13 +13,7 @@ use faer::MatMut;
 ///
 /// # Panics
 /// If `block` does not have 2n columns or reaches beyond the last row, or the signals differ in length.
-pub fn fill_rows(
-    output: &[f64],
-    input: &[f64],
-    order: usize,
-    first: usize,
-    mut block: MatMut<'_, f64>,
-) {
+pub fn fill_rows(output: &[f64], input: &[f64], order: usize, first: usize, mut block: MatMut<'_, f64>) {
     let rows = block.nrows();
     assert!(output.len() == input.len());
     assert!(block.ncols() == 2 * order && first + rows + order <= output.len());

@@ -1,8 +1,6 @@
 //! The scale of a record: none that can be measured changes a model.
 
-use super::{
-    Covariance, Estimator, Failure, OptionUnits, Pass, ProgramError, Records, Stage, Visit, Window,
-};
+use super::{Covariance, Estimator, Failure, OptionUnits, Pass, ProgramError, Records, Stage, Visit, Window};
 use crate::model::Units;
 use crate::real::with_fma;
 
@@ -151,13 +149,7 @@ impl Estimator for Scaled {
         !self.is_needed(window) && self.inner.estimate_again(covariance, window, found, passes)
     }
 
-    fn run_along(
-        &mut self,
-        window: Window<'_>,
-        at: &[usize],
-        pass: &mut Pass,
-        visit: &mut Visit<'_>,
-    ) {
+    fn run_along(&mut self, window: Window<'_>, at: &[usize], pass: &mut Pass, visit: &mut Visit<'_>) {
         let units = self.rescale(window);
         if units == Units::ONE {
             return self.inner.run_along(window, at, pass, visit);
@@ -165,14 +157,13 @@ impl Estimator for Scaled {
         let [u, y, r] = &self.signals;
         let scaled = Window::with_reference(u, y, r, window.len());
         let (mut in_samples, mut told) = (Vec::new(), pass.clone());
-        self.inner
-            .run_along(scaled, at, pass, &mut |k, pass, state| {
-                in_samples.clear();
-                in_samples.extend(state.into_iter().flatten().map(|x| x * units.output));
-                told.assign(pass);
-                bring_back(&mut told, 0, units);
-                visit(k, &told, state.map(|_| &in_samples[..]));
-            });
+        self.inner.run_along(scaled, at, pass, &mut |k, pass, state| {
+            in_samples.clear();
+            in_samples.extend(state.into_iter().flatten().map(|x| x * units.output));
+            told.assign(pass);
+            bring_back(&mut told, 0, units);
+            visit(k, &told, state.map(|_| &in_samples[..]));
+        });
     }
 
     fn gather(&mut self, trial: u64, records: &mut dyn Records) -> Result<(), ProgramError> {

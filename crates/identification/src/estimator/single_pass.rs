@@ -29,12 +29,7 @@ pub trait Iteration: Send {
     ///
     /// # Errors
     /// Why it did not come to rest.
-    fn find(
-        &mut self,
-        window: Window<'_>,
-        steps: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind>;
+    fn find(&mut self, window: Window<'_>, steps: &mut usize, condition: &mut f64) -> Result<(), FailureKind>;
 
     /// Computes the model's noise variance, and its covariance if the iteration came to rest. Returns the sum of squared
     /// prediction errors.

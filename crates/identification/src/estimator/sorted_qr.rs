@@ -68,17 +68,9 @@ impl SortedQr {
     fn grow(&mut self, rows: usize) {
         let columns = self.sorted.ncols();
         let block = self.factors.nrows();
-        let qr = factor::qr_in_place_scratch::<usize, f64>(
-            rows,
-            columns,
-            block,
-            Par::Seq,
-            Default::default(),
-        );
+        let qr = factor::qr_in_place_scratch::<usize, f64>(rows, columns, block, Par::Seq, Default::default());
         let apply =
-            householder::apply_block_householder_sequence_transpose_on_the_left_in_place_scratch::<
-                f64,
-            >(rows, block, 1);
+            householder::apply_block_householder_sequence_transpose_on_the_left_in_place_scratch::<f64>(rows, block, 1);
         self.sorted = Mat::zeros(rows, columns);
         self.rhs = Mat::zeros(rows, 1);
         self.memory = MemBuffer::new(StackReq::any_of(&[qr, apply]));

@@ -33,28 +33,17 @@ pub(super) fn solve_transposed_of<const L: usize>(r: MatRef<'_, f64>, x: &mut [[
 
 /// Returns the sum of `factor * x` over some vectors x.
 #[inline(always)]
-pub(super) fn sum_of_products<'a, const L: usize>(
-    terms: impl Iterator<Item = (f64, &'a [f64; L])>,
-) -> [f64; L] {
+pub(super) fn sum_of_products<'a, const L: usize>(terms: impl Iterator<Item = (f64, &'a [f64; L])>) -> [f64; L] {
     let mut sum = [-0.0; L];
     for (factor, x) in terms {
-        sum.iter_mut()
-            .zip(x)
-            .for_each(|(sum, x)| *sum += factor * x);
+        sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += factor * x);
     }
     sum
 }
 
 /// Computes `x = (x - sum of factor * known) / pivot`.
 #[inline(always)]
-fn eliminate<const L: usize>(
-    x: &mut [f64; L],
-    known: &[[f64; L]],
-    factors: impl Iterator<Item = f64>,
-    pivot: f64,
-) {
+fn eliminate<const L: usize>(x: &mut [f64; L], known: &[[f64; L]], factors: impl Iterator<Item = f64>, pivot: f64) {
     let sum = sum_of_products(known.iter().zip(factors).map(|(x, factor)| (factor, x)));
-    x.iter_mut()
-        .zip(sum)
-        .for_each(|(x, sum)| *x = (*x - sum) / pivot);
+    x.iter_mut().zip(sum).for_each(|(x, sum)| *x = (*x - sum) / pivot);
 }

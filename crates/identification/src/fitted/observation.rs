@@ -6,8 +6,8 @@ use crate::estimator::{Method, MethodOptions, Pass, Progress, SetupError, Shape,
 use crate::failure::FailureKind;
 use crate::model::polynomial::multiply;
 use crate::observer::{
-    DiscreteGpebo, Gain, GainError, GainSequence, Kalman, MeasurementNoise, ObservedModel,
-    Observer, ObserverKind, RatioError, RiccatiError, StochasticModel, lyapunov,
+    DiscreteGpebo, Gain, GainError, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind,
+    RatioError, RiccatiError, StochasticModel, lyapunov,
 };
 use crate::plant::PoleFinder;
 use faer::{Mat, c64};
@@ -180,9 +180,7 @@ impl Fitted {
                 MeasurementNoise::white(deviation)
             }
         };
-        let known = |of: &NoiseCovariances| {
-            StochasticModel::new(a, b, of.process.as_ref(), measured(of.measurement))
-        };
+        let known = |of: &NoiseCovariances| StochasticModel::new(a, b, of.process.as_ref(), measured(of.measurement));
         match (kind, noise) {
             (ObserverKind::Luenberger(gain), noise) => {
                 gain.check(n)?;
@@ -260,12 +258,7 @@ pub fn observe_adaptively(
     let mut visit = |_: usize, _: &Pass, state: Option<&[f64]>| {
         states.extend_from_slice(state.unwrap_or_default());
     };
-    estimator.run_along(
-        Window::new(u, y, window),
-        &at,
-        &mut Pass::new(order),
-        &mut visit,
-    );
+    estimator.run_along(Window::new(u, y, window), &at, &mut Pass::new(order), &mut visit);
     if states.len() != (window + 1) * order || states.iter().any(|x| !x.is_finite()) {
         return Err(ObservationError::Failed(FailureKind::NonFinite));
     }
@@ -292,11 +285,7 @@ impl ModelObserver {
         self.filter = Filter::Luenberger(gain.clone());
         if let Some(noise) = noise {
             let f = Mat::from_fn(n, n, |i, j| {
-                let of_a = if i + 1 == n {
-                    self.a[j]
-                } else {
-                    f64::from(i + 1 == j)
-                };
+                let of_a = if i + 1 == n { self.a[j] } else { f64::from(i + 1 == j) };
                 of_a - if j == 0 { g[i] } else { 0.0 }
             });
             let r = noise.measurement;
@@ -327,10 +316,7 @@ impl ModelObserver {
         let shift = self.shift.min(y.len());
         let u = &u[..u.len() - shift];
         let y = y[shift..].iter().zip(u);
-        (
-            u,
-            y.map(|(y, u)| y - self.direct * u - self.offset).collect(),
-        )
+        (u, y.map(|(y, u)| y - self.direct * u - self.offset).collect())
     }
 
     /// Observes a record, whose y is advanced by the model's shift.
@@ -363,12 +349,8 @@ impl ModelObserver {
                 let mut observer = Observer::new(gain.clone(), n);
                 observer.run(model, &u, &y, |k, x| take(x, y[k] - x[0]))
             }
-            Filter::Gpebo(observer) => observer
-                .clone()
-                .run(model, &u, &y, |k, x| take(x, y[k] - x[0])),
-            Filter::Steady(kalman) => kalman
-                .clone()
-                .filter(&u, &y, &self.x0, |_, x, e| take(x, e)),
+            Filter::Gpebo(observer) => observer.clone().run(model, &u, &y, |k, x| take(x, y[k] - x[0])),
+            Filter::Steady(kalman) => kalman.clone().filter(&u, &y, &self.x0, |_, x, e| take(x, e)),
             Filter::Varying(model, start) => {
                 let gains = GainSequence::time_varying(model, start.as_ref(), y.len())?;
                 let gains = Arc::new(gains);
@@ -393,9 +375,7 @@ impl ModelObserver {
         let tested: Vec<f64> = match &varying {
             Some(gains) => {
                 let numbered = innovations.iter().enumerate();
-                numbered
-                    .map(|(k, e)| e / gains.variance(k).sqrt())
-                    .collect()
+                numbered.map(|(k, e)| e / gains.variance(k).sqrt()).collect()
             }
             None => innovations.clone(),
         };
@@ -404,9 +384,7 @@ impl ModelObserver {
             order: n,
             states,
             deviations,
-            predictions: outputs
-                .map(|((y, e), u)| y - e + direct * u + self.offset)
-                .collect(),
+            predictions: outputs.map(|((y, e), u)| y - e + direct * u + self.offset).collect(),
             white: Whiteness::of(&tested, self.fitted),
             innovations,
         })

@@ -88,9 +88,7 @@ mod tests {
     #[test]
     fn errors_of_standard_errors_by_hand() {
         let m = 100.0;
-        let ses: Vec<f64> = (0..100)
-            .map(|i| if i % 2 == 0 { 3.0 } else { 4.0 })
-            .collect();
+        let ses: Vec<f64> = (0..100).map(|i| if i % 2 == 0 { 3.0 } else { 4.0 }).collect();
         let errors: Vec<f64> = (0..100).map(|i| f64::from(i) - 49.5).collect();
         let found = coverage(&errors, &ses);
         assert!((found.model_se.value - 12.5_f64.sqrt()).abs() < 1e-12);

@@ -68,11 +68,7 @@ impl Gathered {
     }
 
     fn maximum(self) -> f64 {
-        if self.count == 0 {
-            f64::NAN
-        } else {
-            self.maximum.sqrt()
-        }
+        if self.count == 0 { f64::NAN } else { self.maximum.sqrt() }
     }
 
     /// The root mean square; NaN if nothing was added.
@@ -93,11 +89,7 @@ impl StateError {
             size = x.mul_add(*x, size);
             sum += x;
         }
-        let relative = if size > 0.0 {
-            distance / size
-        } else {
-            f64::NAN
-        };
+        let relative = if size > 0.0 { distance / size } else { f64::NAN };
         self.absolute.add(distance, true);
         self.relative.add(relative, size > 0.0);
         self.as_printed.add(distance / sum, sum > 0.0);

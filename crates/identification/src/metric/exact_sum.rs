@@ -275,10 +275,7 @@ impl From<ExactSum> for Canonical {
     fn from(sum: ExactSum) -> Self {
         let (negative, digits) = sum.magnitude();
         let nonzero = |digit: &u32| *digit != 0;
-        match (
-            digits.iter().position(nonzero),
-            digits.iter().rposition(nonzero),
-        ) {
+        match (digits.iter().position(nonzero), digits.iter().rposition(nonzero)) {
             (Some(first), Some(last)) => Self {
                 negative,
                 first: first as u8,
@@ -408,10 +405,7 @@ mod tests {
         let half = f64::EPSILON / 2.0;
         assert_eq!(sum([1.0, half]).value(), 1.0);
         assert_eq!(sum([1.0, half, tiny]).value(), 1.0 + f64::EPSILON);
-        assert_eq!(
-            sum([1.0, f64::EPSILON, half]).value(),
-            1.0 + 2.0 * f64::EPSILON
-        );
+        assert_eq!(sum([1.0, f64::EPSILON, half]).value(), 1.0 + 2.0 * f64::EPSILON);
         // The largest double plus half its unit in the last place rounds to infinity, anything less does not.
         let unit = 2.0_f64.powi(970);
         assert_eq!(sum([max, unit]).value(), f64::INFINITY);

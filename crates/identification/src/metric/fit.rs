@@ -75,11 +75,7 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], window: usize, range: Rang
             }
         },
     );
-    let window = if x0.iter().all(|x| *x == 0.0) {
-        0
-    } else {
-        window
-    };
+    let window = if x0.iter().all(|x| *x == 0.0) { 0 } else { window };
     let predicted = |horizon| fit_ahead(model, u, y, window, range.clone(), horizon);
     Fit {
         simulated: percent(simulated, &y[range.clone()], mean),
@@ -96,14 +92,7 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], window: usize, range: Rang
 ///
 /// # Panics
 /// If u and y differ in length, or the window or the range reaches beyond them.
-pub fn fit_ahead(
-    model: &LinearModel,
-    u: &[f64],
-    y: &[f64],
-    window: usize,
-    range: Range<usize>,
-    horizon: usize,
-) -> f64 {
+pub fn fit_ahead(model: &LinearModel, u: &[f64], y: &[f64], window: usize, range: Range<usize>, horizon: usize) -> f64 {
     let mean = mean(&y[range.clone()]);
     let Some((first, e)) = errors_ahead(model, u, y, window, horizon) else {
         return f64::NAN;
@@ -147,9 +136,7 @@ mod tests {
             horizon: 2,
         };
         let perfect = fit(model, &u, &y, 50, 10..50);
-        assert!(
-            (perfect.simulated - 100.0).abs() < 1e-10 && (perfect.one_step - 100.0).abs() < 1e-10
-        );
+        assert!((perfect.simulated - 100.0).abs() < 1e-10 && (perfect.one_step - 100.0).abs() < 1e-10);
         assert!((perfect.ahead.unwrap().fit - 100.0).abs() < 1e-10);
         let mean = y[10..].iter().sum::<f64>() / 40.0;
         let linear = LinearModel::from_canonical(&[1.0], &[0.0], 1);

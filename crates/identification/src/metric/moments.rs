@@ -162,8 +162,7 @@ impl Sample {
 
     /// Largest |x|; 0 without trials.
     pub fn largest(&self) -> f64 {
-        self.extremes
-            .map_or(0.0, |(low, high)| low.abs().max(high.abs()))
+        self.extremes.map_or(0.0, |(low, high)| low.abs().max(high.abs()))
     }
 
     /// Places the trials without a measure at the worse end of the order.
@@ -215,15 +214,8 @@ impl Sample {
 
     /// The value of the median over all trials; infinite if it falls among trials without a measure.
     pub(super) fn median_value(&self, worse: Worse) -> f64 {
-        let median = self
-            .sketch
-            .among(self.without_value(worse))
-            .quantile_value(0.5);
-        if median.is_finite() {
-            self.clamp(median)
-        } else {
-            median
-        }
+        let median = self.sketch.among(self.without_value(worse)).quantile_value(0.5);
+        if median.is_finite() { self.clamp(median) } else { median }
     }
 
     /// The arithmetic mean, MCSE `s / sqrt M` from [`FEWEST_FOR_MEANS`] trials on.
@@ -312,11 +304,7 @@ impl Sample {
         let sum = s3 - c * (Dd::from(3.0) * s2 - c * (Dd::from(2.0) * s1));
         let variance = self.variance();
         let skewness = sum.over(m).value() / (variance * variance.sqrt());
-        self.with_fourths(if skewness.is_finite() {
-            skewness
-        } else {
-            f64::NAN
-        })
+        self.with_fourths(if skewness.is_finite() { skewness } else { f64::NAN })
     }
 
     /// The mean square; its MCSE is the standard deviation of `x^2` over `sqrt M`.
@@ -337,11 +325,7 @@ impl Sample {
     pub fn rmse(&self) -> Estimate {
         let mse = self.mse();
         let rmse = mse.value.sqrt();
-        let mcse = if rmse == 0.0 {
-            0.0
-        } else {
-            mse.mcse / (2.0 * rmse)
-        };
+        let mcse = if rmse == 0.0 { 0.0 } else { mse.mcse / (2.0 * rmse) };
         Estimate::new(rmse, self.with_fourths(mcse))
     }
 

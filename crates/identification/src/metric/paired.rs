@@ -139,9 +139,8 @@ impl Paired {
         let ratios = self.ratio.among(others);
         let ratio = |q: f64| ratios.quantile(q).ranked();
         let trials = self.both + self.only_first + self.only_second + self.neither;
-        let dominated = |powers: &EvenPowers| {
-            !(largest_share(self.both, powers.largest, &powers.squares) <= DOMINANT_SHARE)
-        };
+        let dominated =
+            |powers: &EvenPowers| !(largest_share(self.both, powers.largest, &powers.squares) <= DOMINANT_SHARE);
         PairedStatistics {
             both: self.both,
             only_first: self.only_first,
@@ -157,8 +156,7 @@ impl Paired {
             share_smaller: Share::new(self.smaller + others.below, trials - others.ones),
             ties: others.ones,
             rmse_ratio: self.rmse_ratio(),
-            dominated: self.both > 0
-                && (self.overflowed > 0 || dominated(&self.first) || dominated(&self.second)),
+            dominated: self.both > 0 && (self.overflowed > 0 || dominated(&self.first) || dominated(&self.second)),
         }
     }
 }
@@ -293,10 +291,7 @@ impl Gathering {
             sum.add_block(&mut high[..rows]);
             sum.add_block(&mut low[..rows]);
         }
-        for (powers, of_row) in [&mut paired.first, &mut paired.second]
-            .into_iter()
-            .zip(largest)
-        {
+        for (powers, of_row) in [&mut paired.first, &mut paired.second].into_iter().zip(largest) {
             powers.largest = of_row.into_iter().fold(powers.largest, f64::max);
         }
     }
@@ -398,8 +393,7 @@ mod tests {
     #[test]
     fn methods_that_hardly_differ() {
         let x = normals(2, 400);
-        let equal =
-            Paired::from_pairs(x.iter().map(|x| (Some(*x), Some(*x)))).statistics(Worse::Larger);
+        let equal = Paired::from_pairs(x.iter().map(|x| (Some(*x), Some(*x)))).statistics(Worse::Larger);
         assert_eq!((equal.ties, equal.share_smaller.total), (400, 0));
         assert!(equal.share_smaller.share.is_nan());
         assert_eq!((equal.rmse_ratio.value, equal.rmse_ratio.mcse), (1.0, 0.0));
@@ -414,10 +408,7 @@ mod tests {
         let residual = |(x, y): &(f64, f64)| (x * (y - x) - x * x * shift / mean) / mean;
         let squares: f64 = near.iter().map(|pair| residual(pair).powi(2)).sum();
         let expected = (squares / (400.0 * 399.0)).sqrt();
-        assert!(
-            (found.mcse / expected - 1.0).abs() < 1e-6,
-            "{found:?} {expected:e}"
-        );
+        assert!((found.mcse / expected - 1.0).abs() < 1e-6, "{found:?} {expected:e}");
     }
 
     #[test]
@@ -426,10 +417,7 @@ mod tests {
         for count in 1..=pairs.len() {
             let ratio = Paired::from_pairs(pairs[..count].iter().copied()).rmse_ratio();
             assert!(ratio.value > 0.0);
-            assert_eq!(
-                (ratio.mcse > 0.0, ratio.mcse.is_nan()),
-                (count >= 40, count < 40)
-            );
+            assert_eq!((ratio.mcse > 0.0, ratio.mcse.is_nan()), (count >= 40, count < 40));
         }
     }
 
@@ -447,17 +435,11 @@ mod tests {
         let pair = Paired::from_pairs(all);
         let found = pair.statistics(Worse::Larger);
         assert_eq!(found.trials(), 101);
-        assert_eq!(
-            (found.median_ratio.value, found.median_ratio.mcse),
-            (1.0, 0.0)
-        );
+        assert_eq!((found.median_ratio.value, found.median_ratio.mcse), (1.0, 0.0));
         assert!((found.ratio_q25.value - 0.5).abs() < 1e-3);
         assert!((found.ratio_q75.value - 2.0).abs() < 2e-3);
         assert!(found.ratio_q05.lost && found.ratio_q95.lost);
-        assert_eq!(
-            (found.share_smaller.count, found.share_smaller.total),
-            (40, 70)
-        );
+        assert_eq!((found.share_smaller.count, found.share_smaller.total), (40, 70));
         assert_eq!(found.ties, 31);
         // If larger is better, a failed trial counts as the smaller one.
         let fit = pair.statistics(Worse::Smaller).share_smaller;
@@ -476,25 +458,16 @@ mod tests {
             (Some(6.0), Some(3.0)),
         ];
         let found = Paired::from_pairs(pairs).statistics(Worse::Larger);
-        let counts = [
-            found.both,
-            found.only_first,
-            found.only_second,
-            found.neither,
-        ];
+        let counts = [found.both, found.only_first, found.only_second, found.neither];
         assert_eq!(counts, [4, 1, 1, 1]);
         assert_eq!(found.ties, 3);
         // 1/2 and 2, one loss of each method; two ties and one trial in which both fail.
-        assert_eq!(
-            (found.share_smaller.count, found.share_smaller.total),
-            (2, 4)
-        );
+        assert_eq!((found.share_smaller.count, found.share_smaller.total), (2, 4));
         // 1/2 and 2.
         assert_eq!(Paired::from_pairs(pairs).ratio().count(), 2);
         assert!((found.median_ratio.value - 1.0).abs() < 1e-3);
         assert_eq!(found.mean_difference.value, 0.5);
-        let large = Paired::from_pairs([(Some(1e100), Some(1.0)), (Some(1.0), Some(1.0))])
-            .statistics(Worse::Larger);
+        let large = Paired::from_pairs([(Some(1e100), Some(1.0)), (Some(1.0), Some(1.0))]).statistics(Worse::Larger);
         assert!(large.rmse_ratio.value.is_nan() && large.dominated);
         let none = Paired::default().statistics(Worse::Larger);
         assert!(none.rmse_ratio.value.is_nan() && !none.dominated);

@@ -49,11 +49,7 @@ impl Quantile {
             };
         }
         Self {
-            mcse: if self.mcse.is_finite() {
-                self.mcse
-            } else {
-                f64::NAN
-            },
+            mcse: if self.mcse.is_finite() { self.mcse } else { f64::NAN },
             ..self
         }
     }
@@ -151,13 +147,7 @@ mod tests {
     #[test]
     fn quantiles_are_type_seven() {
         let sample = [1.0, 2.0, 4.0, 8.0];
-        for (q, expected) in [
-            (0.0, 1.0),
-            (0.05, 1.15),
-            (0.5, 3.0),
-            (0.95, 7.4),
-            (1.0, 8.0),
-        ] {
+        for (q, expected) in [(0.0, 1.0), (0.05, 1.15), (0.5, 3.0), (0.95, 7.4), (1.0, 8.0)] {
             assert!((quantile(&sample, q).value - expected).abs() < 1e-14);
         }
         assert!(quantile(&[], 0.5).value.is_nan());
@@ -195,13 +185,9 @@ mod tests {
         assert_eq!(of([8.0, 7.0, 6.0, 5.0]), Some(-1.0));
         assert_eq!(of([1.0, 3.0, 2.0, 4.0]), Some(0.0));
         assert_eq!(of([1.0, 2.0, f64::NAN, f64::NAN]), Some(1.0));
-        let nan_first =
-            correlation_of_medians((&x, Larger), (&[f64::NAN, f64::NAN, 1.0, 2.0], Smaller));
+        let nan_first = correlation_of_medians((&x, Larger), (&[f64::NAN, f64::NAN, 1.0, 2.0], Smaller));
         assert_eq!(nan_first, Some(1.0));
-        assert_eq!(
-            correlation_of_medians((&x, Larger), (&x[..2], Larger)),
-            None
-        );
+        assert_eq!(correlation_of_medians((&x, Larger), (&x[..2], Larger)), None);
         assert_eq!(correlation_of_medians((&[], Larger), (&[], Larger)), None);
     }
 
@@ -215,16 +201,11 @@ mod tests {
     /// For uniform numbers, the q-quantile of M has standard deviation sqrt(q (1 - q) / M).
     #[test]
     fn the_standard_error_of_a_quantile_of_evenly_spaced_numbers() {
-        let sample: Vec<f64> = (0..10_000)
-            .map(|i| (f64::from(i) + 0.5) / 10_000.0)
-            .collect();
+        let sample: Vec<f64> = (0..10_000).map(|i| (f64::from(i) + 0.5) / 10_000.0).collect();
         for q in [0.05, 0.5, 0.95] {
             let expected = (q * (1.0 - q) / 10_000.0_f64).sqrt();
             let found = quantile(&sample, q).mcse;
-            assert!(
-                (found / expected - 1.0).abs() < 1e-3,
-                "{q}: {found} {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 1e-3, "{q}: {found} {expected}");
         }
     }
 }

@@ -248,16 +248,8 @@ mod tests {
         let unstable = errors(&system, &[-3.0], &[1.0]);
         assert_eq!(unstable, [f64::INFINITY, f64::NEG_INFINITY]);
         for broken in [f64::NAN, f64::INFINITY] {
-            assert!(
-                errors(&system, &[broken], &[1.0])
-                    .iter()
-                    .all(|x| x.is_nan())
-            );
-            assert!(
-                errors(&system, &[0.5], &[broken])
-                    .iter()
-                    .all(|x| x.is_nan())
-            );
+            assert!(errors(&system, &[broken], &[1.0]).iter().all(|x| x.is_nan()));
+            assert!(errors(&system, &[0.5], &[broken]).iter().all(|x| x.is_nan()));
         }
         let silent = response(0.5, 0.0, 100);
         assert!(errors(&silent, &[-3.0], &[1.0]).iter().all(|x| x.is_nan()));

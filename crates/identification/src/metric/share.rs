@@ -84,10 +84,7 @@ mod tests {
     #[test]
     fn wilson_intervals() {
         let share = Share::new(10, 50);
-        assert!(
-            (share.low - 0.112_437_500_157).abs() < 1e-12
-                && (share.high - 0.330_371_059_322).abs() < 1e-12
-        );
+        assert!((share.low - 0.112_437_500_157).abs() < 1e-12 && (share.high - 0.330_371_059_322).abs() < 1e-12);
         let share = Share::new(0, 10);
         assert!(share.low == 0.0 && (share.high - 0.277_532_799_862).abs() < 1e-12);
         assert!(share.mcse.is_nan() && Share::new(10, 10).mcse.is_nan());

@@ -242,9 +242,7 @@ impl Sketch {
         let inner = m - 2.0 * g;
         let mean = kept.iter().map(|(x, n)| x * n).sum::<f64>() / inner;
         let low = self.order_statistic(cut).map_or(first.0, |at| at.value);
-        let high = self
-            .order_statistic(count - cut - 1)
-            .map_or(last.0, |at| at.value);
+        let high = self.order_statistic(count - cut - 1).map_or(last.0, |at| at.value);
         // Sums over the winsorised sample, about the trimmed mean.
         let all = || kept.iter().copied().chain([(low, g), (high, g)]);
         let sum: f64 = all().map(|(x, n)| (x - mean) * n).sum();
@@ -279,11 +277,7 @@ impl Sketch {
     pub fn share_below(&self, x: f64) -> Share {
         let own = bin_of(x);
         let (low, high) = edges(own);
-        let part = if low < high {
-            (x - low) / (high - low)
-        } else {
-            0.0
-        };
+        let part = if low < high { (x - low) / (high - low) } else { 0.0 };
         let below = self.bins.iter().map(|&(bin, count)| match bin.cmp(&own) {
             std::cmp::Ordering::Less => count,
             std::cmp::Ordering::Equal => (part * count as f64).round() as u64,
@@ -319,8 +313,7 @@ impl Spans {
 
     /// The numbers of bins of each sign.
     fn widths(&self) -> [usize; 2] {
-        [self.negative, self.positive]
-            .map(|(first, last)| (i64::from(last) - i64::from(first) + 1).max(0) as usize)
+        [self.negative, self.positive].map(|(first, last)| (i64::from(last) - i64::from(first) + 1).max(0) as usize)
     }
 
     fn width(&self) -> usize {
@@ -390,10 +383,7 @@ impl Among<'_> {
 
     /// Returns the order statistic of a rank in 0 ... count-1; it is infinite among those below and above.
     fn order_statistic(&self, rank: u64) -> Option<OrderStatistic> {
-        let exactly = |value: f64| OrderStatistic {
-            value,
-            half_width: 0.0,
-        };
+        let exactly = |value: f64| OrderStatistic { value, half_width: 0.0 };
         let Others { below, ones, above } = self.others;
         let Some(rank) = rank.checked_sub(below) else {
             return Some(exactly(f64::NEG_INFINITY));
@@ -451,8 +441,7 @@ impl Among<'_> {
     /// The value of [`Self::quantile`] without its error.
     pub(super) fn quantile_value(&self, q: f64) -> f64 {
         let count = self.count();
-        self.at(count, q * (count as f64 - 1.0))
-            .map_or(f64::NAN, |at| at.value)
+        self.at(count, q * (count as f64 - 1.0)).map_or(f64::NAN, |at| at.value)
     }
 }
 

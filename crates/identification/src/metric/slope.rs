@@ -183,8 +183,7 @@ fn medians(groups: &[Sample], worse: Worse) -> Jackknife {
     let all = merged(&mut groups.iter()).median_value(worse);
     let without = |left_out: usize| {
         let others = groups.iter().enumerate();
-        merged(&mut others.filter_map(|(g, group)| (g != left_out).then_some(group)))
-            .median_value(worse)
+        merged(&mut others.filter_map(|(g, group)| (g != left_out).then_some(group))).median_value(worse)
     };
     Jackknife {
         all,
@@ -201,9 +200,7 @@ mod tests {
 
     fn groups(values: &[f64]) -> Vec<Sample> {
         let group = |g: usize| values[g..].iter().step_by(JACKKNIFE_GROUPS).copied();
-        (0..JACKKNIFE_GROUPS)
-            .map(|g| Sample::from_values(group(g)))
-            .collect()
+        (0..JACKKNIFE_GROUPS).map(|g| Sample::from_values(group(g))).collect()
     }
 
     fn normals(trial: u64, count: usize) -> Vec<f64> {
@@ -258,11 +255,7 @@ mod tests {
             });
             let slope_of = |statistic| slope(&[1.0, 2.0], &cells, statistic).unwrap();
             assert!(slope_of(SlopeOf::Median).value.is_finite());
-            assert_eq!(
-                slope_of(SlopeOf::Median).mcse.is_finite(),
-                known,
-                "{trials}"
-            );
+            assert_eq!(slope_of(SlopeOf::Median).mcse.is_finite(), known, "{trials}");
             assert!(slope_of(SlopeOf::Rmse).mcse.is_finite());
         }
     }

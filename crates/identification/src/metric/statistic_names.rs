@@ -38,10 +38,7 @@ impl Statistic {
 
     /// Whether it is a quantile, which counts all trials, with those without the measure ranked last.
     pub const fn is_quantile(self) -> bool {
-        matches!(
-            self,
-            Self::Q05 | Self::Q25 | Self::Q50 | Self::Q75 | Self::Q95
-        )
+        matches!(self, Self::Q05 | Self::Q25 | Self::Q50 | Self::Q75 | Self::Q95)
     }
 
     /// Returns its value and its Monte-Carlo standard error.

@@ -53,11 +53,7 @@ pub fn student_above(t: f64, nu: f64) -> f64 {
     }
     let square = t * t;
     let both = beta_share(nu / (nu + square), square / (nu + square), nu / 2.0, 0.5);
-    if t < 0.0 {
-        1.0 - both / 2.0
-    } else {
-        both / 2.0
-    }
+    if t < 0.0 { 1.0 - both / 2.0 } else { both / 2.0 }
 }
 
 /// The t with P(T > t) = p, by the expansion of Cornish and Fisher (Abramowitz and Stegun 26.7.5) about the normal
@@ -92,11 +88,7 @@ pub fn chi_square_above(x: f64, degrees: usize) -> f64 {
     } else {
         0.0
     };
-    let mut sum = if odd {
-        2.0 * normal_above(x.sqrt())
-    } else {
-        0.0
-    };
+    let mut sum = if odd { 2.0 * normal_above(x.sqrt()) } else { 0.0 };
     for i in 0..degrees / 2 {
         sum += (log_term - half).exp();
         let next = if odd { i as f64 + 1.5 } else { i as f64 + 1.0 };
@@ -200,10 +192,7 @@ mod tests {
     use super::*;
 
     fn near(found: f64, expected: f64, tolerance: f64) {
-        assert!(
-            (found / expected - 1.0).abs() < tolerance,
-            "{found:e} {expected:e}"
-        );
+        assert!((found / expected - 1.0).abs() < tolerance, "{found:e} {expected:e}");
     }
 
     /// The rounding error left when logarithms of gamma functions of n, of size n ln n, cancel.
@@ -273,10 +262,7 @@ mod tests {
         }
         assert_eq!(binomial_at_least(0, 5, 0.3), 1.0);
         assert_eq!(binomial_at_most(5, 5, 0.3), 1.0);
-        assert_eq!(
-            (binomial_at_least(1, 5, 0.0), binomial_at_most(4, 5, 1.0)),
-            (0.0, 0.0)
-        );
+        assert_eq!((binomial_at_least(1, 5, 0.0), binomial_at_most(4, 5, 1.0)), (0.0, 0.0));
     }
 
     /// SciPy: `scipy.stats.f.sf(f, q, d)`. Of one degree of freedom it is Student's law of both signs.
@@ -292,15 +278,8 @@ mod tests {
         for (f, q, d, p) in FISHER {
             near(fisher_above(f, q, d), p, 1e-10);
         }
-        near(
-            fisher_above(6.25, 1, 999),
-            2.0 * student_above(2.5, 999.0),
-            1e-11,
-        );
-        assert_eq!(
-            (fisher_above(0.0, 2, 9), fisher_above(f64::INFINITY, 2, 9)),
-            (1.0, 0.0)
-        );
+        near(fisher_above(6.25, 1, 999), 2.0 * student_above(2.5, 999.0), 1e-11);
+        assert_eq!((fisher_above(0.0, 2, 9), fisher_above(f64::INFINITY, 2, 9)), (1.0, 0.0));
     }
 
     /// The 5 % and 1 % points of printed tables (Abramowitz and Stegun, table 26.8).

@@ -206,14 +206,8 @@ impl ContinuousModel {
     /// Returns the powers of the step that turn parameters per second into parameters per sample: a_i by i, b_j by the
     /// degree that it lacks to n, and the dead time, last, by -1.
     fn powers(&self) -> impl Iterator<Item = i32> {
-        let (nb, n) = (
-            self.numerator.len() as i32,
-            self.denominator.len() as i32 - 1,
-        );
-        (0..nb)
-            .map(move |j| n + 1 - nb + j)
-            .chain(1..=n)
-            .chain([-1])
+        let (nb, n) = (self.numerator.len() as i32, self.denominator.len() as i32 - 1);
+        (0..nb).map(move |j| n + 1 - nb + j).chain(1..=n).chain([-1])
     }
 
     /// Sets a model whose unit of time is the sample.
@@ -230,9 +224,7 @@ impl ContinuousModel {
         self.covariance.extend_from_slice(covariance);
         let size = covariance.len().isqrt().max(1);
         for (row, scale) in self.covariance.chunks_exact_mut(size).zip(&scales) {
-            row.iter_mut()
-                .zip(&scales)
-                .for_each(|(p, other)| *p *= scale * other);
+            row.iter_mut().zip(&scales).for_each(|(p, other)| *p *= scale * other);
         }
     }
 
@@ -245,12 +237,7 @@ impl ContinuousModel {
     /// time after a sample is another such c and d of the state of that sample.
     pub fn sample(&self, to: &mut LinearModel) -> Vec<f64> {
         let scaled = |(p, i): (f64, i32)| p * self.step.powi(i);
-        let all: Vec<f64> = self
-            .parameters()
-            .into_iter()
-            .zip(self.powers())
-            .map(scaled)
-            .collect();
+        let all: Vec<f64> = self.parameters().into_iter().zip(self.powers()).map(scaled).collect();
         let (b, a) = all.split_at(self.numerator.len());
         let (n, nb) = (a.len(), b.len());
         let whole = self.dead_time.floor();
@@ -271,8 +258,7 @@ impl ContinuousModel {
             }
         }
         for i in 0..n {
-            let [f, numerator, of_f, of_b, of_late] =
-                sampled_polynomials(b, a, Some(i), self.hold, share);
+            let [f, numerator, of_f, of_b, of_late] = sampled_polynomials(b, a, Some(i), self.hold, share);
             let slopes = of_b[first..first + count].iter().chain(&of_f[1..=n]);
             for (row, value) in slopes.enumerate() {
                 jacobian[row * width + nb + i] = *value;
@@ -288,9 +274,7 @@ impl ContinuousModel {
         }
         let scales: Vec<f64> = self.powers().map(|i| self.step.powi(i)).collect();
         for row in jacobian.chunks_exact_mut(width) {
-            row.iter_mut()
-                .zip(&scales)
-                .for_each(|(d, scale)| *d *= scale);
+            row.iter_mut().zip(&scales).for_each(|(d, scale)| *d *= scale);
         }
         jacobian
     }
@@ -319,9 +303,7 @@ impl Reading {
         let n = c.len();
         let row = |c: &[f64], first: usize, j: usize| -> f64 {
             let terms = c.iter().enumerate();
-            terms
-                .map(|(i, c)| c * way.transition[(first + i, n + j)])
-                .sum()
+            terms.map(|(i, c)| c * way.transition[(first + i, n + j)]).sum()
         };
         let dot = |c: &[f64], g: &[f64]| c.iter().zip(g).map(|(c, g)| c * g).sum::<f64>();
         let inputs = [&way.now, &way.next];
@@ -336,13 +318,7 @@ impl Reading {
 
 /// Returns F and B of the sampled `b/a` as polynomials in q^-1, their derivatives by a_i, and that of B by a dead
 /// time in samples. With `share` the output is that at this share of the time after the sample before.
-fn sampled_polynomials(
-    b: &[f64],
-    a: &[f64],
-    by: Option<usize>,
-    hold: Hold,
-    share: Option<f64>,
-) -> [Vec<f64>; 5] {
+fn sampled_polynomials(b: &[f64], a: &[f64], by: Option<usize>, hold: Hold, share: Option<f64>) -> [Vec<f64>; 5] {
     let n = a.len();
     let form = controller_form(a);
     // exp [M dM; 0 M] = [exp M, its derivative; 0, exp M], for M with the input's columns.
@@ -364,9 +340,7 @@ fn sampled_polynomials(
     let [now, d_now] = split(&sampled.now);
     let [next, d_next] = split(&sampled.next);
     let (c, d) = output_of(b, a);
-    let d_c: Vec<f64> = (0..n)
-        .map(|j| if by == Some(j) { -d } else { 0.0 })
-        .collect();
+    let d_c: Vec<f64> = (0..n).map(|j| if by == Some(j) { -d } else { 0.0 }).collect();
     let weights = share.map_or([1.0, 0.0], |share| hold.weights(share));
     // A later output is an earlier state: its derivative by the dead time is less that by time, `c'(M x + e_1 v)`.
     let rates = hold.rates();
@@ -391,9 +365,7 @@ fn sampled_polynomials(
         let (value, slope) = (m.value.as_ref(), m.slope.as_ref());
         for (g, d_g, at) in [(&now, &d_now, k + shift), (&next, &d_next, k - 1 + shift)] {
             numerator[at] += product(&read.c, value, g);
-            of_b[at] += product(&read.d_c, value, g)
-                + product(&read.c, slope, g)
-                + product(&read.c, value, d_g);
+            of_b[at] += product(&read.d_c, value, g) + product(&read.c, slope, g) + product(&read.c, value, d_g);
             of_late[at] += product(&late.c, value, g);
         }
         let moved = Directed {

@@ -198,8 +198,7 @@ impl LinearModel {
         to.extend((1..=n).map(|i| error((n + 1 - i <= poles).then(|| first + n - i))));
         let of_input = orders.nk.max(1)..orders.nk + orders.nb;
         let delayed = orders.nk > 0;
-        let h =
-            |i: usize| error((delayed && of_input.contains(&i)).then(|| orders.na + i - orders.nk));
+        let h = |i: usize| error((delayed && of_input.contains(&i)).then(|| orders.na + i - orders.nk));
         to.extend((1..=n).map(h));
     }
 

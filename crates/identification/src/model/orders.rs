@@ -57,14 +57,7 @@ impl Orders {
     /// form has no A, it stays C/(A D).
     #[must_use]
     pub fn holding(self, form: Self) -> Self {
-        let Self {
-            na,
-            nb,
-            nc,
-            nd,
-            nf,
-            nk,
-        } = self;
+        let Self { na, nb, nc, nd, nf, nk } = self;
         let denominator = na + nf;
         let common = form.na > 0;
         let where_in = |given: usize, order: usize| if given > 0 { order } else { 0 };
@@ -82,28 +75,13 @@ impl Orders {
 
     /// Returns how many samples before k the equation `A y = B u` looks back: `max(na, nb + nk - 1)`.
     pub fn reach(self) -> usize {
-        self.na
-            .max(self.nb.saturating_add(self.nk).saturating_sub(1))
+        self.na.max(self.nb.saturating_add(self.nk).saturating_sub(1))
     }
 
     /// Returns the names with their values, nk last.
     fn entries(self) -> [(&'static str, usize); 6] {
-        let Self {
-            na,
-            nb,
-            nc,
-            nd,
-            nf,
-            nk,
-        } = self;
-        [
-            ("na", na),
-            ("nb", nb),
-            ("nc", nc),
-            ("nd", nd),
-            ("nf", nf),
-            ("nk", nk),
-        ]
+        let Self { na, nb, nc, nd, nf, nk } = self;
+        [("na", na), ("nb", nb), ("nc", nc), ("nd", nd), ("nf", nf), ("nk", nk)]
     }
 
     fn entry(&mut self, name: &str) -> Option<&mut usize> {
@@ -119,9 +97,7 @@ impl Orders {
     }
 
     /// Reads names with numbers; `nk` is 1 if not given.
-    fn from_entries<'a>(
-        entries: impl Iterator<Item = (&'a str, Option<usize>)>,
-    ) -> Result<Self, OrdersError> {
+    fn from_entries<'a>(entries: impl Iterator<Item = (&'a str, Option<usize>)>) -> Result<Self, OrdersError> {
         let mut orders = Self {
             nk: 1,
             ..Self::default()
@@ -225,8 +201,7 @@ impl schemars::JsonSchema for Orders {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let number =
-            schemars::json_schema!({ "type": "integer", "minimum": 0, "maximum": LARGEST });
+        let number = schemars::json_schema!({ "type": "integer", "minimum": 0, "maximum": LARGEST });
         let entries = Self::default().entries();
         let properties = entries.map(|(name, _)| (name.to_owned(), number.clone().to_value()));
         let properties: serde_json::Map<String, Value> = properties.into_iter().collect();

@@ -170,10 +170,7 @@ mod tests {
 
     #[test]
     fn products_and_filters_by_hand() {
-        assert_eq!(
-            multiply(&[1.0, 2.0], &[1.0, -1.0, 3.0]),
-            [1.0, 1.0, 1.0, 6.0]
-        );
+        assert_eq!(multiply(&[1.0, 2.0], &[1.0, -1.0, 3.0]), [1.0, 1.0, 1.0, 6.0]);
         let mut y = [0.0; 4];
         filter(&[0.0, 1.0, 0.5], &[1.0, 2.0, 4.0, 8.0], &mut y);
         assert_eq!(y, [0.0, 1.0, 2.5, 5.0]);

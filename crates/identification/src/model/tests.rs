@@ -39,10 +39,7 @@ fn models() -> Vec<LinearModel> {
 fn close(found: &[f64], expected: &[f64]) {
     let largest = expected.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
     for (k, (found, expected)) in found.iter().zip(expected).enumerate() {
-        assert!(
-            (found - expected).abs() < 1e-12 * largest,
-            "{k}: {found} {expected}"
-        );
+        assert!((found - expected).abs() < 1e-12 * largest, "{k}: {found} {expected}");
     }
 }
 
@@ -51,10 +48,7 @@ fn close(found: &[f64], expected: &[f64]) {
 fn a_realisation_and_its_model_undo_each_other() {
     const N: usize = 60;
     for (trial, model) in models().iter().enumerate() {
-        let (u, e) = (
-            signal(1000 + trial as u64, N),
-            signal(2000 + trial as u64, N),
-        );
+        let (u, e) = (signal(1000 + trial as u64, N), signal(2000 + trial as u64, N));
         let realisation = Realisation::new(model);
         let (mut y, mut found, mut scratch) = ([0.0; N], [0.0; N], [0.0; N]);
         realisation.simulate(&u, &e, &mut y);
@@ -77,10 +71,7 @@ fn a_delay_is_a_delay() {
     model.simulate(&[1.0, 0.0, 0.0, 0.0, 0.0], &mut y);
     assert_eq!(y, [0.0, 0.0, 2.0, 2.0, 1.0]);
     assert_eq!(model.static_gain(), 6.0);
-    assert_eq!(
-        model.equation().to_string(),
-        "y(k) = 0.5 y(k-1) + 2 u(k-2) + u(k-3)"
-    );
+    assert_eq!(model.equation().to_string(), "y(k) = 0.5 y(k-1) + 2 u(k-2) + u(k-3)");
     let plant = model.plant().unwrap();
     let (mut x, mut states, mut same) = ([0.0; 3], [0.0; 15], [0.0; 5]);
     plant.simulate(&mut x, &[1.0, 0.0, 0.0, 0.0, 0.0], &mut same, &mut states);

@@ -36,13 +36,7 @@ pub(crate) fn multiply(number: &mut f64, by: f64, lost: &mut bool) {
 }
 
 /// Multiplies rows and columns of a square matrix.
-pub(crate) fn multiply_part(
-    matrix: &mut [f64],
-    size: usize,
-    part: std::ops::Range<usize>,
-    by: f64,
-    lost: &mut bool,
-) {
+pub(crate) fn multiply_part(matrix: &mut [f64], size: usize, part: std::ops::Range<usize>, by: f64, lost: &mut bool) {
     if matrix.is_empty() {
         return;
     }

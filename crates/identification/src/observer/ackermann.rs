@@ -75,17 +75,12 @@ mod tests {
     #[test]
     fn poles_are_placed() {
         for n in 1..=4 {
-            let a = Mat::from_fn(n, n, |i, j| {
-                ((3 * i + 7 * j) % 5) as f64 - 1.5 - f64::from(i == j)
-            });
+            let a = Mat::from_fn(n, n, |i, j| ((3 * i + 7 * j) % 5) as f64 - 1.5 - f64::from(i == j));
             let c: Vec<f64> = (0..n).map(|i| 1.0 + 0.5 * i as f64).collect();
             let gain = place(a.as_ref(), &c, &butterworth(n, 3.0)).unwrap();
             let closed = Mat::from_fn(n, n, |i, j| a[(i, j)] - gain[i] * c[j]);
             for pole in closed.eigenvalues().unwrap() {
-                assert!(
-                    (pole.norm() - 3.0).abs() < 1e-9 && pole.re < 0.0,
-                    "{n}: {pole}"
-                );
+                assert!((pole.norm() - 3.0).abs() < 1e-9 && pole.re < 0.0, "{n}: {pole}");
             }
         }
     }

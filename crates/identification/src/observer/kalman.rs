@@ -55,11 +55,7 @@ impl GainSequence {
     /// # Errors
     /// As for [`super::dare`], except that no stabilising solution need exist; for `p0` the same as for Q.
     /// [`RiccatiError::NoConvergence`] if P overflows.
-    pub fn time_varying(
-        model: &StochasticModel,
-        p0: MatRef<'_, f64>,
-        horizon: usize,
-    ) -> Result<Self, RiccatiError> {
+    pub fn time_varying(model: &StochasticModel, p0: MatRef<'_, f64>, horizon: usize) -> Result<Self, RiccatiError> {
         let m = model.order();
         let f = model.f.as_ref();
         let equation = Discrete::new(f, &model.h, model.q.as_ref(), &model.s, model.r)?;
@@ -196,11 +192,7 @@ impl GainSequence {
 
     #[inline]
     fn index(&self, k: usize) -> usize {
-        if self.settled {
-            k.min(self.stored() - 1)
-        } else {
-            k
-        }
+        if self.settled { k.min(self.stored() - 1) } else { k }
     }
 }
 
@@ -264,11 +256,7 @@ impl Kalman {
     ///
     /// # Errors
     /// As for [`GainSequence::time_varying`].
-    pub fn time_varying(
-        model: &StochasticModel,
-        p0: MatRef<'_, f64>,
-        horizon: usize,
-    ) -> Result<Self, RiccatiError> {
+    pub fn time_varying(model: &StochasticModel, p0: MatRef<'_, f64>, horizon: usize) -> Result<Self, RiccatiError> {
         let gains = GainSequence::time_varying(model, p0, horizon)?;
         Ok(Self::new(model, Arc::new(gains)))
     }

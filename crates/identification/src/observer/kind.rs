@@ -63,10 +63,7 @@ impl std::str::FromStr for ObserverKind {
 
     fn from_str(text: &str) -> Result<Self, ObserverKindError> {
         type Estimator = fn(f64) -> ThetaEstimator;
-        let estimators: [(&str, Estimator); 2] = [
-            (DREM, ThetaEstimator::Drem),
-            (SQUARES, ThetaEstimator::Squares),
-        ];
+        let estimators: [(&str, Estimator); 2] = [(DREM, ThetaEstimator::Drem), (SQUARES, ThetaEstimator::Squares)];
         for (name, estimator) in estimators {
             if let Some(number) = text.strip_prefix(name) {
                 let number = number.parse().ok();

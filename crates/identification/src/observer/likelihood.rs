@@ -63,12 +63,7 @@ impl Kalman {
     ///
     /// # Panics
     /// As for [`Kalman::run`].
-    pub fn log_likelihood(
-        &mut self,
-        u: &[f64],
-        y: &[f64],
-        x0: &[f64],
-    ) -> Result<Likelihood, FailureKind> {
+    pub fn log_likelihood(&mut self, u: &[f64], y: &[f64], x0: &[f64]) -> Result<Likelihood, FailureKind> {
         let gains = Arc::clone(self.shared_gains());
         let (mut squares, mut logs) = (0.0, 0.0);
         self.filter(u, y, x0, |k, _, e| {
@@ -86,10 +81,7 @@ impl Likelihood {
         let samples = samples as f64;
         let sigma2 = squares / samples;
         let minus_two_log = samples * ((std::f64::consts::TAU * sigma2).ln() + 1.0) + logs;
-        minus_two_log.is_finite().then_some(Self {
-            sigma2,
-            minus_two_log,
-        })
+        minus_two_log.is_finite().then_some(Self { sigma2, minus_two_log })
     }
 }
 
@@ -152,9 +144,7 @@ pub fn maximum_likelihood_ratio(
     let (low, high) = RANGE;
     let step = (high - low) / GRID as f64;
     let grid = |i: usize| low + step * i as f64;
-    let costs: Vec<f64> = (0..=GRID)
-        .map(|i| search.at(10.0_f64.powf(grid(i))))
-        .collect();
+    let costs: Vec<f64> = (0..=GRID).map(|i| search.at(10.0_f64.powf(grid(i)))).collect();
     let smallest = costs.iter().copied().fold(f64::INFINITY, f64::min);
     let best = costs.iter().position(|cost| *cost == smallest).unwrap_or(0);
     search.golden_section(grid(best.saturating_sub(1)), grid((best + 1).min(GRID)));

@@ -65,15 +65,7 @@ impl Observer {
     /// # Panics
     /// If the model is of another order.
     pub fn advance(&mut self, model: ObservedModel<'_>, u: f64, y: f64) {
-        observe(
-            model.a,
-            model.b,
-            &self.g,
-            &mut self.x,
-            &[u],
-            &[y],
-            |_, _| {},
-        );
+        observe(model.a, model.b, &self.g, &mut self.x, &[u], &[y], |_, _| {});
     }
 
     /// Returns the gain g of the last run.

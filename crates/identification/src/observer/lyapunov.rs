@@ -32,9 +32,7 @@ pub fn lyapunov(f: MatRef<'_, f64>, q: MatRef<'_, f64>) -> Result<Mat<f64>, Ricc
 
 /// Returns the largest modulus of the eigenvalues: 0 for an empty matrix, NaN if the eigenvalues cannot be computed.
 pub(super) fn spectral_radius(f: MatRef<'_, f64>) -> f64 {
-    eigenvalues(f).map_or(f64::NAN, |found| {
-        found.iter().map(|z| z.norm()).fold(0.0, f64::max)
-    })
+    eigenvalues(f).map_or(f64::NAN, |found| found.iter().map(|z| z.norm()).fold(0.0, f64::max))
 }
 
 /// Returns `sum_i F^i Q F'^i` of a stable F and a symmetric Q. `None` if it overflows or does not settle.

@@ -17,9 +17,7 @@ pub use ackermann::{butterworth, parse_poles, place};
 pub use discrete_gpebo::{DiscreteGpebo, ThetaEstimator};
 pub use kalman::{GainSequence, Kalman};
 pub use kind::{ObserverKind, ObserverKindError};
-pub use likelihood::{
-    Likelihood, ProcessNoise, RatioError, VarianceRatio, maximum_likelihood_ratio,
-};
+pub use likelihood::{Likelihood, ProcessNoise, RatioError, VarianceRatio, maximum_likelihood_ratio};
 pub use luenberger::{ObservedModel, Observer};
 pub use lyapunov::lyapunov;
 pub use pole_placement::{Gain, GainError, Poles};

@@ -57,10 +57,7 @@ pub enum GainError {
 impl Poles {
     /// Makes a set of poles, in which complex ones must come in conjugate pairs.
     pub(super) fn new(poles: Vec<c64>) -> Self {
-        let phi = polynomial_from_poles(&poles)
-            .iter()
-            .map(|phi| phi.re)
-            .collect();
+        let phi = polynomial_from_poles(&poles).iter().map(|phi| phi.re).collect();
         Self { poles, phi }
     }
 
@@ -93,9 +90,7 @@ impl Gain {
     /// [`GainError::Count`].
     pub fn check(&self, order: usize) -> Result<(), GainError> {
         match self {
-            Self::Poles(Poles { poles, .. }) if poles.len() != order => {
-                Err(GainError::Count(poles.len(), order))
-            }
+            Self::Poles(Poles { poles, .. }) if poles.len() != order => Err(GainError::Count(poles.len(), order)),
             _ => Ok(()),
         }
     }
@@ -279,12 +274,7 @@ mod tests {
             let error = text.parse::<Gain>().unwrap_err().to_string();
             assert!(error.contains(part), "{text}: {error}");
         }
-        assert!(
-            Gain::poles(vec![c64::new(0.1, 0.0)])
-                .unwrap()
-                .check(2)
-                .is_err()
-        );
+        assert!(Gain::poles(vec![c64::new(0.1, 0.0)]).unwrap().check(2).is_err());
         assert!("poles:1.0".parse::<Gain>().unwrap().places_unstable_pole());
         assert_eq!(parse_pole("1e-1-2e-1i"), Some(c64::new(0.1, -0.2)));
     }

@@ -136,13 +136,7 @@ fn relative(equation: &impl Equation, p: &Mat<f64>) -> (Mat<f64>, f64) {
 /// Q; [`RiccatiError::Indefinite`] for Q or for Q~, the covariance of the part of w that v does not determine.
 /// [`RiccatiError::NotStabilising`] if (F, h) is not detectable or F~ has a pole on the unit circle that Q~ does not
 /// drive. [`RiccatiError::NoConvergence`].
-pub fn dare(
-    f: MatRef<'_, f64>,
-    h: &[f64],
-    q: MatRef<'_, f64>,
-    s: &[f64],
-    r: f64,
-) -> Result<Riccati, RiccatiError> {
+pub fn dare(f: MatRef<'_, f64>, h: &[f64], q: MatRef<'_, f64>, s: &[f64], r: f64) -> Result<Riccati, RiccatiError> {
     // Mistakes and the residual are in the units of the caller.
     let given = Discrete::new(f, h, q, s, r)?;
     let units = Scaling::new(f, h, q, r, 1.0);
@@ -168,12 +162,7 @@ pub fn dare(
 ///
 /// # Errors
 /// As for [`dare`], with the imaginary axis instead of the unit circle.
-pub fn care(
-    a: MatRef<'_, f64>,
-    c: &[f64],
-    q: MatRef<'_, f64>,
-    r: f64,
-) -> Result<Riccati, RiccatiError> {
+pub fn care(a: MatRef<'_, f64>, c: &[f64], q: MatRef<'_, f64>, r: f64) -> Result<Riccati, RiccatiError> {
     let given = Continuous::new(a, c, q, r)?;
     let units = Scaling::new(a, c, q, r, own_rate(a));
     let (own_a, own_q) = (units.a(a), units.q(q));
@@ -214,10 +203,6 @@ pub fn care_correlated(
     check::check_definite("Q - s s' / r", &rest, 1e-12 * q.norm_l2())?;
     let reduced = Mat::from_fn(n, n, |i, j| a[(i, j)] - s[i] * c[j] / r);
     let mut found = care(reduced.as_ref(), c, rest.as_ref(), r)?;
-    found
-        .gain
-        .iter_mut()
-        .zip(s)
-        .for_each(|(gain, s)| *gain += s / r);
+    found.gain.iter_mut().zip(s).for_each(|(gain, s)| *gain += s / r);
     Ok(found)
 }

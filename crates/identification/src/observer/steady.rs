@@ -38,9 +38,7 @@ impl SteadyGain {
     /// Makes the buffers for the plant with the last row `a` of A.
     pub(super) fn new(a: &[f64]) -> Self {
         let n = a.len();
-        let alpha: Vec<f64> = std::iter::once(1.0)
-            .chain(a.iter().rev().map(|a| -a))
-            .collect();
+        let alpha: Vec<f64> = std::iter::once(1.0).chain(a.iter().rev().map(|a| -a)).collect();
         let states = (0..=n).map(|lag| (1..=n).map(|i| correlation(&alpha[..i], lag)).sum());
         let mut c = vec![0.0; n + 1];
         c[0] = 1.0;
@@ -210,19 +208,10 @@ mod tests {
                 let white = MeasurementNoise::white(1.0);
                 let model = StochasticModel::new(&a, &vec![1.0; n], q.as_ref(), white).unwrap();
                 let exact = model.riccati().unwrap();
-                assert!(
-                    (innovation / exact.innovation - 1.0).abs() < 1e-9,
-                    "{n} {rho:e}"
-                );
-                let size = exact
-                    .gain
-                    .iter()
-                    .fold(1e-3_f64, |most, k| most.max(k.abs()));
+                assert!((innovation / exact.innovation - 1.0).abs() < 1e-9, "{n} {rho:e}");
+                let size = exact.gain.iter().fold(1e-3_f64, |most, k| most.max(k.abs()));
                 for (gain, exact) in gain.iter().zip(&exact.gain) {
-                    assert!(
-                        (gain - exact).abs() < 1e-9 * size,
-                        "{n} {rho:e}: {gain} {exact}"
-                    );
+                    assert!((gain - exact).abs() < 1e-9 * size, "{n} {rho:e}: {gain} {exact}");
                 }
             }
         }

@@ -22,19 +22,13 @@ pub(crate) fn norm_1(a: MatRef<'_, f64>) -> f64 {
     let columns = a.col_iter().map(|column| column.iter().map(|x| x.abs()));
     columns.map(Iterator::sum).fold(0.0, |most: f64, sum: f64| {
         // `max` would drop a NaN.
-        if most.is_nan() || sum <= most {
-            most
-        } else {
-            sum
-        }
+        if most.is_nan() || sum <= most { most } else { sum }
     })
 }
 
 /// Returns `D^-1 A D`, D the diagonal matrix of the units: A (n x n) in these units of the states.
 pub(crate) fn in_units(a: MatRef<'_, f64>, units: &[f64]) -> Mat<f64> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
-        a[(i, j)] * (units[j] / units[i])
-    })
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] * (units[j] / units[i]))
 }
 
 /// Returns the 1-norm of the balanced A (n x n) as a power of two, 1 if that is 0: a rate of the plant's own, in which
@@ -116,19 +110,12 @@ fn factor(a: &Mat<f64>, i: usize, size: f64) -> f64 {
     while row <= column / 2.0 {
         (column, row, factor) = (column / 2.0, 2.0 * row, factor / 2.0);
     }
-    if column + row < 0.95 * before {
-        factor
-    } else {
-        1.0
-    }
+    if column + row < 0.95 * before { factor } else { 1.0 }
 }
 
 /// Returns the 2-norm, whose squares neither overflow nor vanish.
 fn length(numbers: impl IntoIterator<Item = f64> + Clone) -> f64 {
-    let largest = numbers
-        .clone()
-        .into_iter()
-        .fold(0.0, |most: f64, x| most.max(x.abs()));
+    let largest = numbers.clone().into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let unit = power_of_two(largest);
     let squares = numbers.into_iter().map(|x| (x / unit) * (x / unit));
     unit * squares.sum::<f64>().sqrt()
@@ -188,9 +175,7 @@ impl Equilibrated {
 pub(crate) fn column_sizes(m: MatRef<'_, f64>) -> Vec<f64> {
     let largest = |j: usize| (0..m.nrows()).fold(0.0, |most: f64, i| most.max(m[(i, j)].abs()));
     let sizes = (0..m.ncols()).map(largest);
-    sizes
-        .map(|size| if size > 0.0 { size } else { 1.0 })
-        .collect()
+    sizes.map(|size| if size > 0.0 { size } else { 1.0 }).collect()
 }
 
 #[cfg(test)]
@@ -234,11 +219,7 @@ mod tests {
     /// A motor with its current in pA under a filter with poles at -100, -10.05 and -200.
     #[test]
     fn eigenvalues_in_other_units() {
-        let closed = mat![
-            [-100.0, 1.0, 0.0],
-            [0.0, -10.0, 1e-12],
-            [0.0, -1e10, -200.0]
-        ];
+        let closed = mat![[-100.0, 1.0, 0.0], [0.0, -10.0, 1e-12], [0.0, -1e10, -200.0]];
         let mut poles = eigenvalues(closed.as_ref()).unwrap();
         poles.sort_by(|p, q| p.re.total_cmp(&q.re));
         // (s + 10) (s + 200) + 0.01 = 0

@@ -153,11 +153,8 @@ impl ContinuousPlant {
             return Err(refusal);
         }
         let inverse = lu.solve(Mat::<f64>::identity(order, order).as_ref());
-        let multiply = |m: MatRef<'_, f64>, v: &[f64]| {
-            (0..order)
-                .map(|i| (0..order).map(|j| m[(i, j)] * v[j]).sum())
-                .collect()
-        };
+        let multiply =
+            |m: MatRef<'_, f64>, v: &[f64]| (0..order).map(|i| (0..order).map(|j| m[(i, j)] * v[j]).sum()).collect();
         Self::from_matrix(
             t * &self.a * &inverse,
             multiply(t, &self.b),
@@ -231,20 +228,14 @@ mod tests {
             let (mut v, mut out) = (p.b().to_vec(), vec![]);
             for _ in 0..4 {
                 out.push(p.c().iter().zip(&v).map(|(c, v)| c * v).sum::<f64>());
-                v = (0..2)
-                    .map(|i| (0..2).map(|j| p.a()[(i, j)] * v[j]).sum())
-                    .collect();
+                v = (0..2).map(|i| (0..2).map(|j| p.a()[(i, j)] * v[j]).sum()).collect();
             }
             out
         };
         for (p, q) in markov(&plant).iter().zip(markov(&other)) {
             assert!((p - q).abs() < 1e-12);
         }
-        assert!(
-            plant
-                .transformed(mat![[1.0, 2.0], [2.0, 4.0]].as_ref())
-                .is_err()
-        );
+        assert!(plant.transformed(mat![[1.0, 2.0], [2.0, 4.0]].as_ref()).is_err());
         assert!(plant.transformed(mat![[1.0]].as_ref()).is_err());
     }
 }

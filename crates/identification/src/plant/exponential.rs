@@ -177,10 +177,7 @@ mod tests {
         assert_eq!(exponential(Mat::<f64>::zeros(0, 0).as_ref()).nrows(), 0);
         for x in [-700.0, -1.0, 1e-12, 1.0, 700.0_f64] {
             let found = exponential(mat![[x]].as_ref())[(0, 0)];
-            assert!(
-                (found / x.exp() - 1.0).abs() < 1e-13 * x.abs().max(1.0),
-                "{x}"
-            );
+            assert!((found / x.exp() - 1.0).abs() < 1e-13 * x.abs().max(1.0), "{x}");
         }
     }
 
@@ -204,8 +201,7 @@ mod tests {
     /// matrices' own units are those of a backward stable method, whichever number of squarings it takes.
     #[test]
     fn as_mpmath_in_any_units() {
-        let cases: Value =
-            serde_json::from_str(include_str!("exponential/reference.json")).unwrap();
+        let cases: Value = serde_json::from_str(include_str!("exponential/reference.json")).unwrap();
         let cases = cases.as_array().unwrap();
         assert_eq!(cases.len(), 200);
         for case in cases {
@@ -219,11 +215,7 @@ mod tests {
                 let found = exponential_by(Mat::from_fn(n, n, |i, j| a[i * n + j]).as_ref(), more);
                 let found: Vec<f64> = (0..n * n).map(|k| found[(k / n, k % n)]).collect();
                 let error = norm_1((own(&found) - &exact).as_ref());
-                assert!(
-                    error <= tolerance,
-                    "{} {more}: {error:e} {tolerance:e}",
-                    case["kind"]
-                );
+                assert!(error <= tolerance, "{} {more}: {error:e} {tolerance:e}", case["kind"]);
             }
         }
     }
@@ -238,10 +230,7 @@ mod tests {
                 [200.0 / 3.0, 0.0, -200.0 / 3.0]
             ];
             let found = exponential(a.as_ref())[(0, 0)];
-            assert!(
-                (found - 0.446_849_468_283_175).abs() < 1e-14,
-                "{unit} {found}"
-            );
+            assert!((found - 0.446_849_468_283_175).abs() < 1e-14, "{unit} {found}");
         }
     }
 }

@@ -52,10 +52,7 @@ pub fn observability_rank(a: MatRef<'_, f64>, c: &[f64]) -> usize {
     let c: Vec<f64> = c.iter().map(|v| v / largest).collect();
     let own = Observability::new(a, &c);
     let sizes = column_sizes(own.matrix.as_ref());
-    let units: Vec<f64> = sizes
-        .iter()
-        .map(|size| power_of_two(*size).recip())
-        .collect();
+    let units: Vec<f64> = sizes.iter().map(|size| power_of_two(*size).recip()).collect();
     let a = in_units(own.a.as_ref(), &units);
     let mut q: Vec<f64> = c.iter().zip(&units).map(|(v, unit)| v * unit).collect();
     let unit = norm(&q);
@@ -64,12 +61,8 @@ pub fn observability_rank(a: MatRef<'_, f64>, c: &[f64]) -> usize {
     let mut basis = vec![q];
     while basis.len() < n {
         let q = &basis[basis.len() - 1];
-        let mut next: Vec<f64> = (0..n)
-            .map(|j| (0..n).map(|i| a[(i, j)] * q[i]).sum())
-            .collect();
-        let rounding: Vec<f64> = (0..n)
-            .map(|j| (0..n).map(|i| (a[(i, j)] * q[i]).abs()).sum())
-            .collect();
+        let mut next: Vec<f64> = (0..n).map(|j| (0..n).map(|i| a[(i, j)] * q[i]).sum()).collect();
+        let rounding: Vec<f64> = (0..n).map(|j| (0..n).map(|i| (a[(i, j)] * q[i]).abs()).sum()).collect();
         // Two orthogonalisations are enough (Kahan, Parlett).
         for _ in 0..2 {
             for q in &basis {

@@ -22,8 +22,7 @@ pub fn nikolov2023(numerator: Numerator) -> StateSpace {
     match numerator {
         Numerator::StateSpace => StateSpace::new(a, vec![0.6, 0.2, 0.1, 0.3, 0.4, 0.5]),
         Numerator::TransferFunction => {
-            TransferFunction::new(a, vec![0.6, 0.56, 0.2125, 0.3080, 0.5488, 0.7221])
-                .map(StateSpace::from)
+            TransferFunction::new(a, vec![0.6, 0.56, 0.2125, 0.3080, 0.5488, 0.7221]).map(StateSpace::from)
         }
     }
     .expect("the printed coefficients are finite and of one length")
@@ -42,13 +41,7 @@ mod tests {
         assert!(h.iter().zip(expected).all(|(h, e)| (h - e).abs() < 1e-14));
         let plant = nikolov2023(Numerator::TransferFunction);
         let expected = [0.6, 1.4, 1.7, 1.722, 1.918035, 2.38999];
-        assert!(
-            plant
-                .b()
-                .iter()
-                .zip(expected)
-                .all(|(b, e)| (b - e).abs() < 1e-14)
-        );
+        assert!(plant.b().iter().zip(expected).all(|(b, e)| (b - e).abs() < 1e-14));
     }
 
     #[test]

@@ -64,14 +64,10 @@ impl PoleFinder {
             return Vec::new();
         }
         let n = a.len();
-        let mut poles: Vec<c64> = (0..n)
-            .map(|i| c64::new(self.real[i], self.imaginary[i]))
-            .collect();
+        let mut poles: Vec<c64> = (0..n).map(|i| c64::new(self.real[i], self.imaginary[i])).collect();
         poles.sort_by(|p, q| {
             let modulus = q.norm().total_cmp(&p.norm());
-            modulus
-                .then(q.re.total_cmp(&p.re))
-                .then(q.im.total_cmp(&p.im))
+            modulus.then(q.re.total_cmp(&p.re)).then(q.im.total_cmp(&p.im))
         });
         poles
     }
@@ -111,11 +107,7 @@ pub fn polynomial_from_poles(poles: &[c64]) -> Vec<c64> {
 
 /// Returns a complex number whose conjugate is not among the others, if there is one.
 pub fn unmatched_pole(poles: &[c64]) -> Option<c64> {
-    let mut left: Vec<c64> = poles
-        .iter()
-        .copied()
-        .filter(|pole| pole.im != 0.0)
-        .collect();
+    let mut left: Vec<c64> = poles.iter().copied().filter(|pole| pole.im != 0.0).collect();
     while let Some(pole) = left.pop() {
         let Some(conjugate) = left.iter().position(|other| *other == pole.conj()) else {
             return Some(pole);

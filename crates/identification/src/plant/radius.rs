@@ -109,10 +109,7 @@ fn iterate<R: Real, const N: usize>(alpha: &[R], start: R) -> R {
     let mut roots = [Complex::real(R::zero()); N];
     for step in 0..CIRCLES.len() * MOST_STEPS {
         if step % MOST_STEPS == 0 {
-            surround(
-                &mut roots[..n],
-                start * R::splat(CIRCLES[step / MOST_STEPS]),
-            );
+            surround(&mut roots[..n], start * R::splat(CIRCLES[step / MOST_STEPS]));
         }
         let (mut moduli, mut largest) = ([R::zero(); N], R::zero());
         for i in 0..n {
@@ -151,13 +148,7 @@ fn surround<R: Real>(roots: &mut [Complex<R>], radius: R) {
 
 /// Does the Ehrlich-Aberth step of one root. Also returns whether the root can no longer change the radius.
 #[inline(always)]
-fn improve<R: Real>(
-    alpha: &[R],
-    roots: &[Complex<R>],
-    i: usize,
-    modulus: R,
-    largest: R,
-) -> (Complex<R>, R::Mask) {
+fn improve<R: Real>(alpha: &[R], roots: &[Complex<R>], i: usize, modulus: R, largest: R) -> (Complex<R>, R::Mask) {
     let n = roots.len() as f64;
     let (zero, one) = (Complex::real(R::zero()), Complex::real(R::splat(1.0)));
     let z = roots[i];

@@ -45,9 +45,7 @@ pub enum SamplingError {
     )]
     Direct(&'static str),
     /// The sampled plant cannot be told in numbers.
-    #[error(
-        "the sampled plant has coefficients that are not finite; expected another unit of time or of y"
-    )]
+    #[error("the sampled plant has coefficients that are not finite; expected another unit of time or of y")]
     NotFinite,
 }
 
@@ -80,36 +78,23 @@ impl Sampling {
     /// [`SamplingError`].
     pub fn polynomials(&self, num: &[f64], den: &[f64]) -> Result<[Vec<f64>; 2], SamplingError> {
         let (whole, part) = self.delay_in_samples()?;
-        let responses = Responses::new(
-            significant("num", num)?,
-            significant("den", den)?,
-            self.interval,
-        )?;
+        let responses = Responses::new(significant("num", num)?, significant("den", den)?, self.interval)?;
         let n = responses.output.len();
         let a = responses.denominator();
         // Nonzero coefficients of B: a part of a sample gives one more, and straight lines begin one earlier.
         let last = n + whole + usize::from(part > 0.0);
         let first = whole + usize::from(self.hold == Hold::Zero && responses.direct == 0.0);
-        let at =
-            |k: usize, shift: f64| (k as f64 + shift - whole as f64 - part) * responses.interval;
+        let at = |k: usize, shift: f64| (k as f64 + shift - whole as f64 - part) * responses.interval;
         let pulse = |k: usize| match self.hold {
             Hold::Zero => responses.step(at(k, 0.0)) - responses.step(at(k, -1.0)),
             Hold::Linear => {
-                let [before, now, after] =
-                    [-1.0, 0.0, 1.0].map(|shift| responses.ramp(at(k, shift)));
+                let [before, now, after] = [-1.0, 0.0, 1.0].map(|shift| responses.ramp(at(k, shift)));
                 (after - 2.0 * now + before) / responses.interval
             }
         };
         let pulses: Vec<f64> = (0..=last).map(pulse).collect();
-        let product = |k: usize| {
-            a.iter()
-                .zip(pulses[..=k].iter().rev())
-                .map(|(a, h)| a * h)
-                .sum()
-        };
-        let b: Vec<f64> = (0..=last)
-            .map(|k| if k < first { 0.0 } else { product(k) })
-            .collect();
+        let product = |k: usize| a.iter().zip(pulses[..=k].iter().rev()).map(|(a, h)| a * h).sum();
+        let b: Vec<f64> = (0..=last).map(|k| if k < first { 0.0 } else { product(k) }).collect();
         if !a.iter().chain(&b).all(|x| x.is_finite()) {
             return Err(SamplingError::NotFinite);
         }
@@ -126,17 +111,9 @@ impl Sampling {
     /// Returns the delay as whole samples and a part of one. A delay that is a multiple of T up to rounding has no
     /// part.
     fn delay_in_samples(&self) -> Result<(usize, f64), SamplingError> {
-        let number = |what, found, expected| SamplingError::Number {
-            what,
-            found,
-            expected,
-        };
+        let number = |what, found, expected| SamplingError::Number { what, found, expected };
         if !(self.interval > 0.0 && self.interval.is_finite()) {
-            return Err(number(
-                "Ts",
-                self.interval,
-                "a sampling time above 0 in seconds",
-            ));
+            return Err(number("Ts", self.interval, "a sampling time above 0 in seconds"));
         }
         let samples = self.delay / self.interval;
         if !(0.0..=crate::plant::ORDER_LIMIT as f64).contains(&samples) {
@@ -169,11 +146,7 @@ impl Responses {
             return Err(SamplingError::LargeDegree(n));
         }
         let a: Vec<f64> = den[1..].iter().map(|a| a / den[0]).collect();
-        let direct = if num.len() == den.len() {
-            num[0] / den[0]
-        } else {
-            0.0
-        };
+        let direct = if num.len() == den.len() { num[0] / den[0] } else { 0.0 };
         let missing = n.saturating_sub(num.len());
         let strict = &num[num.len().saturating_sub(n)..];
         let strict = std::iter::repeat_n(0.0, missing).chain(strict.iter().map(|c| c / den[0]));
@@ -266,18 +239,13 @@ fn times(left: &[Vec<f64>], right: &[Vec<f64>]) -> Vec<Vec<f64>> {
 /// products do not have to on every machine.
 fn exponential(m: &[Vec<f64>], t: f64) -> Vec<Vec<f64>> {
     const DEGREE: u32 = 18;
-    let rows = m
-        .iter()
-        .map(|row| row.iter().map(|x| (x * t).abs()).sum::<f64>());
+    let rows = m.iter().map(|row| row.iter().map(|x| (x * t).abs()).sum::<f64>());
     let (mut norm, mut squarings) = (rows.fold(0.0, f64::max), 0);
     while norm > 0.5 && norm.is_finite() {
         (norm, squarings) = (norm / 2.0, squarings + 1);
     }
     let scale = t * 0.5_f64.powi(squarings);
-    let scaled: Vec<Vec<f64>> = m
-        .iter()
-        .map(|row| row.iter().map(|x| x * scale).collect())
-        .collect();
+    let scaled: Vec<Vec<f64>> = m.iter().map(|row| row.iter().map(|x| x * scale).collect()).collect();
     let identity = |i: usize, j: usize| f64::from(u8::from(i == j));
     let mut result: Vec<Vec<f64>> = (0..m.len())
         .map(|i| (0..m.len()).map(|j| identity(i, j)).collect())
@@ -303,13 +271,7 @@ mod tests {
     use super::*;
 
     fn sampled(num: &[f64], den: &[f64], interval: f64, delay: f64, hold: Hold) -> [Vec<f64>; 2] {
-        Sampling {
-            interval,
-            delay,
-            hold,
-        }
-        .polynomials(num, den)
-        .unwrap()
+        Sampling { interval, delay, hold }.polynomials(num, den).unwrap()
     }
 
     fn assert_close(found: &[f64], expected: &[f64], tolerance: f64) {
@@ -337,11 +299,7 @@ mod tests {
                 &[2.0, 1.0],
                 &[1.0, 3.0, 3.0, 1.0],
                 0.3,
-                &[
-                    0.07027313304444505,
-                    -0.005764508449107142,
-                    -0.0470980380990112,
-                ],
+                &[0.07027313304444505, -0.005764508449107142, -0.0470980380990112],
                 &[-2.2224546620451555, 1.6464349082820826, -0.4065696597406004],
             ),
             (&[1.0], &[1.0, 0.0], 0.25, &[0.25], &[-1.0]),
@@ -374,9 +332,7 @@ mod tests {
         let binomial = [1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0];
         let [a, b] = sampled(&[1.0], &binomial, 0.5, 0.0, Hold::Zero);
         let decay = (-0.5_f64).exp();
-        let expected: Vec<f64> = (0..7)
-            .map(|i| binomial[i] * (-decay).powi(i as i32))
-            .collect();
+        let expected: Vec<f64> = (0..7).map(|i| binomial[i] * (-decay).powi(i as i32)).collect();
         assert_close(&a, &expected, 1e-14);
         let at_one = |x: &[f64]| x.iter().sum::<f64>();
         let bound = 7.0 * 20.0 * f64::EPSILON / (1.0 - decay).powi(6);
@@ -397,21 +353,11 @@ mod tests {
         let part = of(0.02, Hold::Zero);
         assert_close(
             &part,
-            &[
-                0.0,
-                0.04463588698438303,
-                0.1685237140088487,
-                0.01743207325621502,
-            ],
+            &[0.0, 0.04463588698438303, 0.1685237140088487, 0.01743207325621502],
             1e-13,
         );
         let lines = of(0.05, Hold::Linear);
-        let foh = [
-            0.0,
-            0.04072641525812637,
-            0.15302987969409876,
-            0.03683537929722169,
-        ];
+        let foh = [0.0, 0.04072641525812637, 0.15302987969409876, 0.03683537929722169];
         assert_close(&lines, &foh, 1e-13);
         let lines = of(0.07, Hold::Linear);
         assert_close(
@@ -430,12 +376,7 @@ mod tests {
     #[test]
     fn refusals() {
         let of = |num: &[f64], den: &[f64], interval, delay, hold| {
-            let found = Sampling {
-                interval,
-                delay,
-                hold,
-            }
-            .polynomials(num, den);
+            let found = Sampling { interval, delay, hold }.polynomials(num, den);
             found.unwrap_err().to_string()
         };
         let zero = Hold::Zero;
@@ -449,26 +390,14 @@ mod tests {
                 of(&[1.0], &one, 0.1, -0.1, zero),
                 "delay: -0.1; expected seconds from 0",
             ),
-            (
-                of(&[1.0], &[0.0], 0.1, 0.0, zero),
-                "den: expected finite coefficients",
-            ),
+            (of(&[1.0], &[0.0], 0.1, 0.0, zero), "den: expected finite coefficients"),
             (
                 of(&[f64::NAN], &one, 0.1, 0.0, zero),
                 "num: expected finite coefficients",
             ),
-            (
-                of(&[1.0, 0.0, 0.0], &one, 0.1, 0.0, zero),
-                "num has degree 2 and den 1",
-            ),
-            (
-                of(&one, &one, 0.1, 0.0, zero),
-                "y(k) would depend on u(k), by num",
-            ),
-            (
-                of(&[1.0], &one, 0.1, 0.05, Hold::Linear),
-                "by the straight line",
-            ),
+            (of(&[1.0, 0.0, 0.0], &one, 0.1, 0.0, zero), "num has degree 2 and den 1"),
+            (of(&one, &one, 0.1, 0.0, zero), "y(k) would depend on u(k), by num"),
+            (of(&[1.0], &one, 0.1, 0.05, Hold::Linear), "by the straight line"),
             (of(&[1.0], &[1.0; 42], 0.1, 0.0, zero), "den has degree 41"),
             (of(&[1.0], &[1.0, -1e5], 1.0, 0.0, zero), "not finite"),
         ] {
@@ -476,11 +405,7 @@ mod tests {
         }
         // With a delay the direct term is one more coefficient.
         let [a, b] = sampled(&[1.0, 3.0, 5.0], &[1.0, 2.0, 10.0], 0.1, 0.2, zero);
-        assert_close(
-            &b[2..],
-            &[1.0, -1.6629374328774782, 0.7078786072405172],
-            1e-13,
-        );
+        assert_close(&b[2..], &[1.0, -1.6629374328774782, 0.7078786072405172], 1e-13);
         assert_eq!((a.len(), &b[..2]), (3, &[0.0; 2][..]));
     }
 }

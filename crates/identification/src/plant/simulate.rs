@@ -52,13 +52,7 @@ pub fn simulate<R: Real>(a: &[R], b: &[R], x: &mut [R], u: &[R], visit: impl FnM
 
 /// Does [`simulate`] for a constant order: the steps are unrolled, and the state stays in registers.
 #[inline(always)]
-fn of_order<R: Real, const N: usize>(
-    a: &[R],
-    b: &[R],
-    x: &mut [R],
-    u: &[R],
-    visit: impl FnMut(usize, &[R]),
-) {
+fn of_order<R: Real, const N: usize>(a: &[R], b: &[R], x: &mut [R], u: &[R], visit: impl FnMut(usize, &[R])) {
     let mut state = [R::zero(); N];
     state.copy_from_slice(x);
     inlined::simulate(&a[..N], &b[..N], &mut state, u, visit);
@@ -97,13 +91,7 @@ pub fn simulate_disturbed(a: &[f64], b: &[f64], x: &mut [f64], u: &[f64], rows: 
 /// # Panics
 /// If `a`, `b` and `x` are not of one length n >= 1.
 #[inline(always)]
-pub fn drive<R: Real>(
-    a: &[R],
-    b: &[R],
-    x: &mut [R],
-    samples: usize,
-    mut visit: impl FnMut(usize, &[R]) -> R,
-) {
+pub fn drive<R: Real>(a: &[R], b: &[R], x: &mut [R], samples: usize, mut visit: impl FnMut(usize, &[R]) -> R) {
     let n = x.len();
     assert!(n > 0 && a.len() == n && b.len() == n);
     R::run(
@@ -123,15 +111,7 @@ pub fn drive<R: Real>(
 /// # Panics
 /// If `a`, `b`, `g` and `x` are not of one length n >= 1, or `u` and `y` differ in length.
 #[inline(always)]
-pub fn observe<R: Real>(
-    a: &[R],
-    b: &[R],
-    g: &[R],
-    x: &mut [R],
-    u: &[R],
-    y: &[R],
-    visit: impl FnMut(usize, &[R]),
-) {
+pub fn observe<R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R], u: &[R], y: &[R], visit: impl FnMut(usize, &[R])) {
     let n = x.len();
     assert!(n > 0 && a.len() == n && b.len() == n && g.len() == n && u.len() == y.len());
     R::run(
@@ -173,13 +153,7 @@ pub mod inlined {
     /// # Panics
     /// If the lengths do not fit.
     #[inline(always)]
-    pub fn simulate<R: Real>(
-        a: &[R],
-        b: &[R],
-        x: &mut [R],
-        u: &[R],
-        mut visit: impl FnMut(usize, &[R]),
-    ) {
+    pub fn simulate<R: Real>(a: &[R], b: &[R], x: &mut [R], u: &[R], mut visit: impl FnMut(usize, &[R])) {
         let n = x.len();
         assert!(n > 0 && a.len() == n && b.len() == n);
         for (k, &u) in u.iter().enumerate() {
@@ -190,12 +164,7 @@ pub mod inlined {
 
     /// Does the same without input for some samples: `x(k+1) = A x(k)`.
     #[inline(always)]
-    pub(crate) fn decay<R: Real>(
-        a: &[R],
-        x: &mut [R],
-        samples: usize,
-        mut visit: impl FnMut(usize, &[R]),
-    ) {
+    pub(crate) fn decay<R: Real>(a: &[R], x: &mut [R], samples: usize, mut visit: impl FnMut(usize, &[R])) {
         let n = x.len();
         assert!(n > 0 && a.len() == n);
         for k in 0..samples {

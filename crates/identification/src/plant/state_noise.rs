@@ -42,9 +42,7 @@ pub enum StateNoiseError {
     #[error("expected R beside it, the variance of the noise with which w is correlated")]
     CrossAlone,
     /// No w and v have these covariances.
-    #[error(
-        "too large for Q and R: Q - S S' / R is not positive semidefinite; expected a covariance"
-    )]
+    #[error("too large for Q and R: Q - S S' / R is not positive semidefinite; expected a covariance")]
     Correlation,
 }
 
@@ -65,11 +63,7 @@ impl StateNoise {
     ///
     /// # Errors
     /// [`StateNoiseError`].
-    pub fn new(
-        q: MatRef<'_, f64>,
-        r: Option<f64>,
-        s: Option<&[f64]>,
-    ) -> Result<Self, StateNoiseError> {
+    pub fn new(q: MatRef<'_, f64>, r: Option<f64>, s: Option<&[f64]>) -> Result<Self, StateNoiseError> {
         let n = q.nrows();
         if q.ncols() != n || !q.is_all_finite() {
             return Err(StateNoiseError::Shape(n));
@@ -243,13 +237,7 @@ mod tests {
             let n = q.nrows();
             let noise = StateNoise::new(q.as_ref(), Some(r), Some(&s)).unwrap();
             assert!((noise.covariance() - &q).norm_max() < 1e-15);
-            assert!(
-                noise
-                    .cross()
-                    .iter()
-                    .zip(&s)
-                    .all(|(x, y)| (x - y).abs() < 1e-15)
-            );
+            assert!(noise.cross().iter().zip(&s).all(|(x, y)| (x - y).abs() < 1e-15));
             let (w, v) = drawn(&noise, n);
             let all = Mat::from_fn(n + 1, COUNT, |i, k| if i < n { w[n * k + i] } else { v[k] });
             let sigma = Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
@@ -274,10 +262,7 @@ mod tests {
                 let pairs = all.col_iter().zip(solved.col_iter());
                 let sum: f64 = pairs.map(|(x, y)| x.transpose() * y).sum();
                 let degrees = count * (n + 1) as f64;
-                assert!(
-                    (sum - degrees).abs() < 4.5 * (2.0 * degrees).sqrt(),
-                    "{sum}"
-                );
+                assert!((sum - degrees).abs() < 4.5 * (2.0 * degrees).sqrt(), "{sum}");
             }
         }
     }
@@ -301,10 +286,7 @@ mod tests {
         let plain = of([1.0; 2], 1.0);
         let scaled = of([2_f64.powi(40), 2_f64.powi(-33)], 2_f64.powi(20));
         for (x, y) in plain.chunks(2).zip(scaled.chunks(2)) {
-            assert_eq!(
-                [x[0] * 2_f64.powi(40), x[1] * 2_f64.powi(-33)],
-                [y[0], y[1]]
-            );
+            assert_eq!([x[0] * 2_f64.powi(40), x[1] * 2_f64.powi(-33)], [y[0], y[1]]);
         }
     }
 

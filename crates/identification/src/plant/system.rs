@@ -249,17 +249,11 @@ mod tests {
 
     #[test]
     fn refusals() {
-        assert_eq!(
-            StateSpace::new(vec![], vec![]),
-            Err(SystemError::Order(0, 0))
-        );
+        assert_eq!(StateSpace::new(vec![], vec![]), Err(SystemError::Order(0, 0)));
         assert_eq!(
             TransferFunction::new(vec![0.5], vec![1.0, 2.0]),
             Err(SystemError::Order(1, 2))
         );
-        assert_eq!(
-            StateSpace::new(vec![f64::NAN], vec![1.0]),
-            Err(SystemError::NotFinite)
-        );
+        assert_eq!(StateSpace::new(vec![f64::NAN], vec![1.0]), Err(SystemError::NotFinite));
     }
 }

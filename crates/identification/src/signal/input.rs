@@ -108,10 +108,7 @@ impl Input {
     /// Makes an input from its names. `sequence` applies to signs; Gaussian numbers are always fresh.
     pub const fn new(law: InputLaw, amplitude: f64, sequence: Sequence) -> Self {
         match law {
-            InputLaw::Signs => Self::Signs(RandomSigns {
-                amplitude,
-                sequence,
-            }),
+            InputLaw::Signs => Self::Signs(RandomSigns { amplitude, sequence }),
             InputLaw::Gaussian => Self::Gaussian { amplitude },
         }
     }
@@ -180,9 +177,7 @@ impl Input {
             }
             Self::Samples(samples) => {
                 let samples = samples.iter().cycle();
-                u.iter_mut()
-                    .zip(samples)
-                    .for_each(|(u, sample)| *u = *sample);
+                u.iter_mut().zip(samples).for_each(|(u, sample)| *u = *sample);
             }
         }
     }
@@ -231,10 +226,7 @@ mod tests {
     fn binary_input_follows_the_arcsine_law() {
         const TRIALS: u64 = 40_000;
         let filter = NoiseFilter::new(&[3.0], &[1.0, -0.8]).unwrap();
-        let input = Input::Binary {
-            filter,
-            amplitude: 2.0,
-        };
+        let input = Input::Binary { filter, amplitude: 2.0 };
         let mut sum = 0.0;
         for trial in 0..TRIALS {
             let mut u = [0.0; 3];
@@ -254,10 +246,7 @@ mod tests {
     fn filtered_input_has_amplitude_and_spectrum_from_its_first_sample() {
         const TRIALS: u64 = 40_000;
         let filter = NoiseFilter::new(&[3.0], &[1.0, -0.8]).unwrap();
-        let input = Input::Filtered {
-            filter,
-            amplitude: 2.0,
-        };
+        let input = Input::Filtered { filter, amplitude: 2.0 };
         let draw = |trial: u64, u: &mut [f64]| input.fill(&mut stream(1, trial, Purpose::Input), u);
         let mut sums = [0.0; 4];
         for trial in 0..TRIALS {
@@ -268,10 +257,7 @@ mod tests {
         }
         for (sum, expected) in sums.iter().zip([4.0, 3.2, 4.0, 3.2]) {
             let error = 4.0 * (2.0 / TRIALS as f64).sqrt();
-            assert!(
-                (sum / TRIALS as f64 - expected).abs() < 4.5 * error,
-                "{sums:?}"
-            );
+            assert!((sum / TRIALS as f64 - expected).abs() < 4.5 * error, "{sums:?}");
         }
         let (mut short, mut long) = ([0.0; 33], [0.0; 70]);
         draw(3, &mut short);

@@ -135,10 +135,6 @@ mod tests {
         let of = LevelOf::Measured;
         let s = LevelReading { over, of }.scale(30.0, &y0, &f, process);
         assert!((s * s * 9.0 / (4.0 + s * s * 9.0) - 0.09).abs() < 1e-15);
-        assert!(
-            LevelReading { over, of }
-                .scale(100.0, &y0, &f, process)
-                .is_nan()
-        );
+        assert!(LevelReading { over, of }.scale(100.0, &y0, &f, process).is_nan());
     }
 }

@@ -97,11 +97,7 @@ fn contaminated(share: f64, scale: f64) -> f64 {
         let x = k as f64 * STEP;
         let (inner, outer) = (part(1.0 - share, 1.0, x), part(share, scale, x));
         let (density, slope) = (inner + outer, x * (inner + outer / (scale * scale)));
-        if density > 0.0 {
-            slope * slope / density
-        } else {
-            0.0
-        }
+        if density > 0.0 { slope * slope / density } else { 0.0 }
     };
     // An even function whose term at 0 is 0.
     let sum: f64 = (1..=last).map(at).sum();
@@ -149,9 +145,7 @@ pub enum NoiseFilterError {
     #[error("{0} degrees of freedom of Student's t; expected 3 to {MOST_FREEDOM}")]
     Freedom(u16),
     /// Outliers are none, or all.
-    #[error(
-        "a share of {0} and a scale of {1}; expected a share between 0 and 1 and a scale above 1, up to 1000"
-    )]
+    #[error("a share of {0} and a scale of {1}; expected a share between 0 and 1 and a scale above 1, up to 1000")]
     Contamination(f64, f64),
 }
 
@@ -484,15 +478,9 @@ mod tests {
             sums[3] += f[20] * f[21];
         }
         let error = (2.0 / TRIALS as f64).sqrt() * variance;
-        for (sum, expected) in sums
-            .iter()
-            .zip([variance, covariance, variance, covariance])
-        {
+        for (sum, expected) in sums.iter().zip([variance, covariance, variance, covariance]) {
             let found = sum / TRIALS as f64;
-            assert!(
-                (found - expected).abs() < 4.5 * error,
-                "{found} for {expected}"
-            );
+            assert!((found - expected).abs() < 4.5 * error, "{found} for {expected}");
         }
     }
 
@@ -511,10 +499,7 @@ mod tests {
         });
         assert_eq!(counts.iter().sum::<usize>(), count);
         let expected = count as f64 / 4.0;
-        let chi: f64 = counts
-            .iter()
-            .map(|c| (*c as f64 - expected).powi(2) / expected)
-            .sum();
+        let chi: f64 = counts.iter().map(|c| (*c as f64 - expected).powi(2) / expected).sum();
         assert!(chi < 24.4, "{counts:?}");
         for same in [&[2.0, 2.0][..], &[], &[f64::NAN, 1.0]] {
             let refused = NoiseFilter::white().drawn_from(same);
@@ -527,10 +512,7 @@ mod tests {
     fn noise_from_rest_is_the_filtered_drive() {
         let (c, d) = ([1.0, 0.5], [1.0, -1.5, 0.7]);
         let filter = NoiseFilter::new(&c, &d).unwrap().from_rest();
-        let (f, w) = (
-            realise(&filter, 3, 50),
-            realise(&NoiseFilter::white(), 3, 50),
-        );
+        let (f, w) = (realise(&filter, 3, 50), realise(&NoiseFilter::white(), 3, 50));
         let at = |x: &[f64], k: usize, by: usize| k.checked_sub(by).map_or(0.0, |k| x[k]);
         for k in 0..50 {
             let left: f64 = (0..3).map(|i| d[i] * at(&f, k, i)).sum();
@@ -543,10 +525,7 @@ mod tests {
     /// of variance 1); the variance of a sample within four standard errors.
     #[test]
     fn contaminated_numbers_have_their_density() {
-        for (share, scale, expected) in [
-            (0.05, 10.0, 5.385_506_003_637_427),
-            (0.1, 5.0, 2.713_806_666_871_938),
-        ] {
+        for (share, scale, expected) in [(0.05, 10.0, 5.385_506_003_637_427), (0.1, 5.0, 2.713_806_666_871_938)] {
             let filter = NoiseFilter::white().contaminated(share, scale).unwrap();
             let found = filter.law().information().unwrap();
             assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
@@ -557,10 +536,7 @@ mod tests {
         filter.law().fill(&mut drawn, &mut w);
         let square = w.iter().map(|w| w * w).sum::<f64>() / 1e5;
         // E w^4 = 3 (0.95 + 0.05 * 10^4) / (0.95 + 5)^2 = 42.45.
-        assert!(
-            (square - 1.0).abs() < 4.0 * (41.45_f64 / 1e5).sqrt(),
-            "{square}"
-        );
+        assert!((square - 1.0).abs() < 4.0 * (41.45_f64 / 1e5).sqrt(), "{square}");
         let mut longer = vec![0.0; 100_001];
         let mut again = stream(3, 1, Purpose::NoiseDrive);
         filter.law().fill(&mut again, &mut longer);
@@ -595,17 +571,8 @@ mod tests {
 
     #[test]
     fn refusals() {
-        assert_eq!(
-            NoiseFilter::new(&[1.0], &[1.0, -1.0]),
-            Err(NoiseFilterError::Unstable)
-        );
-        assert_eq!(
-            NoiseFilter::new(&[], &[1.0]),
-            Err(NoiseFilterError::Numerator)
-        );
-        assert_eq!(
-            NoiseFilter::new(&[1.0], &[2.0]),
-            Err(NoiseFilterError::Denominator)
-        );
+        assert_eq!(NoiseFilter::new(&[1.0], &[1.0, -1.0]), Err(NoiseFilterError::Unstable));
+        assert_eq!(NoiseFilter::new(&[], &[1.0]), Err(NoiseFilterError::Numerator));
+        assert_eq!(NoiseFilter::new(&[1.0], &[2.0]), Err(NoiseFilterError::Denominator));
     }
 }

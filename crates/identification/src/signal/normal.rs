@@ -102,8 +102,7 @@ fn ln<R: Real>(v: R) -> R {
 
     let offset = v.to_bits().minus(R::Word::splat(SPLIT));
     let biased = offset.right::<52>() ^ R::Word::splat(BIAS);
-    let exponent =
-        R::from_bits(biased | R::Word::splat(SHIFTER.to_bits())) - R::splat(SHIFTER + BIAS as f64);
+    let exponent = R::from_bits(biased | R::Word::splat(SHIFTER.to_bits())) - R::splat(SHIFTER + BIAS as f64);
     let m = R::from_bits(v.to_bits().minus(offset & R::Word::splat(!MANTISSA)));
     let f = m - R::splat(1.0);
     let s = f / (R::splat(2.0) + f);
@@ -217,9 +216,7 @@ mod tests {
         }
         let lag_one = z.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / (COUNT as f64).sqrt();
         assert!(lag_one.abs() < 4.5, "lag one: {lag_one}");
-        let squares = z
-            .windows(2)
-            .map(|w| (w[0] * w[0] - 1.0) * (w[1] * w[1] - 1.0));
+        let squares = z.windows(2).map(|w| (w[0] * w[0] - 1.0) * (w[1] * w[1] - 1.0));
         let squares = squares.sum::<f64>() / (4.0 * COUNT as f64).sqrt();
         assert!(squares.abs() < 4.5, "lag one of squares: {squares}");
     }

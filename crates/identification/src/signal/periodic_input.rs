@@ -43,11 +43,7 @@ pub fn prbs(register: usize, clock: usize) -> Option<Vec<f64>> {
     let mut bits = ones;
     let mut u = Vec::with_capacity(ones as usize * clock);
     for _ in 0..ones {
-        let sign = if bits >> (register - 1) & 1 == 1 {
-            1.0
-        } else {
-            -1.0
-        };
+        let sign = if bits >> (register - 1) & 1 == 1 { 1.0 } else { -1.0 };
         u.extend(std::iter::repeat_n(sign, clock));
         let sum = taps.iter().fold(0, |sum, tap| sum ^ bits >> (tap - 1) & 1);
         bits = (bits << 1 | sum) & ones;
@@ -85,9 +81,7 @@ pub fn multisine(period: usize, lines: &[usize]) -> Vec<f64> {
 
 /// Returns one period of steps: each value held for `hold` samples.
 pub fn steps(values: &[f64], hold: usize) -> Vec<f64> {
-    let held = values
-        .iter()
-        .flat_map(|value| std::iter::repeat_n(*value, hold));
+    let held = values.iter().flat_map(|value| std::iter::repeat_n(*value, hold));
     held.collect()
 }
 
@@ -99,21 +93,15 @@ pub fn sines(amplitudes: &[f64], periods: &[usize]) -> Vec<f64> {
         let turns = (t % period) as f64 / *period as f64 + 0.75;
         amplitude * cosine(turns - turns.floor())
     };
-    let length = periods.iter().fold(1, |length, period| {
-        length / greatest_divisor(length, *period) * period
-    });
-    (0..length)
-        .map(|t| terms().map(|term| wave(t, term)).sum())
-        .collect()
+    let length = periods
+        .iter()
+        .fold(1, |length, period| length / greatest_divisor(length, *period) * period);
+    (0..length).map(|t| terms().map(|term| wave(t, term)).sum()).collect()
 }
 
 /// Returns the greatest common divisor.
 pub fn greatest_divisor(a: usize, b: usize) -> usize {
-    if b == 0 {
-        a
-    } else {
-        greatest_divisor(b, a % b)
-    }
+    if b == 0 { a } else { greatest_divisor(b, a % b) }
 }
 
 /// Returns the cosine of an angle in turns, from 0 to 1, by the arithmetic of the normal numbers.
@@ -144,18 +132,10 @@ mod tests {
                 assert!(state > 0 && !std::mem::replace(&mut seen[state], true));
             }
         }
-        let of =
-            |lag: usize, u: &[f64]| -> f64 { (0..127).map(|k| u[k] * u[(k + lag) % 127]).sum() };
+        let of = |lag: usize, u: &[f64]| -> f64 { (0..127).map(|k| u[k] * u[(k + lag) % 127]).sum() };
         let u = prbs(7, 1).unwrap();
         assert!((1..127).all(|lag| of(lag, &u) == -1.0));
-        assert_eq!(
-            prbs(3, 2)
-                .unwrap()
-                .chunks(2)
-                .filter(|u| u[0] == u[1])
-                .count(),
-            7
-        );
+        assert_eq!(prbs(3, 2).unwrap().chunks(2).filter(|u| u[0] == u[1]).count(), 7);
         assert!(prbs(1, 1).is_none() && prbs(19, 1).is_none() && prbs(7, 0).is_none());
     }
 
@@ -168,9 +148,7 @@ mod tests {
         let u = multisine(period, &lines);
         let power = |k: usize| {
             let angle = |t: usize| std::f64::consts::TAU * (k * t) as f64 / period as f64;
-            let of = |part: fn(f64) -> f64| -> f64 {
-                u.iter().enumerate().map(|(t, u)| u * part(angle(t))).sum()
-            };
+            let of = |part: fn(f64) -> f64| -> f64 { u.iter().enumerate().map(|(t, u)| u * part(angle(t))).sum() };
             (of(f64::cos).powi(2) + of(f64::sin).powi(2)) / (period * period) as f64
         };
         for k in 0..=period / 2 {

@@ -54,10 +54,7 @@ fn mix<W: Word>(z: W) -> W {
 /// these.
 pub fn stream(seed: u64, trial: u64, purpose: Purpose) -> Stream {
     let mut state = [0; 32];
-    for (bytes, word) in state
-        .chunks_exact_mut(8)
-        .zip(state_of(seed, trial, purpose))
-    {
+    for (bytes, word) in state.chunks_exact_mut(8).zip(state_of(seed, trial, purpose)) {
         bytes.copy_from_slice(&word.to_le_bytes());
     }
     Stream::from_seed(state)

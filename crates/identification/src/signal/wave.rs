@@ -122,11 +122,7 @@ impl Wave {
                 let even = half_periods.rem_euclid(2.0) == 0.0;
                 Some((if even { *amplitude } else { -amplitude }, 0.0))
             }
-            Self::Samples {
-                interval,
-                values,
-                hold,
-            } => {
+            Self::Samples { interval, values, hold } => {
                 let at = |k: usize| values.get(k).or(values.last()).copied().unwrap_or(0.0);
                 let k = (inside / interval).floor().max(0.0);
                 let index = k as usize;
@@ -144,9 +140,7 @@ impl Wave {
     /// Returns the distance between breakpoints and the time of the first (which may be negative), if there are any.
     pub(super) fn comb(&self) -> Option<(f64, f64)> {
         match *self {
-            Self::Square {
-                frequency, phase, ..
-            } => Some((PI / frequency, -phase.rem_euclid(PI) / frequency)),
+            Self::Square { frequency, phase, .. } => Some((PI / frequency, -phase.rem_euclid(PI) / frequency)),
             Self::Samples { interval, .. } => Some((interval, 0.0)),
             _ => None,
         }
@@ -166,10 +160,7 @@ impl Wave {
                 amplitude,
                 frequency,
                 phase,
-            } => (
-                [amplitude, frequency, phase],
-                Some(("frequency", frequency)),
-            ),
+            } => ([amplitude, frequency, phase], Some(("frequency", frequency))),
             Self::Samples { interval, .. } => ([interval; 3], Some(("interval", interval))),
         };
         if !numbers.iter().all(|v| v.is_finite()) {
@@ -181,22 +172,13 @@ impl Wave {
             return Err(SignalError::NotPositive { what, value });
         }
         match self {
-            Self::Samples {
-                interval,
-                values,
-                hold,
-            } => check_samples(*interval, values, *hold, until),
+            Self::Samples { interval, values, hold } => check_samples(*interval, values, *hold, until),
             _ => Ok(()),
         }
     }
 }
 
-fn check_samples(
-    interval: f64,
-    values: &[f64],
-    hold: Hold,
-    horizon: f64,
-) -> Result<(), SignalError> {
+fn check_samples(interval: f64, values: &[f64], hold: Hold, horizon: f64) -> Result<(), SignalError> {
     if !values.iter().all(|v| v.is_finite()) {
         return Err(SignalError::NotFinite);
     }

@@ -111,11 +111,7 @@ mod tests {
             frequency: 2.0,
             phase: 0.5,
         };
-        let signal = Signal::new(vec![
-            Wave::Constant { value: 1.0 },
-            Wave::Ramp { slope: -2.0 },
-            sine,
-        ]);
+        let signal = Signal::new(vec![Wave::Constant { value: 1.0 }, Wave::Ramp { slope: -2.0 }, sine]);
         let t: f64 = 0.7;
         assert_eq!(signal.value(t), 1.0 - 2.0 * t + 3.0 * (2.0 * t + 0.5).sin());
         assert_eq!(signal.line(t, 0.0), (1.0 - 2.0 * t, -2.0));
@@ -137,10 +133,7 @@ mod tests {
             Err(SignalError::TooShort { horizon: 0.3, .. })
         ));
         assert!(check(record(0, Hold::Zero), 0.3).is_err());
-        assert_eq!(
-            check(Wave::Ramp { slope: f64::NAN }, 1.0),
-            Err(SignalError::NotFinite)
-        );
+        assert_eq!(check(Wave::Ramp { slope: f64::NAN }, 1.0), Err(SignalError::NotFinite));
         let still = Wave::Sine {
             amplitude: 1.0,
             frequency: 0.0,

@@ -45,8 +45,7 @@ impl Shape {
         let size = beta.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
         let coefficients = self.nk..self.nk + self.nb;
         let is_free = |(i, b): (usize, &f64)| coefficients.contains(&i) || b.abs() <= 1e-13 * size;
-        let fits = alpha.iter().skip(self.denominator + 1).all(|a| *a == 0.0)
-            && beta.iter().enumerate().all(is_free);
+        let fits = alpha.iter().skip(self.denominator + 1).all(|a| *a == 0.0) && beta.iter().enumerate().all(is_free);
         let at = |c: &[f64], i: usize| c.get(i).copied().unwrap_or(0.0);
         let denominator = (1..=self.denominator).map(|i| at(alpha, i));
         let numerator = coefficients.clone().map(|i| at(beta, i));
@@ -55,11 +54,7 @@ impl Shape {
 
     /// Converts parameters to `p = (alpha, beta)` and returns the derivative too: `beta_i = b_i - b_0 alpha_i`.
     pub fn canonical(self, theta: &[f64]) -> (Vec<f64>, Matrix) {
-        let Self {
-            denominator,
-            nb,
-            nk,
-        } = self;
+        let Self { denominator, nb, nk } = self;
         let m = denominator.max((nb + nk).saturating_sub(1)).max(1);
         let (alpha, b) = theta.split_at(denominator);
         let direct = if nk == 0 { b.first().copied() } else { None };

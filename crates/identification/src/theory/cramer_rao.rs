@@ -33,12 +33,7 @@ pub(super) fn plain(population: &Population) -> Result<(), Missing> {
 
 /// The first `count` rows and columns of `lambda (E psi psi')^-1`. If lambda is 0, the noise's parameters are left out
 /// and the bound is 0.
-pub(super) fn bound(
-    population: &Population,
-    psi: &[Signal],
-    count: usize,
-    lambda: f64,
-) -> Result<Matrix, Missing> {
+pub(super) fn bound(population: &Population, psi: &[Signal], count: usize, lambda: f64) -> Result<Matrix, Missing> {
     let psi = if lambda > 0.0 { psi } else { &psi[..count] };
     let information = covariance(&population.sources, psi, psi)?;
     is_regular(&information)?;
@@ -64,11 +59,7 @@ pub(super) fn equation_error_gradient(
 }
 
 /// psi of C and D in `e = D/C x`: `e(k-i) / C` and `-e(k-i) / D`.
-fn noise_gradient(
-    (c, d): (&[f64], &[f64]),
-    innovation: &Signal,
-    [nc, nd]: [usize; 2],
-) -> Result<Vec<Signal>, Missing> {
+fn noise_gradient((c, d): (&[f64], &[f64]), innovation: &Signal, [nc, nd]: [usize; 2]) -> Result<Vec<Signal>, Missing> {
     let mut psi = innovation.through(&[1.0], stable(c)?).lags(1.0, 1, nc);
     psi.extend(innovation.through(&[1.0], stable(d)?).lags(-1.0, 1, nd));
     Ok(psi)
@@ -109,9 +100,7 @@ impl TrueModel {
     pub fn new(population: &Population) -> Result<Self, Missing> {
         plain(population)?;
         let noise = NoiseModel::new(population)?;
-        let Population {
-            alpha, beta, y, u, ..
-        } = population;
+        let Population { alpha, beta, y, u, .. } = population;
         let (f, d) = lowest_terms(alpha, &noise.d);
         let (n, nf) = (alpha.len() - 1, f.len() - 1);
         let na = n - nf;
@@ -222,10 +211,5 @@ pub fn optimal_instruments(population: &Population) -> Result<Matrix, Missing> {
     let n = population.plant.order();
     let shape = Shape::new(Orders::arx(n, n, 1));
     let (y, u) = (of_reference(&population.y), of_reference(&population.u));
-    bound(
-        population,
-        &regressors(&y, &u, shape),
-        2 * n,
-        noise.variance,
-    )
+    bound(population, &regressors(&y, &u, shape), 2 * n, noise.variance)
 }

@@ -2,9 +2,7 @@
 //! Identification, 2nd ed., sections 9.3 and 9.4; Soderstrom and Stoica, System Identification, chapter 8).
 
 use super::canonical::{Asymptotic, Shape};
-use super::cramer_rao::{
-    bound, box_jenkins, equation_error_gradient, output_error_gradient, plain,
-};
+use super::cramer_rao::{bound, box_jenkins, equation_error_gradient, output_error_gradient, plain};
 use super::joint_state::{covariance, long_run_covariance};
 use super::linear::{Linear, are_orthogonal, invertible, is_regular};
 use super::missing::Missing;
@@ -58,11 +56,7 @@ pub fn bj(population: &Population, orders: Orders) -> Result<Asymptotic, Missing
 ///
 /// # Errors
 /// [`Missing`].
-pub fn output_error(
-    population: &Population,
-    orders: Orders,
-    by_measured: bool,
-) -> Result<Asymptotic, Missing> {
+pub fn output_error(population: &Population, orders: Orders, by_measured: bool) -> Result<Asymptotic, Missing> {
     let shape = Shape::new(orders);
     let theta = truth(population, shape)?;
     let psi = output_error_gradient(population, shape, (&[1.0], &[1.0]))?;
@@ -131,11 +125,7 @@ pub fn four_steps(population: &Population, orders: Orders) -> Result<Asymptotic,
 ///
 /// # Errors
 /// [`Missing`].
-pub fn delayed_inputs(
-    population: &Population,
-    orders: Orders,
-    extra: usize,
-) -> Result<Asymptotic, Missing> {
+pub fn delayed_inputs(population: &Population, orders: Orders, extra: usize) -> Result<Asymptotic, Missing> {
     let shape = Shape::new(orders);
     let theta = truth(population, shape)?;
     let Population {

@@ -73,18 +73,11 @@ impl FisherInformation {
 
     /// The information about p, `S^-T F S^-1`, from twice the scale, F about the plant's parameters and
     /// `S = dp / d(parameters)`.
-    pub(super) fn about_p(
-        of_plant: &Matrix,
-        slopes: &Matrix,
-        scale: f64,
-        orders: Orders,
-    ) -> Result<Self, Missing> {
+    pub(super) fn about_p(of_plant: &Matrix, slopes: &Matrix, scale: f64, orders: Orders) -> Result<Self, Missing> {
         let count = slopes.nrows();
         let inverse = slopes.solve(&Matrix::identity(count));
         let about_p = &(&inverse.transpose() * of_plant) * &inverse;
-        let matrix = Matrix::from_fn(count, count, |i, j| {
-            scale * (about_p[(i, j)] + about_p[(j, i)])
-        });
+        let matrix = Matrix::from_fn(count, count, |i, j| scale * (about_p[(i, j)] + about_p[(j, i)]));
         if !matrix.is_all_finite() {
             return Err(Missing::Singular);
         }
@@ -108,9 +101,7 @@ impl FisherInformation {
         let Orders { na, nb, nf, nk, .. } = self.orders;
         let first = (n + nk).saturating_sub(1);
         let free: Vec<usize> = (0..(na + nf).min(n)).chain(first..first + nb).collect();
-        let part = Matrix::from_fn(free.len(), free.len(), |i, j| {
-            self.matrix[(free[i], free[j])]
-        });
+        let part = Matrix::from_fn(free.len(), free.len(), |i, j| self.matrix[(free[i], free[j])]);
         (free, part)
     }
 
@@ -152,12 +143,7 @@ impl FisherInformation {
 }
 
 /// `E[psi psi']`, or the mean over a record whose reference is given.
-fn moments(
-    process: &Process,
-    population: &Population,
-    psi: &[Signal],
-    window: usize,
-) -> Result<Matrix, Missing> {
+fn moments(process: &Process, population: &Population, psi: &[Signal], window: usize) -> Result<Matrix, Missing> {
     let Input::Samples(samples) = process.input() else {
         return Ok(covariance(&population.sources, psi, psi)?);
     };

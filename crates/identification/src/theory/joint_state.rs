@@ -69,9 +69,7 @@ impl Block {
     fn times(&self, v: &[f64]) -> Vec<f64> {
         let d = |i: usize| self.denominator.get(i + 1).copied().unwrap_or(0.0);
         let next = |i: usize| v.get(i + 1).copied().unwrap_or(0.0);
-        (0..v.len())
-            .map(|i| (-v[0]).mul_add(d(i), next(i)))
-            .collect()
+        (0..v.len()).map(|i| (-v[0]).mul_add(d(i), next(i))).collect()
     }
 }
 
@@ -126,10 +124,7 @@ struct JointState {
 }
 
 impl JointState {
-    fn new<'a>(
-        sources: &[Source],
-        signals: impl Iterator<Item = &'a Signal>,
-    ) -> Result<Self, NoTheory> {
+    fn new<'a>(sources: &[Source], signals: impl Iterator<Item = &'a Signal>) -> Result<Self, NoTheory> {
         let mut blocks: Vec<Block> = Vec::new();
         for part in signals.flat_map(|signal| &signal.parts) {
             let length = part.numerator.len().max(part.denominator.len() - 1).max(1);
@@ -255,11 +250,7 @@ fn line_covariances(a: &Block, b: &Block, lines: &[Line]) -> Vec<f64> {
 ///
 /// # Errors
 /// [`NoTheory::NotStationary`] if a denominator is not stable.
-pub fn covariance(
-    sources: &[Source],
-    left: &[Signal],
-    right: &[Signal],
-) -> Result<Matrix, NoTheory> {
+pub fn covariance(sources: &[Source], left: &[Signal], right: &[Signal]) -> Result<Matrix, NoTheory> {
     let state = JointState::new(sources, left.iter().chain(right))?;
     let (left, right) = (state.columns(left.iter()), state.columns(right.iter()));
     Ok(&left.transpose() * &(&state.p * &right))
@@ -286,10 +277,7 @@ pub fn covariance(
 ///
 /// # Errors
 /// As for [`covariance`], and [`NoTheory::BinaryInput`].
-pub fn long_run_covariance(
-    sources: &[Source],
-    products: &[(Signal, Signal)],
-) -> Result<Matrix, NoTheory> {
+pub fn long_run_covariance(sources: &[Source], products: &[(Signal, Signal)]) -> Result<Matrix, NoTheory> {
     let has_lines = |signal: &Signal| {
         let mut parts = signal.parts.iter();
         parts.any(|part| sources[part.source].spectrum.is_some())
@@ -396,11 +384,8 @@ fn of_white_sources(sources: &[Source], products: &[(Signal, Signal)]) -> Result
     let a = state.columns(products.iter().map(|(a, _)| a));
     let b = state.columns(products.iter().map(|(_, b)| b));
     let (pa, pb) = (&state.p * &a, &state.p * &b);
-    let powers: Result<Vec<Vec<Matrix>>, NoTheory> = state
-        .blocks
-        .iter()
-        .map(|block| block.powers(block.length))
-        .collect();
+    let powers: Result<Vec<Vec<Matrix>>, NoTheory> =
+        state.blocks.iter().map(|block| block.powers(block.length)).collect();
     let powers = powers?;
     // Most products have the same second factor.
     let mut seconds: Vec<usize> = Vec::new();

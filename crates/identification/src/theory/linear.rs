@@ -102,8 +102,7 @@ impl Linear {
             }
             (theta, error)
         };
-        let mut products: Vec<(Signal, Signal)> =
-            z.iter().map(|z| (z.clone(), error.clone())).collect();
+        let mut products: Vec<(Signal, Signal)> = z.iter().map(|z| (z.clone(), error.clone())).collect();
         let mut moved = Matrix::identity(phi.len());
         if !is_consistent && !population.level.is_empty() {
             let by_scale = by_noise_scale(sources, z, &error)?;
@@ -166,10 +165,7 @@ pub fn is_regular(g: &Matrix) -> Result<(), Missing> {
             (0..n).for_each(|j| scaled[(i, j)] /= size);
         }
         for j in 0..n {
-            let size = scaled
-                .col(j)
-                .iter()
-                .fold(0.0_f64, |most, x| x.abs().max(most));
+            let size = scaled.col(j).iter().fold(0.0_f64, |most, x| x.abs().max(most));
             (0..n).for_each(|i| scaled[(i, j)] /= size);
         }
     }

@@ -16,20 +16,12 @@ pub struct Matrix {
 
 impl Matrix {
     /// Makes a matrix from its entries.
-    pub fn from_fn(
-        rows: usize,
-        columns: usize,
-        mut entry: impl FnMut(usize, usize) -> f64,
-    ) -> Self {
+    pub fn from_fn(rows: usize, columns: usize, mut entry: impl FnMut(usize, usize) -> f64) -> Self {
         let mut numbers = Vec::with_capacity(rows * columns);
         for j in 0..columns {
             numbers.extend((0..rows).map(|i| entry(i, j)));
         }
-        Self {
-            rows,
-            columns,
-            numbers,
-        }
+        Self { rows, columns, numbers }
     }
 
     /// Makes a matrix of zeros.
@@ -67,9 +59,7 @@ impl Matrix {
     #[must_use]
     pub fn part(&self, rows: Range<usize>, columns: Range<usize>) -> Self {
         let (first, left) = (rows.start, columns.start);
-        Self::from_fn(rows.len(), columns.len(), |i, j| {
-            self[(first + i, left + j)]
-        })
+        Self::from_fn(rows.len(), columns.len(), |i, j| self[(first + i, left + j)])
     }
 
     /// Appends a column of zeros.
@@ -104,22 +94,14 @@ impl Matrix {
             let matrix = self.rows_of_numbers();
             Elimination::new(self.rows).solve(self.rows, &matrix, &mut solution);
         }
-        Self::from_fn(right.rows, right.columns, |i, j| {
-            solution[i * right.columns + j]
-        })
+        Self::from_fn(right.rows, right.columns, |i, j| solution[i * right.columns + j])
     }
 
     /// Returns the condition number in the 1-norm; not finite if the matrix is singular.
     pub fn condition(&self) -> f64 {
         let norm = |of: &Self| {
             let sums = (0..of.columns).map(|j| of.col(j).iter().map(|x| x.abs()).sum::<f64>());
-            sums.fold(0.0, |most, sum| {
-                if sum > most || sum.is_nan() {
-                    sum
-                } else {
-                    most
-                }
-            })
+            sums.fold(0.0, |most, sum| if sum > most || sum.is_nan() { sum } else { most })
         };
         norm(self) * norm(&self.solve(&Self::identity(self.rows)))
     }
@@ -133,12 +115,7 @@ impl Matrix {
         let mut root = Self::zeros(n, n);
         let least = (0..n).map(|i| self[(i, i)]).fold(0.0, f64::max) * n as f64 * f64::EPSILON;
         for k in 0..n {
-            let largest = (0..n).fold(
-                0,
-                |of, i| {
-                    if left[(i, i)] > left[(of, of)] { i } else { of }
-                },
-            );
+            let largest = (0..n).fold(0, |of, i| if left[(i, i)] > left[(of, of)] { i } else { of });
             let pivot = left[(largest, largest)];
             if !(pivot > least) {
                 break;
@@ -300,11 +277,7 @@ fn multiply(a: &Matrix, b: &Matrix, to: &mut [f64]) {
     for (j, pair) in to.chunks_mut(2 * rows).enumerate() {
         let (left, right) = pair.split_at_mut(rows);
         let of_left = b.col(2 * j);
-        let of_right = if right.is_empty() {
-            of_left
-        } else {
-            b.col(2 * j + 1)
-        };
+        let of_right = if right.is_empty() { of_left } else { b.col(2 * j + 1) };
         let mut k = 0;
         while k + 4 <= inner {
             let [a0, a1, a2, a3] = [0, 1, 2, 3].map(|l| &a.col(k + l)[..rows]);
@@ -398,9 +371,7 @@ mod tests {
             let symmetric = &a + &a.transpose();
             let mut found = symmetric.symmetric_eigenvalues().unwrap();
             found.sort_by(f64::total_cmp);
-            let expected = faer(&symmetric)
-                .self_adjoint_eigenvalues(Side::Lower)
-                .unwrap();
+            let expected = faer(&symmetric).self_adjoint_eigenvalues(Side::Lower).unwrap();
             for (x, y) in found.iter().zip(&expected) {
                 assert!((x - y).abs() < 1e-13 * n as f64, "{x} {y}");
             }

@@ -128,12 +128,7 @@ impl CellTheory {
     ///
     /// # Errors
     /// The reason why there is none.
-    pub fn new(
-        process: &Process,
-        eta: f64,
-        order: usize,
-        methods: &[Method],
-    ) -> Result<Self, NoTheory> {
+    pub fn new(process: &Process, eta: f64, order: usize, methods: &[Method]) -> Result<Self, NoTheory> {
         let largest = largest(process, order, methods);
         if largest > LARGEST {
             return Err(NoTheory::Large(largest));
@@ -176,11 +171,7 @@ fn forgets_nothing(factor: Option<f64>) -> bool {
 }
 
 /// The limits and covariances of a method's outputs, in their order.
-fn estimates(
-    population: &Population,
-    method: &Method,
-    order: usize,
-) -> Vec<Result<Asymptotic, Missing>> {
+fn estimates(population: &Population, method: &Method, order: usize) -> Vec<Result<Asymptotic, Missing>> {
     use MethodOptions as M;
     let Some(options) = method.options() else {
         return vec![Err(Missing::Method("methods of one's own")); method.outputs().len()];
@@ -198,25 +189,15 @@ fn estimates(
             let missing = Missing::Method("iv of other orders or with a fixed model");
             return vec![Err(missing); method.outputs().len()];
         }
-        M::Arx(ArxOptions {
-            choose: Some(_), ..
-        })
-        | M::Oe(OeOptions {
-            choose: Some(_), ..
-        })
-        | M::Armax(ArmaxOptions {
-            choose: Some(_), ..
-        })
-        | M::Bj(BjOptions {
-            choose: Some(_), ..
-        }) => Err(Missing::Method("methods of a chosen order")),
+        M::Arx(ArxOptions { choose: Some(_), .. })
+        | M::Oe(OeOptions { choose: Some(_), .. })
+        | M::Armax(ArmaxOptions { choose: Some(_), .. })
+        | M::Bj(BjOptions { choose: Some(_), .. }) => Err(Missing::Method("methods of a chosen order")),
         M::InstrumentalVariables(options) => {
             return Passes::new(population, options, order).run(method.reported());
         }
         M::LeastSquares(_) | M::Arx(_) => regression(population, orders),
-        M::IvDelayed(options) => {
-            estimator_limits::delayed_inputs(population, orders, options.extra)
-        }
+        M::IvDelayed(options) => estimator_limits::delayed_inputs(population, orders, options.extra),
         M::Iv4(_) => estimator_limits::four_steps(population, orders),
         M::Sriv(_) | M::Oe(_) => estimator_limits::output_error(population, orders, false),
         M::Stmcb(_) => estimator_limits::output_error(population, orders, true),
@@ -232,8 +213,7 @@ fn estimates(
         // A recursion that forgets nothing tends to what solves all its equations at once.
         M::Rls(options) if forgets_nothing(options.forgetting) => regression(population, orders),
         M::RecursiveIv(options)
-            if forgets_nothing(options.forgetting)
-                && options.instruments == RecursiveInstruments::Delayed =>
+            if forgets_nothing(options.forgetting) && options.instruments == RecursiveInstruments::Delayed =>
         {
             estimator_limits::delayed_inputs(population, orders, 0)
         }
@@ -244,9 +224,7 @@ fn estimates(
             let missing = "rels, rpem, recursive-iv with an auxiliary model, and forgetting";
             Err(Missing::Method(missing))
         }
-        M::Kreisselmeier(_) | M::Zhang(_) | M::JointEkf(_) => {
-            Err(Missing::Method("adaptive observers"))
-        }
+        M::Kreisselmeier(_) | M::Zhang(_) | M::JointEkf(_) => Err(Missing::Method("adaptive observers")),
         M::Known(_) => Err(Missing::Method("a known plant")),
         // A newcomer has no theory until a line above says otherwise.
         _ => Err(Missing::Method(options.estimator().name())),

@@ -18,11 +18,7 @@ use crate::signal::arithmetic::dot;
 ///
 /// With `T = T_F^-1 T_B`, `T_F R T_F' = q T_B T_B' + s_y T_F T_F' = L L'` is a band matrix, and `R_i` appears as
 /// `W_i = L^-1 T_F R_i T_F' L^-T`. Both traces are summed column by column, each in O(N p n).
-pub(super) fn noisy_record(
-    model: &LinearModel,
-    variances: [f64; 3],
-    samples: usize,
-) -> Option<Matrix> {
+pub(super) fn noisy_record(model: &LinearModel, variances: [f64; 3], samples: usize) -> Option<Matrix> {
     let [s_r, s_u, s_y] = variances;
     if !variances.iter().all(|of| *of > 0.0) {
         return None;
@@ -52,9 +48,7 @@ pub(super) fn noisy_record(
         let mut spread = of.forward(&by_b);
         for (to, late) in spread.iter_mut().zip(of.backward(&unit)) {
             let late = of.whitened(&model.b, &late);
-            to.iter_mut()
-                .zip(late)
-                .for_each(|(to, x)| *to = q * (*to + x));
+            to.iter_mut().zip(late).for_each(|(to, x)| *to = q * (*to + x));
         }
         let (by_b, by_f) = (of.whitened(&model.b, &by_b), of.whitened(&model.f, &by_f));
         spread.extend(of_q.map(|by| by_b.iter().map(|x| by * x).collect()));

@@ -33,11 +33,7 @@ pub fn least_squares(population: &Population, shape: Shape) -> Result<Linear, Mi
 ///
 /// # Errors
 /// [`Missing::UnstableModel`].
-pub fn model_instruments(
-    theta: &[f64],
-    shape: Shape,
-    input: &Signal,
-) -> Result<Vec<Signal>, Missing> {
+pub fn model_instruments(theta: &[f64], shape: Shape, input: &Signal) -> Result<Vec<Signal>, Missing> {
     let (a, b) = polynomials(theta, shape)?;
     Ok(regressors(&input.through(&b, &a), input, shape))
 }
@@ -138,12 +134,7 @@ impl<'a> Passes<'a> {
         Ok((last.theta, last.influence))
     }
 
-    fn asymptotic(
-        &self,
-        done: &mut Done,
-        first: &Result<Done, Missing>,
-        number: usize,
-    ) -> Result<Asymptotic, Missing> {
+    fn asymptotic(&self, done: &mut Done, first: &Result<Done, Missing>, number: usize) -> Result<Asymptotic, Missing> {
         let sources = &self.population.sources;
         let covariance = match &done.covariance {
             Some(covariance) => covariance.clone(),
@@ -182,10 +173,7 @@ impl<'a> Passes<'a> {
         } else {
             [alpha, &h].concat()
         };
-        let known = self
-            .step
-            .take()
-            .filter(|step| are_close(&step.model, &model));
+        let known = self.step.take().filter(|step| are_close(&step.model, &model));
         let is_known = known.is_some();
         let step = match known {
             Some(step) => step,
@@ -207,13 +195,13 @@ impl<'a> Passes<'a> {
             Some(slopes) => {
                 let of_beta = slopes.part(0..2 * n, n..2 * n);
                 let more = &of_beta * &of_alpha;
-                let of_last = Matrix::from_fn(2 * n, 2 * n, |i, j| {
-                    if j < n {
-                        slopes[(i, j)] + more[(i, j)]
-                    } else {
-                        0.0
-                    }
-                });
+                let of_last = Matrix::from_fn(
+                    2 * n,
+                    2 * n,
+                    |i, j| {
+                        if j < n { slopes[(i, j)] + more[(i, j)] } else { 0.0 }
+                    },
+                );
                 linear.follow(&of_last, &last.influence, &mut done.influence);
                 let of_first = &(&of_beta * &of_b) * &slopes_b0;
                 linear.follow(&of_first, &first.influence, &mut done.influence);
@@ -235,21 +223,12 @@ impl<'a> Passes<'a> {
         let truth = truth.map(|theta| (theta, &population.equation_error));
         let linear = Linear::new(population, &z, &phi, &population.y, truth)?;
         let slopes = self.slopes(&model, input, &linear.error)?;
-        Ok(Step {
-            model,
-            linear,
-            slopes,
-        })
+        Ok(Step { model, linear, slopes })
     }
 
     /// `E[(dz / d(alpha, beta)') e]`. With x the auxiliary model's output, `dx / dalpha_m = -x(k-m) / A` and
     /// `dx / dbeta_m = u(k-m) / A`; the inputs among the instruments do not depend on the model.
-    fn slopes(
-        &self,
-        model: &[f64],
-        input: &Signal,
-        error: &Signal,
-    ) -> Result<Option<Matrix>, Missing> {
+    fn slopes(&self, model: &[f64], input: &Signal, error: &Signal) -> Result<Option<Matrix>, Missing> {
         let (a, b) = polynomials(model, self.shape)?;
         let n = self.shape.denominator;
         let u = input.through(&[1.0], &a);
@@ -260,12 +239,10 @@ impl<'a> Passes<'a> {
             return Ok(None);
         }
         let moments = covariance(sources, &later, std::slice::from_ref(error))?;
-        Ok(Some(Matrix::from_fn(2 * n, 2 * n, |i, j| {
-            match (i < n, j < n) {
-                (false, _) => 0.0,
-                (true, true) => moments[(i + j, 0)],
-                (true, false) => moments[(2 * n - 1 + i + j - n, 0)],
-            }
+        Ok(Some(Matrix::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (false, _) => 0.0,
+            (true, true) => moments[(i + j, 0)],
+            (true, false) => moments[(2 * n - 1 + i + j - n, 0)],
         })))
     }
 }

@@ -116,10 +116,7 @@ impl Population {
         let gaussian = |deviation: f64| Source::white(deviation * deviation, 0.0);
         let input_noise = gaussian(settings.input_noise / 100.0 * amplitude);
         let mut sources = vec![reference.source, gaussian(0.0), reference.mean, input_noise];
-        sources.resize(
-            INPUT_NOISE + 1 + plant.order(),
-            gaussian(settings.process_noise),
-        );
+        sources.resize(INPUT_NOISE + 1 + plant.order(), gaussian(settings.process_noise));
         let mut population = Self::closed(plant, reference.signal, (alpha, beta), noise, feedback);
         population.is_plain = settings.input_noise == 0.0 && settings.process_noise == 0.0;
         population.sources = sources;
@@ -137,9 +134,7 @@ impl Population {
 
     /// The part of a signal that comes from the reference.
     pub fn part_of_reference(signal: &Signal) -> Signal {
-        signal
-            .from_source(REFERENCE)
-            .plus(1.0, &signal.from_source(MEAN))
+        signal.from_source(REFERENCE).plus(1.0, &signal.from_source(MEAN))
     }
 
     /// The signals of `y = B/A u + f`, `u = r - K y`. With `Pi = A D_K + B C_K` they are
@@ -166,8 +161,7 @@ impl Population {
                 let pi = sum(&a_d, &multiply(&beta, c));
                 let minus_c: Vec<f64> = c.iter().map(|c| -c).collect();
                 (
-                    r.through(&multiply(&beta, d), &pi)
-                        .plus(1.0, &of_noise(&a_d, &pi)),
+                    r.through(&multiply(&beta, d), &pi).plus(1.0, &of_noise(&a_d, &pi)),
                     r.through(&a_d, &pi)
                         .plus(1.0, &of_noise(&multiply(&alpha, &minus_c), &pi)),
                 )
@@ -326,9 +320,7 @@ impl Reference {
                 signal: Signal::new(REFERENCE, filter.numerator(), &filter.denominator()),
                 ..Self::of(Source::white(square / filter.variance(), 0.0))
             },
-            Input::Binary { filter, amplitude } => {
-                Self::of_spectrum(Spectrum::of_signs(filter, *amplitude)?)
-            }
+            Input::Binary { filter, amplitude } => Self::of_spectrum(Spectrum::of_signs(filter, *amplitude)?),
             Input::Samples(period) => Self::of_spectrum(Spectrum::of_period(period)?),
         })
     }

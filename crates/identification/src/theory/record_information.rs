@@ -66,9 +66,7 @@ impl RecordInformation {
         x[of_plant..].iter_mut().for_each(|x| x.fill(0.0));
         let samples = r.len() as f64;
         let left = (0..r.len()).map(|j| samples - j as f64);
-        let weighted = h
-            .iter()
-            .map(|h| h.iter().zip(left.clone()).map(|(h, n)| n * h));
+        let weighted = h.iter().map(|h| h.iter().zip(left.clone()).map(|(h, n)| n * h));
         let weighted: Vec<Vec<f64>> = weighted.map(Iterator::collect).collect();
         let all = Matrix::from_fn(x.len(), x.len(), |i, j| {
             let (i, j) = (i.max(j), i.min(j));
@@ -90,11 +88,7 @@ impl RecordInformation {
     /// # Errors
     /// [`Missing::NoisyInput`] if the model has A, C or D; [`Missing::Singular`] if the parameters are not
     /// identifiable.
-    pub fn of_noisy_input(
-        model: &LinearModel,
-        variances: [f64; 3],
-        samples: usize,
-    ) -> Result<Self, Missing> {
+    pub fn of_noisy_input(model: &LinearModel, variances: [f64; 3], samples: usize) -> Result<Self, Missing> {
         let Orders { na, nc, nd, .. } = model.orders();
         if na + nc + nd > 0 {
             return Err(Missing::NoisyInput);
@@ -108,9 +102,7 @@ impl RecordInformation {
             return Err(Missing::Singular);
         }
         let half = without_noise(&all, of_plant)?;
-        let of_plant = Matrix::from_fn(of_plant, of_plant, |i, j| {
-            0.5 * (half[(i, j)] + half[(j, i)])
-        });
+        let of_plant = Matrix::from_fn(of_plant, of_plant, |i, j| 0.5 * (half[(i, j)] + half[(j, i)]));
         if !of_plant.is_all_finite() {
             return Err(Missing::Singular);
         }

@@ -45,10 +45,7 @@ impl ResponseBound {
         }
         let lags = (libm::log(DECAYED) / libm::log(radius.max(1e-3))).ceil() as usize;
         let lags = lags.clamp(LAGS[0], LAGS[1]);
-        let denominator: Vec<f64> = [1.0]
-            .into_iter()
-            .chain(plant.a().iter().rev().map(|a| -a))
-            .collect();
+        let denominator: Vec<f64> = [1.0].into_iter().chain(plant.a().iter().rev().map(|a| -a)).collect();
         // 1/A, and B/A from it, g(k) at place k; then -B/A^2.
         let mut by_beta = vec![0.0; lags + 1];
         by_beta[0] = 1.0;
@@ -65,9 +62,7 @@ impl ResponseBound {
             Some(i) => delayed(&by_beta, k, i + 1),
         };
         let gram = Matrix::from_fn(free.len(), free.len(), |i, j| -> f64 {
-            (0..=lags)
-                .map(|k| slope(free[i], k) * slope(free[j], k))
-                .sum()
+            (0..=lags).map(|k| slope(free[i], k) * slope(free[j], k)).sum()
         });
         let eigenvalues = relative_eigenvalues(&gram, &of_free).ok_or(Missing::Singular)?;
         let expected: f64 = eigenvalues.iter().sum();
@@ -106,10 +101,7 @@ impl ResponseBound {
 
 /// Returns the weights of the law of d, measured with one information, of an estimate that reaches the bound of another
 /// about the same coefficients: the eigenvalues of `F G^-1` over p. `None` if one is singular.
-pub fn weights_between(
-    measured: &FisherInformation,
-    reached: &FisherInformation,
-) -> Option<Vec<f64>> {
+pub fn weights_between(measured: &FisherInformation, reached: &FisherInformation) -> Option<Vec<f64>> {
     let [(_, f), (_, g)] = [measured, reached].map(FisherInformation::of_free);
     let each = relative_eigenvalues(&f, &g)?.into_iter();
     Some(each.map(|of| of / measured.free() as f64).collect())
@@ -124,10 +116,6 @@ fn relative_eigenvalues(m: &Matrix, f: &Matrix) -> Option<Vec<f64>> {
     let whole = &root.transpose() * &information.solve(&root);
     let symmetric = Matrix::from_fn(size, size, |i, j| 0.5 * (whole[(i, j)] + whole[(j, i)]));
     let eigenvalues = symmetric.symmetric_eigenvalues()?;
-    let is_positive = information
-        .symmetric_eigenvalues()?
-        .iter()
-        .all(|of| *of > 0.0);
-    (is_positive && symmetric.is_all_finite())
-        .then(|| eigenvalues.into_iter().map(|of| of.max(0.0)).collect())
+    let is_positive = information.symmetric_eigenvalues()?.iter().all(|of| *of > 0.0);
+    (is_positive && symmetric.is_all_finite()).then(|| eigenvalues.into_iter().map(|of| of.max(0.0)).collect())
 }

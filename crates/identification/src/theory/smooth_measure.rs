@@ -45,11 +45,7 @@ impl Figure {
 }
 
 /// Computes a measure of an estimate; `None` if it needs the plant's order and the estimate has another.
-pub fn figure(
-    population: &Population,
-    estimate: &Asymptotic,
-    measure: SmoothMeasure,
-) -> Option<Figure> {
+pub fn figure(population: &Population, estimate: &Asymptotic, measure: SmoothMeasure) -> Option<Figure> {
     let n = population.plant.order();
     let truth = [&population.alpha[1..], &population.beta[1..]].concat();
     let (p, covariance) = match (&estimate.of_b, measure) {

@@ -53,13 +53,7 @@ impl Spectrum {
             let mut response = filter.numerator().to_vec();
             response.resize(length, 0.0);
             divide(&filter.denominator(), &mut response);
-            let of_lag = |lag: usize| -> f64 {
-                response
-                    .iter()
-                    .zip(&response[lag..])
-                    .map(|(x, y)| x * y)
-                    .sum()
-            };
+            let of_lag = |lag: usize| -> f64 { response.iter().zip(&response[lag..]).map(|(x, y)| x * y).sum() };
             let covariance: Vec<f64> = (0..length).map(of_lag).collect();
             let late = covariance[length / 2..]
                 .iter()
@@ -132,8 +126,5 @@ pub fn turn(m: usize, length: usize) -> c64 {
 /// The value of a polynomial in q^-1.
 pub fn value(polynomial: &[f64], delay: c64) -> c64 {
     let begin = c64::new(0.0, 0.0);
-    polynomial
-        .iter()
-        .rev()
-        .fold(begin, |sum, c| sum * delay + c)
+    polynomial.iter().rev().fold(begin, |sum, c| sum * delay + c)
 }

@@ -43,9 +43,7 @@ impl Case<'_> {
     /// By how much the loss that is found exceeds the lowest one; infinite without a minimum.
     fn excess(&self) -> f64 {
         let signs = self.record["u"].as_str().expect("signs").chars();
-        let u: Vec<f64> = signs
-            .map(|sign| if sign == '+' { 1.0 } else { -1.0 })
-            .collect();
+        let u: Vec<f64> = signs.map(|sign| if sign == '+' { 1.0 } else { -1.0 }).collect();
         let counts = self.record["y"].as_array().expect("counts").iter();
         let y: Vec<f64> = counts.map(|y| y.as_f64().expect("a count")).collect();
         let best = self.of["best"].as_f64().expect("a loss");
@@ -76,10 +74,7 @@ fn the_lowest_minimum_is_found_of_plants_sampled_fast() {
             .filter(|(_, excess)| *excess > 1e-6);
         missed
             .map(|(Case { record, of }, excess)| {
-                format!(
-                    "{}, {} noise, {of}: {excess:e}",
-                    record["plant"], record["noise"]
-                )
+                format!("{}, {} noise, {of}: {excess:e}", record["plant"], record["noise"])
             })
             .collect()
     };

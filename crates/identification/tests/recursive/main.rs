@@ -41,12 +41,7 @@ fn settings(case: &Value) -> RecursiveSettings {
 }
 
 /// Takes all samples, and says theta after each.
-fn run(
-    recursion: &mut dyn RecursiveEstimator,
-    u: &[f64],
-    y: &[f64],
-    mut visit: impl FnMut(usize, &[f64]),
-) {
+fn run(recursion: &mut dyn RecursiveEstimator, u: &[f64], y: &[f64], mut visit: impl FnMut(usize, &[f64])) {
     for (k, (u, y)) in u.iter().zip(y).enumerate() {
         recursion.update(*u, *y).expect("no divergence");
         visit(k + 1, recursion.theta());

@@ -2,13 +2,13 @@
 
 use super::{distance, number, numbers};
 use asobench_identification::adaptive::{
-    AdaptiveObserver, FedObserver, JointEkf, JointEkfSettings, Kreisselmeier,
-    KreisselmeierSettings, StateFilters, Zhang, ZhangSettings,
+    AdaptiveObserver, FedObserver, JointEkf, JointEkfSettings, Kreisselmeier, KreisselmeierSettings, StateFilters,
+    Zhang, ZhangSettings,
 };
 use asobench_identification::estimator::IvOptions;
 use asobench_identification::estimator::recursive::{
-    RecursiveEstimator, RecursiveForm, RecursiveLeastSquares, RecursivePrediction,
-    RecursiveSettings, Rerun, RerunWindow,
+    RecursiveEstimator, RecursiveForm, RecursiveLeastSquares, RecursivePrediction, RecursiveSettings, Rerun,
+    RerunWindow,
 };
 use asobench_identification::model::Orders;
 use asobench_identification::plant::StateSpace;
@@ -40,10 +40,7 @@ fn arx() -> RecursiveSettings {
 }
 
 /// Runs to the end; the last state belongs to k = SAMPLES, and is compared one sample before.
-fn errors(
-    observer: &mut dyn AdaptiveObserver,
-    record: &(Vec<f64>, Vec<f64>, Vec<f64>),
-) -> [f64; 2] {
+fn errors(observer: &mut dyn AdaptiveObserver, record: &(Vec<f64>, Vec<f64>, Vec<f64>)) -> [f64; 2] {
     let (u, y, states) = record;
     for k in 0..SAMPLES - 1 {
         observer.update(u[k], y[k]).expect("no divergence");
@@ -118,10 +115,7 @@ fn without_noise_all_converge() {
     ];
     for (name, tolerance, mut observer) in observers {
         let found = errors(&mut *observer, &record);
-        assert!(
-            found.iter().all(|error| *error < tolerance),
-            "{name}: {found:?}"
-        );
+        assert!(found.iter().all(|error| *error < tolerance), "{name}: {found:?}");
     }
 }
 
@@ -160,13 +154,8 @@ fn the_joint_kalman_filter_is_that_of_numpy() {
     assert_eq!(cases.len(), 3);
     for case in cases {
         let [u, y, x0, a0, b0] = ["u", "y", "x0", "a0", "b0"].map(|key| numbers(&case[key]));
-        let [
-            state_variance,
-            parameter_variance,
-            noise,
-            state_noise,
-            parameter_noise,
-        ] = ["px", "ptheta", "r", "qx", "qtheta"].map(|key| number(&case[key]));
+        let [state_variance, parameter_variance, noise, state_noise, parameter_noise] =
+            ["px", "ptheta", "r", "qx", "qtheta"].map(|key| number(&case[key]));
         let mut filter = JointEkf::new(JointEkfSettings {
             x0,
             a0,

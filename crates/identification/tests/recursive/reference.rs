@@ -3,8 +3,8 @@
 use super::{distance, number, numbers, run, settings};
 use asobench_identification::data::{Detrend, Trend, csv};
 use asobench_identification::estimator::recursive::{
-    ExtendedLeastSquares, RecursiveEstimator, RecursiveForm, RecursiveInstruments, RecursiveIv,
-    RecursiveLeastSquares, RecursivePrediction, RecursiveSettings, RecursiveSriv,
+    ExtendedLeastSquares, RecursiveEstimator, RecursiveForm, RecursiveInstruments, RecursiveIv, RecursiveLeastSquares,
+    RecursivePrediction, RecursiveSettings, RecursiveSriv,
 };
 use serde_json::Value;
 use std::path::Path;
@@ -46,10 +46,7 @@ fn least_squares_instruments_and_extended_least_squares() {
                     Box::new(RecursiveLeastSquares::new(settings.clone(), form))
                 })
                 .into(),
-            "riv" => vec![Box::new(RecursiveIv::new(
-                settings,
-                RecursiveInstruments::Delayed,
-            ))],
+            "riv" => vec![Box::new(RecursiveIv::new(settings, RecursiveInstruments::Delayed))],
             "rels" => vec![Box::new(ExtendedLeastSquares::new(settings))],
             other => panic!("{other}"),
         };
@@ -58,18 +55,10 @@ fn least_squares_instruments_and_extended_least_squares() {
         for mut recursion in recursions {
             let mut compared = 0;
             run(&mut *recursion, &u, &y, |k, theta| {
-                let key = if k == y.len() {
-                    "end".to_owned()
-                } else {
-                    k.to_string()
-                };
+                let key = if k == y.len() { "end".to_owned() } else { k.to_string() };
                 if let Some(exact) = case["theta"].get(&key) {
                     let off = distance(theta, &numbers(exact));
-                    assert!(
-                        off <= tolerance,
-                        "{method} {} k = {key}: {off}",
-                        case["data"]
-                    );
+                    assert!(off <= tolerance, "{method} {} k = {key}: {off}", case["data"]);
                     compared += 1;
                 }
             });
@@ -96,10 +85,7 @@ fn records_in_other_units() {
         let method = case["method"].as_str().expect("a method");
         let iv = |instruments| Box::new(RecursiveIv::new(settings.clone(), instruments));
         let mut recursion: Box<dyn RecursiveEstimator> = match method {
-            "rls" => Box::new(RecursiveLeastSquares::new(
-                settings,
-                RecursiveForm::SquareRoot,
-            )),
+            "rls" => Box::new(RecursiveLeastSquares::new(settings, RecursiveForm::SquareRoot)),
             "delayed" => iv(RecursiveInstruments::Delayed),
             "auxiliary" => iv(RecursiveInstruments::Auxiliary),
             "rels" => Box::new(ExtendedLeastSquares::new(settings)),
@@ -122,11 +108,7 @@ fn records_in_other_units() {
             for (found, exact) in [(&theta[..2], &exact[..2]), (&theta[2..4], &exact[2..4])] {
                 let off = distance(found, exact);
                 println!("{method} {of_u} {of_y} {} {k}: {off:.1e}", case["p0"]);
-                assert!(
-                    off < tolerance,
-                    "{method} {of_u} {of_y} {} {k}: {off}",
-                    case["p0"]
-                );
+                assert!(off < tolerance, "{method} {of_u} {of_y} {} {k}: {off}", case["p0"]);
             }
             compared += 1;
         });

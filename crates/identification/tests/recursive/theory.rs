@@ -2,8 +2,8 @@
 
 use super::{distance, run};
 use asobench_identification::estimator::recursive::{
-    ExtendedLeastSquares, RecursiveEstimator, RecursiveForm, RecursiveInstruments, RecursiveIv,
-    RecursiveLeastSquares, RecursivePrediction, RecursiveSettings, RecursiveSriv,
+    ExtendedLeastSquares, RecursiveEstimator, RecursiveForm, RecursiveInstruments, RecursiveIv, RecursiveLeastSquares,
+    RecursivePrediction, RecursiveSettings, RecursiveSriv,
 };
 use asobench_identification::estimator::{ArxOptions, MethodKind, Pass, Shape, Window};
 use asobench_identification::model::{LinearModel, Orders};
@@ -56,19 +56,13 @@ fn all(orders: Orders) -> Vec<(&'static str, Box<dyn RecursiveEstimator>)> {
     vec![
         (
             "rls",
-            Box::new(RecursiveLeastSquares::new(
-                with(orders),
-                RecursiveForm::SquareRoot,
-            )),
+            Box::new(RecursiveLeastSquares::new(with(orders), RecursiveForm::SquareRoot)),
         ),
         ("delayed", iv(RecursiveInstruments::Delayed)),
         ("auxiliary", iv(RecursiveInstruments::Auxiliary)),
         ("rels", Box::new(ExtendedLeastSquares::new(with(extended)))),
         ("sriv", Box::new(RecursiveSriv::new(with(output_error)))),
-        (
-            "rpem",
-            Box::new(RecursivePrediction::new(with(output_error))),
-        ),
+        ("rpem", Box::new(RecursivePrediction::new(with(output_error)))),
     ]
 }
 
@@ -93,11 +87,7 @@ fn exact_after_two_equations_for_each_order() {
         let (a, b) = theta.split_at(n);
         // Well within the unit circle: the coefficients of A sum to less than 1/2.
         let size: f64 = 2.0 * a.iter().map(|a| a.abs()).sum::<f64>() + 0.5;
-        let theta: Vec<f64> = a
-            .iter()
-            .map(|a| a / size)
-            .chain(b.iter().copied())
-            .collect();
+        let theta: Vec<f64> = a.iter().map(|a| a / size).chain(b.iter().copied()).collect();
         let truth = model(&format!("na={n},nb={n},nk={nk}"), &theta);
         let (u, y) = record(&truth, trial, 1000, 0.0);
         let first = n.max(n + nk - 1);
@@ -126,10 +116,7 @@ fn one_order_too_many_without_noise() {
     let truth = model("na=2,nb=2", &[-1.5, 0.7, 1.0, 0.5]);
     let slow = model("na=2,nb=2", &[-1.97, 0.9702, 0.1, 0.05]);
     let orders: Orders = "na=3,nb=3,nk=1".parse().unwrap();
-    let (fits, direction) = (
-        [-1.5, 0.7, 0.0, 1.0, 0.5, 0.0],
-        [1.0, -1.5, 0.7, 0.0, 1.0, 0.5],
-    );
+    let (fits, direction) = ([-1.5, 0.7, 0.0, 1.0, 0.5, 0.0], [1.0, -1.5, 0.7, 0.0, 1.0, 0.5]);
     for (trial, length) in [(1, 60), (2, 200), (3, 2000), (4, 20_000)] {
         for truth in [&truth, &slow] {
             let (u, y) = record(truth, trial, length, 0.0);
@@ -142,8 +129,7 @@ fn one_order_too_many_without_noise() {
         }
         let (u, y) = record(&truth, trial, length, 0.0);
         for theta0 in [[0.0; 6], [0.3, -0.2, 0.1, 0.5, -0.4, 0.2]] {
-            let along =
-                |of: [f64; 6]| -> f64 { of.iter().zip(direction).map(|(x, t)| x * t).sum() };
+            let along = |of: [f64; 6]| -> f64 { of.iter().zip(direction).map(|(x, t)| x * t).sum() };
             let c = (along(theta0) - along(fits)) / along(direction);
             let nearest: Vec<f64> = fits.iter().zip(direction).map(|(x, t)| x + c * t).collect();
             for form in [RecursiveForm::SquareRoot, RecursiveForm::Covariance] {
@@ -168,16 +154,9 @@ fn one_order_too_many_without_noise() {
 /// and in the limit of p0. The covariance form subtracts from p0, so it has about `eps p0` less.
 #[test]
 fn recursive_least_squares_is_least_squares() {
-    for orders in [
-        "na=2,nb=2,nk=1",
-        "na=4,nb=1,nk=0",
-        "na=0,nb=3,nk=2",
-        "na=6,nb=6,nk=1",
-    ] {
+    for orders in ["na=2,nb=2,nk=1", "na=4,nb=1,nk=0", "na=0,nb=3,nk=2", "na=6,nb=6,nk=1"] {
         let orders: Orders = orders.parse().unwrap();
-        let theta: Vec<f64> = (0..orders.parameters())
-            .map(|i| 0.5 / (2 + i) as f64)
-            .collect();
+        let theta: Vec<f64> = (0..orders.parameters()).map(|i| 0.5 / (2 + i) as f64).collect();
         let truth = model(&orders.to_string(), &theta);
         let (u, y) = record(&truth, 7, 500, 0.5);
         let options = ArxOptions {
@@ -210,10 +189,7 @@ fn recursive_least_squares_is_least_squares() {
             recursion.covariance(&mut covariance);
             let off = distance(&covariance, &passes[0].model.covariance);
             // The residuals' sum has the prior in it, of weight 1/p0.
-            assert!(
-                off < tolerance.max(1e-12),
-                "{orders} {p0:?} {form}: covariance {off}"
-            );
+            assert!(off < tolerance.max(1e-12), "{orders} {p0:?} {form}: covariance {off}");
         }
     }
 }
@@ -290,36 +266,23 @@ type Case = (
 fn the_asymptotic_covariance() {
     let (n, trials) = (20_000, 400);
     let cases: [Case; 6] = [
-        (
-            "rls",
-            model("na=2,nb=2,nk=1", &[-1.5, 0.7, 1.0, 0.5]),
-            |settings| {
-                Box::new(RecursiveLeastSquares::new(
-                    settings,
-                    RecursiveForm::SquareRoot,
-                ))
-            },
-        ),
-        (
-            "delayed",
-            model("na=2,nb=2,nk=1", &[-1.5, 0.7, 1.0, 0.5]),
-            |settings| Box::new(RecursiveIv::new(settings, RecursiveInstruments::Delayed)),
-        ),
+        ("rls", model("na=2,nb=2,nk=1", &[-1.5, 0.7, 1.0, 0.5]), |settings| {
+            Box::new(RecursiveLeastSquares::new(settings, RecursiveForm::SquareRoot))
+        }),
+        ("delayed", model("na=2,nb=2,nk=1", &[-1.5, 0.7, 1.0, 0.5]), |settings| {
+            Box::new(RecursiveIv::new(settings, RecursiveInstruments::Delayed))
+        }),
         (
             "auxiliary",
             model("na=2,nb=2,nk=1", &[-1.5, 0.7, 1.0, 0.5]),
             |settings| Box::new(RecursiveIv::new(settings, RecursiveInstruments::Auxiliary)),
         ),
-        (
-            "sriv",
-            model("nb=2,nf=2,nk=1", &[1.0, 0.5, -1.5, 0.7]),
-            |settings| Box::new(RecursiveSriv::new(settings)),
-        ),
-        (
-            "rpem",
-            model("nb=2,nf=2,nk=1", &[1.0, 0.5, -1.5, 0.7]),
-            |settings| Box::new(RecursivePrediction::new(settings)),
-        ),
+        ("sriv", model("nb=2,nf=2,nk=1", &[1.0, 0.5, -1.5, 0.7]), |settings| {
+            Box::new(RecursiveSriv::new(settings))
+        }),
+        ("rpem", model("nb=2,nf=2,nk=1", &[1.0, 0.5, -1.5, 0.7]), |settings| {
+            Box::new(RecursivePrediction::new(settings))
+        }),
         (
             "rpem armax",
             model("na=2,nb=2,nc=1,nk=1", &[-1.5, 0.7, 1.0, 0.5, 0.6]),
@@ -393,10 +356,7 @@ fn standard_errors_after_early_forgetting() {
     let delayed = RecursiveInstruments::Delayed;
     let methods: [(&str, Box<dyn RecursiveEstimator>); 4] = [
         ("iv", Box::new(RecursiveIv::new(settings.clone(), delayed))),
-        (
-            "rels",
-            Box::new(ExtendedLeastSquares::new(settings.clone())),
-        ),
+        ("rels", Box::new(ExtendedLeastSquares::new(settings.clone()))),
         ("sriv", Box::new(RecursiveSriv::new(settings.clone()))),
         ("rpem", Box::new(RecursivePrediction::new(settings))),
     ];

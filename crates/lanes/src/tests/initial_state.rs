@@ -90,8 +90,7 @@ fn the_initial_state_by_steins_equation_is_that_of_faer() {
 
             let mut expected = vec![0.0; order];
             let window = Window::new(&u, &y, samples);
-            let estimated =
-                InitialState::new(order).estimate(plant.a(), plant.b(), window, &mut expected);
+            let estimated = InitialState::new(order).estimate(plant.a(), plant.b(), window, &mut expected);
             assert_eq!(estimated, Ok(()));
 
             let rows = rows(plant.a(), samples);
@@ -102,9 +101,7 @@ fn the_initial_state_by_steins_equation_is_that_of_faer() {
             let (mut y_u, mut own) = (vec![0.0; samples], states);
             plant.simulate(&mut vec![0.0; order], &u, &mut y_u, &mut own);
             let residual = rows.iter().zip(y.iter().zip(&y_u));
-            let residual: f64 = residual
-                .map(|(row, (y, y_u))| size(row).sqrt() * (y - y_u).abs())
-                .sum();
+            let residual: f64 = residual.map(|(row, (y, y_u))| size(row).sqrt() * (y - y_u).abs()).sum();
             let norm = expected.iter().map(|x| x * x).sum::<f64>().sqrt();
             let (n, k) = (order as f64, samples as f64);
             let state = largest(&own).max(largest(&y));
@@ -129,10 +126,7 @@ fn the_initial_state_by_steins_equation_is_that_of_faer() {
                     let found = found.expect("a start");
                     let error = found.iter().zip(&expected).map(|(x, y)| (x - y).powi(2));
                     let error = error.sum::<f64>().sqrt();
-                    assert!(
-                        error <= allowed,
-                        "{name}: {error:e} > {allowed:e}, trace {trace:e}"
-                    );
+                    assert!(error <= allowed, "{name}: {error:e} > {allowed:e}, trace {trace:e}");
                 }
             }
         }
@@ -151,11 +145,7 @@ fn sorted_qr_gives_the_initial_state_back() {
     };
     let signal: Vec<f64> = (0..150).map(|k| f64::from((k * 13) % 7) - 3.0).collect();
     for (plant, u, limit) in [
-        (
-            model(&[1.1, 0.5, -0.3], vec![1.0, -0.5, 0.25]),
-            signal.clone(),
-            1e-8,
-        ),
+        (model(&[1.1, 0.5, -0.3], vec![1.0, -0.5, 0.25]), signal.clone(), 1e-8),
         (model(&[0.95; 6], vec![0.1; 6]), vec![0.0; 300], 1e-6),
         (model(&[0.99; 4], vec![0.1; 4]), vec![0.0; 300], 1e-6),
         (model(&[0.99; 6], vec![0.1; 6]), vec![0.0; 300], 1e-6),
@@ -174,10 +164,7 @@ fn sorted_qr_gives_the_initial_state_back() {
                 alone: true,
             };
             for (found, _) in isa.dispatch(n, start) {
-                let error = asobench_identification::metric::relative_error(
-                    &truth,
-                    &found.expect("a start"),
-                );
+                let error = asobench_identification::metric::relative_error(&truth, &found.expect("a start"));
                 assert!(error < limit, "{isa}, {:?}: {error:e}", plant.a());
             }
         }
@@ -210,10 +197,7 @@ fn sorted_qr_is_stable_row_by_row() {
         .iter()
         .map(|(row, rhs)| ([row[0], 0.0, row[2], row[3]], *rhs))
         .collect();
-    assert_eq!(
-        sorted_qr::solve(N, &mut without),
-        Err(FailureKind::RankDeficient)
-    );
+    assert_eq!(sorted_qr::solve(N, &mut without), Err(FailureKind::RankDeficient));
     for bad in [f64::NAN, f64::INFINITY] {
         let mut wrong = problem.clone();
         wrong[5].0[1] = bad;

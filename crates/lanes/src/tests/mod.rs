@@ -55,10 +55,6 @@ impl Record {
 
 /// Returns the records' samples as packs, one record per lane.
 fn packed<R: Real>(records: &[Record], part: impl Fn(&Record) -> &[f64]) -> Vec<R> {
-    let sample = |k: usize| {
-        R::load(&std::array::from_fn::<f64, MOST_LANES, _>(|l| {
-            part(&records[l])[k]
-        }))
-    };
+    let sample = |k: usize| R::load(&std::array::from_fn::<f64, MOST_LANES, _>(|l| part(&records[l])[k]));
     (0..part(&records[0]).len()).map(sample).collect()
 }

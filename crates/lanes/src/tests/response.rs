@@ -10,8 +10,7 @@ use asobench_identification::metric::{Response, System};
 use asobench_identification::plant::{Numerator, StateSpace, nikolov2023, random_stable};
 use asobench_identification::real::{MOST_LANES, Mask, Real};
 use asobench_identification::signal::{
-    Input, InputLaw, LevelReading, NoiseFilter, Purpose, Sequence, normal::fill_standard_normal,
-    stream,
+    Input, InputLaw, LevelReading, NoiseFilter, Purpose, Sequence, normal::fill_standard_normal, stream,
 };
 use std::array::from_fn;
 
@@ -43,23 +42,14 @@ impl Call for Models<'_> {
         // Draws other trials first, to check that nothing of them remains.
         responses.draw(self.source, &[7; MOST_LANES]);
         responses.draw(self.source, self.trials);
-        let [e_g, fit] = [
-            responses.impulse_response_error(&pass),
-            responses.fresh_fit(&pass),
-        ];
+        let [e_g, fit] = [responses.impulse_response_error(&pass), responses.fresh_fit(&pass)];
         let of_lane = |lane| [e_g.lane(lane), fit.lane(lane)];
         (0..R::LANES).map(of_lane).collect()
     }
 }
 
 /// Computes the same for one model by the scalar code.
-fn alone(
-    plant: &StateSpace,
-    input: &Input,
-    trial: u64,
-    [a, b]: &[Vec<f64>; 2],
-    samples: usize,
-) -> [f64; 2] {
+fn alone(plant: &StateSpace, input: &Input, trial: u64, [a, b]: &[Vec<f64>; 2], samples: usize) -> [f64; 2] {
     let (plant, model) = (
         System {
             a: plant.a(),
@@ -108,8 +98,7 @@ fn a_lane_has_the_bits_of_its_model_alone() {
     let trials = from_fn(|lane| [0, 5, 1 << 40, 9, 1000, 2, 3, u64::MAX][lane]);
     let (mut finite, mut infinite) = (0, 0);
     let orders = (1..=12).chain([20, 24]);
-    let random = orders
-        .map(|order| random_stable(order, 0.95, &mut stream(2, order as u64, Purpose::Plant)));
+    let random = orders.map(|order| random_stable(order, 0.95, &mut stream(2, order as u64, Purpose::Plant)));
     let paper = [Numerator::StateSpace, Numerator::default()].map(nikolov2023);
     for plant in random.chain(paper) {
         let order = plant.order();

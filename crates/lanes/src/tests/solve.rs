@@ -79,11 +79,7 @@ impl Call for Solve<'_> {
 }
 
 /// Returns p and the condition by faer's partitioned inverse.
-fn by_faer(
-    order: usize,
-    record: &Record,
-    instruments: bool,
-) -> (Result<Vec<f64>, FailureKind>, f64) {
+fn by_faer(order: usize, record: &Record, instruments: bool) -> (Result<Vec<f64>, FailureKind>, f64) {
     let shape = Shape {
         order,
         window: record.u.len(),
@@ -102,8 +98,7 @@ fn by_faer(
 /// Returns `|L| |U|` of Gaussian elimination without pivots that begins with G22.
 fn triangles(g: &Mat<f64>) -> Mat<f64> {
     let m = g.nrows();
-    let turned =
-        |matrix: &Mat<f64>| Mat::from_fn(m, m, |i, j| matrix[((i + m / 2) % m, (j + m / 2) % m)]);
+    let turned = |matrix: &Mat<f64>| Mat::from_fn(m, m, |i, j| matrix[((i + m / 2) % m, (j + m / 2) % m)]);
     let (mut u, mut l) = (turned(g), Mat::<f64>::identity(m, m));
     for k in 0..m {
         for i in k + 1..m {
@@ -130,12 +125,9 @@ fn elimination_is_backward_stable_and_agrees_with_faer() {
     for order in [1, 2, 3, 4, 5, 6, 8, 12, 24] {
         for (round, noise) in [(0, 0.1), (1, 1.0), (2, 1e-3)] {
             let samples = 5 * order + 30;
-            let record =
-                |l: u64| Record::new(order, 100 * round + 8 * order as u64 + l, samples, noise);
+            let record = |l: u64| Record::new(order, 100 * round + 8 * order as u64 + l, samples, noise);
             let records: Vec<Record> = (0..MOST_LANES as u64).map(record).collect();
-            for (instruments, with_condition) in
-                [(false, false), (false, true), (true, false), (true, true)]
-            {
+            for (instruments, with_condition) in [(false, false), (false, true), (true, false), (true, true)] {
                 for isa in tested() {
                     let solve = Solve {
                         order,
@@ -144,8 +136,7 @@ fn elimination_is_backward_stable_and_agrees_with_faer() {
                         with_condition,
                     };
                     for (l, found) in isa.dispatch(order, solve).iter().enumerate() {
-                        let name =
-                            format!("{isa}, order {order}, lane {l}, noise {noise}, {instruments}");
+                        let name = format!("{isa}, order {order}, lane {l}, noise {noise}, {instruments}");
                         let (expected, condition) = by_faer(order, &records[l], instruments);
                         let allowed = 1e3 * f64::EPSILON * condition;
                         match (&found.p, &expected) {
@@ -153,23 +144,16 @@ fn elimination_is_backward_stable_and_agrees_with_faer() {
                                 if found.safe {
                                     check_backward_error(found, p, &name);
                                 }
-                                let error =
-                                    asobench_identification::metric::relative_error(expected, p);
+                                let error = asobench_identification::metric::relative_error(expected, p);
                                 assert!(error <= allowed, "{name}: {error:e} > {allowed:e}");
                             }
-                            (found, expected) => assert_eq!(
-                                found.as_ref().err(),
-                                expected.as_ref().err(),
-                                "{name}: {condition:e}"
-                            ),
+                            (found, expected) => {
+                                assert_eq!(found.as_ref().err(), expected.as_ref().err(), "{name}: {condition:e}");
+                            }
                         }
                         if with_condition {
                             let error = (found.condition / condition - 1.0).abs();
-                            assert!(
-                                error <= allowed,
-                                "{name}: {:e} for {condition:e}",
-                                found.condition
-                            );
+                            assert!(error <= allowed, "{name}: {:e} for {condition:e}", found.condition);
                         } else {
                             assert!(found.condition.is_nan() || !found.safe, "{name}");
                         }
@@ -190,10 +174,7 @@ fn check_backward_error(found: &Solved, p: &[f64], name: &str) {
         let size = |matrix: &Mat<f64>| (0..m).map(|j| (matrix[(i, j)] * p[j]).abs()).sum::<f64>();
         let (own, elimination) = (size(&found.g) + found.r[i].abs(), size(&sizes));
         let allowed = UNIT * ((m + 2) as f64 * own + 8.0 * m as f64 * elimination);
-        assert!(
-            residual.abs() <= allowed,
-            "{name}: row {i}, {residual:e} > {allowed:e}"
-        );
+        assert!(residual.abs() <= allowed, "{name}: row {i}, {residual:e} > {allowed:e}");
     }
 }
 
@@ -234,9 +215,7 @@ fn solve_one(order: usize, record: &Record, instruments: bool, with_condition: b
 /// A matrix that cannot be solved fails as in faer, and its neighbours are solved.
 #[test]
 fn failures_are_those_of_faer() {
-    let u: Vec<f64> = (0..60)
-        .map(|k| f64::from((k * k * 7 + k) % 11) - 5.0)
-        .collect();
+    let u: Vec<f64> = (0..60).map(|k| f64::from((k * k * 7 + k) % 11) - 5.0).collect();
     let mut y = vec![0.3];
     for k in 0..59 {
         y.push(0.5 * y[k] + u[k]);
@@ -272,41 +251,17 @@ fn failures_are_those_of_faer() {
                 false,
                 record(&plain.u, &changed(&plain.y, 30, f64::INFINITY), &zeros),
             ),
-            (
-                2,
-                false,
-                record(&plain.u, &changed(&plain.y, 59, f64::NAN), &zeros),
-            ),
+            (2, false, record(&plain.u, &changed(&plain.y, 59, f64::NAN), &zeros)),
             (
                 2,
                 false,
                 record(&changed(&plain.u, 0, f64::NEG_INFINITY), &plain.y, &zeros),
             ),
-            (
-                2,
-                false,
-                record(&changed(&plain.u, 57, f64::NAN), &plain.y, &zeros),
-            ),
-            (
-                2,
-                false,
-                record(&plain.u, &changed(&plain.y, 20, 1e160), &zeros),
-            ),
-            (
-                2,
-                false,
-                record(&changed(&plain.u, 20, 1e160), &plain.y, &zeros),
-            ),
-            (
-                2,
-                true,
-                record(&plain.u, &plain.y, &changed(&plain.yhat, 20, f64::NAN)),
-            ),
-            (
-                2,
-                true,
-                record(&plain.u, &plain.y, &changed(&plain.yhat, 20, 1e308)),
-            ),
+            (2, false, record(&changed(&plain.u, 57, f64::NAN), &plain.y, &zeros)),
+            (2, false, record(&plain.u, &changed(&plain.y, 20, 1e160), &zeros)),
+            (2, false, record(&changed(&plain.u, 20, 1e160), &plain.y, &zeros)),
+            (2, true, record(&plain.u, &plain.y, &changed(&plain.yhat, 20, f64::NAN))),
+            (2, true, record(&plain.u, &plain.y, &changed(&plain.yhat, 20, 1e308))),
             // Numbers so small that products underflow.
             (
                 2,
@@ -334,12 +289,7 @@ fn a_singular_block_in_a_regular_matrix() {
     let lagged = |a: &[f64], b: &[f64]| (0..59).map(|k| a[k] * b[k]).sum::<f64>();
     let first = Record::new(1, 5, 60, 0.3);
     let c = lagged(&first.u, &first.y) / lagged(&first.y, &first.y);
-    let orthogonal: Vec<f64> = first
-        .u
-        .iter()
-        .zip(&first.y)
-        .map(|(u, y)| u - c * y)
-        .collect();
+    let orthogonal: Vec<f64> = first.u.iter().zip(&first.y).map(|(u, y)| u - c * y).collect();
     let records = [(); MOST_LANES].map(|()| Record {
         u: first.u.clone(),
         y: first.y.clone(),

@@ -173,14 +173,8 @@ impl Word for Avx2Word {
     fn times(self, other: Self) -> Self {
         // SAFETY: as the module says. The product is made of products of halves; those of unlike halves count 2^32.
         Self(unsafe {
-            let (high, other_high) = (
-                _mm256_srli_epi64::<32>(self.0),
-                _mm256_srli_epi64::<32>(other.0),
-            );
-            let crossed = _mm256_add_epi64(
-                _mm256_mul_epu32(high, other.0),
-                _mm256_mul_epu32(self.0, other_high),
-            );
+            let (high, other_high) = (_mm256_srli_epi64::<32>(self.0), _mm256_srli_epi64::<32>(other.0));
+            let crossed = _mm256_add_epi64(_mm256_mul_epu32(high, other.0), _mm256_mul_epu32(self.0, other_high));
             let low = _mm256_mul_epu32(self.0, other.0);
             _mm256_add_epi64(low, _mm256_slli_epi64::<32>(crossed))
         })

@@ -114,9 +114,7 @@ impl Real for Avx512 {
     }
     #[inline(always)]
     fn run<T>(kernel: impl FnOnce() -> T) -> T {
-        #[target_feature(
-            enable = "avx512f,avx512dq,avx512vl,avx512bw,avx512cd,avx2,fma,bmi1,bmi2,lzcnt,popcnt"
-        )]
+        #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx512cd,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
         fn with_instructions<T>(kernel: impl FnOnce() -> T) -> T {
             kernel()
         }

@@ -6,10 +6,7 @@
 //! register's size.
 
 #![allow(unsafe_code)]
-#![allow(
-    clippy::wildcard_imports,
-    reason = "the names of intrinsics say where they are from"
-)]
+#![allow(clippy::wildcard_imports, reason = "the names of intrinsics say where they are from")]
 
 /// The operators of a pack; each is one intrinsic of two registers.
 macro_rules! operators {

@@ -73,10 +73,7 @@ fn check<R: Real>(what: &str, found: R, expected: impl Fn(usize) -> f64) {
     found.store(&mut lanes);
     for lane in 0..R::LANES {
         let (found, expected) = (lanes[lane], expected(lane));
-        assert!(
-            same(found, expected),
-            "{what}, lane {lane}: {found:e} for {expected:e}"
-        );
+        assert!(same(found, expected), "{what}, lane {lane}: {found:e} for {expected:e}");
     }
 }
 
@@ -131,9 +128,7 @@ fn arithmetic<R: Real>() {
                 let z = numbers(k);
                 let c = R::load(&z);
                 check("mul_add", a.mul_add(b, c), |l| x[l].mul_add(y[l], z[l]));
-                check("neg_mul_add", a.neg_mul_add(b, c), |l| {
-                    (-x[l]).mul_add(y[l], z[l])
-                });
+                check("neg_mul_add", a.neg_mul_add(b, c), |l| (-x[l]).mul_add(y[l], z[l]));
             }
         }
     }
@@ -165,9 +160,7 @@ fn check_words<R: Real>(what: &str, found: R::Word, expected: impl Fn(usize) -> 
         let (found, expected) = (lanes[lane].to_bits(), expected(lane));
         assert_eq!(found, expected, "{what}, lane {lane}");
     }
-    check_mask(what, R::LANES, R::where_negative(found), |l| {
-        expected(l) >> 63 == 1
-    });
+    check_mask(what, R::LANES, R::where_negative(found), |l| expected(l) >> 63 == 1);
 }
 
 fn shifts<R: Real, const BITS: u32>(x: &[u64; MOST_LANES]) {

@@ -87,8 +87,7 @@ impl Lead {
         let is_ratio = of.entry().scale == measure::Scale::Log && first.value > 0.0;
         if is_ratio {
             let value = later.value / first.value;
-            let error = value
-                * (first.mcse / first.value).hypot(later.mcse / later.value.max(f64::MIN_POSITIVE));
+            let error = value * (first.mcse / first.value).hypot(later.mcse / later.value.max(f64::MIN_POSITIVE));
             Self {
                 value,
                 error,
@@ -118,11 +117,7 @@ impl Lead {
         if self.equal > 0.0 {
             return format!("{} times as large", self.text());
         }
-        let than = if self.value < 0.0 {
-            "smaller"
-        } else {
-            "larger"
-        };
+        let than = if self.value < 0.0 { "smaller" } else { "larger" };
         let value = uncertain(self.value.abs(), self.error);
         format!("{} {than}", with_unit(&value, unit))
     }
@@ -163,10 +158,7 @@ fn best(study: &Study, of: Measure) -> String {
             return String::new();
         };
         let median = with_unit(&uncertain(first.median.value, first.median.mcse), unit);
-        let begin = format!(
-            "{place} {} has the {most} median {name}, {median}",
-            first.label
-        );
+        let begin = format!("{place} {} has the {most} median {name}, {median}", first.label);
         match rest.first() {
             None => format!("{begin}, and no other method has a median"),
             Some(next) => {
@@ -252,9 +244,9 @@ fn wins(all: &[Ranked<'_>], of: Measure) -> String {
     let ties = match ties {
         0 => String::new(),
         _ if total == 1 => " The next method ties with it within 1.96 standard errors.".to_owned(),
-        ties => format!(
-            " In {ties} of the {total} cells the next method ties with the best within 1.96 standard errors."
-        ),
+        ties => {
+            format!(" In {ties} of the {total} cells the next method ties with the best within 1.96 standard errors.")
+        }
     };
     let each = each.collect::<Vec<_>>().join(", ");
     format!(
@@ -294,9 +286,7 @@ fn lost(study: &Study) -> String {
                 })
                 .collect();
             let sum = |of: fn(&Share) -> u64| shares.iter().map(|(_, share)| of(share)).sum();
-            let most = shares
-                .iter()
-                .max_by(|a, b| a.1.share.total_cmp(&b.1.share))?;
+            let most = shares.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share))?;
             let all = Share::new(sum(|share| share.count), sum(|share| share.total));
             Some(Lost {
                 label,
@@ -305,14 +295,8 @@ fn lost(study: &Study) -> String {
             })
         })
         .collect();
-    all.sort_by(|a, b| {
-        b.all
-            .share
-            .partial_cmp(&a.all.share)
-            .unwrap_or(Ordering::Equal)
-    });
-    let (losing, none): (Vec<Lost<'_>>, Vec<Lost<'_>>) =
-        all.into_iter().partition(|of| of.all.count > 0);
+    all.sort_by(|a, b| b.all.share.partial_cmp(&a.all.share).unwrap_or(Ordering::Equal));
+    let (losing, none): (Vec<Lost<'_>>, Vec<Lost<'_>>) = all.into_iter().partition(|of| of.all.count > 0);
     let sentence = |of: &Lost<'_>| {
         let most = match place(of.most.0, &keys).as_str() {
             "" => String::new(),
@@ -329,10 +313,7 @@ fn lost(study: &Study) -> String {
     text.extend(losing.iter().take(METHODS).map(sentence));
     if let Some(next) = losing.get(METHODS) {
         let more = losing.len() - METHODS;
-        text.push_str(&format!(
-            " {more} more lose at most {} % each.",
-            per_cent(next.all)
-        ));
+        text.push_str(&format!(" {more} more lose at most {} % each.", per_cent(next.all)));
     }
     let named: Vec<&str> = none.iter().take(METHODS).map(|of| of.label).collect();
     match (named.as_slice(), none.len() - named.len()) {
@@ -349,11 +330,7 @@ fn last_passes(study: &Study) -> Vec<&String> {
         return Vec::new();
     };
     let outputs = cell.outputs.iter().zip(study.labels());
-    let last = |i: usize, name: &str| {
-        !cell.outputs[i + 1..]
-            .iter()
-            .any(|later| later.estimator == name)
-    };
+    let last = |i: usize, name: &str| !cell.outputs[i + 1..].iter().any(|later| later.estimator == name);
     let kept = outputs
         .enumerate()
         .filter(|(i, (output, _))| last(*i, &output.estimator));
@@ -365,10 +342,7 @@ fn depends(study: &Study, of: Measure) -> String {
     let labels = lead_outputs(study);
     let cells = ranked(study, &labels, of);
     let mut wins: BTreeMap<&str, usize> = BTreeMap::new();
-    for label in cells
-        .iter()
-        .filter_map(|cell| Some(cell.methods.first()?.label))
-    {
+    for label in cells.iter().filter_map(|cell| Some(cell.methods.first()?.label)) {
         *wins.entry(label).or_default() += 1;
     }
     let winner = wins
@@ -383,13 +357,9 @@ fn depends(study: &Study, of: Measure) -> String {
     // The setting along x of the figures comes first.
     let first = x_key(study);
     keys.sort_by_key(|key| Some(*key) != first);
-    keys.retain(|key| {
-        *key != Key::Claim && (study.is_numeric(*key) || study.values(*key).len() == 2)
-    });
+    keys.retain(|key| *key != Key::Claim && (study.is_numeric(*key) || study.values(*key).len() == 2));
     let told = keys.into_iter().take(SETTINGS);
-    let told: Vec<String> = told
-        .filter_map(|key| effect(study, of, &label, key))
-        .collect();
+    let told: Vec<String> = told.filter_map(|key| effect(study, of, &label, key)).collect();
     told.join(" ")
 }
 
@@ -404,21 +374,13 @@ fn effect(study: &Study, of: Measure, label: &str, key: Key) -> Option<String> {
     others.retain(|other| *other != key);
     let ends = [0, values.len() - 1];
     let mut groups: BTreeMap<Vec<usize>, [Option<End<'_>>; 2]> = BTreeMap::new();
-    for cell in study
-        .summary
-        .cells
-        .iter()
-        .filter(|cell| !study.is_quiet(cell))
-    {
+    for cell in study.summary.cells.iter().filter(|cell| !study.is_quiet(cell)) {
         let Some(end) = ends.iter().position(|end| *end == study.place(cell, key)) else {
             continue;
         };
         let median = study.statistics(cell, label, of).map(|of| of.q50);
         let median = median.filter(|median| median.value.is_finite() && !median.lost);
-        let group = others
-            .iter()
-            .map(|other| study.place(cell, *other))
-            .collect();
+        let group = others.iter().map(|other| study.place(cell, *other)).collect();
         groups.entry(group).or_default()[end] = median.map(|median| (cell, median));
     }
     let changes = groups.values().filter_map(|ends| match ends {
@@ -455,11 +417,7 @@ fn effect(study: &Study, of: Measure, label: &str, key: Key) -> Option<String> {
 fn paired(study: &Study, measure: Measure) -> String {
     let mut text = String::new();
     for [first, second] in study.file.compare.iter().take(3) {
-        let pairs = study
-            .summary
-            .cells
-            .iter()
-            .flat_map(|cell| &cell.comparisons);
+        let pairs = study.summary.cells.iter().flat_map(|cell| &cell.comparisons);
         let compared = pairs.filter(|pair| pair.first == *first && pair.second == *second);
         let ratios: Vec<Quantile> = compared
             .filter_map(|pair| Some(pair.measures.get(&measure)?.median_ratio))
@@ -467,10 +425,7 @@ fn paired(study: &Study, measure: Measure) -> String {
             .collect();
         let (better, worse) = ratios.iter().fold((0, 0), |(better, worse), ratio| {
             let (low, high) = ratio.interval();
-            (
-                better + usize::from(high < 1.0),
-                worse + usize::from(low > 1.0),
-            )
+            (better + usize::from(high < 1.0), worse + usize::from(low > 1.0))
         });
         if !ratios.is_empty() {
             text.push_str(&format!(
@@ -510,11 +465,7 @@ pub(super) fn medians(study: &Study, of: Measure) -> Option<LongTable> {
     }
     let is_ratio = of.entry().scale == measure::Scale::Log;
     if of.entry().better != Better::Neither {
-        let heading = if is_ratio {
-            "next / best"
-        } else {
-            "next - best"
-        };
+        let heading = if is_ratio { "next / best" } else { "next - best" };
         columns = columns.number(heading, "", |cell| {
             let ranked = find(cell).map_or(&[][..], |ranked| &ranked.methods);
             match ranked {

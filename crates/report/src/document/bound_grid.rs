@@ -22,11 +22,7 @@ pub(super) fn bound_grid(study: &Study) -> Option<Drawn> {
     let nested = narrow.measure == wide.measure && narrow.claim.is_none() && wide.claim.is_none();
     let few = study.summary.cells.len() <= MOST_CELLS;
     let x = x_key(study).filter(|_| few && nested && narrow.below < wide.below)?;
-    let others: Vec<Key> = study
-        .varying()
-        .into_iter()
-        .filter(|key| *key != x)
-        .collect();
+    let others: Vec<Key> = study.varying().into_iter().filter(|key| *key != x).collect();
     let (rows, cells) = grid(study, output, x, &others);
     let what = format!(
         "Per cent of the trials of {output}. Each cell has three numbers, from top to bottom: {} ({} {}); {} ({}) \
@@ -63,13 +59,11 @@ fn grid(study: &Study, output: &str, x: Key, others: &[Key]) -> (Vec<String>, Ve
     let (mut names, mut rows) = (Vec::new(), Vec::new());
     let mut places: HashMap<String, usize> = HashMap::new();
     for cell in &study.summary.cells {
-        let row = *places
-            .entry(row_name(cell, others))
-            .or_insert_with_key(|name| {
-                names.push(name.clone());
-                rows.push(vec![None; columns]);
-                rows.len() - 1
-            });
+        let row = *places.entry(row_name(cell, others)).or_insert_with_key(|name| {
+            names.push(name.clone());
+            rows.push(vec![None; columns]);
+            rows.len() - 1
+        });
         rows[row][study.place(cell, x)] = shares(cell, output);
     }
     (names, rows)
@@ -82,10 +76,7 @@ type Row = Vec<Option<HeatCell>>;
 fn row_name(cell: &CellSummary, keys: &[Key]) -> String {
     let disturbance = cell.setting(Key::Disturbance);
     let timeless = matches!(disturbance.as_str(), "white" | "constant" | "ramp" | "none");
-    let keys = keys
-        .iter()
-        .copied()
-        .filter(|key| !(timeless && *key == Key::Frequency));
+    let keys = keys.iter().copied().filter(|key| !(timeless && *key == Key::Frequency));
     place(cell, &keys.collect::<Vec<Key>>())
 }
 

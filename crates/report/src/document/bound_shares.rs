@@ -16,12 +16,7 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
     let mut found: Vec<Vec<(&str, asobench_identification::metric::Share)>> = Vec::new();
     for cell in &study.summary.cells {
         for bound in &cell.bounds {
-            let name = format!(
-                "{}: {} {}",
-                cell.claim,
-                bound.bound.measure.label(),
-                bound.bound.text()
-            );
+            let name = format!("{}: {} {}", cell.claim, bound.bound.measure.label(), bound.bound.text());
             let name = name.trim_start_matches(": ").to_owned();
             let at = *places.entry(name).or_insert_with_key(|name| {
                 names.push(name.clone());
@@ -53,25 +48,14 @@ pub(super) fn shares(study: &Study) -> Option<Drawn> {
         "Shares of all trials that meet the bound, with Wilson's 95 % intervals; a failed trial meets no bound."
     } else {
         let points = found.iter().enumerate().filter_map(|(i, shares_met)| {
-            let mut shares: Vec<f64> = shares_met
-                .iter()
-                .map(|(_, met)| 100.0 * met.share)
-                .collect();
+            let mut shares: Vec<f64> = shares_met.iter().map(|(_, met)| 100.0 * met.share).collect();
             shares.sort_by(f64::total_cmp);
-            let at = |q: f64| {
-                shares
-                    .get(((shares.len() - 1) as f64 * q) as usize)
-                    .copied()
-            };
+            let at = |q: f64| shares.get(((shares.len() - 1) as f64 * q) as usize).copied();
             let mut point = Point::interval(at(0.5)?, i as f64, at(0.0)?, at(1.0)?);
             point.quartiles = [at(0.25)?, at(0.75)?];
             Some(point)
         });
-        plot = plot.series(Series::new(
-            "all cells and outputs",
-            Style::Boxes,
-            points.collect(),
-        ));
+        plot = plot.series(Series::new("all cells and outputs", Style::Boxes, points.collect()));
         "For each bound the shares of realisations over all cells and outputs: boxes hold the \
         middle half of the combinations, whiskers reach the worst and the best."
     };

@@ -1,13 +1,9 @@
 //! One figure of a study, with the measure, statistic, setting along x and outputs that are asked for.
 
-use super::figure::{
-    Drawn, Figure, estimate, is_shown, left_out, quantile_note, series_of, y_axis,
-};
+use super::figure::{Drawn, Figure, estimate, is_shown, left_out, quantile_note, series_of, y_axis};
 use super::layout::{Form, Layout, x_of};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
-use super::medians::{
-    at_one_place, how, limits, open_end, quantiles, references, style, theory, title,
-};
+use super::medians::{at_one_place, how, limits, open_end, quantiles, references, style, theory, title};
 use super::nested_loop::nested_loop;
 use super::zip_plot::{Zipped, zip_plot};
 use crate::plot::{Drawing, Plot, Point, Scale, Series, Style};
@@ -99,10 +95,7 @@ pub fn held(text: &str) -> Result<(Key, String), String> {
     let (key, value) = text
         .split_once('=')
         .ok_or("expected SETTING=VALUE, such as noise=white")?;
-    let key = key
-        .trim()
-        .parse::<Key>()
-        .map_err(|error| error.to_string())?;
+    let key = key.trim().parse::<Key>().map_err(|error| error.to_string())?;
     Ok((key, value.trim().to_owned()))
 }
 
@@ -130,10 +123,7 @@ pub fn chosen_figure(study: &Study, chosen: &Chosen) -> Result<(String, Drawing,
 /// The measure that is asked for, or the one with which the report begins.
 fn measure_of(study: &Study, chosen: &Chosen) -> Result<Measure, String> {
     let lead = lead_figures(study).into_iter().next();
-    let measure = chosen
-        .measure
-        .or(lead)
-        .ok_or("the study has no measure with results")?;
+    let measure = chosen.measure.or(lead).ok_or("the study has no measure with results")?;
     if !study.file.measures.contains(&measure) {
         return Err(UnknownName::new("measure", measure, &study.file.measures).to_string());
     }
@@ -153,11 +143,7 @@ fn check_held(study: &Study, held: &[(Key, String)]) -> Result<(), String> {
 
 fn zip(study: &Study, chosen: &Chosen) -> Result<Drawn, String> {
     check_held(study, &chosen.held)?;
-    let wanted: Vec<(Key, &str)> = chosen
-        .held
-        .iter()
-        .map(|(key, value)| (*key, value.as_str()))
-        .collect();
+    let wanted: Vec<(Key, &str)> = chosen.held.iter().map(|(key, value)| (*key, value.as_str())).collect();
     let cells = study.cells(&wanted);
     let cell = match cells.as_slice() {
         _ if wanted.is_empty() => None,
@@ -207,9 +193,7 @@ pub(super) fn over_setting(study: &Study, chosen: &Chosen, few: u64) -> Result<D
     let are_few = study.summary.cells.iter().all(|cell| cell.trials < few);
     let what = match chosen.statistic {
         Some(statistic) => format!("{} over trials with 95 % intervals.", statistic.title()),
-        None if style == Style::ErrorBars && are_few => {
-            "Medians with the middle half of the trials.".to_owned()
-        }
+        None if style == Style::ErrorBars && are_few => "Medians with the middle half of the trials.".to_owned(),
         None => how(style, &layout, outputs.len()).to_owned(),
     };
     let of_medians = chosen.statistic.is_none_or(|of| of == Statistic::Q50);
@@ -243,10 +227,7 @@ pub(super) fn over_setting(study: &Study, chosen: &Chosen, few: u64) -> Result<D
     let [open, limits] = match style {
         _ if !of_medians => ["", ""],
         Style::ErrorBars => ["", limits(study, &layout, measure)],
-        _ => [
-            open_end(study, &outputs, measure),
-            limits(study, &layout, measure),
-        ],
+        _ => [open_end(study, &outputs, measure), limits(study, &layout, measure)],
     };
     let drawn = Figure {
         name: &name,
@@ -283,40 +264,23 @@ pub(super) fn over_setting(study: &Study, chosen: &Chosen, few: u64) -> Result<D
 }
 
 /// Adds the points from elsewhere to the panel of some cells.
-fn marked(
-    study: &Study,
-    layout: &Layout,
-    marks: &[Mark],
-    cells: &[&CellSummary],
-    mut plot: Plot,
-) -> Plot {
+fn marked(study: &Study, layout: &Layout, marks: &[Mark], cells: &[&CellSummary], mut plot: Plot) -> Plot {
     for mark in marks {
-        let (along, others): (Vec<_>, Vec<_>) =
-            mark.at.iter().partition(|(key, _)| Some(*key) == layout.x);
-        let here = cells.first().is_some_and(|cell| {
-            others
-                .iter()
-                .all(|(key, value)| cell.setting(*key) == *value)
-        });
+        let (along, others): (Vec<_>, Vec<_>) = mark.at.iter().partition(|(key, _)| Some(*key) == layout.x);
+        let here = cells
+            .first()
+            .is_some_and(|cell| others.iter().all(|(key, value)| cell.setting(*key) == *value));
         let Some((key, value)) = along.first().filter(|_| here) else {
             continue;
         };
         let at = if layout.has_names {
-            study
-                .values(*key)
-                .iter()
-                .position(|of| of == value)
-                .map(|i| i as f64)
+            study.values(*key).iter().position(|of| of == value).map(|i| i as f64)
         } else {
             value.parse().ok()
         };
         let Some(at) = at else { continue };
         let point = Point::new(at, mark.value);
-        match plot
-            .series
-            .iter_mut()
-            .find(|series| series.label == mark.label)
-        {
+        match plot.series.iter_mut().find(|series| series.label == mark.label) {
             Some(series) => series.points.push(point),
             None => plot = plot.series(Series::new(&mark.label, Style::Marks, vec![point])),
         }
@@ -332,9 +296,7 @@ fn outputs(study: &Study, names: &[String]) -> Result<Vec<(usize, String)>, Stri
     let labels = study.labels();
     let of_name = |name: &str| -> Vec<&String> {
         let is = |label: &&String| {
-            let method = label
-                .split_once('(')
-                .map_or(&label[..], |(method, _)| method);
+            let method = label.split_once('(').map_or(&label[..], |(method, _)| method);
             folded(label) == folded(name) || folded(method) == folded(name)
         };
         labels.iter().filter(is).collect()

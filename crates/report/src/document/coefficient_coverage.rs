@@ -51,9 +51,7 @@ pub(super) fn coverage(study: &Study) -> Option<Drawn> {
     });
     outputs.truncate(OUTPUTS);
     let first = study.summary.cells.first()?;
-    let known = outputs
-        .iter()
-        .filter_map(|(_, label)| study.output(first, label));
+    let known = outputs.iter().filter_map(|(_, label)| study.output(first, label));
     let largest = known.max_by_key(|output| output.coverage.len())?;
     let names: Vec<&String> = largest.coverage.iter().map(|(name, _)| name).collect();
     let along = x_key(study);
@@ -71,10 +69,7 @@ pub(super) fn coverage(study: &Study) -> Option<Drawn> {
     let distance = |coverage: &Coverage| (coverage.covered.share - NOMINAL).abs();
     Figure {
         name: "coverage",
-        title: &format!(
-            "share of 95 % intervals that hold the truth{}",
-            over(&layout)
-        ),
+        title: &format!("share of 95 % intervals that hold the truth{}", over(&layout)),
         what: &what,
         end: &format!(" {WHOSE}"),
         x: along
@@ -115,10 +110,7 @@ pub(super) fn coverage(study: &Study) -> Option<Drawn> {
             }
             true
         },
-        ..Figure::new(
-            &layout,
-            PlotAxis::linear("intervals that hold the truth, %"),
-        )
+        ..Figure::new(&layout, PlotAxis::linear("intervals that hold the truth, %"))
     }
     .draw(study)
 }

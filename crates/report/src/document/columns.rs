@@ -61,21 +61,12 @@ impl<'a, I: Iterator> Columns<'a, I> {
     }
 
     /// Adds a column of texts.
-    pub(super) fn text<S: Into<String>>(
-        self,
-        title: &str,
-        of: impl Fn(&I::Item) -> S + 'a,
-    ) -> Self {
+    pub(super) fn text<S: Into<String>>(self, title: &str, of: impl Fn(&I::Item) -> S + 'a) -> Self {
         self.with(Column::text(title), move |item| CellText::text(of(item)))
     }
 
     /// Adds a column of numbers.
-    pub(super) fn number(
-        self,
-        title: impl Into<String>,
-        unit: &str,
-        of: impl Fn(&I::Item) -> CellText + 'a,
-    ) -> Self {
+    pub(super) fn number(self, title: impl Into<String>, unit: &str, of: impl Fn(&I::Item) -> CellText + 'a) -> Self {
         self.with(Column::number(title, unit), of)
     }
 

@@ -57,10 +57,7 @@ pub(super) fn courses(summary: &Summary) -> Vec<Drawn> {
         draw(
             "state-errors-late",
             "errors of the state after the transients",
-            &format!(
-                "x_i - xhat_i of the first trial from {} s on.",
-                number(late)
-            ),
+            &format!("x_i - xhat_i of the first trial from {} s on.", number(late)),
             &|i| state(i, late),
         ),
     ]

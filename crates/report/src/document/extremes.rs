@@ -51,11 +51,7 @@ impl LongTable {
         let value = |row: &Vec<CellText>| row.get(by).and_then(|cell| cell.sort_value);
         let rows = &mut self.table.rows;
         rows.retain(|row| value(row).is_some());
-        rows.sort_by(|a, b| {
-            value(a)
-                .partial_cmp(&value(b))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
+        rows.sort_by(|a, b| value(a).partial_cmp(&value(b)).unwrap_or(std::cmp::Ordering::Equal));
         if rows.len() > 2 * END {
             rows.drain(END..rows.len() - END);
         }
@@ -110,21 +106,13 @@ impl LongTable {
 /// Keeps of too many names only those with the smallest and the largest values of the last series, and returns a note.
 /// The names are along x, or along y in a horizontal plot.
 pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
-    let lies = plots
-        .iter()
-        .any(|plot| matches!(plot.y.scale, Scale::Categories(_)));
-    let upright = plots
-        .iter()
-        .any(|plot| matches!(plot.x.scale, Scale::Categories(_)));
+    let lies = plots.iter().any(|plot| matches!(plot.y.scale, Scale::Categories(_)));
+    let upright = plots.iter().any(|plot| matches!(plot.x.scale, Scale::Categories(_)));
     if !lies && !upright {
         return None;
     }
     let parts = |point: &Point| {
-        if lies {
-            (point.y, point.x)
-        } else {
-            (point.x, point.y)
-        }
+        if lies { (point.y, point.x) } else { (point.x, point.y) }
     };
     let last = plots
         .iter()
@@ -155,9 +143,7 @@ pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
         }
     }
     for series in plots.iter_mut().flat_map(|plot| &mut plot.series) {
-        series
-            .points
-            .retain(|point| kept.contains(&(parts(point).0 as usize)));
+        series.points.retain(|point| kept.contains(&(parts(point).0 as usize)));
     }
     Some(format!(
         " Of {count} places along the axis, only the {NAMES} with the smallest and the largest values \
@@ -186,30 +172,17 @@ mod tests {
         let mut table = LongTable::new("", columns, "median");
         let rows = 3 * MOST_ROWS;
         for i in 0..rows {
-            let value = if i == 7 {
-                f64::NAN
-            } else {
-                (i * 7919 % rows) as f64
-            };
-            table.row(vec![
-                CellText::text(i.to_string()),
-                CellText::number("", value),
-            ]);
+            let value = if i == 7 { f64::NAN } else { (i * 7919 % rows) as f64 };
+            table.row(vec![CellText::text(i.to_string()), CellText::number("", value)]);
         }
         assert_eq!(table.take_csv().lines().count(), 1 + rows);
         let (table, note) = table.shown("results.csv");
-        let values: Vec<f64> = table
-            .rows
-            .iter()
-            .filter_map(|row| row[1].sort_value)
-            .collect();
+        let values: Vec<f64> = table.rows.iter().filter_map(|row| row[1].sort_value).collect();
         let ends = (0..END).chain(rows - END..rows).map(|i| i as f64);
         let left_out = (7 * 7919 % rows) as f64;
         assert!(END as f64 <= left_out && left_out < (rows - END) as f64);
         assert_eq!(values, ends.collect::<Vec<f64>>());
-        assert!(note.is_some_and(
-            |note| note.contains("of 750 rows in all") && note.contains("results.csv")
-        ));
+        assert!(note.is_some_and(|note| note.contains("of 750 rows in all") && note.contains("results.csv")));
     }
 
     #[test]
@@ -221,11 +194,7 @@ mod tests {
         let mut plots = [plot];
         let note = extremes(&mut plots).unwrap();
         assert!(note.contains("Of 1000 places"), "{note}");
-        let mut drawn: Vec<f64> = plots[0].series[0]
-            .points
-            .iter()
-            .map(|point| point.y)
-            .collect();
+        let mut drawn: Vec<f64> = plots[0].series[0].points.iter().map(|point| point.y).collect();
         drawn.sort_by(f64::total_cmp);
         let half = NAMES / 2;
         let expected = (0..half).chain(1000 - half..1000).map(|i| i as f64);
@@ -238,8 +207,7 @@ mod tests {
         let points: Vec<Point> = (0..=BARS).map(|i| Point::new(i as f64, 1.0)).collect();
         for (count, style) in [(BARS, Style::ErrorBars), (BARS + 1, Style::Band)] {
             let series = Series::new("a", Style::ErrorBars, points[..count].to_vec());
-            let mut plots =
-                [Plot::new("", PlotAxis::linear(""), PlotAxis::linear("")).series(series)];
+            let mut plots = [Plot::new("", PlotAxis::linear(""), PlotAxis::linear("")).series(series)];
             crowded(&mut plots);
             assert_eq!(plots[0].series[0].style, style);
         }

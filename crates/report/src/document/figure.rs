@@ -204,9 +204,7 @@ pub(super) fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     };
     let mut text = String::new();
     if cells().any(|cell| study.is_quiet(cell)) {
-        text.push_str(
-            " Cells without noise are in the table only: their errors are rounding errors.",
-        );
+        text.push_str(" Cells without noise are in the table only: their errors are rounding errors.");
     }
     let keys = study.varying();
     let noisy = cells().filter(|cell| !study.is_quiet(cell));
@@ -235,8 +233,7 @@ const PLACES: usize = 4;
 
 /// Series for outputs, each with its place in the palette.
 pub(super) fn series_of(outputs: &[(usize, String)], style: Style) -> Vec<Series> {
-    let series =
-        |(slot, label): &(usize, String)| Series::new(label, style, Vec::new()).slot(*slot);
+    let series = |(slot, label): &(usize, String)| Series::new(label, style, Vec::new()).slot(*slot);
     outputs.iter().map(series).collect()
 }
 
@@ -255,12 +252,7 @@ pub(super) fn share_point(at: f64, share: Share) -> Point {
 pub(super) fn estimate(at: f64, quantile: Quantile, scale: &Scale) -> Point {
     if *scale == Scale::Log && quantile.value > 0.0 {
         let factor = (Z * quantile.mcse / quantile.value).exp();
-        Point::interval(
-            at,
-            quantile.value,
-            quantile.value / factor,
-            quantile.value * factor,
-        )
+        Point::interval(at, quantile.value, quantile.value / factor, quantile.value * factor)
     } else {
         Point::uncertain(at, quantile.value, quantile.mcse)
     }

@@ -30,9 +30,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
         super::passes::lost(study),
         super::method_times::errors_and_times(study),
         super::method_times::times(study),
-        map.is_none()
-            .then(|| super::bound_shares::shares(study))
-            .flatten(),
+        map.is_none().then(|| super::bound_shares::shares(study)).flatten(),
         first.and_then(|measure| ratios(study, measure)),
         super::coefficient_coverage::coverage(study),
         zipped(study),
@@ -40,10 +38,7 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
         super::coefficient_bias::bias(study),
         super::state_error::curves(study),
     ];
-    let rest = lead
-        .iter()
-        .skip(1)
-        .filter_map(|measure| medians(study, *measure));
+    let rest = lead.iter().skip(1).filter_map(|measure| medians(study, *measure));
     let courses = super::courses::courses(&study.summary).into_iter();
     let mut drawn: Vec<Drawn> = courses
         .chain(super::along::along(study))
@@ -62,9 +57,7 @@ fn zipped(study: &Study) -> Option<Drawn> {
 
 /// The nested-loop plot of a study with more settings than other figures can show.
 fn nested(study: &Study, measure: Measure) -> Option<Drawn> {
-    let is_held = !Layout::new(study, x_of(study, measure), &[])
-        .held
-        .is_empty();
+    let is_held = !Layout::new(study, x_of(study, measure), &[]).held.is_empty();
     let fits = is_held && super::nested_loop::fits(study);
     fits.then(|| super::nested_loop::nested_loop(study, measure, None, (None, None)))
         .flatten()
@@ -83,13 +76,8 @@ pub(super) fn medians(study: &Study, measure: Measure) -> Option<Drawn> {
 fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
     let layout = Layout::new(study, x_of(study, measure), &[]);
     let pairs = &study.file.compare[..study.file.compare.len().min(PAIRS)];
-    let series = |[first, second]: &[String; 2]| {
-        Series::new(
-            format!("{first} over {second}"),
-            Style::ErrorBars,
-            Vec::new(),
-        )
-    };
+    let series =
+        |[first, second]: &[String; 2]| Series::new(format!("{first} over {second}"), Style::ErrorBars, Vec::new());
     let name = measure.label();
     let better = match measure.entry().better {
         Better::Smaller => "; below 1 the first is better",
@@ -111,7 +99,10 @@ fn ratios(study: &Study, measure: Measure) -> Option<Drawn> {
             let ratio = pair.and_then(|pair| Some(pair.measures.get(&measure)?.median_ratio));
             let is_shown = || pairs[i].iter().all(|label| is_shown(study, cell, label));
             let shown = ratio.filter(|ratio| ratio.value > 0.0 && is_shown());
-            shown.map(|ratio| estimate(at, ratio, &Scale::Log)).into_iter().collect()
+            shown
+                .map(|ratio| estimate(at, ratio, &Scale::Log))
+                .into_iter()
+                .collect()
         },
         guides: &level("equal", 1.0),
         finish: &|plots| {

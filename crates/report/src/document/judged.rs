@@ -115,8 +115,7 @@ pub(super) fn csv(studies: &[Study]) -> String {
     let rows = all(studies).flat_map(|(study, claim)| {
         let cells = claim.cells.iter();
         let numbers = cells.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)));
-        let known = numbers
-            .filter_map(|(cell, number)| Some((cell, number, claim.tests.get(number.test)?)));
+        let known = numbers.filter_map(|(cell, number)| Some((cell, number, claim.tests.get(number.test)?)));
         known.map(move |(cell, number, test)| (study, claim, cell, number, test))
     });
     Columns::new(rows)
@@ -152,11 +151,7 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
             }
             section.paragraph(&sentence(claim));
             for (i, drawn) in pictures(study, claim).iter().enumerate() {
-                let number = if i == 0 {
-                    String::new()
-                } else {
-                    format!("-{}", i + 1)
-                };
+                let number = if i == 0 { String::new() } else { format!("-{}", i + 1) };
                 let label = format!("claim-{}{number}.svg", claim.id);
                 let path = format!("figures/{name}{number}.svg");
                 links.push(drawn.placed(section, files, (label, path)));
@@ -197,9 +192,7 @@ fn sentence(claim: &Judged) -> String {
 /// The table of cells: the number, its condition, the verdict of the cell, and two p-values. Shares, such as coverages,
 /// are in per cent.
 fn cells(claim: &Judged) -> LongTable {
-    let more = |cell: &JudgedCell| {
-        cell.numbers.len() > 1 || cell.case.is_some() || !cell.missing.is_empty()
-    };
+    let more = |cell: &JudgedCell| cell.numbers.len() > 1 || cell.case.is_some() || !cell.missing.is_empty();
     let several = claim.tests.len() > 1 || claim.cells.iter().any(more);
     let mut caption = match claim.tests.as_slice() {
         [test] => format!("{} must be {}. ", heading(&test.what), test.must),
@@ -234,18 +227,14 @@ fn cells(claim: &Judged) -> LongTable {
             });
     }
     columns
-        .number(
-            "value",
-            if are_shares { "%" } else { "" },
-            |row| match row.1 {
-                Ok(number) => {
-                    let kept = number.kept.map(|kept| format!(" of {:.1} %", 100.0 * kept));
-                    let text = format!("{}{}", number.text, kept.unwrap_or_default());
-                    CellText::number(text, tidy(test(number).map_or(1.0, unit) * number.value))
-                }
-                Err(why) => CellText::text(if several { "-" } else { why }),
-            },
-        )
+        .number("value", if are_shares { "%" } else { "" }, |row| match row.1 {
+            Ok(number) => {
+                let kept = number.kept.map(|kept| format!(" of {:.1} %", 100.0 * kept));
+                let text = format!("{}{}", number.text, kept.unwrap_or_default());
+                CellText::number(text, tidy(test(number).map_or(1.0, unit) * number.value))
+            }
+            Err(why) => CellText::text(if several { "-" } else { why }),
+        })
         .text("verdict", |row| row.0.says)
         .number("p (pass)", "", |row| p(row, row.0.p_pass))
         .number("p (fail)", "", |row| p(row, row.0.p_fail))
@@ -273,9 +262,8 @@ fn level(cell: &JudgedCell) -> CellText {
         level if level < 0.01 => format!("{level:.1e}"),
         level => format!("{level:.3}"),
     };
-    cell.level.map_or_else(CellText::default, |level| {
-        CellText::number(text(level), level)
-    })
+    cell.level
+        .map_or_else(CellText::default, |level| CellText::number(text(level), level))
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use super::extremes::{crowded, extremes};
 use crate::plot::{
-    Course, Drawing, Picture, Plot, PlotAxis, Point, Scale, Sharing, Style, extent,
-    multiples_of_width, points, small_multiples,
+    Course, Drawing, Picture, Plot, PlotAxis, Point, Scale, Sharing, Style, extent, multiples_of_width, points,
+    small_multiples,
 };
 use crate::results::{Study, axis_label, place, value_name, words};
 use asobench_study::study::file::Key;
@@ -45,10 +45,7 @@ pub(super) fn x_of(study: &Study, measure: Measure) -> Option<Key> {
     }
     let mut others = study.varying();
     others.retain(|key| !key.entry().of_observer && *key != Key::Claim);
-    let most = others
-        .iter()
-        .rev()
-        .max_by_key(|key| study.values(**key).len());
+    let most = others.iter().rev().max_by_key(|key| study.values(**key).len());
     most.copied().or(usual)
 }
 
@@ -59,12 +56,7 @@ impl Layout {
     }
 
     /// The layout with a given order in which settings get panels.
-    pub(super) fn by(
-        study: &Study,
-        x: Option<Key>,
-        used: &[Key],
-        weight: impl Fn(Key) -> usize,
-    ) -> Self {
+    pub(super) fn by(study: &Study, x: Option<Key>, used: &[Key], weight: impl Fn(Key) -> usize) -> Self {
         let mut keys: Vec<Key> = study.varying();
         keys.retain(|key| Some(*key) != x && !used.contains(key));
         keys.sort_by_key(|key| weight(*key));
@@ -113,11 +105,7 @@ impl Layout {
         if self.held.is_empty() {
             return String::new();
         }
-        let texts: Vec<String> = self
-            .held
-            .iter()
-            .map(|(key, value)| words(*key, value))
-            .collect();
+        let texts: Vec<String> = self.held.iter().map(|(key, value)| words(*key, value)).collect();
         format!(" Held: {}; the table has the rest.", texts.join(", "))
     }
 
@@ -267,9 +255,7 @@ fn has_names(study: &Study, key: Key) -> bool {
 /// The title of a panel.
 pub(super) fn panel_title(panel: &Choice, cells: &[&CellSummary]) -> String {
     let keys: Vec<Key> = panel.iter().map(|(key, _)| *key).collect();
-    cells
-        .first()
-        .map_or_else(String::new, |cell| place(cell, &keys))
+    cells.first().map_or_else(String::new, |cell| place(cell, &keys))
 }
 
 /// The form of a sheet where it is not the usual one.
@@ -287,12 +273,7 @@ pub(super) fn only(wide: Drawing) -> Picture {
 }
 
 /// One plot, or several with a common legend, and a note for the caption on what is not drawn.
-pub(super) fn sheet(
-    title: &str,
-    description: &str,
-    mut plots: Vec<Plot>,
-    form: Form,
-) -> Option<(Picture, String)> {
+pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>, form: Form) -> Option<(Picture, String)> {
     let shown: Vec<String> = plots
         .iter()
         .flat_map(|plot| &plot.series)
@@ -328,12 +309,8 @@ pub(super) fn sheet(
         _ => {
             let usual = if matches!(plots.len(), 3 | 5..) { 3 } else { 2 };
             let columns = form.columns.unwrap_or(usual);
-            let alike = plots
-                .windows(2)
-                .all(|pair| pair[0].y.scale == pair[1].y.scale);
-            let one_range = plots
-                .windows(2)
-                .all(|pair| pair[0].x.range == pair[1].x.range);
+            let alike = plots.windows(2).all(|pair| pair[0].y.scale == pair[1].y.scale);
+            let one_range = plots.windows(2).all(|pair| pair[0].x.range == pair[1].x.range);
             let sharing = Sharing {
                 x: one_range,
                 y: !apart && alike,

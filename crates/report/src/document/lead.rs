@@ -45,15 +45,11 @@ pub(crate) fn lead_outputs(study: &Study) -> Vec<(usize, String)> {
     for output in outputs {
         last.insert(&output.estimator, output.pass);
     }
-    for output in outputs
-        .iter()
-        .filter(|output| claimed.contains(&output.label()))
-    {
+    for output in outputs.iter().filter(|output| claimed.contains(&output.label())) {
         last.remove(output.estimator.as_str());
     }
     let kept = outputs.iter().filter(|output| {
-        few || claimed.contains(&output.label())
-            || last.get(output.estimator.as_str()) == Some(&output.pass)
+        few || claimed.contains(&output.label()) || last.get(output.estimator.as_str()) == Some(&output.pass)
     });
     let kept = kept.take(OUTPUTS).map(OutputSummary::label);
     kept.enumerate().collect()
@@ -104,9 +100,5 @@ pub(super) fn lead_figures(study: &Study) -> Vec<Measure> {
     let most = found.iter().map(|(count, _)| *count).max().unwrap_or(0);
     // A measure that is defined less than half as often as the most frequent one comes after the others.
     found.sort_by_key(|(count, _)| 2 * count < most);
-    found
-        .into_iter()
-        .map(|(_, measure)| measure)
-        .take(3)
-        .collect()
+    found.into_iter().map(|(_, measure)| measure).take(3).collect()
 }

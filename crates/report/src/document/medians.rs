@@ -27,22 +27,12 @@ pub(super) fn quantiles(at: f64, statistics: &Statistics, measure: Measure) -> P
     };
     let value = |q: Quantile| if q.lost { worst } else { q.value };
     let q50 = statistics.q50.value;
-    let [q05, q25, q75, q95] = [
-        statistics.q05,
-        statistics.q25,
-        statistics.q75,
-        statistics.q95,
-    ]
-    .map(value);
+    let [q05, q25, q75, q95] = [statistics.q05, statistics.q25, statistics.q75, statistics.q95].map(value);
     Point::quantiles(at, [q05, q25, q50, q75, q95])
 }
 
 /// The part of a caption that explains a band or a box that is open at the top.
-pub(super) fn open_end(
-    study: &Study,
-    outputs: &[(usize, String)],
-    measure: Measure,
-) -> &'static str {
+pub(super) fn open_end(study: &Study, outputs: &[(usize, String)], measure: Measure) -> &'static str {
     let mut cells = study.summary.cells.iter();
     let is_open = cells.any(|cell| {
         outputs.iter().any(|(_, label)| {
@@ -51,10 +41,7 @@ pub(super) fn open_end(
             found.is_some_and(|of| of.q95.lost && !of.q50.lost)
         })
     });
-    if is_open
-        && measure.entry().better == Better::Smaller
-        && measure.entry().scale == measure::Scale::Log
-    {
+    if is_open && measure.entry().better == Better::Smaller && measure.entry().scale == measure::Scale::Log {
         " Where it runs off the top, more than 5 % of the trials failed and rank as the worst."
     } else {
         ""
@@ -80,13 +67,7 @@ pub(super) fn title(measure: Measure, style: Style, layout: &Layout) -> String {
 }
 
 /// How medians are drawn: with the spread of the trials if there are few outputs, or if the file says so.
-pub(super) fn style(
-    study: &Study,
-    measure: Measure,
-    layout: &Layout,
-    outputs: usize,
-    spread: Option<bool>,
-) -> Style {
+pub(super) fn style(study: &Study, measure: Measure, layout: &Layout, outputs: usize, spread: Option<bool>) -> Style {
     let most = if layout.has_names { BOXES } else { BANDS };
     let is_wanted = spread.or(study.file.spread).unwrap_or(outputs <= most);
     match (is_wanted, layout.has_names) {
@@ -138,13 +119,7 @@ fn is_crowded(study: &Study, layout: &Layout) -> bool {
 }
 
 /// Adds theory as N grows: the medians under the bounds, as one line if they agree, and the median of the last output.
-pub(super) fn theory(
-    study: &Study,
-    layout: &Layout,
-    measure: Measure,
-    cells: &[&CellSummary],
-    mut plot: Plot,
-) -> Plot {
+pub(super) fn theory(study: &Study, layout: &Layout, measure: Measure, cells: &[&CellSummary], mut plot: Plot) -> Plot {
     let outputs = lead_outputs(study);
     let Some((_, label)) = outputs.last().filter(|_| !is_crowded(study, layout)) else {
         return plot;
@@ -157,17 +132,9 @@ pub(super) fn theory(
         };
         cells.iter().filter_map(point).collect()
     };
-    let style = if layout.has_names {
-        Style::Marks
-    } else {
-        Style::Line
-    };
-    let [own, shared, separate] = [
-        TheoryReference::Own,
-        TheoryReference::Shared,
-        TheoryReference::Separate,
-    ]
-    .map(points);
+    let style = if layout.has_names { Style::Marks } else { Style::Line };
+    let [own, shared, separate] =
+        [TheoryReference::Own, TheoryReference::Shared, TheoryReference::Separate].map(points);
     let agree = |a: &[Point], b: &[Point]| {
         let close = |(a, b): (&Point, &Point)| (a.y / b.y - 1.0).abs() < 1e-6;
         a.len() == b.len() && a.iter().zip(b).all(close)
@@ -227,13 +194,7 @@ pub(super) fn references(
         });
         let through = points.rfind(|(_, y)| y.is_finite());
         if let Some(through) = through {
-            plot = plot.reference(
-                "slope -1/2",
-                Course::Sloped {
-                    slope: -0.5,
-                    through,
-                },
-            );
+            plot = plot.reference("slope -1/2", Course::Sloped { slope: -0.5, through });
         }
     }
     plot

@@ -89,9 +89,7 @@ pub(super) fn errors_and_times(study: &Study) -> Option<Drawn> {
         let point = estimate(at, median, &Scale::Log);
         (median.value.is_finite() && median.value > 0.0).then_some(point)
     });
-    plots.extend(row(time_axis(), &|cell, method, at| {
-        time_of(study, cell, method, at)
-    }));
+    plots.extend(row(time_axis(), &|cell, method, at| time_of(study, cell, method, at)));
     let what = "Above the median errors of each method at its last pass, with 95 % intervals; below its median times on \
                 one thread, with quartiles. Times depend on the machine that ran the study.";
     let (subject, over) = (subject(measure), over(&layout));

@@ -92,10 +92,7 @@ fn introduction(section: &mut Section, studies: &[Study]) {
         ("experiments", studies.len().to_string()),
         ("trials", grouped(trials)),
     ];
-    let mut revisions: Vec<&str> = studies
-        .iter()
-        .filter_map(|study| study.revision.as_deref())
-        .collect();
+    let mut revisions: Vec<&str> = studies.iter().filter_map(|study| study.revision.as_deref()).collect();
     revisions.sort_unstable();
     revisions.dedup();
     if !revisions.is_empty() {
@@ -109,12 +106,7 @@ fn introduction(section: &mut Section, studies: &[Study]) {
 }
 
 /// The section of one study.
-fn experiment(
-    section: &mut Section,
-    study: &Study,
-    files: &mut Files,
-    on_step: &mut dyn FnMut(&str),
-) {
+fn experiment(section: &mut Section, study: &Study, files: &mut Files, on_step: &mut dyn FnMut(&str)) {
     let summary = &study.summary;
     if let Some(line) = study.partial_line() {
         section.paragraph(&line);
@@ -161,12 +153,7 @@ fn experiment(
 
 /// The answer in sentences, with the medians of the first measure and the lost trials in tables as papers have them:
 /// a row for each cell, a column for each method. The tables of the other first measures are files only.
-fn answer(
-    section: &mut Section,
-    study: &Study,
-    files: &mut Files,
-    links: &mut Vec<(String, String)>,
-) {
+fn answer(section: &mut Section, study: &Study, files: &mut Files, links: &mut Vec<(String, String)>) {
     section.heading("The answer");
     for text in answer::in_numbers(study) {
         section.paragraph(&text);
@@ -205,12 +192,7 @@ fn answer(
 /// A longer table is hidden until a click.
 const ROWS: usize = 24;
 
-fn numbers(
-    section: &mut Section,
-    study: &Study,
-    files: &mut Files,
-    links: &mut Vec<(String, String)>,
-) {
+fn numbers(section: &mut Section, study: &Study, files: &mut Files, links: &mut Vec<(String, String)>) {
     let mut file = |name: &str, title: &str, table: &mut LongTable| {
         let stem = format!("{}-{name}", study.name);
         let title = format!("{}: {title}", study.title());
@@ -220,16 +202,8 @@ fn numbers(
     };
     file("results", "Results", &mut tables::everything(study));
     let shown = [
-        (
-            "overview",
-            "Medians, RMSE, failures",
-            Some(tables::overview(study)),
-        ),
-        (
-            "coverage",
-            "Coverage of the 95 % intervals",
-            tables::coverage(study),
-        ),
+        ("overview", "Medians, RMSE, failures", Some(tables::overview(study))),
+        ("coverage", "Coverage of the 95 % intervals", tables::coverage(study)),
         ("slopes", "Slopes", tables::slopes(study)),
         ("bounds", "Bounds", tables::bounds(study)),
         (
@@ -239,11 +213,7 @@ fn numbers(
         ),
         ("times", "Times", tables::times(study)),
         ("failures", "Failures by kind", tables::failures(study)),
-        (
-            "failed-trials",
-            "Failed trials",
-            tables::failed_trials(study),
-        ),
+        ("failed-trials", "Failed trials", tables::failed_trials(study)),
     ];
     for (name, title, table) in shown {
         let Some(mut table) = table else {

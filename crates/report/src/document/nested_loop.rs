@@ -48,11 +48,7 @@ pub(super) fn nested_loop(
     }
     let outputs = outputs.unwrap_or_else(|| lead_outputs(study));
     let mut order: Vec<&CellSummary> = cells.iter().filter(|cell| !study.is_quiet(cell)).collect();
-    order.sort_by_key(|cell| {
-        keys.iter()
-            .map(|key| study.place(cell, *key))
-            .collect::<Vec<_>>()
-    });
+    order.sort_by_key(|cell| keys.iter().map(|key| study.place(cell, *key)).collect::<Vec<_>>());
     let at: HashMap<usize, f64> = (1..)
         .map(f64::from)
         .zip(&order)
@@ -91,9 +87,7 @@ pub(super) fn nested_loop(
             let shown = statistics.filter(|_| is_shown(study, cell, label));
             let median = shown.map_or(f64::NAN, |statistics| statistics.q50.value);
             // A step begins just after the one before ends.
-            [at - 0.499_999, at + 0.5]
-                .map(|x| Point::new(x, median))
-                .to_vec()
+            [at - 0.499_999, at + 0.5].map(|x| Point::new(x, median)).to_vec()
         },
         form: Form {
             width,
@@ -113,13 +107,7 @@ pub(super) fn nested_loop(
 
 /// A row for each setting: a line whose height is the place of the cell's value among the values. The values of a row
 /// stand on their steps if they fit there, otherwise beside its name.
-fn settings(
-    study: &Study,
-    keys: &[Key],
-    order: &[&CellSummary],
-    x: PlotAxis,
-    width: Option<f64>,
-) -> Plot {
+fn settings(study: &Study, keys: &[Key], order: &[&CellSummary], x: PlotAxis, width: Option<f64>) -> Plot {
     let values_of = |key: Key| -> Vec<String> {
         let values = study.values(key).iter();
         values.map(|of| value_name(key, of)).collect()

@@ -41,9 +41,7 @@ pub(crate) fn links(files: &Files, study: &str) -> Vec<(String, String)> {
 /// The label of a link to a file of a study: its name without folder and study.
 pub(super) fn label(path: &str, study: &str) -> String {
     let name = path.strip_prefix("tables/").unwrap_or(path);
-    let own = name
-        .strip_prefix(study)
-        .and_then(|name| name.strip_prefix('-'));
+    let own = name.strip_prefix(study).and_then(|name| name.strip_prefix('-'));
     own.unwrap_or(name).to_owned()
 }
 
@@ -65,10 +63,7 @@ mod tests {
 
     #[test]
     fn links_are_called_without_the_study() {
-        assert_eq!(
-            label("tables/my-study-overview.tex", "my-study"),
-            "overview.tex"
-        );
+        assert_eq!(label("tables/my-study-overview.tex", "my-study"), "overview.tex");
         assert_eq!(label("tables/verdicts.tex", ""), "verdicts.tex");
         assert_eq!(label("tables/another.tex", "my"), "another.tex");
     }

@@ -34,9 +34,9 @@ fn iterated(study: &Study) -> Vec<String> {
 /// The passes of an estimator in a cell, beginning with iteration 0. If that has a name of its own, it is the output
 /// before.
 fn passes_of<'a>(cell: &'a CellSummary, name: &str) -> &'a [OutputSummary] {
-    let mut runs = cell.outputs.chunk_by(|output, next| {
-        output.estimator == next.estimator || output.pass == 0 && next.pass > 0
-    });
+    let mut runs = cell
+        .outputs
+        .chunk_by(|output, next| output.estimator == next.estimator || output.pass == 0 && next.pass > 0);
     let run = runs.find(|run| run.iter().any(|output| output.estimator == name));
     run.unwrap_or_default()
 }
@@ -53,8 +53,7 @@ pub(super) fn passes(study: &Study) -> Option<Drawn> {
     let estimators = iterated(study);
     let point = |output: &OutputSummary| {
         let statistics = output.measures.get(&measure)?;
-        let [low, middle, high] =
-            [statistics.q05, statistics.q50, statistics.q95].map(|quantile| quantile.value);
+        let [low, middle, high] = [statistics.q05, statistics.q50, statistics.q95].map(|quantile| quantile.value);
         let point = Point::interval(output.pass as f64, middle, low, high);
         middle.is_finite().then_some(point)
     };
@@ -83,11 +82,7 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
         let (trials, (count, _)) = (output.outcomes.trials, output.outcomes.lost_trials());
         let point = share_point(at, Share::new(count, trials));
         // One trial, as of a cell without random numbers, is no sample.
-        if trials == 1 {
-            Point::new(at, point.y)
-        } else {
-            point
-        }
+        if trials == 1 { Point::new(at, point.y) } else { point }
     };
     let all = || study.summary.cells.iter().flat_map(|cell| &cell.outputs);
     let twice = if all().all(|output| output.outcomes.lost_trials().1) {
@@ -124,13 +119,8 @@ pub(super) fn lost(study: &Study) -> Option<Drawn> {
                 output.map(|output| lost(at, output)).into_iter().collect()
             }
         },
-        finish: &|plots| {
-            points(plots).any(|point| point.y >= LEAST)
-        },
-        ..Figure::new(
-            &layout,
-            PlotAxis::linear("lost (failed or unstable), % of trials"),
-        )
+        finish: &|plots| points(plots).any(|point| point.y >= LEAST),
+        ..Figure::new(&layout, PlotAxis::linear("lost (failed or unstable), % of trials"))
     }
     .draw(study)
 }

@@ -61,10 +61,7 @@ pub(super) fn curves(study: &Study) -> Option<Drawn> {
             plot.references.dedup();
             plot
         },
-        ..Figure::new(
-            &Layout::new(study, None, used),
-            PlotAxis::log("e_x(k), relative"),
-        )
+        ..Figure::new(&Layout::new(study, None, used), PlotAxis::log("e_x(k), relative"))
     }
     .draw(study)
 }

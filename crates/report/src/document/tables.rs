@@ -6,9 +6,7 @@ use super::lead::{lead_figures, lead_outputs, shown_at_the_end};
 use crate::html::CellText;
 use crate::results::{Study, axis_label, place};
 use crate::verdict_table::per_cent;
-use asobench_identification::metric::{
-    Estimate, Quantile, Share, SlopeOf, Statistic, Statistics, verdict,
-};
+use asobench_identification::metric::{Estimate, Quantile, Share, SlopeOf, Statistic, Statistics, verdict};
 use asobench_identification::number::{self, uncertain};
 use asobench_study::study::file::{Key, Scalar};
 use asobench_study::study::{CellSummary, OutputSummary, SlopeSummary};
@@ -75,19 +73,14 @@ pub(super) fn overview(study: &Study) -> LongTable {
         }
     }
     let rows = study.summary.cells.iter().flat_map(|cell| {
-        let outputs = labels
-            .iter()
-            .filter_map(|(_, label)| study.output(cell, label));
+        let outputs = labels.iter().filter_map(|(_, label)| study.output(cell, label));
         outputs.map(move |output| (cell, output))
     });
     let mut columns = Columns::new(rows).settings(study, &keys, |of| of.0);
     columns = columns.text("output", |of| of.1.label());
     for measure in &measures {
         let of = |output: &OutputSummary, cell: fn(&Statistics) -> CellText| {
-            output
-                .measures
-                .get(measure)
-                .map_or_else(CellText::default, cell)
+            output.measures.get(measure).map_or_else(CellText::default, cell)
         };
         let (name, unit) = (measure.label(), measure.entry().unit);
         columns = columns
@@ -95,9 +88,7 @@ pub(super) fn overview(study: &Study) -> LongTable {
                 of(item.1, |statistics| quantile(statistics.q50))
             })
             .number(format!("RMSE {name}"), unit, move |item| {
-                of(item.1, |statistics| {
-                    moment(statistics.rmse, statistics.dominated)
-                })
+                of(item.1, |statistics| moment(statistics.rmse, statistics.dominated))
             });
     }
     let first = measures.first().map_or("", |measure| measure.label());
@@ -166,7 +157,8 @@ pub(super) fn coverage(study: &Study) -> Option<LongTable> {
         let coverage = output.coverage.iter();
         coverage.map(move |(name, coverage)| (cell, output, name, coverage))
     });
-    Columns::new(rows).settings(study, &keys, |of| of.0)
+    Columns::new(rows)
+        .settings(study, &keys, |of| of.0)
         .text("output", |of| of.1.label())
         .text("coefficient", |of| of.2)
         .number("covered", "%", |of| percent(of.3.covered))
@@ -201,7 +193,8 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         });
         pairs.map(move |(pair, measure, paired)| (cell, pair, measure, paired))
     });
-    Columns::new(rows).settings(study, &keys, |of| of.0)
+    Columns::new(rows)
+        .settings(study, &keys, |of| of.0)
         .text("first", |of| &of.1.first)
         .text("second", |of| &of.1.second)
         .text("measure", |of| of.2.label())
@@ -236,10 +229,7 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
         }
     };
     let is_dominated = |slope: &SlopeSummary| {
-        let mut cells = slope
-            .cells
-            .iter()
-            .filter_map(|cell| study.summary.cells.get(*cell));
+        let mut cells = slope.cells.iter().filter_map(|cell| study.summary.cells.get(*cell));
         slope.table.statistic == SlopeOf::Rmse
             && cells.any(|cell| {
                 let statistics = study.statistics(cell, &slope.output, slope.table.measure);
@@ -253,7 +243,8 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
         let shown = x.is_finite().then(|| format!("{x:.3}"));
         CellText::number(shown.unwrap_or_default(), x)
     };
-    Columns::new(slopes.iter()).keys(study, &keys, setting)
+    Columns::new(slopes.iter())
+        .keys(study, &keys, setting)
         .text("measure", |slope| slope.table.measure.label())
         .text("statistic", |slope| slope.table.statistic.to_string())
         .text("over", |slope| axis_label(slope.table.over))
@@ -282,7 +273,8 @@ pub(super) fn bounds(study: &Study) -> Option<LongTable> {
         let shares = bounds.flat_map(|of| of.outputs.iter().map(move |share| (&of.bound, share)));
         shares.map(move |(bound, share)| (cell, bound, share))
     });
-    Columns::new(rows).settings(study, &keys, |of| of.0)
+    Columns::new(rows)
+        .settings(study, &keys, |of| of.0)
         .text("bound", |of| format!("{} {}", of.1.measure.label(), of.1.text()))
         .text("output", |of| &of.2.output)
         .number("met in", "%", |of| percent(of.2.met))
@@ -313,9 +305,7 @@ pub(super) fn failures(study: &Study) -> Option<LongTable> {
         let cells = study.summary.cells.iter();
         let outputs = cells.filter_map(|cell| Some((cell, study.output(cell, label)?)));
         let outputs: Vec<(&CellSummary, &OutputSummary)> = outputs.collect();
-        let all = outputs
-            .iter()
-            .flat_map(|(_, output)| output.outcomes.failures.keys());
+        let all = outputs.iter().flat_map(|(_, output)| output.outcomes.failures.keys());
         let mut kinds: Vec<&String> = all.collect();
         kinds.sort();
         kinds.dedup();
@@ -367,7 +357,8 @@ pub(super) fn failed_trials(study: &Study) -> Option<LongTable> {
             (cell, output, kind, trials, failed)
         })
     });
-    Columns::new(rows).settings(study, &keys, |of| of.0)
+    Columns::new(rows)
+        .settings(study, &keys, |of| of.0)
         .text("output", |of| of.1.label())
         .text("failure", |of| failure(of.2))
         .number("trials", "", |of| count(of.4))

@@ -6,9 +6,7 @@ use asobench_identification::estimator::Output;
 use asobench_identification::metric::{Sample, Share};
 use asobench_study::study::file::ExperimentFile;
 use asobench_study::study::file::StudyKind;
-use asobench_study::study::{
-    CellSummary, CellTally, ComparisonSummary, Experiment, Outcomes, OutputSummary, Summary,
-};
+use asobench_study::study::{CellSummary, CellTally, ComparisonSummary, Experiment, Outcomes, OutputSummary, Summary};
 use std::collections::HashMap;
 use std::path::PathBuf;
 
@@ -30,10 +28,7 @@ pub(crate) fn study(toml: &str) -> Study {
             },
             failed: Share::new(0, 3),
             unstable: Share::new(0, 3),
-            measures: measures
-                .iter()
-                .map(|measure| (*measure, statistics))
-                .collect(),
+            measures: measures.iter().map(|measure| (*measure, statistics)).collect(),
             parameters: Vec::new(),
             above_truth: Vec::new(),
             sketches: Default::default(),
@@ -151,11 +146,7 @@ fn a_band_that_is_open_at_the_top_says_why() {
     let mut study = study("measures = [\"e_a\"]\n[settings]\nwindow = [98, 218, 998]\n");
     let measure = asobench_study::study::Measure::Ea;
     let closed = figures::medians(&study, measure).expect("a figure");
-    assert!(
-        !closed.caption.contains("runs off the top"),
-        "{}",
-        closed.caption
-    );
+    assert!(!closed.caption.contains("runs off the top"), "{}", closed.caption);
     for output in &mut study.summary.cells[1].outputs {
         let statistics = output.measures.get_mut(&measure).expect("the measure");
         (statistics.q95.value, statistics.q95.lost) = (f64::NAN, true);

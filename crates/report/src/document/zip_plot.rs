@@ -66,12 +66,7 @@ pub(super) fn zip_plot(study: &Study, wanted: &Zipped<'_>) -> Result<Drawn, Stri
         place => format!(" at {place}"),
     };
     let title = wanted.title.map_or_else(
-        || {
-            format!(
-                "{}: 95 % intervals of {coefficient}{at}, trial by trial",
-                study.title()
-            )
-        },
+        || format!("{}: 95 % intervals of {coefficient}{at}, trial by trial", study.title()),
         str::to_owned,
     );
     let what = format!(
@@ -92,24 +87,16 @@ pub(super) fn zip_plot(study: &Study, wanted: &Zipped<'_>) -> Result<Drawn, Stri
 }
 
 /// The cell and the coefficient to show.
-fn worst<'a>(
-    study: &'a Study,
-    wanted: &Zipped<'a>,
-    outputs: &[(usize, String)],
-) -> Option<(&'a CellSummary, &'a str)> {
+fn worst<'a>(study: &'a Study, wanted: &Zipped<'a>, outputs: &[(usize, String)]) -> Option<(&'a CellSummary, &'a str)> {
     let cells = study.summary.cells.iter();
     let cells = cells.filter(|cell| wanted.cell.is_none_or(|of| of.cell == cell.cell));
     let all = cells.flat_map(|cell| {
-        let known = outputs
-            .iter()
-            .filter_map(|(_, label)| study.output(cell, label));
+        let known = outputs.iter().filter_map(|(_, label)| study.output(cell, label));
         known.flat_map(move |output| output.coverage.iter().map(move |of| (cell, of)))
     });
     let named = all.filter(|(_, (name, _))| wanted.coefficient.is_none_or(|of| of == name));
     let distance = |coverage: f64| (coverage - NOMINAL).abs();
-    let worst = named.max_by(|(_, a), (_, b)| {
-        distance(a.1.covered.share).total_cmp(&distance(b.1.covered.share))
-    });
+    let worst = named.max_by(|(_, a), (_, b)| distance(a.1.covered.share).total_cmp(&distance(b.1.covered.share)));
     worst.map(|(cell, (name, _))| (cell, name.as_str()))
 }
 
@@ -179,30 +166,20 @@ mod tests {
     /// Of 1,000 errors with a standard error of 1, evenly from -4 to 4, those beyond 1.96 miss: 51 %.
     #[test]
     fn intervals_are_sorted_and_those_that_miss_are_at_the_top() {
-        let pairs: Vec<[f64; 2]> = (0..1000)
-            .map(|i| [(f64::from(i) - 499.5) / 125.0, 1.0])
-            .collect();
+        let pairs: Vec<[f64; 2]> = (0..1000).map(|i| [(f64::from(i) - 499.5) / 125.0, 1.0]).collect();
         let plot = panel("arx", "a_1", &pairs);
         assert_eq!(plot.title, "arx: 49.0 %");
         let [held, missed] = [&plot.series[0].points, &plot.series[1].points];
         assert_eq!(held.len() + missed.len(), INTERVALS);
-        assert!(
-            held.iter()
-                .all(|point| point.low <= 0.0 && 0.0 <= point.high)
-        );
-        assert!(
-            missed
-                .iter()
-                .all(|point| point.low > 0.0 || point.high < 0.0)
-        );
+        assert!(held.iter().all(|point| point.low <= 0.0 && 0.0 <= point.high));
+        assert!(missed.iter().all(|point| point.low > 0.0 || point.high < 0.0));
         let top = held.iter().map(|point| point.y).fold(0.0, f64::max);
         assert!(missed.iter().all(|point| point.y > top) && (48.0..50.0).contains(&top));
         assert!(missed.windows(2).all(|pair| pair[0].y < pair[1].y));
         // Wilson's interval of 490 in 1,000, from statsmodels (proportion_confint).
         let [low, high] = plot.shaded.unwrap();
         assert!(
-            (low - 45.911_403_097_425_707).abs() < 1e-9
-                && (high - 52.096_250_419_545_4).abs() < 1e-9,
+            (low - 45.911_403_097_425_707).abs() < 1e-9 && (high - 52.096_250_419_545_4).abs() < 1e-9,
             "{low} {high}"
         );
     }
@@ -210,9 +187,6 @@ mod tests {
     #[test]
     fn one_trial_has_a_line() {
         let plot = panel("arx", "a_1", &[[0.1, 0.2]]);
-        assert_eq!(
-            (plot.series[0].points.len(), plot.series[1].points.len()),
-            (1, 0)
-        );
+        assert_eq!((plot.series[0].points.len(), plot.series[1].points.len()), (1, 0));
     }
 }

@@ -14,9 +14,7 @@ impl CellText {
     }
 
     fn html(&self, numeric: bool) -> String {
-        let shown = self
-            .verdict
-            .map_or_else(|| escape(&self.text), Verdict::badge);
+        let shown = self.verdict.map_or_else(|| escape(&self.text), Verdict::badge);
         let content = match &self.link {
             Some(target) => format!("<a href=\"{}\">{shown}</a>", address(target)),
             None => shown,
@@ -44,13 +42,8 @@ impl Table {
         // A short table is printed on one page; a long one may break between rows.
         let long = if self.rows.len() > 30 { " long" } else { "" };
         // Short names in the first column stay in view where the table scrolls.
-        let is_short =
-            |row: &Vec<CellText>| row.first().is_none_or(|of| of.text.chars().count() <= NAME);
-        let named = if self.rows.iter().all(is_short) {
-            " named"
-        } else {
-            ""
-        };
+        let is_short = |row: &Vec<CellText>| row.first().is_none_or(|of| of.text.chars().count() <= NAME);
+        let named = if self.rows.iter().all(is_short) { " named" } else { "" };
         let caption = escape(&self.caption);
         let heads: String = self.columns.iter().map(head).collect();
         let mut html = format!(
@@ -73,11 +66,7 @@ impl Table {
 
 /// The head of a column: a button that sorts by it.
 fn head(column: &Column) -> String {
-    let class = if column.numeric {
-        " class=\"number\""
-    } else {
-        ""
-    };
+    let class = if column.numeric { " class=\"number\"" } else { "" };
     let unit = if column.unit.is_empty() {
         String::new()
     } else {

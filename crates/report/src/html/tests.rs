@@ -53,9 +53,7 @@ fn ids_are_unique_and_every_link_inside_the_page_has_a_target() {
     let html = page().html();
     let parts = |mark: &str| -> Vec<String> {
         let parts = html.split(mark).skip(1);
-        parts
-            .map(|part| part.split('"').next().unwrap().to_owned())
-            .collect()
+        parts.map(|part| part.split('"').next().unwrap().to_owned()).collect()
     };
     let ids = parts(" id=\"");
     assert_eq!(ids, ["contents", "c1", "c-2", "c-2-2", "-2"]);
@@ -114,9 +112,7 @@ fn sha256(text: &[u8]) -> [u8; 32] {
     padded.extend((8 * text.len() as u64).to_be_bytes());
     for chunk in padded.chunks(64) {
         let words = chunk.chunks(4);
-        let mut w: Vec<u32> = words
-            .map(|word| u32::from_be_bytes(word.try_into().unwrap()))
-            .collect();
+        let mut w: Vec<u32> = words.map(|word| u32::from_be_bytes(word.try_into().unwrap())).collect();
         for i in 16..64 {
             let (x, y) = (w[i - 15], w[i - 2]);
             let s0 = x.rotate_right(7) ^ x.rotate_right(18) ^ (x >> 3);
@@ -137,9 +133,7 @@ fn sha256(text: &[u8]) -> [u8; 32] {
             v[0] = first.wrapping_add(s0).wrapping_add(majority);
             v[4] = v[4].wrapping_add(first);
         }
-        h.iter_mut()
-            .zip(v)
-            .for_each(|(h, v)| *h = h.wrapping_add(v));
+        h.iter_mut().zip(v).for_each(|(h, v)| *h = h.wrapping_add(v));
     }
     let bytes: Vec<u8> = h.iter().flat_map(|h| h.to_be_bytes()).collect();
     bytes.try_into().unwrap()
@@ -163,24 +157,13 @@ fn base64(bytes: &[u8]) -> String {
 #[test]
 fn only_the_own_script_is_allowed() {
     // The example of FIPS 180-4 (NIST's SHA256.pdf), `printf abc | openssl dgst -sha256 -binary | base64`.
-    assert_eq!(
-        base64(&sha256(b"abc")),
-        "ungWv48Bz+pBQUDeXa4iI7ADYaOWF3qctBD/YfIAFa0="
-    );
+    assert_eq!(base64(&sha256(b"abc")), "ungWv48Bz+pBQUDeXa4iI7ADYaOWF3qctBD/YfIAFa0=");
     let html = page().html();
     let (_, script) = html.split_once("<script>").unwrap();
     let (script, rest) = script.split_once("</script>").unwrap();
     assert!(!rest.contains("<script"));
-    let policy = format!(
-        "script-src 'sha256-{}';",
-        base64(&sha256(script.as_bytes()))
-    );
+    let policy = format!("script-src 'sha256-{}';", base64(&sha256(script.as_bytes())));
     assert!(html.contains(&policy), "{policy}");
     assert!(!html.contains("script-src 'unsafe-inline'"));
-    assert!(
-        !elements(body(&html))
-            .unwrap()
-            .iter()
-            .any(|name| name == "script")
-    );
+    assert!(!elements(body(&html)).unwrap().iter().any(|name| name == "script"));
 }

@@ -26,9 +26,7 @@ impl Badge for Verdict {
 
     fn badge(self) -> String {
         let (class, sign, name) = (class(self), self.sign(), self.name());
-        format!(
-            "<span class=\"badge {class}\"><span aria-hidden=\"true\">{sign}</span> {name}</span>"
-        )
+        format!("<span class=\"badge {class}\"><span aria-hidden=\"true\">{sign}</span> {name}</span>")
     }
 
     fn mark(self) -> String {

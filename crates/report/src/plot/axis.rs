@@ -6,9 +6,7 @@ use super::backend::TICK;
 use super::metrics::{widest, width, wrap};
 use super::{PlotAxis, Scale, extent};
 use plotters::coord::combinators::{IntoLogRange, LogCoord};
-use plotters::coord::ranged1d::{
-    KeyPointHint, KeyPointWeight, NoDefaultFormatting, Ranged, ValueFormatter,
-};
+use plotters::coord::ranged1d::{KeyPointHint, KeyPointWeight, NoDefaultFormatting, Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 use std::ops::Range;
 
@@ -101,9 +99,7 @@ impl Span {
     fn name(&mut self, names: &[String], room: f64) {
         const SLOPE: f64 = 0.71;
         let words = names.iter().flat_map(|name| name.split_whitespace());
-        let labels = names
-            .iter()
-            .map(|name| wrap(name, TICK, room - 8.0).join("\n"));
+        let labels = names.iter().map(|name| wrap(name, TICK, room - 8.0).join("\n"));
         self.ticks = (0..).map(f64::from).zip(labels).collect();
         let most = self.most_lines();
         self.room = LINE * most as f64 + 6.0;
@@ -139,11 +135,7 @@ impl Span {
 
     /// The value at a coordinate.
     pub(super) fn value(&self, coordinate: f64) -> f64 {
-        if self.log {
-            10_f64.powf(coordinate)
-        } else {
-            coordinate
-        }
+        if self.log { 10_f64.powf(coordinate) } else { coordinate }
     }
 
     /// The length in units of the coordinate.
@@ -173,11 +165,7 @@ impl Ranged for Span {
     fn map(&self, value: &f64, (first, last): (i32, i32)) -> i32 {
         let far = 30.0 * self.length();
         let value = value.clamp(self.value(self.ends.0 - far), self.value(self.ends.1 + far));
-        let limits = if self.downwards {
-            (last, first)
-        } else {
-            (first, last)
-        };
+        let limits = if self.downwards { (last, first) } else { (first, last) };
         if self.log {
             LogCoord::from(self.range().log_scale()).map(&value, limits)
         } else {
@@ -327,9 +315,7 @@ mod tests {
             ((2.1, 2.9), 200.0, "2.2 2.4 2.6 2.8"),
         ];
         let linear = linear.map(|case| (PlotAxis::linear(""), case));
-        let all = linear
-            .into_iter()
-            .chain(log.map(|case| (PlotAxis::log(""), case)));
+        let all = linear.into_iter().chain(log.map(|case| (PlotAxis::log(""), case)));
         for (axis, (range, length, expected)) in all {
             let span = Span::x(&axis, range, length);
             let ticks = span.key_points(plotters::coord::ranged1d::BoldPoints(11));

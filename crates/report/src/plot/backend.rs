@@ -103,22 +103,12 @@ impl DrawingBackend for Marks {
         self.draw_path([a, b], style)
     }
 
-    fn draw_path<S: BackendStyle, I: IntoIterator<Item = Pixel>>(
-        &mut self,
-        path: I,
-        style: &S,
-    ) -> Result<(), Refused> {
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = Pixel>>(&mut self, path: I, style: &S) -> Result<(), Refused> {
         self.stroke(path, style);
         Ok(())
     }
 
-    fn draw_rect<S: BackendStyle>(
-        &mut self,
-        a: Pixel,
-        b: Pixel,
-        style: &S,
-        fill: bool,
-    ) -> Result<(), Refused> {
+    fn draw_rect<S: BackendStyle>(&mut self, a: Pixel, b: Pixel, style: &S, fill: bool) -> Result<(), Refused> {
         let place = Form::Rectangle([a.0, a.1, b.0 - a.0, b.1 - a.1]);
         self.shape(place, fill, style);
         Ok(())
@@ -152,12 +142,7 @@ impl DrawingBackend for Marks {
 
     /// Draws a text of one or more lines. The place is the cap height of the first line, the middle, or the base of the
     /// last line.
-    fn draw_text<S: BackendTextStyle>(
-        &mut self,
-        text: &str,
-        style: &S,
-        (x, y): Pixel,
-    ) -> Result<(), Refused> {
+    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, (x, y): Pixel) -> Result<(), Refused> {
         let size = style.size() / 10.0;
         let line = metrics::LINE * size;
         let below = line * text.matches('\n').count() as f64;
@@ -248,12 +233,7 @@ impl Canvas {
     }
 
     /// The finished picture. Without a description, the title is one.
-    pub(super) fn document(
-        self,
-        width: f64,
-        height: f64,
-        [title, description]: [&str; 2],
-    ) -> Drawing {
+    pub(super) fn document(self, width: f64, height: f64, [title, description]: [&str; 2]) -> Drawing {
         let description = [description, title][usize::from(description.is_empty())];
         Drawing {
             size: [width.ceil(), height.ceil()],

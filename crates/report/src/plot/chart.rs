@@ -80,13 +80,7 @@ impl<'a> Chart<'a> {
         self.shade()?;
         let (offsets, half) = self.berths();
         let last = self.plot.series.len().saturating_sub(1).max(1);
-        for (i, (series, offset)) in self
-            .plot
-            .series
-            .iter()
-            .zip(offsets.iter().copied())
-            .enumerate()
-        {
+        for (i, (series, offset)) in self.plot.series.iter().zip(offsets.iter().copied()).enumerate() {
             let look = legend.look(&series.label);
             let pen = Pen {
                 chart: self,
@@ -124,9 +118,7 @@ impl<'a> Chart<'a> {
             let points = series.points.iter();
             points.filter_map(move |point| middle(point, *offset))
         });
-        let mut taken: Vec<[f64; 4]> = places
-            .map(|(x, y)| [x - 6.0, y - 6.0, x + 6.0, y + 6.0])
-            .collect();
+        let mut taken: Vec<[f64; 4]> = places.map(|(x, y)| [x - 6.0, y - 6.0, x + 6.0, y + 6.0]).collect();
         let [left, top, right, bottom] = self.area;
         for (series, offset) in all() {
             for (point, note) in series.points.iter().zip(&series.notes) {
@@ -242,9 +234,7 @@ impl<'a> Chart<'a> {
         let mut notes = Vec::new();
         if shown < points.len() {
             let hidden = count(points.len() - shown);
-            notes.push(format!(
-                "Not shown: {hidden} not above 0 on a logarithmic axis."
-            ));
+            notes.push(format!("Not shown: {hidden} not above 0 on a logarithmic axis."));
         }
         if outside > 0 {
             notes.push(format!("Outside the axes: {}.", count(outside)));
@@ -336,10 +326,7 @@ impl Pen<'_> {
 
     fn band(&self, points: &[Point]) -> Drawn {
         let canvas = self.chart.canvas;
-        let ends = |point: &Point| {
-            self.along(point, point.low)
-                .zip(self.along(point, point.high))
-        };
+        let ends = |point: &Point| self.along(point, point.low).zip(self.along(point, point.high));
         for part in parts(points, ends) {
             let (low, high): (Vec<Place>, Vec<Place>) = part.into_iter().unzip();
             let mut outline = envelope(&high, i32::min);
@@ -383,9 +370,7 @@ impl Pen<'_> {
         }
         // A bar hidden by its marker is not drawn.
         let hidden = |point: &&Point| {
-            let ends = self
-                .along(point, point.low)
-                .zip(self.along(point, point.high));
+            let ends = self.along(point, point.low).zip(self.along(point, point.high));
             ends.is_some_and(|(a, b)| (a.0 - b.0).abs() + (a.1 - b.1).abs() < 30)
         };
         let mut seen = points.iter().filter(|point| !hidden(point));
@@ -424,9 +409,7 @@ impl Pen<'_> {
 
     fn markers(&self, points: &[Point]) -> Drawn {
         let (x, y) = (&self.chart.x, &self.chart.y);
-        let mut inside = points
-            .iter()
-            .filter(|point| x.holds(point.x) && y.holds(point.y));
+        let mut inside = points.iter().filter(|point| x.holds(point.x) && y.holds(point.y));
         inside.try_for_each(|point| {
             let place = self.place(point.x, point.y);
             place.map_or(Ok(()), |place| self.look.marker(self.chart.canvas, place))

@@ -42,15 +42,8 @@ type Place = [f64; 2];
 
 impl<'a> Ends<'a> {
     /// The names that can stand at ends, in the panels at which rows end.
-    pub(super) fn new(
-        plots: &'a [Plot],
-        last: &[(&'a Plot, &[Span; 2])],
-        whole: f64,
-    ) -> Option<Self> {
-        let ended = |name: &&str| {
-            last.iter()
-                .any(|(plot, spans)| end(plot, spans, name).is_some())
-        };
+    pub(super) fn new(plots: &'a [Plot], last: &[(&'a Plot, &[Span; 2])], whole: f64) -> Option<Self> {
+        let ended = |name: &&str| last.iter().any(|(plot, spans)| end(plot, spans, name).is_some());
         let all = lines(plots);
         let names: Vec<&str> = all.iter().copied().filter(ended).collect();
         let limit = WIDEST * whole - LEAD;
@@ -99,11 +92,7 @@ impl<'a> Ends<'a> {
         for (of, middle) in named.iter_mut().zip(middles) {
             of.middle = middle;
         }
-        let share = if named.len() < MANY {
-            FARTHEST
-        } else {
-            FARTHEST_OF_MANY
-        };
+        let share = if named.len() < MANY { FARTHEST } else { FARTHEST_OF_MANY };
         let far = share * (bottom - top);
         let near = named.iter().all(|of| (of.middle - of.from.1).abs() <= far);
         near.then_some(named)
@@ -126,11 +115,7 @@ impl<'a> Ends<'a> {
         for of in self.places(plot, spans, area).unwrap_or_default() {
             let (x, y) = of.from;
             // Not over the marker at the end.
-            let start = if x < right - 2.0 {
-                x + 7.0
-            } else {
-                right + 2.0
-            };
+            let start = if x < right - 2.0 { x + 7.0 } else { right + 2.0 };
             let course = [
                 (start, y),
                 (right + 2.0, y),
@@ -181,9 +166,7 @@ fn lines(plots: &[Plot]) -> Vec<&str> {
         let series = series.filter(|series| is_line(plot, series) && !series.points.is_empty());
         let references = plot.references.iter();
         let references = references.filter(|of| !matches!(of.course, Course::Vertical(_)));
-        let all = series
-            .map(|of| &of.label)
-            .chain(references.map(|of| &of.label));
+        let all = series.map(|of| &of.label).chain(references.map(|of| &of.label));
         for name in all.filter(|name| !name.is_empty()) {
             if !names.contains(&name.as_str()) {
                 names.push(name);
@@ -196,16 +179,14 @@ fn lines(plots: &[Plot]) -> Vec<&str> {
 /// The end of the line of a name in a panel, if it is seen far enough to the right.
 fn end(plot: &Plot, [x, y]: &[Span; 2], name: &str) -> Option<Place> {
     let seen = |[across, up]: Place| {
-        ((REACH..=1.0 + 1e-9).contains(&across) && (0.0..=1.0).contains(&up))
-            .then_some([across, up])
+        ((REACH..=1.0 + 1e-9).contains(&across) && (0.0..=1.0).contains(&up)).then_some([across, up])
     };
     let mut series = plot
         .series
         .iter()
         .filter(|series| series.label == name && is_line(plot, series));
     if let Some(series) = series.next() {
-        let defined =
-            |point: &&super::Point| x.coordinate(point.x).and(y.coordinate(point.y)).is_some();
+        let defined = |point: &&super::Point| x.coordinate(point.x).and(y.coordinate(point.y)).is_some();
         let last = series.points.iter().rfind(defined)?;
         return seen([x.share(last.x), y.share(last.y)]);
     }
@@ -246,10 +227,7 @@ fn spread(wanted: &[[f64; 2]], [top, bottom]: [f64; 2]) -> Option<Vec<f64>> {
         let mut block = (middle - offset, 1);
         while let Some((mean, count)) = blocks.pop_if(|(mean, _)| *mean > block.0) {
             let all = (count + block.1) as f64;
-            block = (
-                (mean * count as f64 + block.0 * block.1 as f64) / all,
-                count + block.1,
-            );
+            block = ((mean * count as f64 + block.0 * block.1 as f64) / all, count + block.1);
         }
         blocks.push(block);
     }
@@ -257,12 +235,7 @@ fn spread(wanted: &[[f64; 2]], [top, bottom]: [f64; 2]) -> Option<Vec<f64>> {
         .into_iter()
         .flat_map(|(mean, count)| std::iter::repeat_n(mean, count));
     let bounded = places.map(|place| place.clamp(least, most));
-    Some(
-        bounded
-            .zip(offsets)
-            .map(|(place, offset)| place + offset)
-            .collect(),
-    )
+    Some(bounded.zip(offsets).map(|(place, offset)| place + offset).collect())
 }
 
 #[cfg(test)]
@@ -274,10 +247,7 @@ mod tests {
         let all = |middles: &[f64]| middles.iter().map(|at| [*at, 10.0]).collect::<Vec<_>>();
         let near = |middles: &[f64], expected: &[f64]| {
             let found = spread(&all(middles), [0.0, 100.0]).unwrap();
-            let close = found
-                .iter()
-                .zip(expected)
-                .all(|(a, b)| (a - b).abs() < 1e-12);
+            let close = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
             assert!(close && found.len() == expected.len(), "{found:?}");
         };
         near(&[], &[]);

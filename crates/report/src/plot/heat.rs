@@ -51,10 +51,7 @@ impl Heat {
         let title = wrap(&self.title, 1.1 * TITLE, WIDTH - 2.0 * EDGE);
         let mut top = 24.0 + canvas.text(&title, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;
         // Rows are as high as the tallest text, columns as wide as the widest.
-        let (count, rows) = (
-            self.columns.len().max(1) as f64,
-            self.rows.len().max(1) as f64,
-        );
+        let (count, rows) = (self.columns.len().max(1) as f64, self.rows.len().max(1) as f64);
         let names = |names: &[String]| PlotAxis::new("", Scale::Categories(names.to_vec()));
         let y = Span::y(&names(&self.rows), (-0.5, rows - 0.5), 0.0, WIDEST_NAME);
         let lines = self.cells().map(|cell| cell.text.lines().count());
@@ -69,15 +66,12 @@ impl Heat {
         let middle = (left + width / 2.0, top);
         top += 4.0 + x.room + canvas.text(&label, &plain(LABEL), HPos::Center, middle)?;
         let (right, bottom) = (left + width, top + height);
-        let mut chart =
-            ChartBuilder::on(&canvas.part([left - y.room, top - x.room, right, bottom]))
-                .top_x_label_area_size(px(x.room))
-                .y_label_area_size(px(y.room))
-                .build_cartesian_2d(x, y)?;
+        let mut chart = ChartBuilder::on(&canvas.part([left - y.room, top - x.room, right, bottom]))
+            .top_x_label_area_size(px(x.room))
+            .y_label_area_size(px(y.room))
+            .build_cartesian_2d(x, y)?;
         let mut mesh = chart.configure_mesh();
-        mesh.disable_mesh()
-            .axis_style(TRANSPARENT)
-            .set_all_tick_mark_size(40);
+        mesh.disable_mesh().axis_style(TRANSPARENT).set_all_tick_mark_size(40);
         mesh.label_style(plain(TICK)).draw()?;
         chart.draw_series(self.shades())?;
         let style = plain(TICK).pos(Pos::new(HPos::Center, VPos::Center));
@@ -107,20 +101,13 @@ impl Heat {
         let values = self.cells().map(|cell| cell.value);
         let (low, high) = extent(values.filter(|value| value.is_finite()));
         let span = high - low;
-        let known = self
-            .places()
-            .filter_map(|(place, cell)| Some((place, cell?.value)));
+        let known = self.places().filter_map(|(place, cell)| Some((place, cell?.value)));
         known
             .filter(|(_, value)| value.is_finite())
             .map(move |((x, y), value)| {
-                let share = if span > 0.0 {
-                    (value - low) / span
-                } else {
-                    0.0
-                };
+                let share = if span > 0.0 { (value - low) / span } else { 0.0 };
                 let ink = Look(0).ink().mix(FAINTEST + (STRONGEST - FAINTEST) * share);
-                let mut cell =
-                    Rectangle::new([(x - 0.5, y - 0.5), (x + 0.5, y + 0.5)], ink.filled());
+                let mut cell = Rectangle::new([(x - 0.5, y - 0.5), (x + 0.5, y + 0.5)], ink.filled());
                 cell.set_margin(10, 10, 10, 10);
                 cell
             })

@@ -79,12 +79,7 @@ pub(super) fn reference_ink(i: usize) -> RGBColor {
 
 /// The lengths of dashes and gaps of a pattern; empty for a solid line.
 pub(super) fn dashes(pattern: usize) -> &'static str {
-    DASHES
-        .iter()
-        .chain(&REFERENCES)
-        .nth(pattern)
-        .copied()
-        .unwrap_or("")
+    DASHES.iter().chain(&REFERENCES).nth(pattern).copied().unwrap_or("")
 }
 
 #[cfg(test)]
@@ -170,10 +165,7 @@ mod tests {
             [53.91, 65.13, 30.68],
         ]) {
             let found = lab("#d55e00", reader);
-            assert!(
-                (0..3).all(|k| (found[k] - expected[k]).abs() < 0.05),
-                "{found:?}"
-            );
+            assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 0.05), "{found:?}");
         }
         // 2.3 is a difference that is just noticed. This pink and this blue grey differ by 45 for most, by 8 for some.
         assert!(least(&["#b8578e", "#6f7f9a"]) < 15.0);

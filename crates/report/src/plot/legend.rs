@@ -150,12 +150,7 @@ impl<'a> Legend<'a> {
     }
 
     /// Draws the legend in rows below `top`, without the names that stand elsewhere; returns its lower end.
-    pub(super) fn draw(
-        &self,
-        canvas: &Canvas,
-        top: f64,
-        elsewhere: impl Fn(&str) -> bool,
-    ) -> Drawn<f64> {
+    pub(super) fn draw(&self, canvas: &Canvas, top: f64, elsewhere: impl Fn(&str) -> bool) -> Drawn<f64> {
         const SAMPLE: f64 = 40.0;
         const TEXT: f64 = SAMPLE + 8.0;
         let series = self
@@ -178,10 +173,7 @@ impl<'a> Legend<'a> {
                 Some((style, look, solid)) => {
                     look.sample(style, solid, canvas, (left + 200, height))?;
                 }
-                None => canvas.line(
-                    [(left, height), (left + 400, height)],
-                    self.reference(label),
-                )?,
+                None => canvas.line([(left, height), (left + 400, height)], self.reference(label))?,
             }
             let text = canvas.text(&lines, &plain(LABEL), HPos::Left, (x + TEXT, y + 5.2))?;
             x += width + 22.0;

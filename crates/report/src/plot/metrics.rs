@@ -10,10 +10,10 @@ pub(super) const LINE: f64 = 1.28;
 /// Widths of the printable ASCII characters in hundredths of the font size: the larger one of Helvetica (the same as
 /// Arial and Liberation Sans) and DejaVu Sans.
 const WIDTHS: [u8; 95] = [
-    32, 41, 46, 84, 64, 95, 78, 28, 39, 39, 50, 84, 32, 37, 32, 34, 64, 64, 64, 64, 64, 64, 64, 64,
-    64, 64, 34, 34, 84, 84, 84, 56, 102, 69, 69, 73, 77, 67, 62, 78, 76, 30, 50, 67, 56, 87, 75,
-    79, 67, 79, 73, 67, 62, 74, 69, 99, 69, 67, 69, 39, 34, 39, 84, 56, 50, 62, 64, 55, 64, 62, 36,
-    64, 64, 28, 28, 58, 28, 98, 64, 62, 64, 64, 42, 53, 40, 64, 60, 82, 60, 60, 53, 64, 34, 64, 84,
+    32, 41, 46, 84, 64, 95, 78, 28, 39, 39, 50, 84, 32, 37, 32, 34, 64, 64, 64, 64, 64, 64, 64, 64, 64, 64, 34, 34, 84,
+    84, 84, 56, 102, 69, 69, 73, 77, 67, 62, 78, 76, 30, 50, 67, 56, 87, 75, 79, 67, 79, 73, 67, 62, 74, 69, 99, 69,
+    67, 69, 39, 34, 39, 84, 56, 50, 62, 64, 55, 64, 62, 36, 64, 64, 28, 28, 58, 28, 98, 64, 62, 64, 64, 42, 53, 40, 64,
+    60, 82, 60, 60, 53, 64, 34, 64, 84,
 ];
 
 /// Width of a text.
@@ -23,10 +23,7 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
 
 /// The largest width of several texts.
 pub(super) fn widest<'a>(texts: impl IntoIterator<Item = &'a str>, size: f64) -> f64 {
-    texts
-        .into_iter()
-        .map(|text| width(text, size))
-        .fold(0.0, f64::max)
+    texts.into_iter().map(|text| width(text, size)).fold(0.0, f64::max)
 }
 
 /// The largest width of notes beside points, with a space.
@@ -74,8 +71,7 @@ mod tests {
 
     #[test]
     fn lines_fit_and_lose_no_character() {
-        let text =
-            "median of the relative error e_a over ten thousand trials Donaudampfschifffahrt";
+        let text = "median of the relative error e_a over ten thousand trials Donaudampfschifffahrt";
         for limit in [30.0, 80.0, 300.0, 3000.0] {
             let lines = wrap(text, 15.0, limit);
             assert!(lines.iter().all(|line| width(line, 15.0) <= limit + 1e-9));

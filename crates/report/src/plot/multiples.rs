@@ -20,13 +20,7 @@ pub struct Sharing {
 
 /// Draws several plots in a grid of `columns` columns with one legend, for a page and for a narrow screen. A shared
 /// axis has the label of the first plot, and should have the same scale in all.
-pub fn small_multiples(
-    title: &str,
-    description: &str,
-    panels: &[Plot],
-    columns: usize,
-    sharing: Sharing,
-) -> Picture {
+pub fn small_multiples(title: &str, description: &str, panels: &[Plot], columns: usize, sharing: Sharing) -> Picture {
     let draw = |width| multiples_of_width([title, description], panels, columns, sharing, width);
     Picture {
         wide: draw(WIDTH),
@@ -108,14 +102,9 @@ impl<'a> Sheet<'a> {
             form.columns -= 1;
             sheet = Self::new(panels, form, None);
         }
-        let last: Vec<_> = sheet
-            .last()
-            .map(|i| (&panels[i], &sheet.spans[i]))
-            .collect();
+        let last: Vec<_> = sheet.last().map(|i| (&panels[i], &sheet.spans[i])).collect();
         let ends = Ends::new(panels, &last, form.whole);
-        let Some(ends) =
-            ends.filter(|ends| sheet.width - ends.room / form.columns as f64 >= LEAST_NAMED)
-        else {
+        let Some(ends) = ends.filter(|ends| sheet.width - ends.room / form.columns as f64 >= LEAST_NAMED) else {
             return sheet;
         };
         let named = Self::new(panels, form, Some(ends.clone()));
@@ -173,11 +162,7 @@ impl<'a> Sheet<'a> {
             let margin = |column: usize| {
                 let rooms = y.iter().skip(column).step_by(columns).map(|span| span.room);
                 let shown = column == 0 || !sharing.y;
-                let room = if shown {
-                    rooms.fold(28.0, f64::max)
-                } else {
-                    4.0
-                };
+                let room = if shown { rooms.fold(28.0, f64::max) } else { 4.0 };
                 f64::max(EDGE + room, overhangs[column])
             };
             margins = (0..columns).map(margin).collect();
@@ -211,22 +196,13 @@ impl<'a> Sheet<'a> {
         let (head, below) = title.split_once('\n').unwrap_or((title, ""));
         let lines = wrap(head, 1.1 * TITLE, room);
         let mut y = 20.0 + canvas.text(&lines, &bold(TITLE), HPos::Left, (EDGE, 16.0))?;
-        y += canvas.text(
-            &wrap(below, LABEL, room),
-            &plain(LABEL),
-            HPos::Left,
-            (EDGE, y),
-        )?;
+        y += canvas.text(&wrap(below, LABEL, room), &plain(LABEL), HPos::Left, (EDGE, y))?;
         let is_named = |name: &str| self.ends.as_ref().is_some_and(|ends| ends.has(name));
         y = 8.0 + legend.draw(&canvas, y, is_named)?;
         for row in 0..self.panels.len().div_ceil(self.form.columns) {
             y = self.draw_row(&canvas, &legend, row * self.form.columns, y)?;
         }
-        Ok(canvas.document(
-            self.form.whole,
-            y + 6.0,
-            [&title.replace('\n', ": "), description],
-        ))
+        Ok(canvas.document(self.form.whole, y + 6.0, [&title.replace('\n', ": "), description]))
     }
 
     /// Draws the row that begins with panel `first` below `top`; returns its lower end.
@@ -244,11 +220,7 @@ impl<'a> Sheet<'a> {
             canvas.text(label, &plain(LABEL), HPos::Left, place)?;
             let area = [left, axes_top, left + self.width, axes_top + self.height];
             end = self.draw_panel(canvas, legend, i, area)?.max(end);
-            if let Some(ends) = self
-                .ends
-                .as_ref()
-                .filter(|_| self.last().any(|last| last == i))
-            {
+            if let Some(ends) = self.ends.as_ref().filter(|_| self.last().any(|last| last == i)) {
                 ends.draw(canvas, legend, (&self.panels[i], &self.spans[i]), area)?;
             }
             start = left + self.width + RIGHT;
@@ -269,20 +241,11 @@ impl<'a> Sheet<'a> {
     fn labelled(&self, i: usize) -> [bool; 2] {
         let lowest = i + self.form.columns >= self.panels.len();
         let first = i.is_multiple_of(self.form.columns);
-        [
-            !self.form.sharing.x || lowest,
-            !self.form.sharing.y || first,
-        ]
+        [!self.form.sharing.x || lowest, !self.form.sharing.y || first]
     }
 
     /// Draws one panel; returns its lower end.
-    fn draw_panel(
-        &self,
-        canvas: &Canvas,
-        legend: &Legend<'_>,
-        i: usize,
-        area: [f64; 4],
-    ) -> Drawn<f64> {
+    fn draw_panel(&self, canvas: &Canvas, legend: &Legend<'_>, i: usize, area: [f64; 4]) -> Drawn<f64> {
         let (plot, labelled) = (&self.panels[i], self.labelled(i));
         let chart = Chart::new(plot, canvas, self.spans[i].clone(), area, labelled)?;
         chart.draw(legend)?;
@@ -324,17 +287,13 @@ fn ranges(panels: &[Plot], sharing: Sharing) -> Vec<[(f64, f64); 2]> {
         let values = values[own].iter().flat_map(|values| &values[k]).copied();
         axis::range([&plot.x, &plot.y][k], values, room)
     };
-    (0..panels.len())
-        .map(|i| [range(i, 0), range(i, 1)])
-        .collect()
+    (0..panels.len()).map(|i| [range(i, 0), range(i, 1)]).collect()
 }
 
 /// Space beside the values of x: none for lines, some for markers, more for boxes.
 fn room_of_x(plot: &Plot) -> f64 {
     let rooms = plot.series.iter().map(|series| match series.style {
-        Style::Line | Style::Steps | Style::Band | Style::Region | Style::Notes | Style::Spans => {
-            0.0
-        }
+        Style::Line | Style::Steps | Style::Band | Style::Region | Style::Notes | Style::Spans => 0.0,
         Style::ErrorBars | Style::Marks => 0.06,
         Style::Boxes => 0.12,
     });

@@ -48,17 +48,11 @@ static GLYPHS: LazyLock<HashMap<char, Glyph>> = LazyLock::new(|| {
     let glyph = |line: &str| {
         let mut letters = line.chars();
         let character = letters.next()?;
-        let mut numbers = letters
-            .as_str()
-            .split(' ')
-            .filter_map(|part| part.parse().ok());
+        let mut numbers = letters.as_str().split(' ').filter_map(|part| part.parse().ok());
         let mut pair = || Some((numbers.next()?, numbers.next()?));
         Some((character, [pair()?, pair()?]))
     };
-    include_str!("pdf/glyphs.txt")
-        .lines()
-        .filter_map(glyph)
-        .collect()
+    include_str!("pdf/glyphs.txt").lines().filter_map(glyph).collect()
 });
 
 impl Drawing {
@@ -75,8 +69,7 @@ impl Drawing {
         let points = self.points();
         let size = self.size.map(|length| (points * length) as f32);
         let unit = points as f32;
-        page.content
-            .transform([unit, 0.0, 0.0, -unit, 0.0, size[1]]);
+        page.content.transform([unit, 0.0, 0.0, -unit, 0.0, size[1]]);
         page.content.set_line_join(LineJoinStyle::RoundJoin);
         for mark in &self.marks {
             page.mark(mark)?;
@@ -86,11 +79,7 @@ impl Drawing {
 
     /// The length of a unit in points.
     pub(super) fn points(&self) -> f64 {
-        if self.for_print {
-            PRINT / LABEL
-        } else {
-            POINTS
-        }
+        if self.for_print { PRINT / LABEL } else { POINTS }
     }
 
     /// The units of a width in millimetres, where labels have 8 points.
@@ -137,17 +126,11 @@ impl Page {
         let area = (1e3 * paint.alpha).round() as u16;
         let state = self.state([area, line]);
         let [red, green, blue] = ink(paint.ink);
-        let width = if paint.kind == Kind::Area {
-            10
-        } else {
-            paint.width
-        };
+        let width = if paint.kind == Kind::Area { 10 } else { paint.width };
         let lengths = dashes(paint.dashes).split(' ');
         let content = &mut self.content;
         content.save_state().set_parameters(Name(state.as_bytes()));
-        content
-            .set_fill_rgb(red, green, blue)
-            .set_stroke_rgb(red, green, blue);
+        content.set_fill_rgb(red, green, blue).set_stroke_rgb(red, green, blue);
         content.set_line_width(unit(width as i32));
         content.set_dash_pattern(lengths.filter_map(|length| length.parse().ok()), 0.0);
         match form {
@@ -206,10 +189,7 @@ impl Page {
             0.0
         };
         let along = if text.turned { turn } else { 1.0 };
-        let (x, y) = (
-            unit(text.at.0) - along * before,
-            unit(text.at.1) + turn * before,
-        );
+        let (x, y) = (unit(text.at.0) - along * before, unit(text.at.1) + turn * before);
         let [red, green, blue] = ink(0);
         let content = &mut self.content;
         content.begin_text().set_fill_rgb(red, green, blue);
@@ -230,10 +210,8 @@ impl Page {
         };
         let [catalog, tree, leaf, content, info] = [(); 5].map(|()| new());
         let used = (0..FONTS.len()).filter(|font| self.used[*font]);
-        let fonts: Vec<(usize, [Ref; 5])> =
-            used.map(|font| (font, [(); 5].map(|()| new()))).collect();
-        let states: Vec<(Ref, [u16; 2])> =
-            self.opacities.iter().map(|state| (new(), *state)).collect();
+        let fonts: Vec<(usize, [Ref; 5])> = used.map(|font| (font, [(); 5].map(|()| new()))).collect();
+        let states: Vec<(Ref, [u16; 2])> = self.opacities.iter().map(|state| (new(), *state)).collect();
         let mut pdf = Pdf::new();
         pdf.catalog(catalog).pages(tree);
         pdf.pages(tree).kids([leaf]).count(1);
@@ -242,11 +220,9 @@ impl Page {
             .parent(tree)
             .contents(content);
         let mut resources = page.resources();
-        resources.fonts().pairs(
-            fonts
-                .iter()
-                .map(|(font, ids)| (Name(FONTS[*font].page), ids[0])),
-        );
+        resources
+            .fonts()
+            .pairs(fonts.iter().map(|(font, ids)| (Name(FONTS[*font].page), ids[0])));
         let names: Vec<String> = (0..states.len()).map(|place| format!("G{place}")).collect();
         let named = names.iter().zip(&states);
         resources
@@ -262,9 +238,7 @@ impl Page {
         }
         for (id, [area, line]) in states {
             let [area, line] = [area, line].map(|share| f32::from(share) / 1e3);
-            pdf.ext_graphics(id)
-                .non_stroking_alpha(area)
-                .stroking_alpha(line);
+            pdf.ext_graphics(id).non_stroking_alpha(area).stroking_alpha(line);
         }
         pdf.stream(content, &self.content.finish());
         pdf.finish()
@@ -332,10 +306,7 @@ fn unit(pixels: i32) -> f32 {
 
 /// The light colour of an ink.
 fn ink(place: usize) -> [f32; 3] {
-    let digits = LIGHT
-        .get(place)
-        .and_then(|colour| colour.get(1..))
-        .unwrap_or_default();
+    let digits = LIGHT.get(place).and_then(|colour| colour.get(1..)).unwrap_or_default();
     [0, 2, 4].map(|from| {
         let part = digits.get(from..from + 2).unwrap_or_default();
         f32::from(u8::from_str_radix(part, 16).unwrap_or_default()) / 255.0

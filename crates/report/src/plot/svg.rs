@@ -96,9 +96,7 @@ fn label(text: &Text) -> String {
         String::new()
     };
     let (size, words) = (text.size, escape(&text.words));
-    format!(
-        "<text{class} x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\"{turn}>{words}</text>"
-    )
+    format!("<text{class} x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\"{turn}>{words}</text>")
 }
 
 /// The attributes of a paint: a class for its kind, one for the ink, and values that differ from the default.

@@ -12,15 +12,8 @@ fn count(svg: &str, element: &str) -> usize {
 
 /// The value of an attribute of the element at the beginning of `tag`.
 fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
-    let value = tag
-        .split('>')
-        .next()
-        .unwrap()
-        .split(&format!(" {name}=\""))
-        .nth(1);
-    value
-        .and_then(|value| value.split('"').next())
-        .unwrap_or("")
+    let value = tag.split('>').next().unwrap().split(&format!(" {name}=\"")).nth(1);
+    value.and_then(|value| value.split('"').next()).unwrap_or("")
 }
 
 fn number(tag: &str, name: &str) -> f64 {
@@ -39,19 +32,9 @@ fn texts(svg: &str) -> Vec<([f64; 4], &str)> {
             "middle" => wide / 2.0,
             _ => 0.0,
         };
-        [
-            x - before,
-            y - 0.72 * size,
-            x - before + wide,
-            y + 0.2 * size,
-        ]
+        [x - before, y - 0.72 * size, x - before + wide, y + 0.2 * size]
     };
-    let texts = upright.map(|tag| {
-        (
-            tag,
-            &tag[tag.find('>').unwrap() + 1..tag.find("</").unwrap()],
-        )
-    });
+    let texts = upright.map(|tag| (tag, &tag[tag.find('>').unwrap() + 1..tag.find("</").unwrap()]));
     texts.map(|(tag, text)| (place(tag, text), text)).collect()
 }
 
@@ -59,14 +42,8 @@ fn axes() -> [(PlotAxis, PlotAxis); 4] {
     [
         (PlotAxis::linear("k"), PlotAxis::linear("e")),
         (PlotAxis::log("N"), PlotAxis::log("e")),
-        (
-            PlotAxis::categories("", &["LS", "IV(4)"]),
-            PlotAxis::log("e"),
-        ),
-        (
-            PlotAxis::log("e"),
-            PlotAxis::categories("", &["LS", "IV(4)"]),
-        ),
+        (PlotAxis::categories("", &["LS", "IV(4)"]), PlotAxis::log("e")),
+        (PlotAxis::log("e"), PlotAxis::categories("", &["LS", "IV(4)"])),
     ]
 }
 
@@ -100,9 +77,7 @@ fn degenerate_series_of_every_style_are_well_formed_and_say_so() {
             assert!(!svg.contains("No defined value."));
         }
     }
-    let empty = small_multiples("t", "", &[], 3, Sharing::default())
-        .wide
-        .svg();
+    let empty = small_multiples("t", "", &[], 3, Sharing::default()).wide.svg();
     assert_eq!(count(&empty, "title"), 1);
 }
 
@@ -119,11 +94,8 @@ fn crowded() -> Vec<String> {
         (PlotAxis::linear("t"), PlotAxis::linear("e")),
     ];
     let levels = [(1e-17, 2.0), (3.0, 1.01), (4e8, 1e3), (0.001, 2.7)];
-    let all = axes
-        .iter()
-        .flat_map(|axes| levels.map(|level| (axes, level)));
-    let all =
-        all.flat_map(|all| [Style::Boxes, Style::Line, Style::ErrorBars].map(|style| (all, style)));
+    let all = axes.iter().flat_map(|axes| levels.map(|level| (axes, level)));
+    let all = all.flat_map(|all| [Style::Boxes, Style::Line, Style::ErrorBars].map(|style| (all, style)));
     let figures = all.flat_map(|(((x, y), (least, factor)), style)| {
         let value = |i: usize| least * f64::powi(factor, i as i32);
         let points = (0..14).map(|i| match &y.scale {
@@ -176,24 +148,11 @@ fn on_a_narrow_screen_letters_are_as_large() {
 }
 
 fn panels_of(count: usize) -> Picture {
-    small_multiples(
-        "t",
-        "",
-        &vec![bands(); count],
-        3,
-        Sharing { x: true, y: true },
-    )
+    small_multiples("t", "", &vec![bands(); count], 3, Sharing { x: true, y: true })
 }
 
 fn bands() -> Plot {
-    let point = |i| {
-        Point::interval(
-            f64::from(i),
-            f64::from(i),
-            f64::from(i) - 1.0,
-            f64::from(i) + 1.0,
-        )
-    };
+    let point = |i| Point::interval(f64::from(i), f64::from(i), f64::from(i) - 1.0, f64::from(i) + 1.0);
     let series = |name| Series::new(name, Style::Band, (1..9).map(point).collect());
     let mut plot = Plot::new("t", PlotAxis::linear("N, samples"), PlotAxis::linear("e"));
     plot.series = ["a", "b"].map(series).to_vec();
@@ -203,11 +162,7 @@ fn bands() -> Plot {
 /// Notes stand beside their points, on no marker and on no other note; where there is no room there is none.
 #[test]
 fn notes_hide_nothing() {
-    let points = |n: u32| {
-        (0..n)
-            .map(|i| Point::new(f64::from(i), f64::from(i % 3)))
-            .collect()
-    };
+    let points = |n: u32| (0..n).map(|i| Point::new(f64::from(i), f64::from(i % 3))).collect();
     let svg = |n: u32| {
         let mut series = Series::new("", Style::ErrorBars, points(n));
         series.notes = (0..n).map(|i| format!("note{i}")).collect();
@@ -236,11 +191,7 @@ fn notes_hide_nothing() {
 #[test]
 fn lines_are_named_at_their_ends() {
     let plot = |names: &[&str], end: f64| {
-        let mut plot = Plot::new(
-            "t",
-            PlotAxis::linear("x"),
-            PlotAxis::linear("y").range(0.0, 10.0),
-        );
+        let mut plot = Plot::new("t", PlotAxis::linear("x"), PlotAxis::linear("y").range(0.0, 10.0));
         let lines = (1..).zip(names).map(|(i, name)| {
             let points = vec![Point::new(0.0, 0.0), Point::new(end, f64::from(i))];
             Series::new(*name, Style::Line, points)
@@ -261,10 +212,7 @@ fn lines_are_named_at_their_ends() {
     let ended = plot(&names, 10.0).svg();
     let places = names.map(|name| place(&ended, name));
     assert!(places.iter().all(|at| at[0] > 800.0), "{places:?}");
-    assert!(
-        places.windows(2).all(|pair| pair[0][1] > pair[1][3]),
-        "{places:?}"
-    );
+    assert!(places.windows(2).all(|pair| pair[0][1] > pair[1][3]), "{places:?}");
     // Lines that end early, and long names, are in the legend above the axes.
     let early = plot(&names, 5.0).svg();
     let long = [
@@ -276,13 +224,8 @@ fn lines_are_named_at_their_ends() {
         assert!(place(svg, name)[3] < 80.0, "{name}");
     }
     // Of a line that another panel has alone the legend tells.
-    let panels = [
-        plot(&["low", "other", "high"], 10.0),
-        plot(&["low", "high"], 10.0),
-    ];
-    let pair = small_multiples("t", "", &panels, 2, Sharing::default())
-        .wide
-        .svg();
+    let panels = [plot(&["low", "other", "high"], 10.0), plot(&["low", "high"], 10.0)];
+    let pair = small_multiples("t", "", &panels, 2, Sharing::default()).wide.svg();
     assert!(place(&pair, "other")[3] < 80.0 && place(&pair, "low")[0] > 780.0);
     // Thirty do not fit under each other.
     let many: Vec<String> = (0..30).map(|i| format!("line{i}")).collect();
@@ -297,11 +240,7 @@ fn lines_are_named_at_their_ends() {
 #[test]
 fn a_lone_line_is_solid() {
     let line = |slot| {
-        let points = vec![
-            Point::new(0.0, 0.0),
-            Point::new(1.0, 1.0),
-            Point::new(2.0, 0.0),
-        ];
+        let points = vec![Point::new(0.0, 0.0), Point::new(1.0, 1.0), Point::new(2.0, 0.0)];
         Series::new("e", Style::Line, points).slot(slot)
     };
     let plot = |series: &[Series]| {
@@ -320,11 +259,7 @@ fn figures_have_no_id_and_escape_every_text() {
     let hostile = "<b> & \"q\" 'a'";
     let x = PlotAxis::linear(hostile);
     let plot = Plot::new(hostile, x, PlotAxis::categories(hostile, &[hostile]))
-        .series(Series::new(
-            hostile,
-            Style::Line,
-            vec![Point::new(1.0, 0.0)],
-        ))
+        .series(Series::new(hostile, Style::Line, vec![Point::new(1.0, 0.0)]))
         .reference(hostile, Course::Vertical(2.0));
     let sharing = Sharing { x: true, y: true };
     let cell = HeatCell {
@@ -340,9 +275,7 @@ fn figures_have_no_id_and_escape_every_text() {
         cells: vec![vec![Some(cell)]],
     };
     let panels = [plot.clone(), plot.clone(), plot.clone()];
-    let sheet = small_multiples(hostile, hostile, &panels, 2, sharing)
-        .wide
-        .svg();
+    let sheet = small_multiples(hostile, hostile, &panels, 2, sharing).wide.svg();
     for svg in [plot.svg(), sheet, heat.drawing().svg()] {
         assert!(count(&svg, "text") > 4);
         assert!(!svg.contains(" id=") && !svg.contains("<b>"));
@@ -352,20 +285,9 @@ fn figures_have_no_id_and_escape_every_text() {
 
 /// The corners of the first path that has an attribute.
 fn course_of(svg: &str, attribute: &str) -> Vec<f64> {
-    let path = svg
-        .split("<path")
-        .find(|path| path.contains(attribute))
-        .unwrap();
-    let course = path
-        .split(" d=\"")
-        .nth(1)
-        .unwrap()
-        .split('"')
-        .next()
-        .unwrap();
-    let numbers = course
-        .split(['M', 'L', ' ', 'Z'])
-        .filter(|number| !number.is_empty());
+    let path = svg.split("<path").find(|path| path.contains(attribute)).unwrap();
+    let course = path.split(" d=\"").nth(1).unwrap().split('"').next().unwrap();
+    let numbers = course.split(['M', 'L', ' ', 'Z']).filter(|number| !number.is_empty());
     numbers.map(|number| number.parse().unwrap()).collect()
 }
 
@@ -377,11 +299,7 @@ fn a_power_law_is_straight_on_logarithmic_axes_and_parallel_to_its_reference() {
         through: (10.0, 6.0),
     };
     let svg = Plot::new("t", PlotAxis::log("N"), PlotAxis::log("e"))
-        .series(Series::new(
-            "",
-            Style::Line,
-            [10.0, 100.0, 1000.0].map(law).to_vec(),
-        ))
+        .series(Series::new("", Style::Line, [10.0, 100.0, 1000.0].map(law).to_vec()))
         .reference("", course)
         .svg();
     let line = course_of(&svg, "class=\"l s0\"");
@@ -402,19 +320,10 @@ fn ten_thousand_points_are_thinned_and_gaps_stay() {
     let plot = plot.series(Series::new("", Style::Line, points));
     let svg = plot.svg();
     assert!(svg.len() < 60_000, "{}", svg.len());
-    let line = svg
-        .split("<path")
-        .find(|path| path.contains("class=\"l s0\""))
-        .unwrap();
+    let line = svg.split("<path").find(|path| path.contains("class=\"l s0\"")).unwrap();
     assert_eq!(line.matches('M').count(), 2);
     assert_eq!(svg, plot.svg());
-    let course = line
-        .split(" d=\"")
-        .nth(1)
-        .unwrap()
-        .split('"')
-        .next()
-        .unwrap();
+    let course = line.split(" d=\"").nth(1).unwrap().split('"').next().unwrap();
     let decimals = course
         .split('.')
         .skip(1)
@@ -425,19 +334,13 @@ fn ten_thousand_points_are_thinned_and_gaps_stay() {
 #[test]
 fn what_is_not_drawn_is_counted_and_markers_stay_inside() {
     let points = [1.0, 0.0, -1.0, NAN, 50.0, 10.0, 0.1].map(|y| Point::new(1.0, y));
-    let svg = Plot::new(
-        "t",
-        PlotAxis::linear("k"),
-        PlotAxis::log("e").range(0.1, 10.0),
-    )
-    .series(Series::new("", Style::ErrorBars, points.to_vec()))
-    .svg();
+    let svg = Plot::new("t", PlotAxis::linear("k"), PlotAxis::log("e").range(0.1, 10.0))
+        .series(Series::new("", Style::ErrorBars, points.to_vec()))
+        .svg();
     assert!(svg.contains("Not shown: 2 points not above 0"));
     assert!(svg.contains("Outside the axes: 1 point."));
     let markers = svg.split("<circle").filter(|tag| tag.contains("r=\"4.6\""));
-    let places: Vec<[f64; 2]> = markers
-        .map(|tag| ["cx", "cy"].map(|name| number(tag, name)))
-        .collect();
+    let places: Vec<[f64; 2]> = markers.map(|tag| ["cx", "cy"].map(|name| number(tag, name))).collect();
     assert_eq!(places.len(), 3);
     let cut = svg.split("<svg").nth(2).unwrap();
     let [left, top, width, height] = ["x", "y", "width", "height"].map(|name| number(cut, name));
@@ -484,18 +387,13 @@ fn equal_units_keep_a_square_a_square() {
     };
     let corners = [20.0, 110.0, 200.0, 290.0].map(corner).to_vec();
     let axis = |low, high| PlotAxis::linear("").range(low, high);
-    for [x, y] in [
-        [axis(-1.0, 1.0), axis(-1.0, 1.0)],
-        [axis(-9.0, 2.0), axis(0.0, 1.0)],
-    ] {
+    for [x, y] in [[axis(-1.0, 1.0), axis(-1.0, 1.0)], [axis(-9.0, 2.0), axis(0.0, 1.0)]] {
         let mut plot = Plot::new("t", x, y)
             .series(Series::new("", Style::Region, corners.clone()))
             .series(Series::new("", Style::Line, vec![Point::new(0.5, 0.5)]));
         plot.equal_units = true;
         let panels = [plot.clone(), plot.clone()];
-        let pair = small_multiples("t", "", &panels, 2, Sharing::default())
-            .wide
-            .svg();
+        let pair = small_multiples("t", "", &panels, 2, Sharing::default()).wide.svg();
         for svg in [plot.svg(), pair] {
             let places = course_of(&svg, "fill-opacity=\"0.16\"");
             let next = places[2..].iter().chain(&places[..2]);

@@ -12,17 +12,8 @@ pub(super) fn thin(points: &[Place]) -> Vec<Place> {
     let mut kept = Vec::new();
     for points in points.chunk_by(|a, b| column(*a) == column(*b)) {
         let by_y = |i: &usize| points[*i].1;
-        let (lowest, highest) = (
-            (0..points.len()).min_by_key(by_y),
-            (0..points.len()).max_by_key(by_y),
-        );
-        let mut shown = [
-            0,
-            lowest.unwrap_or(0),
-            highest.unwrap_or(0),
-            points.len() - 1,
-        ]
-        .to_vec();
+        let (lowest, highest) = ((0..points.len()).min_by_key(by_y), (0..points.len()).max_by_key(by_y));
+        let mut shown = [0, lowest.unwrap_or(0), highest.unwrap_or(0), points.len() - 1].to_vec();
         shown.sort_unstable();
         shown.dedup();
         kept.extend(shown.into_iter().map(|i| points[i]));

@@ -183,8 +183,7 @@ impl Sheet<'_> {
 
 fn introduction(section: &mut Section, of: &SuitePage<'_>) {
     let suite = of.suite;
-    section
-        .question("How near do methods come to what a record can say, and how often do they fail?");
+    section.question("How near do methods come to what a record can say, and how often do they fail?");
     let told = if suite.division == Division::Open {
         "which chooses its order"
     } else {

@@ -3,8 +3,7 @@
 use super::subject::SuitePage;
 use crate::plot::{Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use asobench_study::suite::{
-    Division, Estimated, IDEAL, KINDS, MethodResults, Scenario, ScenarioResults, ideal_share,
-    share_within,
+    Division, Estimated, IDEAL, KINDS, MethodResults, Scenario, ScenarioResults, ideal_share, share_within,
 };
 
 /// The decades of d that are drawn, and points in each.
@@ -48,17 +47,13 @@ impl<'a> Loop<'a> {
 
     fn scenarios(&self) -> impl Iterator<Item = &'a Scenario> {
         let is_closed = self.is_closed;
-        self.of
-            .suite
-            .scenarios()
-            .filter(move |of| of.is_closed == is_closed)
+        self.of.suite.scenarios().filter(move |of| of.is_closed == is_closed)
     }
 
     /// The results of a method that is for such scenarios.
     fn results(&self, method: &MethodResults) -> Vec<ScenarioResults> {
         let both = self.of.suite.scenarios().zip(&method.scenarios);
-        let both =
-            both.filter(|(scenario, of)| scenario.is_closed == self.is_closed && of.has_runs());
+        let both = both.filter(|(scenario, of)| scenario.is_closed == self.is_closed && of.has_runs());
         both.map(|(_, results)| results.clone()).collect()
     }
 
@@ -67,9 +62,7 @@ impl<'a> Loop<'a> {
         let x = PlotAxis::log("d").range(10.0_f64.powi(DECADES.0), 10.0_f64.powi(DECADES.1));
         let y = PlotAxis::linear("share of runs").range(0.0, 1.0);
         let law = match self.of.suite.division {
-            Division::Closed | Division::Orders | Division::Structure => {
-                "efficient: chi-squared(p)/p"
-            }
+            Division::Closed | Division::Orders | Division::Structure => "efficient: chi-squared(p)/p",
             Division::Open => "law of an efficient method",
         };
         let ideal = grid().map(|d| Point::new(d, ideal_share(d, self.scenarios())));

@@ -4,8 +4,8 @@ use super::subject::SuitePage;
 use crate::table::{CellText, Column, Table};
 use asobench_identification::number::uncertain_within;
 use asobench_study::suite::{
-    ARCHIVE, Division, Estimated, IDEAL, MethodResults, RecordedFits, Scenario, ScenarioResults,
-    Score, VALUES, efficiency, paired, score,
+    ARCHIVE, Division, Estimated, IDEAL, MethodResults, RecordedFits, Scenario, ScenarioResults, Score, VALUES,
+    efficiency, paired, score,
 };
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -127,8 +127,7 @@ pub fn about_loss(reason: &str) -> Option<&'static str> {
 impl<'a> Tables<'a> {
     pub(super) fn new(of: &'a SuitePage<'a>) -> Self {
         let scenarios: Vec<&Scenario> = of.suite.scenarios().collect();
-        let mut parts: Vec<(String, BTreeSet<usize>)> =
-            vec![("all".to_owned(), (0..scenarios.len()).collect())];
+        let mut parts: Vec<(String, BTreeSet<usize>)> = vec![("all".to_owned(), (0..scenarios.len()).collect())];
         // Words of the same scenarios stand together.
         for word in of.suite.difficulties() {
             let own = (0..scenarios.len()).filter(|i| scenarios[*i].hard.contains(&word));
@@ -141,11 +140,8 @@ impl<'a> Tables<'a> {
             }
         }
         let scored = |method: &MethodResults, members: &BTreeSet<usize>| {
-            let both = members
-                .iter()
-                .map(|i| (scenarios[*i], &method.scenarios[*i]));
-            let both: Vec<(&Scenario, &ScenarioResults)> =
-                both.filter(|(_, of)| of.has_runs()).collect();
+            let both = members.iter().map(|i| (scenarios[*i], &method.scenarios[*i]));
+            let both: Vec<(&Scenario, &ScenarioResults)> = both.filter(|(_, of)| of.has_runs()).collect();
             (!both.is_empty()).then(|| score(&both))
         };
         let groups = parts.into_iter().map(|(words, members)| Group {
@@ -206,8 +202,7 @@ impl<'a> Tables<'a> {
     /// The same without those that have the numbers of another one, since they are the same here.
     fn distinct<'b>(&'b self, group: &'b Group) -> Vec<(&'a MethodResults, &'b Score)> {
         let mut ranked = self.ranked(group);
-        ranked
-            .dedup_by(|(_, b), (_, a)| a.efficiency == b.efficiency && a.efficiency[0].value > 0.0);
+        ranked.dedup_by(|(_, b), (_, a)| a.efficiency == b.efficiency && a.efficiency[0].value > 0.0);
         ranked
     }
 
@@ -293,14 +288,8 @@ impl<'a> Tables<'a> {
     fn time(&self, method: &MethodResults) -> Option<CellText> {
         let times = self.of.times?;
         let both = self.scenarios.iter().zip(&method.scenarios);
-        let own = both
-            .filter(|(_, of)| of.has_runs())
-            .map(|(scenario, _)| *scenario);
-        let theirs = self
-            .of
-            .contributed
-            .iter()
-            .find(|of| of.results.method == method.method);
+        let own = both.filter(|(_, of)| of.has_runs()).map(|(scenario, _)| *scenario);
+        let theirs = self.of.contributed.iter().find(|of| of.results.method == method.method);
         let times = theirs.map_or(Some(times), |of| of.times.as_ref());
         let own = times.and_then(|times| times.of(&method.method, own));
         Some(own.map_or_else(none, |own| cell(own.typical(), 1.0)))
@@ -333,9 +322,7 @@ impl<'a> Tables<'a> {
                 .collect();
             let others = ranked.iter().map(|(other, _)| {
                 let both = there.iter();
-                let both: Vec<_> = both
-                    .map(|i| (self.scenarios[*i], &other.scenarios[*i]))
-                    .collect();
+                let both: Vec<_> = both.map(|i| (self.scenarios[*i], &other.scenarios[*i])).collect();
                 (other, score_of(&both))
             });
             let best = others.max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value));
@@ -365,9 +352,8 @@ impl<'a> Tables<'a> {
             Column::number("farther", "%").width(11),
             Column::number("nearer - farther", "%").width(20),
         ];
-        let caption = format!(
-            "{newcomer} beside each method on the same records: in how many runs it is nearer to the truth"
-        );
+        let caption =
+            format!("{newcomer} beside each method on the same records: in how many runs it is nearer to the truth");
         let mut table = Table::new(caption, columns);
         for other in self.of.methods.iter().filter(|method| !is_it(method)) {
             let Some(found) = paired(own, other) else {
@@ -395,9 +381,7 @@ impl<'a> Tables<'a> {
             Column::text("reason").width(15),
             Column::text("what it means"),
         ];
-        let caption = format!(
-            "Where {newcomer} lost runs, and why; workers.log of a study has what a program printed"
-        );
+        let caption = format!("Where {newcomer} lost runs, and why; workers.log of a study has what a program printed");
         let mut table = Table::new(caption, columns);
         for scenario in &own.scenarios {
             for (reason, runs) in &scenario.lost {
@@ -427,10 +411,7 @@ impl<'a> Tables<'a> {
             let ranked = self.distinct(group);
             let best = ranked.iter().take(3);
             let best = best.map(|(method, score)| beside(method, score.efficiency[0]));
-            let first = [
-                CellText::text(group.words.clone()),
-                count(group.members.len()),
-            ];
+            let first = [CellText::text(group.words.clone()), count(group.members.len())];
             table.row(first.into_iter().chain(best));
         }
         let named = SuiteTable::new(self.file("best"), "The best of each difficulty", table);
@@ -515,17 +496,14 @@ impl<'a> Tables<'a> {
     /// Why runs were lost, in per cent of all runs of a method. Without the methods whose results do not say it, as
     /// where only the first trials of a scenario are taken.
     pub(super) fn reasons(&self) -> Option<SuiteTable> {
-        let total = |of: &MethodResults, number: &dyn Fn(&ScenarioResults) -> u64| {
-            of.scenarios.iter().map(number).sum::<u64>()
-        };
+        let total =
+            |of: &MethodResults, number: &dyn Fn(&ScenarioResults) -> u64| of.scenarios.iter().map(number).sum::<u64>();
         let lost = |of: &MethodResults| total(of, &|of| of.lost_runs() as u64);
         let told = |of: &&MethodResults| total(of, &|of| of.lost.values().sum()) == lost(of);
         let methods = self.of.methods.iter().filter(|of| lost(of) > 0);
         let methods: Vec<&MethodResults> = methods.filter(told).collect();
         let scenarios = methods.iter().flat_map(|of| &of.scenarios);
-        let words: BTreeSet<&str> = scenarios
-            .flat_map(|of| of.lost.keys().map(String::as_str))
-            .collect();
+        let words: BTreeSet<&str> = scenarios.flat_map(|of| of.lost.keys().map(String::as_str)).collect();
         let caption = "Why runs were lost, % of the runs of a method";
         let first = [
             Column::text("method").width(15),
@@ -606,16 +584,14 @@ impl<'a> Tables<'a> {
         let tables = groups.map(|(methods, number)| {
             let names: Vec<&str> = methods.iter().map(|of| of.method.as_str()).collect();
             let listed = names.join(", ");
-            let caption =
-                format!("Relative efficiency of the median run in each scenario: {listed}");
+            let caption = format!("Relative efficiency of the median run in each scenario: {listed}");
             let first = [
                 Column::text("scenario").width(18),
                 Column::text("noise model").width(11),
             ];
             let mut table = with_headings(caption, &first, names, 8);
             let studies = self.of.suite.studies.iter();
-            let named =
-                studies.flat_map(|study| study.scenarios.iter().map(|of| (&study.name, of)));
+            let named = studies.flat_map(|study| study.scenarios.iter().map(|of| (&study.name, of)));
             for (i, (study, scenario)) in named.enumerate() {
                 let numbers = methods.iter().map(|method| {
                     let results = &method.scenarios[i];
@@ -624,8 +600,7 @@ impl<'a> Tables<'a> {
                     }
                     let number = efficient(efficiency(scenario, results, VALUES[0]));
                     let lost = results.lost_runs();
-                    let is_here = self.of.has_studies
-                        && self.of.newcomer.is_none_or(|name| name == method.method);
+                    let is_here = self.of.has_studies && self.of.newcomer.is_none_or(|name| name == method.method);
                     if method.method == IDEAL || !is_here || lost == results.d.len() {
                         return number;
                     }
@@ -697,11 +672,7 @@ fn lead(first: &MethodResults, second: &MethodResults, members: &BTreeSet<usize>
             square += (found.win + found.loss) / first.scenarios[i].d.len() as f64;
         }
     }
-    if square > 0.0 {
-        sum / square.sqrt()
-    } else {
-        0.0
-    }
+    if square > 0.0 { sum / square.sqrt() } else { 0.0 }
 }
 
 /// The FIT of each method on each recorded file over the samples that it has not seen: simulated, and one step ahead.
@@ -716,38 +687,31 @@ pub fn recorded(fits: &RecordedFits) -> Vec<SuiteTable> {
             "FIT on recorded data, %, predicted one step ahead over the samples that were not used",
         ),
     ];
-    let tables = kinds
-        .into_iter()
-        .enumerate()
-        .map(|(place, (name, caption))| {
-            let first = [
-                Column::text("record").width(26),
-                Column::number("samples", "").width(8),
-                Column::number("used", "").width(5),
-            ];
-            let mut table = with_headings(caption, &first, &fits.methods, 6);
-            for record in &fits.records {
-                let [samples, first] = record.samples;
-                let numbers = record.fits.iter().map(|fit| {
-                    fit.map_or_else(none, |fit| {
-                        let fit = fit[place];
-                        let text = if fit < LEAST_FIT {
-                            format!("< {LEAST_FIT}")
-                        } else {
-                            format!("{fit:.1}")
-                        };
-                        CellText::number(text, fit)
-                    })
-                });
-                let head = [
-                    CellText::text(record.file.clone()),
-                    count(samples),
-                    count(first),
-                ];
-                table.row(head.into_iter().chain(numbers));
-            }
-            SuiteTable::new(name, "Recorded data", table)
-        });
+    let tables = kinds.into_iter().enumerate().map(|(place, (name, caption))| {
+        let first = [
+            Column::text("record").width(26),
+            Column::number("samples", "").width(8),
+            Column::number("used", "").width(5),
+        ];
+        let mut table = with_headings(caption, &first, &fits.methods, 6);
+        for record in &fits.records {
+            let [samples, first] = record.samples;
+            let numbers = record.fits.iter().map(|fit| {
+                fit.map_or_else(none, |fit| {
+                    let fit = fit[place];
+                    let text = if fit < LEAST_FIT {
+                        format!("< {LEAST_FIT}")
+                    } else {
+                        format!("{fit:.1}")
+                    };
+                    CellText::number(text, fit)
+                })
+            });
+            let head = [CellText::text(record.file.clone()), count(samples), count(first)];
+            table.row(head.into_iter().chain(numbers));
+        }
+        SuiteTable::new(name, "Recorded data", table)
+    });
     tables.collect()
 }
 

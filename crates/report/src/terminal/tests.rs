@@ -56,10 +56,7 @@ fn every_table_fits_a_screen_and_has_whole_names() {
         assert!(there.count() > 0, "{text}");
         let begin = &names[0][..names[0].len() - 3];
         let begun = text.matches(begin).count();
-        let whole: usize = names
-            .iter()
-            .map(|name| text.matches(name.as_str()).count())
-            .sum();
+        let whole: usize = names.iter().map(|name| text.matches(name.as_str()).count()).sum();
         assert_eq!(begun, whole, "{text}");
     }
 }
@@ -78,24 +75,15 @@ fn cells_of_long_names_stand_in_a_key() {
         tables.collect::<String>()
     )));
     fits(&text);
-    let shown: BTreeSet<&String> = names
-        .iter()
-        .filter(|name| joined(&text).contains(*name))
-        .collect();
-    assert!(
-        shown.len() > 1 && text.contains("\ncell 0: plant "),
-        "{text}"
-    );
+    let shown: BTreeSet<&String> = names.iter().filter(|name| joined(&text).contains(*name)).collect();
+    assert!(shown.len() > 1 && text.contains("\ncell 0: plant "), "{text}");
 }
 
 /// A study whose medians are 1, 2, 3 ... over the cells, with a given standard error.
 fn known(toml: &str, mcse: f64) -> Study {
     let mut study = study(toml);
     for (value, cell) in (1..).zip(&mut study.summary.cells) {
-        let measures = cell
-            .outputs
-            .iter_mut()
-            .flat_map(|output| output.measures.values_mut());
+        let measures = cell.outputs.iter_mut().flat_map(|output| output.measures.values_mut());
         measures.for_each(|statistics| {
             statistics.q50 = Quantile {
                 lost: false,
@@ -158,26 +146,18 @@ fn lost_trials_are_told() {
     for output in &mut study.summary.cells[1].outputs[1..] {
         let outcomes = &mut output.outcomes;
         outcomes.failures.insert("singular".to_owned(), 3);
-        outcomes
-            .failed_trials
-            .insert("singular".to_owned(), vec![0, 1, 2]);
+        outcomes.failed_trials.insert("singular".to_owned(), vec![0, 1, 2]);
         outcomes.lost = 3;
         output.failed = Share::new(3, 3);
         let none = asobench_identification::metric::Sample::from_values([f64::NAN; 3])
             .statistics(asobench_identification::metric::Worse::Larger);
-        output
-            .measures
-            .values_mut()
-            .for_each(|statistics| *statistics = none);
+        output.measures.values_mut().for_each(|statistics| *statistics = none);
     }
     let text = overview(&study);
     fits(&text);
     assert!(text.contains("lost, %"), "{text}");
     assert!(joined(&text).contains("none: half of the trials"), "{text}");
-    assert!(
-        joined(&text).contains("100 %, of two at eta = 10.5 %."),
-        "{text}"
-    );
+    assert!(joined(&text).contains("100 %, of two at eta = 10.5 %."), "{text}");
     let command = "To see a failed trial: asobench replay many cell=1:0";
     assert!(text.lines().any(|line| line == command), "{text}");
     let row = text.lines().find(|line| line.starts_with("10.5"));
@@ -202,10 +182,7 @@ fn what_claims_speak_of_comes_first() {
     );
     let text = overview(&study(&(file(40, &names) + &claim)));
     let heading = text.find("median e_b").unwrap();
-    assert!(
-        text.find("median e_a").is_none_or(|other| heading < other),
-        "{text}"
-    );
+    assert!(text.find("median e_a").is_none_or(|other| heading < other), "{text}");
     assert!(text.contains(&names[20]), "{text}");
 }
 

@@ -3,9 +3,7 @@
 
 use crate::html::{CellText, Column, Page, Table, Verdict};
 use crate::markup::elements;
-use crate::plot::{
-    Course, Heat, HeatCell, Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples,
-};
+use crate::plot::{Course, Heat, HeatCell, Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::uncertain;
 
 const LENGTHS: [f64; 7] = [50.0, 98.0, 218.0, 400.0, 800.0, 1600.0, 3200.0];
@@ -34,15 +32,9 @@ fn rates() -> Plot {
         plot = plot.series(Series::new(name, Style::ErrorBars, points).slot(slot));
     }
     let through = (50.0, 0.2);
-    plot.reference(
-        "slope -1/2",
-        Course::Sloped {
-            slope: -0.5,
-            through,
-        },
-    )
-    .reference("bound of C2, 0.033", Course::Horizontal(0.033))
-    .reference("N of C2, 98", Course::Vertical(98.0))
+    plot.reference("slope -1/2", Course::Sloped { slope: -0.5, through })
+        .reference("bound of C2, 0.033", Course::Horizontal(0.033))
+        .reference("N of C2, 98", Course::Vertical(98.0))
 }
 
 fn bands() -> Plot {
@@ -60,20 +52,9 @@ fn bands() -> Plot {
         PlotAxis::linear("k, samples"),
         PlotAxis::log("e_x(k), relative"),
     )
-    .series(Series::new(
-        "LS: median, 5-95 %",
-        Style::Band,
-        band(0.05, 0),
-    ))
-    .series(Series::new(
-        "IV(4): median, 5-95 %",
-        Style::Band,
-        band(0.16, 7),
-    ))
-    .reference(
-        "the paper's bound on every k >= N, 0.065",
-        Course::Horizontal(0.065),
-    )
+    .series(Series::new("LS: median, 5-95 %", Style::Band, band(0.05, 0)))
+    .series(Series::new("IV(4): median, 5-95 %", Style::Band, band(0.16, 7)))
+    .reference("the paper's bound on every k >= N, 0.065", Course::Horizontal(0.065))
 }
 
 fn boxes(names: &[&str]) -> Plot {
@@ -97,13 +78,7 @@ fn boxes(names: &[&str]) -> Plot {
 }
 
 fn shares() -> Plot {
-    let names = [
-        "LS",
-        "IV(4)",
-        "IV(4), frozen auxiliary model",
-        "ridge 0.1",
-        "SVD",
-    ];
+    let names = ["LS", "IV(4)", "IV(4), frozen auxiliary model", "ridge 0.1", "SVD"];
     let point = |(i, shift): (usize, f64)| {
         let share = 10.0 + 18.0 * noise(i) + shift;
         Point::interval(share, i as f64, share - 3.0, share + 3.0)
@@ -159,8 +134,7 @@ fn panels() -> Picture {
         plot.references.truncate(1);
         for point in plot.series.iter_mut().flat_map(|series| &mut series.points) {
             let factor = 2.0_f64.powi(i as i32);
-            (point.y, point.low, point.high) =
-                (point.y * factor, point.low * factor, point.high * factor);
+            (point.y, point.low, point.high) = (point.y * factor, point.low * factor, point.high * factor);
         }
         plot
     };
@@ -195,9 +169,7 @@ fn grid() -> Heat {
         title: "Median of e_a over noise level and length".to_owned(),
         description: "Grows with the noise level, falls with the length.".to_owned(),
         column_label: "N, samples".to_owned(),
-        cells: (0..4)
-            .map(|i| (0..6).map(|j| cell(i, j)).collect())
-            .collect(),
+        cells: (0..4).map(|i| (0..6).map(|j| cell(i, j)).collect()).collect(),
         rows: rows.to_vec(),
         columns: columns.to_vec(),
     }
@@ -208,22 +180,10 @@ fn figures() -> Vec<(&'static str, Picture, &'static str)> {
     let many: Vec<String> = (0..14).map(|i| format!("estimator number {i}")).collect();
     let many: Vec<&str> = many.iter().map(String::as_str).collect();
     vec![
-        (
-            "rates",
-            rates().picture(),
-            "Bars are 95 % intervals of the median.",
-        ),
-        (
-            "bands",
-            bands().picture(),
-            "Before `k = N` there is no estimate.",
-        ),
+        ("rates", rates().picture(), "Bars are 95 % intervals of the median."),
+        ("bands", bands().picture(), "Before `k = N` there is no estimate."),
         ("boxes", boxes(&few).picture(), "No estimate at AR(1)."),
-        (
-            "many",
-            boxes(&many).picture(),
-            "Names that do not fit are turned.",
-        ),
+        ("many", boxes(&many).picture(), "Names that do not fit are turned."),
         ("shares", shares().picture(), "Bars are 95 % intervals."),
         (
             "distribution",
@@ -259,10 +219,7 @@ fn verdicts() -> Table {
     let verdicts = [
         (Verdict::Holds, "noise-free, N = 18: e_a, e_b, e_x are zero"),
         (Verdict::DoesNotHold, "eta = 10.018 %, N = 98: e_a < 0.033"),
-        (
-            Verdict::HoldsInPart,
-            "log RMSE falls with slope -1/2 in log N",
-        ),
+        (Verdict::HoldsInPart, "log RMSE falls with slope -1/2 in log N"),
         (Verdict::Undecided, "four passes are enough"),
     ];
     for (i, (verdict, says)) in verdicts.into_iter().enumerate() {
@@ -303,8 +260,7 @@ fn long_table() -> Table {
 }
 
 fn page() -> Page {
-    let mut page =
-        Page::new("asobench: what the papers claim and what a typical realisation shows");
+    let mut page = Page::new("asobench: what the papers claim and what a typical realisation shows");
     page.introduction(|s| {
         s.paragraph(
             "Made-up numbers, to look at the page. Every number has its Monte-Carlo \
@@ -345,10 +301,7 @@ fn page() -> Page {
                 }
                 s.heading("Numbers");
                 s.table(&verdicts());
-                s.files(&[
-                    ("rates.csv", "tables/rates.csv"),
-                    ("rates.svg", "figures/rates.svg"),
-                ]);
+                s.files(&[("rates.csv", "tables/rates.csv"), ("rates.svg", "figures/rates.svg")]);
                 s.heading("To run it again");
                 s.code(
                     "asobench run experiments/rates.json --seed 2023 --trials 10000 --out \

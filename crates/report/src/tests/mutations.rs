@@ -9,8 +9,8 @@
 use crate::{Study, report};
 use asobench_study::study::file::ExperimentFile;
 use asobench_study::study::{
-    BlockFolder, Campaign, CellSummary, CellTally, Content, Experiment, Looks, RunOptions,
-    SlopeStatistics, Span, Summary, check_result, parse_manifest, read_manifest,
+    BlockFolder, Campaign, CellSummary, CellTally, Content, Experiment, Looks, RunOptions, SlopeStatistics, Span,
+    Summary, check_result, parse_manifest, read_manifest,
 };
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -84,9 +84,7 @@ impl Original {
         let (rule, options) = (experiment.file.trials.clone(), RunOptions::default());
         let campaign = Campaign::open(folder.path(), &experiment, rule, options).unwrap();
         let stop = AtomicBool::new(false);
-        campaign
-            .run(&stop, |_| {}, |_, _| true, |_| Vec::new())
-            .unwrap();
+        campaign.run(&stop, |_| {}, |_, _| true, |_| Vec::new()).unwrap();
         let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
         let json = |name: &str| {
             let mut json: Value = serde_json::from_str(&read(name)).unwrap();
@@ -351,9 +349,7 @@ fn flipped_bits_are_refused_or_change_nothing() {
     };
     let expected = said().expect("nothing is damaged");
     let files = [folder, &folder.join("blocks")].map(|folder| {
-        let paths = std::fs::read_dir(folder)
-            .unwrap()
-            .map(|entry| entry.unwrap().path());
+        let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         paths
             .filter(|path| path.is_file() && !path.ends_with(".lock"))
             .collect::<Vec<_>>()
@@ -435,10 +431,7 @@ fn forged_files_are_refused_or_taken() {
     }
     for (name, count) in ["blocks", "manifests", "summaries"].iter().zip(&counts) {
         println!("{name}: {} refused, {} taken", count.refused, count.taken);
-        assert!(
-            count.refused > 0 && count.taken > 0,
-            "{name}: both must happen"
-        );
+        assert!(count.refused > 0 && count.taken > 0, "{name}: both must happen");
     }
     let panics: Vec<u64> = counts.into_iter().flat_map(|count| count.panics).collect();
     assert!(panics.is_empty(), "panics with {panics:?}");

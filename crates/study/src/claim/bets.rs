@@ -14,10 +14,7 @@ use crate::claim::one_sided::{OneSided, Prospect};
 const STAKES: i32 = 10;
 
 /// Tests that the mean of values, each with its number of trials, is above m. The values are not negative.
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "an iterator is passed as one"
-)]
+#[expect(clippy::needless_pass_by_value, reason = "an iterator is passed as one")]
 pub(crate) fn mean_above(values: impl Iterator<Item = (f64, f64)> + Clone, m: f64) -> OneSided {
     if m < 0.0 || m == 0.0 && values.clone().any(|(y, count)| y > 0.0 && count > 0.0) {
         return OneSided::SURE;
@@ -35,11 +32,10 @@ pub(crate) fn mean_above(values: impl Iterator<Item = (f64, f64)> + Clone, m: f6
         (sum, (squares.sum::<f64>() / trials).sqrt())
     };
     let stakes: Vec<(f64, f64)> = (1..=STAKES).map(stake).collect();
-    let (best, spread) =
-        stakes.iter().copied().fold(
-            (f64::NEG_INFINITY, 0.0),
-            |a, b| if b.0 > a.0 { b } else { a },
-        );
+    let (best, spread) = stakes
+        .iter()
+        .copied()
+        .fold((f64::NEG_INFINITY, 0.0), |a, b| if b.0 > a.0 { b } else { a });
     if best == f64::INFINITY {
         return OneSided::SURE;
     }

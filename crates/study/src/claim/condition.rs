@@ -39,9 +39,7 @@ fn longest(all: &[Place]) -> Option<Key> {
     let keys = varying(all).into_iter().rev();
     let counted = keys.map(|key| (key, values(all, key)));
     let numeric = counted.filter(|(_, values)| values.iter().all(is_number));
-    numeric
-        .max_by_key(|(_, values)| values.len())
-        .map(|(key, _)| key)
+    numeric.max_by_key(|(_, values)| values.len()).map(|(key, _)| key)
 }
 
 fn by_combination(all: &[Place], good: &[usize]) -> Option<String> {
@@ -63,11 +61,7 @@ fn by_combination(all: &[Place], good: &[usize]) -> Option<String> {
             continue;
         };
         complete &= range.is_empty();
-        let case = if others.len() > 1 {
-            format!("({case})")
-        } else {
-            case
-        };
+        let case = if others.len() > 1 { format!("({case})") } else { case };
         match ranges.iter_mut().find(|(known, _)| *known == range) {
             Some((_, cases)) => cases.push(case),
             None => ranges.push((range, vec![case])),
@@ -99,9 +93,7 @@ fn by_combination(all: &[Place], good: &[usize]) -> Option<String> {
 /// Returns the values of a setting at which the cells of one combination of the others are good: empty if all are,
 /// `None` if none is.
 fn range(all: &[Place], along: Key, others: &[Key], case: &str, good: &[usize]) -> Option<String> {
-    let own: Vec<usize> = (0..all.len())
-        .filter(|cell| all[*cell].words(others) == case)
-        .collect();
+    let own: Vec<usize> = (0..all.len()).filter(|cell| all[*cell].words(others) == case).collect();
     let is_at = |cell: &usize, value: &str| all[*cell].value(along) == value;
     let mut values = values(all, along);
     values.retain(|value| own.iter().any(|cell| is_at(cell, value)));

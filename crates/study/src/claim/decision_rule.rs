@@ -104,10 +104,7 @@ pub(crate) fn at_least(p: &[f64], r: usize, among: usize, level: f64) -> bool {
 /// without that order would be valid for a fixed r only.
 pub(crate) fn certain_count(p: &[f64], first: usize, among: usize, level: f64) -> usize {
     let certain = |r: &usize| at_least(p, *r, among, level);
-    (first.max(1)..=p.len())
-        .take_while(certain)
-        .last()
-        .unwrap_or(0)
+    (first.max(1)..=p.len()).take_while(certain).last().unwrap_or(0)
 }
 
 /// Returns the cells that are certain all together, by Holm's step-down (Holm 1979). The chance that any of them is
@@ -157,14 +154,7 @@ mod tests {
             })
             .collect();
         let among = judged.len();
-        decide(
-            holds,
-            Cells {
-                judged: &judged,
-                among,
-            },
-            0.025,
-        )
+        decide(holds, Cells { judged: &judged, among }, 0.025)
     }
 
     /// For 0.01, 0.04, 0.03, 0.005 at 0.05 the thresholds in ascending order are 0.0125, 0.05/3, 0.025, 0.05. So 0.005
@@ -185,10 +175,7 @@ mod tests {
         assert!(at_least(&p, 3, 5, 0.025), "3 * 0.008 = 0.024");
         assert!(!at_least(&p, 3, 5, 0.023));
         assert!(at_least(&p, 2, 5, 0.008), "4 * 0.002");
-        assert!(
-            at_least(&p, 1, 5, 0.005) && !at_least(&p, 1, 5, 0.0049),
-            "5 * 0.001"
-        );
+        assert!(at_least(&p, 1, 5, 0.005) && !at_least(&p, 1, 5, 0.0049), "5 * 0.001");
         assert!(!at_least(&p, 4, 5, 0.025), "2 * 0.4");
         assert!(at_least(&p, 5, 5, 0.9), "all: the largest, not corrected");
         assert_eq!(certain_count(&p, 1, 5, 0.025), 3);
@@ -200,10 +187,7 @@ mod tests {
         assert_eq!(certain_count(&p, 3, 5, 0.025), 3);
         // Nine cells, three selected by results. For r = 2: 8 times the second smallest. For r = 3, all of them: the
         // largest alone.
-        assert!(
-            !at_least(&[0.001, 0.009, 0.5], 2, 9, 0.07)
-                && at_least(&[0.001, 0.009, 0.5], 2, 9, 0.073)
-        );
+        assert!(!at_least(&[0.001, 0.009, 0.5], 2, 9, 0.07) && at_least(&[0.001, 0.009, 0.5], 2, 9, 0.073));
         assert!(at_least(&[0.001, 0.009, 0.02], 3, 9, 0.025));
     }
 
@@ -226,20 +210,13 @@ mod tests {
             DoesNotHold
         );
         // More than half of four is three: 2 * 0.012 is below 0.025. Not more than half: two fail, 3 * 0.008.
-        assert_eq!(
-            verdict(Holds::Typically, &[sure, sure, 0.012, open], &[open; 4]),
-            Yes
-        );
+        assert_eq!(verdict(Holds::Typically, &[sure, sure, 0.012, open], &[open; 4]), Yes);
         assert_eq!(
             verdict(Holds::Typically, &[open; 4], &[sure, 0.008, open, open]),
             DoesNotHold
         );
         assert_eq!(
-            verdict(
-                Holds::Typically,
-                &[sure, open, open, open],
-                &[open, sure, open, open]
-            ),
+            verdict(Holds::Typically, &[sure, open, open, open], &[open, sure, open, open]),
             HoldsInPart
         );
         assert_eq!(verdict(Holds::Everywhere, &[], &[]), Undecided);

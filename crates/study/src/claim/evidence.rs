@@ -38,9 +38,7 @@ impl Evidence {
             match results.numbers(test, cells) {
                 Ok(numbers) => {
                     let range = Range::for_test(test);
-                    let cautions = numbers
-                        .iter()
-                        .filter_map(|number: &Number| number.caution.clone());
+                    let cautions = numbers.iter().filter_map(|number: &Number| number.caution.clone());
                     evidence.cautions.extend(cautions);
                     let part = |number| Part {
                         test: index,
@@ -58,14 +56,8 @@ impl Evidence {
     /// Returns the p-values. To pass, all numbers must be inside: the largest p-value. To fail, one outside is enough:
     /// Bonferroni.
     pub(crate) fn p_values(&self) -> PValues {
-        let inside = self
-            .parts
-            .iter()
-            .map(|part| part.number.known.inside(part.range));
-        let outside = self
-            .parts
-            .iter()
-            .map(|part| part.number.known.outside(part.range));
+        let inside = self.parts.iter().map(|part| part.number.known.inside(part.range));
+        let outside = self.parts.iter().map(|part| part.number.known.outside(part.range));
         PValues {
             pass: if self.missing.is_empty() && !self.parts.is_empty() {
                 inside.fold(0.0, worst)
@@ -98,12 +90,7 @@ impl Evidence {
     /// Returns the chance of a certain fail.
     pub(crate) fn power_of_fail(&self, more: More, level: f64) -> f64 {
         let part_level = level / self.count();
-        let misses = |part: &Part| {
-            1.0 - part
-                .number
-                .known
-                .power_outside(part.range, more, part_level)
-        };
+        let misses = |part: &Part| 1.0 - part.number.known.power_outside(part.range, more, part_level);
         1.0 - self.parts.iter().map(misses).product::<f64>()
     }
 
@@ -121,9 +108,7 @@ impl Evidence {
         };
         let order = |(a, _): &([f64; 3], &Part), (b, _): &([f64; 3], &Part)| {
             let mut orders = a.iter().zip(b).map(|(a, b)| a.total_cmp(b));
-            orders
-                .find(|order| order.is_ne())
-                .unwrap_or(std::cmp::Ordering::Equal)
+            orders.find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
         };
         let ranked = self.parts.iter().map(|part| (rank(part), part));
         ranked.min_by(order).map(|(_, part)| part)
@@ -150,16 +135,8 @@ impl Range {
         let open = matches!(test.limit, Limit::Below(_) | Limit::Above(_));
         let reaches = Scale::for_test(test) == Scale::Share && !open;
         Self {
-            low: if reaches && low <= 0.0 {
-                f64::NEG_INFINITY
-            } else {
-                low
-            },
-            high: if reaches && high >= 1.0 {
-                f64::INFINITY
-            } else {
-                high
-            },
+            low: if reaches && low <= 0.0 { f64::NEG_INFINITY } else { low },
+            high: if reaches && high >= 1.0 { f64::INFINITY } else { high },
             open,
         }
     }

@@ -44,11 +44,7 @@ impl Family {
     }
 
     /// Judges all claims. `alone` judges one by itself, at the level that it states.
-    pub(crate) fn judge(
-        self,
-        claims: &[&ClaimTable],
-        alone: impl Fn(&ClaimTable) -> Judged,
-    ) -> Vec<Judged> {
+    pub(crate) fn judge(self, claims: &[&ClaimTable], alone: impl Fn(&ClaimTable) -> Judged) -> Vec<Judged> {
         let at = |claim: &ClaimTable, divisor: usize| {
             alone(&ClaimTable {
                 level: self.level / divisor as f64,
@@ -94,10 +90,7 @@ impl Family {
 /// Returns a claim at the level at which it is certain whatever the others say (Bonferroni), if it is of a family.
 pub(crate) fn strictest(claim: &ClaimTable, file: &ExperimentFile) -> ClaimTable {
     let level = Family::of(file).map_or(claim.level, |of| of.level / of.claims as f64);
-    ClaimTable {
-        level,
-        ..claim.clone()
-    }
+    ClaimTable { level, ..claim.clone() }
 }
 
 impl Strength {
@@ -106,10 +99,7 @@ impl Strength {
     fn find(most: usize, monotone: bool, verdict_at: impl Fn(usize) -> Verdict) -> Self {
         let verdict = verdict_at(1);
         if !matches!(verdict, Verdict::Holds | Verdict::DoesNotHold) {
-            return Self {
-                verdict,
-                divisor: 0,
-            };
+            return Self { verdict, divisor: 0 };
         }
         let (mut divisor, mut above) = (1, most + 1);
         while above - divisor > 1 {
@@ -163,11 +153,7 @@ mod tests {
     #[test]
     fn the_divisors_give_what_the_p_values_give() {
         let mut z = vec![0.0; 4000];
-        let mut stream = asobench_identification::signal::stream(
-            1,
-            0,
-            asobench_identification::signal::Purpose::Input,
-        );
+        let mut stream = asobench_identification::signal::stream(1, 0, asobench_identification::signal::Purpose::Input);
         asobench_identification::signal::normal::fill_standard_normal(&mut stream, &mut z);
         let mut decided = [0; 2];
         for z in z.chunks_exact(8) {

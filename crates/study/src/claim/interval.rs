@@ -25,13 +25,7 @@ pub(crate) struct Levels {
 
 impl Levels {
     /// Computes them from the numbers of certain cells among the judged ones.
-    pub(crate) fn new(
-        holds: Holds,
-        [passing, failing]: [usize; 2],
-        judged: usize,
-        among: usize,
-        level: f64,
-    ) -> Self {
+    pub(crate) fn new(holds: Holds, [passing, failing]: [usize; 2], judged: usize, among: usize, level: f64) -> Self {
         // The step at which Holm's procedure stopped; if all are certain, the last one.
         let holm = |certain: usize| level / (among + 1 - (certain + 1).min(judged.max(1))) as f64;
         let of = |certain: usize, all: Holds| {

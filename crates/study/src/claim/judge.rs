@@ -32,12 +32,7 @@ use crate::outcome::summary::Summary;
 
 /// Judges every claim of a resolved file that has a test by the results of the study.
 /// `look` says what the verdicts may spend of the claims' level.
-pub fn judge(
-    file: &ExperimentFile,
-    summary: &Summary,
-    times: &[MethodTime],
-    look: Look,
-) -> Vec<Judged> {
+pub fn judge(file: &ExperimentFile, summary: &Summary, times: &[MethodTime], look: Look) -> Vec<Judged> {
     let claims = file.claims.iter().filter(|claim| !claim.test.is_empty());
     let claims: Vec<&ClaimTable> = claims.collect();
     let alone = |claim: &ClaimTable| judge_at(claim, look, file, summary, times);
@@ -64,12 +59,7 @@ pub fn decides(file: &ExperimentFile, summary: &Summary, look: Look) -> bool {
 }
 
 /// Returns the verdict on one claim at a look, without its sentence and the trials that would decide it.
-pub(crate) fn verdict_at(
-    claim: &ClaimTable,
-    look: Look,
-    file: &ExperimentFile,
-    summary: &Summary,
-) -> Verdict {
+pub(crate) fn verdict_at(claim: &ClaimTable, look: Look, file: &ExperimentFile, summary: &Summary) -> Verdict {
     let given = claim.given.as_ref().map(ClaimTest::from_table).transpose();
     let (Ok(cases), Ok(given)) = (claim.cases(), given) else {
         return Verdict::Undecided;
@@ -80,10 +70,7 @@ pub(crate) fn verdict_at(
         given: given.as_ref(),
         look,
     };
-    let results = Results {
-        summary,
-        times: &[],
-    };
+    let results = Results { summary, times: &[] };
     let Ok(found) = judge.found(results, file) else {
         return Verdict::Undecided;
     };
@@ -164,13 +151,7 @@ pub(crate) struct Found<'a> {
 
 impl<'a> Judge<'a> {
     /// Evaluates one of `among` units.
-    fn find(
-        &self,
-        results: Results<'_>,
-        tests: &'a [ClaimTest],
-        unit: Unit,
-        among: usize,
-    ) -> Found<'a> {
+    fn find(&self, results: Results<'_>, tests: &'a [ClaimTest], unit: Unit, among: usize) -> Found<'a> {
         let evidence = Evidence::new(results, tests, &unit.members);
         let given = self.given.map(std::slice::from_ref);
         let given = given.map(|given| Evidence::new(results, given, &unit.members));
@@ -180,8 +161,7 @@ impl<'a> Judge<'a> {
             unit,
             p_values: with_condition(self.claim.holds, evidence.p_values(), condition),
             // Among so many cells some would miss the condition by chance (Bonferroni).
-            judged: condition
-                .is_none_or(|given| given.fail > self.level(self.look.share) / among as f64),
+            judged: condition.is_none_or(|given| given.fail > self.level(self.look.share) / among as f64),
             evidence,
             given,
         }
@@ -245,8 +225,7 @@ impl<'a> Judge<'a> {
             .needed()
         });
         let [passing, failing] = judged.certain(holds, level);
-        let (pass, fail): (Vec<f64>, Vec<f64>) =
-            p_values.iter().map(|cell| (cell.pass, cell.fail)).unzip();
+        let (pass, fail): (Vec<f64>, Vec<f64>) = p_values.iter().map(|cell| (cell.pass, cell.fail)).unzip();
         let units: Vec<UnitFindings> = kept
             .iter()
             .map(|found| UnitFindings {
@@ -263,11 +242,8 @@ impl<'a> Judge<'a> {
             left_out: among - kept.len(),
             passing: &passing,
             failing: &failing,
-            at_least: [
-                (pass, holds.passes(kept.len())),
-                (fail, holds.fails(kept.len())),
-            ]
-            .map(|(p, first)| certain_count(&p, first, among, level)),
+            at_least: [(pass, holds.passes(kept.len())), (fail, holds.fails(kept.len()))]
+                .map(|(p, first)| certain_count(&p, first, among, level)),
             verdict,
             needed,
             look: self.look,
@@ -282,9 +258,7 @@ impl<'a> Judge<'a> {
         let mut tests = self.cases.iter().flatten().chain(self.given);
         judged.timed = tests.any(ClaimTest::is_timed);
         let tests = 0..self.claim.test.len();
-        judged.tests = tests
-            .map(|test| JudgedTest::new(&findings.any(test)))
-            .collect();
+        judged.tests = tests.map(|test| JudgedTest::new(&findings.any(test))).collect();
         judged.cells = self.cells(&found, &passing, &failing);
         judged
     }

@@ -40,10 +40,7 @@ pub(crate) enum Bound {
     Unknown,
     /// By bets on values with their numbers of trials. The values are powers of the measure, or what they lack of
     /// `top`.
-    Bets {
-        values: Vec<(f64, f64)>,
-        top: Option<f64>,
-    },
+    Bets { values: Vec<(f64, f64)>, top: Option<f64> },
     /// By bets on the squares of two outputs in each trial, of which the first is at most `top`.
     Squares { pairs: Vec<[f64; 2]>, top: f64 },
     /// A root mean square from above, if `E x^4 <= kurtosis (E x^2)^2`: `p = exp(-n (1 - Y/m)^2 / (2 kurtosis))` for
@@ -66,9 +63,7 @@ impl Bound {
         let m = limit.powi(power);
         match self {
             Self::Unknown => OneSided::NEVER,
-            Self::Bets { values, top } => {
-                mean_above(values.iter().copied(), top.map_or(m, |top| top - m))
-            }
+            Self::Bets { values, top } => mean_above(values.iter().copied(), top.map_or(m, |top| top - m)),
             Self::Squares { pairs, top } => {
                 // A^2 - m B^2 <= top below the limit, m B^2 - A^2 <= m top above it.
                 let (top, sign) = match side {
@@ -150,17 +145,12 @@ impl Known {
     pub(crate) fn over(mut self, by: f64) -> Self {
         match &mut self {
             Self::Quantile {
-                value,
-                error,
-                ranked,
-                ..
+                value, error, ranked, ..
             } => {
                 *ranked = ranked.clone().over(by);
                 (*value, *error) = (*value / by, *error / by);
             }
-            Self::Moment {
-                value, error, unit, ..
-            } => {
+            Self::Moment { value, error, unit, .. } => {
                 *unit *= by;
                 (*value, *error) = (*value / by, *error / by);
             }
@@ -236,19 +226,14 @@ impl Known {
                 OneSided::few(against, ranked.total(), chance)
             }
             Self::Moment {
-                power,
-                unit,
-                bounds,
-                ..
+                power, unit, bounds, ..
             } => {
                 let [below, above] = &**bounds;
                 let bound = if side == Side::Below { below } else { above };
                 bound.test(side, limit * unit, *power)
             }
             // Medians of measures that are not negative.
-            Self::Medians { .. } if limit <= 0.0 => {
-                OneSided::of(limit < 0.0 && side == Side::Above)
-            }
+            Self::Medians { .. } if limit <= 0.0 => OneSided::of(limit < 0.0 && side == Side::Above),
             Self::Medians { pairs, .. } => match side {
                 Side::Below => median_below(pairs.iter().map(|[a, b]| [*a, limit * b])),
                 Side::Above => median_below(pairs.iter().map(|[a, b]| [limit * b, *a])),
@@ -314,18 +299,14 @@ impl Known {
 
     /// Returns the chance that [`Self::inside`] is at most `level` with more trials.
     pub(crate) fn power_inside(&self, range: Range, more: More, level: f64) -> f64 {
-        let misses = self
-            .tests_inside(range)
-            .map(|test| 1.0 - test.power(more, level));
+        let misses = self.tests_inside(range).map(|test| 1.0 - test.power(more, level));
         (1.0 - misses.sum::<f64>()).max(0.0)
     }
 
     /// Returns the chance that [`Self::outside`] is at most `level` with more trials.
     pub(crate) fn power_outside(&self, range: Range, more: More, level: f64) -> f64 {
         let of_each = level / self.ends_at_once(range);
-        let hits = self
-            .tests_outside(range)
-            .map(|test| test.power(more, of_each));
+        let hits = self.tests_outside(range).map(|test| test.power(more, of_each));
         hits.sum::<f64>().min(1.0)
     }
 }
@@ -371,9 +352,5 @@ fn least_level(is_certain: impl Fn(f64) -> bool) -> f64 {
 
 /// Returns the larger of two p-values; 1 if one is undefined.
 pub(crate) fn worst(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        1.0
-    } else {
-        a.max(b)
-    }
+    if a.is_nan() || b.is_nan() { 1.0 } else { a.max(b) }
 }

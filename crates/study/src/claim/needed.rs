@@ -17,10 +17,7 @@ pub struct Needed {
 
 impl Needed {
     /// No number of trials decides the claim.
-    pub(crate) const NEVER: Self = Self {
-        from: None,
-        to: None,
-    };
+    pub(crate) const NEVER: Self = Self { from: None, to: None };
 
     /// Says that so many trials would decide a claim.
     pub(crate) fn sentence(self) -> String {
@@ -58,10 +55,7 @@ mod tests {
     #[test]
     fn numbers_of_trials_in_words() {
         let words = |from, to| Needed { from, to }.sentence();
-        assert_eq!(
-            words(Some(40_321), Some(40_900)),
-            "some 41,000 trials would decide it"
-        );
+        assert_eq!(words(Some(40_321), Some(40_900)), "some 41,000 trials would decide it");
         assert_eq!(
             words(Some(1_500), Some(40_321)),
             "some 1,500 to 41,000 trials would decide it"

@@ -78,10 +78,7 @@ impl OneSided {
         match self.prospect {
             // Counts tell numbers apart whose p-values are 0 or 1.
             Prospect::Few {
-                count,
-                total,
-                chance,
-                ..
+                count, total, chance, ..
             } => {
                 let (n, k) = (total as f64, count as f64);
                 (n * chance - k) / (n * chance * (1.0 - chance)).sqrt().max(1e-300)
@@ -94,9 +91,7 @@ impl OneSided {
     pub(crate) fn power(self, More { factor, shift }: More, level: f64) -> f64 {
         match self.prospect {
             Prospect::Stays => f64::from(u8::from(self.p <= level)),
-            Prospect::Root => {
-                normal_above(normal_point(level) - (normal_point(self.p) + shift) * factor.sqrt())
-            }
+            Prospect::Root => normal_above(normal_point(level) - (normal_point(self.p) + shift) * factor.sqrt()),
             Prospect::Few {
                 count,
                 total,
@@ -110,11 +105,7 @@ impl OneSided {
                 let share = (share - shift * spread.sqrt()).clamp(0.0, 1.0);
                 few((n * factor).round() as u64, share, chance, of_level * level)
             }
-            Prospect::Gain {
-                mean,
-                spread,
-                trials,
-            } => {
+            Prospect::Gain { mean, spread, trials } => {
                 let (spread, n) = (spread.max(1e-12), trials * factor);
                 let mean = mean + shift * spread / trials.sqrt();
                 normal_above(((10.0 / level).ln() - n * mean) / (spread * n.sqrt()))

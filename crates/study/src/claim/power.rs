@@ -84,10 +84,7 @@ impl Undecided<'_> {
     pub(crate) fn power(self, trials: u64, shift: f64) -> f64 {
         let m = self.cells.len();
         let (passes, fails) = (self.holds.passes(m), self.holds.fails(m));
-        let seem = self
-            .cells
-            .iter()
-            .filter(|cell| cell.evidence.seems_to_pass());
+        let seem = self.cells.iter().filter(|cell| cell.evidence.seems_to_pass());
         let towards_holds = seem.count() >= passes;
         let r = if towards_holds { passes } else { fails };
         let cell_level = level_of_each(r, m, self.among, self.level);

@@ -132,11 +132,7 @@ impl Ranked {
 }
 
 fn of_bins(sketch: &Sketch) -> Vec<Group> {
-    let group = |(lowest, highest, count)| Group {
-        lowest,
-        highest,
-        count,
-    };
+    let group = |(lowest, highest, count)| Group { lowest, highest, count };
     sketch.bins().map(group).collect()
 }
 

@@ -30,10 +30,9 @@ impl Scale {
                 statistic: CoefficientStatistic::Bias,
                 ..
             } => Self::Difference,
-            TestKind::Value { .. }
-            | TestKind::Ratio { .. }
-            | TestKind::Cells { .. }
-            | TestKind::Time { .. } => Self::Ratio,
+            TestKind::Value { .. } | TestKind::Ratio { .. } | TestKind::Cells { .. } | TestKind::Time { .. } => {
+                Self::Ratio
+            }
         }
     }
 }

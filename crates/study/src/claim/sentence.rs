@@ -8,8 +8,7 @@ use crate::claim::evidence::{Evidence, Part};
 use crate::claim::needed::Needed;
 use crate::claim::scale::is_share;
 use crate::design::file::{
-    Assumption, ClaimTest, CoefficientStatistic, Holds, Limit, Outcome, RatioStatistic, TestKind,
-    TheoryReference,
+    Assumption, ClaimTest, CoefficientStatistic, Holds, Limit, Outcome, RatioStatistic, TestKind, TheoryReference,
 };
 use crate::outcome::looks::Look;
 use crate::outcome::place::Place;
@@ -59,11 +58,7 @@ impl<'a> Findings<'a> {
 
     /// Returns "cells", or "cases" if each is a cell with one of several outputs.
     fn cells(&self) -> &'static str {
-        if self.cases.len() > 1 {
-            "cases"
-        } else {
-            "cells"
-        }
+        if self.cases.len() > 1 { "cases" } else { "cells" }
     }
 
     /// Returns where it certainly holds: settings, or outputs if the claim lists several.
@@ -78,12 +73,8 @@ impl<'a> Findings<'a> {
             units.peek().is_some() && units.all(|unit| self.passing.contains(&unit))
         };
         let held = self.cases.iter().filter(all_pass);
-        let names: Vec<String> = held
-            .filter_map(|case| Some(of_and_to(case.first()?)))
-            .collect();
-        (1..=6)
-            .contains(&names.len())
-            .then(|| format!("of {}", listed(&names)))
+        let names: Vec<String> = held.filter_map(|case| Some(of_and_to(case.first()?))).collect();
+        (1..=6).contains(&names.len()).then(|| format!("of {}", listed(&names)))
     }
 
     /// Returns the text after the verdict's word.
@@ -173,10 +164,7 @@ impl<'a> Findings<'a> {
         let test = &unit.tests[part.test];
         let mut value = value(test, part);
         if let Some(kept) = part.number.kept {
-            value.push_str(&format!(
-                " (of the {:.1} % of trials with a value)",
-                100.0 * kept
-            ));
+            value.push_str(&format!(" (of the {:.1} % of trials with a value)", 100.0 * kept));
         }
         Some((noun(test, part.number.name.as_deref()), value, must(test)))
     }
@@ -208,11 +196,7 @@ impl<'a> Findings<'a> {
         let Some((noun, value, must)) = self.words(0) else {
             return ".".to_owned();
         };
-        let not = if self.verdict == Verdict::Holds {
-            ""
-        } else {
-            "not "
-        };
+        let not = if self.verdict == Verdict::Holds { "" } else { "not " };
         format!(": {noun} is {value}, {not}{must}.")
     }
 
@@ -327,9 +311,7 @@ impl<'a> Findings<'a> {
                 reasons.push(why.clone());
             }
         }
-        let is_silent = |unit: &&UnitFindings| {
-            !(unit.evidence.missing.is_empty() && unit.evidence.cautions.is_empty())
-        };
+        let is_silent = |unit: &&UnitFindings| !(unit.evidence.missing.is_empty() && unit.evidence.cautions.is_empty());
         let silent = self.units.iter().filter(is_silent).count();
         let open = m - self.passing.len() - self.failing.len();
         let open = match self.words(0).filter(|_| m == 1) {
@@ -339,15 +321,12 @@ impl<'a> Findings<'a> {
             None => format!("{open} of {m} {} are undecided", self.cells()),
         };
         let trials = match self.needed {
-            _ if silent == m && self.units.iter().all(|unit| unit.evidence.parts.is_empty()) => {
-                String::new()
-            }
+            _ if silent == m && self.units.iter().all(|unit| unit.evidence.parts.is_empty()) => String::new(),
             _ if self.cases.iter().flatten().any(ClaimTest::is_timed) => {
                 "; more trials do not make times more precise".to_owned()
             }
             Some(_) if self.look.next <= 0.0 => {
-                "; its looks are used up, and a run with another seed in another folder can decide it"
-                    .to_owned()
+                "; its looks are used up, and a run with another seed in another folder can decide it".to_owned()
             }
             Some(Needed { from: None, .. }) if !reasons.is_empty() => String::new(),
             Some(needed) => format!("; {}", needed.sentence()),
@@ -440,9 +419,7 @@ pub(crate) fn noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
         None => noun,
         Some(Assumption::Cap(cap)) => format!("{noun}, with errors above {cap} counted as {cap},"),
         Some(Assumption::Kurtosis(most)) => {
-            format!(
-                "{noun}, if the mean fourth power is at most {most} squares of the mean square,"
-            )
+            format!("{noun}, if the mean fourth power is at most {most} squares of the mean square,")
         }
     }
 }
@@ -494,17 +471,13 @@ fn plain_noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
             let to = TheoryReference::named(to).map_or(to.as_str(), |of| of.words());
             match statistic {
                 RatioStatistic::Median if measure != measure_of_to => {
-                    format!(
-                        "the ratio of the median {first} of {output} to the median {second} of {to}"
-                    )
+                    format!("the ratio of the median {first} of {output} to the median {second} of {to}")
                 }
                 RatioStatistic::Median => {
                     format!("the ratio of the median {first} of {output} to that of {to}")
                 }
                 RatioStatistic::Rms => {
-                    format!(
-                        "the ratio of the rms over trials of {first} of {output} to that of {to}"
-                    )
+                    format!("the ratio of the rms over trials of {first} of {output} to that of {to}")
                 }
                 RatioStatistic::PairedMedian if measure != measure_of_to => {
                     format!("the median ratio of {first} of {output} to {second} of {to}")
@@ -525,10 +498,7 @@ fn plain_noun(test: &ClaimTest, coefficient: Option<&str>) -> String {
                 Some([value]) => format!("{axis} {value}"),
                 _ => format!("another {axis}"),
             };
-            format!(
-                "the median ratio of {} of {output}, {to} over {from},",
-                measure.label()
-            )
+            format!("the median ratio of {} of {output}, {to} over {from},", measure.label())
         }
         TestKind::Slope(slope) => {
             let statistic = match slope.statistic {

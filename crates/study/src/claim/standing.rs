@@ -58,13 +58,10 @@ pub fn tested(file: &ExperimentFile, judged: &[Judged], look: Look) -> Option<St
     let loose = judged.iter().filter(|claim| !claim.standing.has_rate());
     match loose.count() {
         0 => {}
-        1 => text.push_str(
-            " No error rate holds for 1 of them, which is exploratory or newer than the results.",
-        ),
+        1 => text.push_str(" No error rate holds for 1 of them, which is exploratory or newer than the results."),
         some => {
-            let loose = format!(
-                " No error rate holds for {some} of them, which are exploratory or newer than the results."
-            );
+            let loose =
+                format!(" No error rate holds for {some} of them, which are exploratory or newer than the results.");
             text.push_str(&loose);
         }
     }
@@ -96,9 +93,7 @@ fn rate(file: &ExperimentFile, judged: &[Judged]) -> String {
     };
     // At its limit a claim is wrongly decided at the level either way.
     let expected = rounded(2.0 * levels.iter().sum::<f64>(), 2);
-    format!(
-        "{text}; if all were at their limits, up to {expected} wrong verdicts would be expected."
-    )
+    format!("{text}; if all were at their limits, up to {expected} wrong verdicts would be expected.")
 }
 
 #[cfg(test)]
@@ -139,19 +134,17 @@ mod tests {
             "2 claims were tested, at 1 to 5 % a side; if all were at their limits, up to 0.12 wrong verdicts would be \
              expected."
         );
-        assert_eq!(
-            said(&file("", &[0.025])),
-            "1 claim was tested, at 2.5 % a side."
-        );
+        assert_eq!(said(&file("", &[0.025])), "1 claim was tested, at 2.5 % a side.");
         assert_eq!(
             said(&file("family = true", &[0.01, 0.05])),
             "2 claims were tested, at 1 % a side over all of them (Holm's correction)."
         );
         let mut loose = file("family = true", &[0.025; 3]);
         loose.claims[1].exploratory = true;
-        assert!(said(&loose).ends_with(
-            "No error rate holds for 1 of them, which is exploratory or newer than the results."
-        ));
+        assert!(
+            said(&loose)
+                .ends_with("No error rate holds for 1 of them, which is exploratory or newer than the results.")
+        );
         assert_eq!(tested(&ExperimentFile::default(), &[], Look::ONLY), None);
     }
 

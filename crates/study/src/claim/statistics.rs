@@ -37,11 +37,7 @@ pub(crate) enum Members {
 
 impl Results<'_> {
     /// Returns the numbers that a test looks at: one, or one for every coefficient.
-    pub(crate) fn numbers(
-        self,
-        test: &ClaimTest,
-        members: &Members,
-    ) -> Result<Vec<Number>, Missing> {
+    pub(crate) fn numbers(self, test: &ClaimTest, members: &Members) -> Result<Vec<Number>, Missing> {
         let cell = |index: usize| {
             let cell = self.summary.cells.get(index);
             cell.ok_or_else(|| format!("cell {index} is missing"))
@@ -55,9 +51,7 @@ impl Results<'_> {
             (TestKind::Slope(slope), Members::Family(cells)) => {
                 self.slope(slope, test, cells).map(|number| vec![number])
             }
-            (TestKind::Time { to }, Members::Cell(index)) => {
-                single(self.time(*index, &test.output, to))
-            }
+            (TestKind::Time { to }, Members::Cell(index)) => single(self.time(*index, &test.output, to)),
             (_, Members::Cell(index)) => in_cell(cell(*index)?, test),
             _ => Err("the test is about other cells".to_owned()),
         }
@@ -74,12 +68,7 @@ impl Results<'_> {
     }
 
     /// Returns the ratio of an output's measure in one cell to that in another, on the same trials.
-    fn pair(
-        self,
-        [from, to]: [usize; 2],
-        output: &str,
-        measure: Measure,
-    ) -> Result<Known, Missing> {
+    fn pair(self, [from, to]: [usize; 2], output: &str, measure: Measure) -> Result<Known, Missing> {
         let mut pairs = self.summary.cell_pairs.iter();
         let found = pairs.find(|pair| {
             let cells = (pair.from, pair.to) == (from, to);
@@ -91,22 +80,11 @@ impl Results<'_> {
         paired_median(&pair.ratio, ratios, measure)
     }
 
-    fn slope(
-        self,
-        table: &SlopeTable,
-        test: &ClaimTest,
-        cells: &[usize],
-    ) -> Result<Number, Missing> {
+    fn slope(self, table: &SlopeTable, test: &ClaimTest, cells: &[usize]) -> Result<Number, Missing> {
         let output = &test.output;
         let mut slopes = self.summary.slopes.iter();
-        let found = slopes
-            .find(|slope| slope.table == *table && slope.output == *output && slope.cells == cells);
-        let what = || {
-            format!(
-                "slope of {} over {} of '{output}'",
-                table.measure, table.over
-            )
-        };
+        let found = slopes.find(|slope| slope.table == *table && slope.output == *output && slope.cells == cells);
+        let what = || format!("slope of {} over {} of '{output}'", table.measure, table.over);
         let found = found.ok_or_else(|| not_kept(&what()))?;
         let undefined = || {
             format!(
@@ -125,28 +103,16 @@ impl Results<'_> {
             });
         }
         let cells = self.weighted(table, output, cells)?;
-        Ok(Known::Slope {
-            value,
-            error,
-            cells,
-        }
-        .into())
+        Ok(Known::Slope { value, error, cells }.into())
     }
 
     /// Returns the weight in a slope, and the values, of every cell.
-    fn weighted(
-        self,
-        table: &SlopeTable,
-        output: &str,
-        cells: &[usize],
-    ) -> Result<Vec<(f64, Ranked)>, Missing> {
+    fn weighted(self, table: &SlopeTable, output: &str, cells: &[usize]) -> Result<Vec<(f64, Ranked)>, Missing> {
         let missing = || not_kept(&format!("cells of the slope over {}", table.over));
         let cells = cells.iter().map(|cell| self.summary.cells.get(*cell));
         let cells = cells.collect::<Option<Vec<&CellSummary>>>();
         let cells = cells.ok_or_else(missing)?;
-        let x = cells
-            .iter()
-            .map(|cell| cell.setting(table.over).parse::<f64>());
+        let x = cells.iter().map(|cell| cell.setting(table.over).parse::<f64>());
         let x: Vec<f64> = x.collect::<Result<_, _>>().map_err(|_| missing())?;
         let weights = slope_weights(&x).ok_or_else(missing)?;
         let of_cell = |(weight, cell): (f64, &CellSummary)| {
@@ -158,9 +124,7 @@ impl Results<'_> {
 
     /// Returns the smallest share of trials that have a measure, over some cells.
     fn least_kept(self, cells: &[usize], output: &str, measure: Measure) -> Option<f64> {
-        let cells = cells
-            .iter()
-            .filter_map(|cell| self.summary.cells.get(*cell));
+        let cells = cells.iter().filter_map(|cell| self.summary.cells.get(*cell));
         let shares = cells.filter_map(|cell| {
             let statistics = cell.output(output)?.measures.get(&measure)?;
             kept(statistics.count, cell.trials)
@@ -176,9 +140,7 @@ impl Results<'_> {
         let time_of = |method: &str| {
             let mut times = self.times.iter();
             let time = times.find(|time| time.cell == cell && time.method == method);
-            time.ok_or_else(|| {
-                format!("no times of '{method}' were measured; they need timing = true")
-            })
+            time.ok_or_else(|| format!("no times of '{method}' were measured; they need timing = true"))
         };
         let (first, second) = (time_of(method)?, time_of(to)?);
         let rounds = first.rounds.iter().zip(&second.rounds);
@@ -188,9 +150,7 @@ impl Results<'_> {
         ratios.sort_by(f64::total_cmp);
         let spread = |low: f64, high: f64| (high - low) / 1.349;
         let found = if ratios.is_empty() {
-            let relative = |time: &MethodTime| {
-                spread(time.q25_seconds, time.q75_seconds) / time.median_seconds
-            };
+            let relative = |time: &MethodTime| spread(time.q25_seconds, time.q75_seconds) / time.median_seconds;
             let ratio = first.median_seconds / second.median_seconds;
             (ratio, ratio * relative(first).hypot(relative(second)))
         } else {
@@ -198,9 +158,7 @@ impl Results<'_> {
             (at(0.5), spread(at(0.25), at(0.75)))
         };
         match found {
-            (value, error) if value > 0.0 && error > 0.0 && error.is_finite() => {
-                Ok(Known::Time { value, error })
-            }
+            (value, error) if value > 0.0 && error > 0.0 && error.is_finite() => Ok(Known::Time { value, error }),
             _ => Err("the times have no spread that could be judged".to_owned()),
         }
     }

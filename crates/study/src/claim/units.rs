@@ -2,8 +2,7 @@
 
 use crate::claim::statistics::Members;
 use crate::design::file::{
-    ClaimTable, ClaimTest, Conditions, ExperimentFile, Key, Settings, TestKind, TestUnit,
-    conditions, matches, partners,
+    ClaimTable, ClaimTest, Conditions, ExperimentFile, Key, Settings, TestKind, TestUnit, conditions, matches, partners,
 };
 use crate::outcome::place::Place;
 use crate::outcome::summary::{CellSummary, Summary};
@@ -75,13 +74,7 @@ pub(crate) fn units(
 }
 
 /// Returns the pairs of cells that differ only in one setting and those zipped with it.
-fn pairs(
-    wanted: &Conditions,
-    axis: Key,
-    test: &ClaimTest,
-    file: &ExperimentFile,
-    summary: &Summary,
-) -> Vec<Unit> {
+fn pairs(wanted: &Conditions, axis: Key, test: &ClaimTest, file: &ExperimentFile, summary: &Summary) -> Vec<Unit> {
     let settings: Vec<&Settings> = summary.cells.iter().map(|cell| &cell.settings).collect();
     let mut found = Vec::new();
     for (from, to) in test.unit().steps(&file.settings) {
@@ -99,15 +92,10 @@ fn pairs(
 
 /// Returns a family, if all its cells are wanted, with the settings that they share.
 pub(crate) fn family(wanted: &Conditions, cells: &[usize], summary: &Summary) -> Option<Unit> {
-    let members: Option<Vec<&CellSummary>> =
-        cells.iter().map(|cell| summary.cells.get(*cell)).collect();
+    let members: Option<Vec<&CellSummary>> = cells.iter().map(|cell| summary.cells.get(*cell)).collect();
     let members = members.filter(|all| all.iter().all(|cell| matches(&cell.settings, wanted)))?;
     let first = members.first()?.place();
-    let differs = |key: &Key| {
-        members
-            .iter()
-            .any(|cell| cell.place().value(*key) != first.value(*key))
-    };
+    let differs = |key: &Key| members.iter().any(|cell| cell.place().value(*key) != first.value(*key));
     let differing: Vec<Key> = Key::ALL.iter().copied().filter(differs).collect();
     Some(Unit {
         members: Members::Family(cells.to_vec()),

@@ -2,25 +2,22 @@
 
 use crate::design::build_continuous_cell::continuous_cell;
 use crate::design::file::{
-    At, ExperimentFile, FeedbackTable, FileError, InputTable, Key, LAWS, NoiseTable, OutlierTable,
-    PlantTable, Scalar, wrong,
+    At, ExperimentFile, FeedbackTable, FileError, InputTable, Key, LAWS, NoiseTable, OutlierTable, PlantTable, Scalar,
+    wrong,
 };
 use crate::design::{
-    CURVES_LIMIT, Cell, DiscreteCell, LARGEST_COUNT, Measure, ScoredFrom, SettingsReader, Source,
-    StateFeedback, curve_bytes, named,
+    CURVES_LIMIT, Cell, DiscreteCell, LARGEST_COUNT, Measure, ScoredFrom, SettingsReader, Source, StateFeedback,
+    curve_bytes, named,
 };
 use asobench_identification::data::{
-    Change, ChangedPlant, Feedback, NoiseColour, OutputFeedback, PlantSource, Process,
-    ProcessSettings,
+    Change, ChangedPlant, Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings,
 };
 use asobench_identification::estimator::{SetupError, Shape, Solver};
 use asobench_identification::model::LinearModel;
 use asobench_identification::names::UnknownName;
 use asobench_identification::observer::Gain;
 use asobench_identification::plant::{ORDER_LIMIT, nikolov2023};
-use asobench_identification::signal::{
-    Input, InputLaw, LevelOf, LevelReading, NoiseFilter, Sequence,
-};
+use asobench_identification::signal::{Input, InputLaw, LevelOf, LevelReading, NoiseFilter, Sequence};
 use asobench_identification::text::number;
 use faer::Mat;
 
@@ -81,9 +78,7 @@ impl SettingsReader<'_> {
             return wrong("horizon", message);
         }
         if horizon < window {
-            let message = format!(
-                "the record of K = {horizon} samples is shorter than the window N = {window}"
-            );
+            let message = format!("the record of K = {horizon} samples is shorter than the window N = {window}");
             return wrong("horizon", message);
         }
         if let Some(change) = &process.settings().change
@@ -94,8 +89,7 @@ impl SettingsReader<'_> {
             return wrong(place, message);
         }
         if horizon as f64 > LARGEST_COUNT {
-            let message =
-                format!("a record of K = {horizon} samples; expected at most {LARGEST_COUNT}");
+            let message = format!("a record of K = {horizon} samples; expected at most {LARGEST_COUNT}");
             return wrong("horizon", message);
         }
         let eta = self.number(Key::Eta)?;
@@ -194,19 +188,14 @@ impl SettingsReader<'_> {
         if self.file.inputs.contains_key(&self.text(Key::Input)) {
             return Ok(None);
         }
-        let most = samples
-            .len()
-            .saturating_sub(process.settings().feedback.pilot());
+        let most = samples.len().saturating_sub(process.settings().feedback.pilot());
         if window > most {
             let key = if self.settings.contains_key(&Key::L) {
                 Key::L
             } else {
                 Key::Window
             };
-            let message = format!(
-                "N = {window} samples; the input '{}' has {most}",
-                self.text(Key::Input)
-            );
+            let message = format!("N = {window} samples; the input '{}' has {most}", self.text(Key::Input));
             return wrong(key, message);
         }
         Ok(Some(most))
@@ -239,9 +228,8 @@ impl SettingsReader<'_> {
                 "prbs" => format!(", or input = \"signs\" with sequence = \"{sequence}\""),
                 _ => String::new(),
             };
-            let message = format!(
-                "'{name}' is a law; expected the name of a table [inputs.NAME] with law = \"{law}\"{also}"
-            );
+            let message =
+                format!("'{name}' is a law; expected the name of a table [inputs.NAME] with law = \"{law}\"{also}");
             return wrong(key, message);
         }
         let laws = InputLaw::ALL.iter().map(|law| law.name());
@@ -252,17 +240,9 @@ impl SettingsReader<'_> {
     }
 
     /// Returns the filter of Gaussian numbers that an input names; `others` are further names to offer.
-    fn input_filter(
-        &self,
-        place: &str,
-        name: &str,
-        others: &[&str],
-    ) -> Result<NoiseFilter, FileError> {
+    fn input_filter(&self, place: &str, name: &str, others: &[&str]) -> Result<NoiseFilter, FileError> {
         let noises = &self.file.noises;
-        let known = others
-            .iter()
-            .copied()
-            .chain(noises.keys().map(String::as_str));
+        let known = others.iter().copied().chain(noises.keys().map(String::as_str));
         let unknown = || UnknownName::new(Key::Input, name, known);
         let table = noises.get(name).ok_or_else(unknown).at(place)?;
         if table.has_law() {
@@ -340,9 +320,7 @@ impl SettingsReader<'_> {
             && table.plant.is_none()
             && !change.after(plant).is_some_and(|after| after.is_stable())
         {
-            return wrong(
-                "the plant after it is not stable; expected a smaller factor on its poles",
-            );
+            return wrong("the plant after it is not stable; expected a smaller factor on its poles");
         }
         Ok(Some(change))
     }
@@ -377,8 +355,7 @@ impl SettingsReader<'_> {
                 NoiseFilter::new(&[1.0], &plant.denominator()).at("noise")?
             }
             _ => {
-                let message =
-                    "expected the same plant in every trial, or another noise than \"ar\"";
+                let message = "expected the same plant in every trial, or another noise than \"ar\"";
                 return wrong("noise_from_rest", message);
             }
         };
@@ -451,8 +428,7 @@ impl SettingsReader<'_> {
                     return wrong(place, message);
                 }
                 if *identify as f64 > LARGEST_COUNT {
-                    let message =
-                        format!("identify = {identify}; expected at most {LARGEST_COUNT}");
+                    let message = format!("identify = {identify}; expected at most {LARGEST_COUNT}");
                     return wrong(place, message);
                 }
                 let law = StateFeedback {

@@ -1,14 +1,11 @@
 //! Makes a cell in continuous time from its settings.
 
 use crate::design::file::{
-    At, ContinuousPlantTable, ContinuousTable, FileError, Key, WaveName, WaveTable, operators,
-    wrong,
+    At, ContinuousPlantTable, ContinuousTable, FileError, Key, WaveName, WaveTable, operators, wrong,
 };
 use crate::design::{ContinuousCell, SettingsReader, Term, named};
 use crate::text;
-use asobench_identification::observer::gpebo::{
-    CascadeError, GpeboOptions, ObserverSpec, Operator,
-};
+use asobench_identification::observer::gpebo::{CascadeError, GpeboOptions, ObserverSpec, Operator};
 use asobench_identification::plant::ContinuousPlant;
 use asobench_identification::signal::{Hold, Signal, Wave};
 
@@ -70,9 +67,7 @@ pub(crate) fn continuous_cell(
 /// Returns an error with its place in the file.
 fn placed(error: CascadeError) -> FileError {
     match error {
-        CascadeError::Observer { number, source } => {
-            FileError::key(format_args!("observers[{}]", number - 1), source)
-        }
+        CascadeError::Observer { number, source } => FileError::key(format_args!("observers[{}]", number - 1), source),
         CascadeError::Signal { source, .. } => FileError::key(Key::Disturbance, source),
         other => FileError::key("continuous", other),
     }
@@ -89,11 +84,7 @@ fn times(table: &ContinuousTable) -> Result<(), FileError> {
         return wrong("until", table.until, "a time above 0, in seconds");
     }
     if !(0.0..table.until).contains(&table.scored_from) {
-        return wrong(
-            "scored_from",
-            table.scored_from,
-            "a time from 0 to less than 'until'",
-        );
+        return wrong("scored_from", table.scored_from, "a time from 0 to less than 'until'");
     }
     if !positive(table.error_limit) {
         return wrong("error_limit", table.error_limit, "a relative error above 0");
@@ -125,9 +116,7 @@ fn plant(build: &SettingsReader<'_>) -> Result<(ContinuousPlant, Vec<f64>, Vec<f
     let xi0 = xi0.clone().unwrap_or_else(|| vec![0.0; n]);
     for (key, x) in [("x0", x0), ("xi0", &xi0)] {
         if x.len() != n || !x.iter().all(|x| x.is_finite()) {
-            return Err(wrong(format!(
-                "{key}; expected {n} finite numbers, one per state"
-            )));
+            return Err(wrong(format!("{key}; expected {n} finite numbers, one per state")));
         }
     }
     Ok((plant, x0.clone(), xi0))
@@ -138,10 +127,7 @@ fn positive(build: &SettingsReader<'_>, key: Key) -> Result<f64, FileError> {
     if number > 0.0 {
         return Ok(number);
     }
-    wrong(
-        key,
-        format!("{}; expected a number above 0", text::number(number)),
-    )
+    wrong(key, format!("{}; expected a number above 0", text::number(number)))
 }
 
 /// Returns the terms of the disturbance. Random terms with amplitude zero are left out, so that nothing is drawn for
@@ -177,9 +163,7 @@ fn terms(build: &SettingsReader<'_>, until: f64) -> Result<Vec<Term>, FileError>
                 return wrong(format_args!("signals.{name}"), message);
             }
             let waves = table.waves.iter().enumerate();
-            return waves
-                .map(|(i, wave)| term(build, wave, until, &place(i)))
-                .collect();
+            return waves.map(|(i, wave)| term(build, wave, until, &place(i))).collect();
         }
     };
     let table = WaveTable {
@@ -191,20 +175,12 @@ fn terms(build: &SettingsReader<'_>, until: f64) -> Result<Vec<Term>, FileError>
 }
 
 /// Returns one term, times the level.
-fn term(
-    build: &SettingsReader<'_>,
-    table: &WaveTable,
-    until: f64,
-    place: &str,
-) -> Result<Term, FileError> {
+fn term(build: &SettingsReader<'_>, table: &WaveTable, until: f64, place: &str) -> Result<Term, FileError> {
     let level = build.number(Key::Level)?;
     let amplitude = table.amplitude * level;
     let refused = |message: String| wrong(place, message);
     if !amplitude.is_finite() {
-        return refused(format!(
-            "amplitude {}; expected a finite number",
-            table.amplitude
-        ));
+        return refused(format!("amplitude {}; expected a finite number", table.amplitude));
     }
     match table.wave {
         WaveName::Constant => Ok(Term::Fixed(Wave::Constant { value: amplitude })),
@@ -236,11 +212,7 @@ fn term(
 }
 
 /// Returns a sine or a square wave. Its own frequency and phase take precedence over the settings.
-fn periodic(
-    build: &SettingsReader<'_>,
-    table: &WaveTable,
-    amplitude: f64,
-) -> Result<Term, FileError> {
+fn periodic(build: &SettingsReader<'_>, table: &WaveTable, amplitude: f64) -> Result<Term, FileError> {
     let frequency = match table.frequency {
         Some(frequency) => frequency,
         None => build.number(Key::Frequency)?,
@@ -268,10 +240,6 @@ fn periodic(
             phase,
         }
     };
-    let term = if random {
-        Term::RandomPhase
-    } else {
-        Term::Fixed
-    };
+    let term = if random { Term::RandomPhase } else { Term::Fixed };
     Ok(term(wave))
 }

@@ -14,20 +14,13 @@ impl SettingsReader<'_> {
     /// Returns the plant in its own states; `None` if its table does not have it in them.
     pub(crate) fn own_states(&self) -> Result<Option<OwnStates>, FileError> {
         let name = self.text(Key::Plant);
-        let states = self
-            .file
-            .plants
-            .get(&name)
-            .and_then(|table| table.states.as_ref());
+        let states = self.file.plants.get(&name).and_then(|table| table.states.as_ref());
         let own = states.map(|states| states.own().at(format_args!("plants.{name}")));
         own.transpose()
     }
 
     /// Returns the covariances that observers name.
-    pub(crate) fn covariances(
-        &self,
-        process: &Process,
-    ) -> Result<BTreeMap<String, StateNoise>, FileError> {
+    pub(crate) fn covariances(&self, process: &Process) -> Result<BTreeMap<String, StateNoise>, FileError> {
         let mut all = BTreeMap::new();
         for (i, method) in self.file.methods.iter().enumerate() {
             if let Some(ObserverKind::KalmanNamed(name)) = method.observer(i)? {
@@ -51,15 +44,12 @@ impl SettingsReader<'_> {
         let unknown = || UnknownName::new("covariances", name, tables.keys());
         let table = tables.get(name).ok_or_else(unknown).at(&place)?;
         let PlantSource::Fixed(plant) = plant else {
-            let message =
-                format!("'{name}' beside random plants; expected one plant for all trials");
+            let message = format!("'{name}' beside random plants; expected one plant for all trials");
             return wrong(place, message);
         };
         let own = self.own_states()?;
         let b = own.as_ref().map_or(plant.b(), OwnStates::b);
-        let placed = |error: StateNoiseError| {
-            FileError::key(format_args!("covariances.{name}.{}", error.key()), error)
-        };
+        let placed = |error: StateNoiseError| FileError::key(format_args!("covariances.{name}.{}", error.key()), error);
         let given = table.noise(b).map_err(|(key, message)| {
             let dot = if key.is_empty() { "" } else { "." };
             FileError::key(format_args!("covariances.{name}{dot}{key}"), message)
@@ -71,9 +61,7 @@ impl SettingsReader<'_> {
         };
         let noise = StateNoise::new(q.as_ref(), table.measurement, table.cross.as_deref());
         let noise = noise.map_err(placed)?;
-        Ok(own.map_or(noise.clone(), |own| {
-            noise.transformed(own.to_canonical().as_ref())
-        }))
+        Ok(own.map_or(noise.clone(), |own| noise.transformed(own.to_canonical().as_ref())))
     }
 }
 
@@ -86,10 +74,7 @@ impl CovariancesTable {
             if given >= 0.0 && given.is_finite() {
                 return Ok(());
             }
-            Err((
-                key,
-                format!("{}; expected {expected} of at least 0", number(given)),
-            ))
+            Err((key, format!("{}; expected {expected} of at least 0", number(given))))
         };
         match (&self.process, &self.channel, self.variance, self.input) {
             (Some(rows), None, None, None) => {

@@ -5,9 +5,7 @@ use crate::design::file::{Settings, StudyKind};
 use crate::worker::Record;
 use crate::worker::seed_of;
 use asobench_identification::data::{Process, Realisation, Truth};
-use asobench_identification::estimator::{
-    Estimator, KnownModel, Method, Problem, SetupError, Shape,
-};
+use asobench_identification::estimator::{Estimator, KnownModel, Method, Problem, SetupError, Shape};
 use asobench_identification::names::named_enum;
 use asobench_identification::observer::Gain;
 use asobench_identification::plant::StateNoise;
@@ -105,8 +103,7 @@ impl Cell {
 
     /// Returns the order of the plant.
     pub fn plant_order(&self) -> usize {
-        self.discrete()
-            .map_or(self.order(), DiscreteCell::plant_order)
+        self.discrete().map_or(self.order(), DiscreteCell::plant_order)
     }
 
     /// Returns eta, N and K as summaries and tables have them: 0 in continuous time, where they do not exist.
@@ -169,11 +166,7 @@ impl DiscreteCell {
     ///
     /// # Errors
     /// If the method cannot serve the cell.
-    pub fn prepare(
-        &self,
-        method: &Method,
-        covariance: bool,
-    ) -> Result<Box<dyn Estimator>, SetupError> {
+    pub fn prepare(&self, method: &Method, covariance: bool) -> Result<Box<dyn Estimator>, SetupError> {
         self.prepare_for(self.window, method, covariance)
     }
 
@@ -218,8 +211,7 @@ impl DiscreteCell {
     /// Draws a trial into buffers.
     pub fn realise(&self, seed: u64, trial: u64, into: &mut Realisation) {
         let (eta, window, horizon) = (self.eta, self.window, self.horizon);
-        self.process
-            .realise(seed, trial, eta, window, horizon, into);
+        self.process.realise(seed, trial, eta, window, horizon, into);
     }
 
     /// Draws a trial and returns the record that a program receives, with the true plant.

@@ -4,8 +4,8 @@ use crate::design::{DiscreteCell, ObserverStart};
 use asobench_identification::estimator::{FailureKind, Method, Pass, SetupError};
 use asobench_identification::model::polynomial::multiply;
 use asobench_identification::observer::{
-    DiscreteGpebo, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind,
-    ProcessNoise, RiccatiError, StochasticModel, ThetaEstimator, VarianceRatio,
+    DiscreteGpebo, GainSequence, Kalman, MeasurementNoise, ObservedModel, Observer, ObserverKind, ProcessNoise,
+    RiccatiError, StochasticModel, ThetaEstimator, VarianceRatio,
 };
 use asobench_identification::plant::StateNoise;
 use faer::{Mat, MatRef};
@@ -50,10 +50,7 @@ impl CellObserver {
             None => &cell.gain,
             Some(ObserverKind::Luenberger(gain)) => gain,
             Some(ObserverKind::Gpebo(by)) => {
-                return Ok(Self::Gpebo(DiscreteGpebo::new(
-                    *by,
-                    method.order(cell.order),
-                )));
+                return Ok(Self::Gpebo(DiscreteGpebo::new(*by, method.order(cell.order))));
             }
             Some(
                 kind @ (ObserverKind::Kalman
@@ -97,15 +94,10 @@ impl CellObserver {
     ) -> Result<(), FailureKind> {
         let y = &pass.less_offset(0, y);
         match self {
-            Self::Luenberger(observer) => {
-                observer.run(model, u, y, |k, x| visit(k, x, y[k] - x[0]))
-            }
+            Self::Luenberger(observer) => observer.run(model, u, y, |k, x| visit(k, x, y[k] - x[0])),
             Self::Gpebo(observer) => observer.run(model, u, y, |k, x| visit(k, x, y[k] - x[0])),
             Self::Known(Ok(filter)) => {
-                let (gains, n) = (
-                    Arc::clone(filter.kalman.shared_gains()),
-                    filter.model.states,
-                );
+                let (gains, n) = (Arc::clone(filter.kalman.shared_gains()), filter.model.states);
                 filter.kalman.filter(u, y, model.x0, |k, x, e| {
                     visit(k, &x[..n], e / gains.variance(k).sqrt());
                 })
@@ -115,9 +107,7 @@ impl CellObserver {
                 let pass = coloured.then_some(pass);
                 let filter = identified_filter(pass, model, &u[..*window], &y[..*window]);
                 let n = model.a.len();
-                filter?
-                    .kalman
-                    .filter(u, y, model.x0, |k, x, e| visit(k, &x[..n], e))
+                filter?.kalman.filter(u, y, model.x0, |k, x, e| visit(k, &x[..n], e))
             }
         }
     }
@@ -155,10 +145,7 @@ pub fn stage_twelve(
                 ThetaEstimator::Drem(gamma) => ("gamma", gamma),
                 ThetaEstimator::Squares(rho) => ("rho", rho),
             };
-            vec![
-                (name, vec![value]),
-                ("theta_hat(K)", observer.theta().to_vec()),
-            ]
+            vec![(name, vec![value]), ("theta_hat(K)", observer.theta().to_vec())]
         }
         CellObserver::Known(filter) => filter.ok()?.replay(model, u, y, visit)?,
         CellObserver::Identified { window, coloured } => {
@@ -188,9 +175,7 @@ impl Filter {
         };
         // The covariances of an identified model in the units of the record.
         let scale = self.ratio.map_or(1.0, |ratio| ratio.likelihood.sigma2);
-        let all: Vec<f64> = (0..gains.stored())
-            .flat_map(|k| gains.gain(k).to_vec())
-            .collect();
+        let all: Vec<f64> = (0..gains.stored()).flat_map(|k| gains.gain(k).to_vec()).collect();
         let name = if gains.stored() == 1 {
             "g"
         } else {
@@ -214,10 +199,7 @@ impl Filter {
 /// Makes the Kalman filter that knows the plant, the process noise's covariance `q^2 I + s_u^2 b b'` with the deviation
 /// s_u of the noise on the measured input (`x(k+1) = A x + b (u - e_u) + w`), the measurement noise's colour and
 /// variance, and x(0) with covariance `d^2 I`. The inner error is that of a Riccati equation without a solution.
-fn known_filter(
-    cell: &DiscreteCell,
-    kind: &ObserverKind,
-) -> Result<Result<Box<Filter>, FailureKind>, SetupError> {
+fn known_filter(cell: &DiscreteCell, kind: &ObserverKind) -> Result<Result<Box<Filter>, FailureKind>, SetupError> {
     let process = &cell.process;
     let (settings, n) = (process.settings(), cell.order);
     let known = process.open_loop();
@@ -287,9 +269,7 @@ fn known_filter(
             model,
             ratio: None,
         }))),
-        Err(RiccatiError::NotStabilising { .. } | RiccatiError::NoConvergence { .. }) => {
-            Ok(Err(FailureKind::NoFilter))
-        }
+        Err(RiccatiError::NotStabilising { .. } | RiccatiError::NoConvergence { .. }) => Ok(Err(FailureKind::NoFilter)),
         Err(error) => Err(error.into()),
     }
 }

@@ -1,8 +1,8 @@
 //! Checks that the claims of a file can be judged by its results.
 
 use crate::design::file::{
-    Axis, ClaimTable, ClaimTest, ExperimentFile, FileError, Key, Settings, StudyKind, TestKind,
-    TestUnit, TheoryReference, TrialRule, cells, conditions, matches, wrong,
+    Axis, ClaimTable, ClaimTest, ExperimentFile, FileError, Key, Settings, StudyKind, TestKind, TestUnit,
+    TheoryReference, TrialRule, cells, conditions, matches, wrong,
 };
 use crate::design::{Experiment, smooth};
 use crate::text::folded;
@@ -25,10 +25,7 @@ pub(crate) fn check(experiment: &Experiment) -> Result<(), FileError> {
         if let Err(expected) = check_id(&claim.id) {
             return at("id", format!("'{}'; {expected}", claim.id.escape_debug()));
         }
-        if claims[..i]
-            .iter()
-            .any(|other| folded(&other.id) == folded(&claim.id))
-        {
+        if claims[..i].iter().any(|other| folded(&other.id) == folded(&claim.id)) {
             return at("id", format!("two claims are called '{}'", claim.id));
         }
         if !(claim.level > 0.0 && claim.level < 0.5) {
@@ -63,9 +60,9 @@ fn check_looks(file: &ExperimentFile) -> Result<(), FileError> {
     let wrong = |message: &str| wrong("looks", message);
     match (file.looks, &file.trials) {
         (Some(0), _) => wrong("0; expected at least 1"),
-        (Some(_), TrialRule::Until(_) | TrialRule::Decided(_)) => wrong(
-            "means nothing with a rule 'until', which plans its looks itself; expected a number of trials",
-        ),
+        (Some(_), TrialRule::Until(_) | TrialRule::Decided(_)) => {
+            wrong("means nothing with a rule 'until', which plans its looks itself; expected a number of trials")
+        }
         _ => Ok(()),
     }
 }
@@ -88,9 +85,7 @@ pub(crate) fn check_target(file: &ExperimentFile, id: &str) -> Result<(), FileEr
         ));
     }
     if claim.cases()?.iter().flatten().any(ClaimTest::is_timed) {
-        return wrong(format!(
-            "the claim '{id}' is about times, which trials cannot decide"
-        ));
+        return wrong(format!("the claim '{id}' is about times, which trials cannot decide"));
     }
     Ok(())
 }
@@ -119,8 +114,7 @@ fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Resu
             let place = format!("{place}.{key}");
             check_names(experiment, test).map_err(|error| error.within(&place))?;
             if unit.as_ref().is_some_and(|unit| *unit != test.unit()) {
-                let message =
-                    "is about other cells than the test before it; expected a claim for each";
+                let message = "is about other cells than the test before it; expected a claim for each";
                 return wrong(&place, message);
             }
             unit = Some(test.unit());
@@ -156,10 +150,7 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
     }
     match &test.kind {
         TestKind::Time { to } if continuous => {
-            return wrong(
-                "to",
-                format!("'{to}': no times are measured in continuous time"),
-            );
+            return wrong("to", format!("'{to}': no times are measured in continuous time"));
         }
         TestKind::Time { to } => {
             let methods = experiment.file.methods.iter();
@@ -175,12 +166,9 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
         }
     }
     match &test.kind {
-        TestKind::Ratio {
-            to, measure_of_to, ..
-        } if TheoryReference::named(to).is_some() => {
+        TestKind::Ratio { to, measure_of_to, .. } if TheoryReference::named(to).is_some() => {
             let known = smooth(*measure_of_to).filter(|_| !continuous);
-            let unknown =
-                || FileError::key("to", format!("theory does not know '{measure_of_to}'"));
+            let unknown = || FileError::key("to", format!("theory does not know '{measure_of_to}'"));
             known.ok_or_else(unknown)?;
         }
         TestKind::Wins { to, .. } | TestKind::Ratio { to, .. } => {
@@ -210,12 +198,7 @@ fn check_coefficient(experiment: &Experiment, name: Option<&str>) -> Result<(), 
         let message = "coefficients of a and h mean nothing in a study in continuous time";
         return wrong("value", message);
     }
-    let least = experiment
-        .cells
-        .iter()
-        .map(super::cell::Cell::order)
-        .min()
-        .unwrap_or(0);
+    let least = experiment.cells.iter().map(super::cell::Cell::order).min().unwrap_or(0);
     match name {
         Some(name) if name[2..].parse().is_ok_and(|i: usize| i > least) => {
             let message = format!("'{name}'; expected a coefficient up to {least}, the order");
@@ -232,10 +215,7 @@ pub(crate) fn check_cells(file: &ExperimentFile, all: &[Settings]) -> Result<(),
         check_where(&claim.cells, all).map_err(|error| error.within(&place))?;
         // `check` reports faults of a table itself.
         let cases = claim.cases().unwrap_or_default();
-        let given = claim
-            .given
-            .as_ref()
-            .and_then(|table| ClaimTest::from_table(table).ok());
+        let given = claim.given.as_ref().and_then(|table| ClaimTest::from_table(table).ok());
         for case in cases {
             for ((key, _), test) in claim.tests().zip(case.iter().chain(&given)) {
                 let checked = check_unit(file, claim, test);
@@ -265,25 +245,18 @@ fn check_where(table: &BTreeMap<Key, Axis>, all: &[Settings]) -> Result<(), File
 }
 
 /// Checks that the settings named by a test vary in the file.
-fn check_unit(
-    file: &ExperimentFile,
-    claim: &ClaimTable,
-    test: &ClaimTest,
-) -> Result<(), FileError> {
+fn check_unit(file: &ExperimentFile, claim: &ClaimTable, test: &ClaimTest) -> Result<(), FileError> {
     let twice = |key: Key| format!("'{key}' is also in the claim's 'where'");
     match (&test.kind, test.unit()) {
         (_, TestUnit::Cell) => Ok(()),
         (_, TestUnit::Family(over, _)) if claim.cells.contains_key(&over) => {
             wrong("over", format!("{}; expected 'from' alone", twice(over)))
         }
-        (TestKind::Slope(slope), _) => slope
-            .check(&file.settings)
-            .or_else(|message| wrong("over", message)),
+        (TestKind::Slope(slope), _) => slope.check(&file.settings).or_else(|message| wrong("over", message)),
         (_, TestUnit::Family(..)) => Ok(()),
-        (_, TestUnit::Pair(axis, ..)) if claim.cells.contains_key(&axis) => wrong(
-            "axis",
-            format!("{}; expected 'from' and 'to' alone", twice(axis)),
-        ),
+        (_, TestUnit::Pair(axis, ..)) if claim.cells.contains_key(&axis) => {
+            wrong("axis", format!("{}; expected 'from' and 'to' alone", twice(axis)))
+        }
         (_, TestUnit::Pair(axis, from, to)) => {
             let Some(Axis::Many(values)) = file.settings.get(&axis) else {
                 return wrong("axis", format!("'{axis}' has no list in [settings]"));
@@ -327,8 +300,7 @@ impl ExperimentFile {
             let Some(claim) = &bound.claim else { continue };
             let of = |cell: &Settings| cell.get(&Key::Claim).map(ToString::to_string);
             if !all.iter().any(|cell| of(cell).as_ref() == Some(claim)) {
-                let message =
-                    format!("no cell has the claim '{claim}'; expected one of the setting 'claim'");
+                let message = format!("no cell has the claim '{claim}'; expected one of the setting 'claim'");
                 return wrong(format_args!("bounds[{i}].claim"), message);
             }
         }

@@ -10,8 +10,7 @@ pub(crate) const LOWEST_EXPONENT: i32 = -64;
 pub(crate) const HIGHEST_EXPONENT: i32 = 16;
 
 /// The bins of one histogram.
-pub(crate) const BINS: usize =
-    ((HIGHEST_EXPONENT - LOWEST_EXPONENT) << BINS_PER_OCTAVE_LOG2) as usize;
+pub(crate) const BINS: usize = ((HIGHEST_EXPONENT - LOWEST_EXPONENT) << BINS_PER_OCTAVE_LOG2) as usize;
 
 /// The largest size in bytes of a cell's histograms. Each thread holds some of them at a time.
 pub(crate) const CURVES_LIMIT: usize = 1 << 30;

@@ -12,9 +12,7 @@ impl Experiment {
     pub fn engine(&self, cell: usize) -> Result<Engine, FileError> {
         let engine = self.file.engine.of(self, &self.cells[cell]);
         engine.map_err(|reason| {
-            let message = format!(
-                "\"lanes\" do not cover {reason} (cell {cell}); expected \"auto\" or \"faer\""
-            );
+            let message = format!("\"lanes\" do not cover {reason} (cell {cell}); expected \"auto\" or \"faer\"");
             FileError::key("engine", message)
         })
     }

@@ -138,9 +138,7 @@ impl Experiment {
 
     /// Returns the measures that the file or its bounds ask for, each once, those of the file first.
     pub fn measures_asked(&self) -> Vec<Measure> {
-        let ExperimentFile {
-            measures, bounds, ..
-        } = &self.file;
+        let ExperimentFile { measures, bounds, .. } = &self.file;
         let rounding = bounds.iter().any(|bound| bound.rounding.is_some());
         let of_bounds = bounds.iter().map(|bound| bound.measure);
         let of_bounds = of_bounds.chain(rounding.then_some(Measure::Condition));
@@ -216,10 +214,7 @@ impl Experiment {
 
     /// Returns the time that threads have spent on the theory of all cells so far.
     pub(crate) fn time_of_theory(&self) -> Duration {
-        let spent = self
-            .theories
-            .get()
-            .map_or(0, |all| all.spent.load(Ordering::Relaxed));
+        let spent = self.theories.get().map_or(0, |all| all.spent.load(Ordering::Relaxed));
         Duration::from_nanos(spent)
     }
 }

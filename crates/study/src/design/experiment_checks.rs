@@ -1,12 +1,10 @@
 //! An experiment is made from its file, and every part is checked against the others.
 
 use crate::design::file::{
-    At, Axis, ExperimentFile, FileError, Key, MethodTable, Scalar, StudyKind, TrialRule, at_most,
-    cells, wrong,
+    At, Axis, ExperimentFile, FileError, Key, MethodTable, Scalar, StudyKind, TrialRule, at_most, cells, wrong,
 };
 use crate::design::{
-    Cell, CellObserver, DiscreteCell, Experiment, SettingsReader, check_labels, check_names,
-    design_of,
+    Cell, CellObserver, DiscreteCell, Experiment, SettingsReader, check_labels, check_names, design_of,
 };
 use crate::worker::Program;
 use asobench_identification::estimator::{Method, Output, Shape};
@@ -23,16 +21,8 @@ pub const NIKOLOV2023: &str = include_str!("../../experiments/nikolov2023.toml")
 /// The experiment files of Bobtsov et al. (2023) that `asobench reproduce` runs, the example first. Each comes with the
 /// number of trials that decides its claims.
 pub const BOBTSOV2023: [(&str, &str, u64); 3] = [
-    (
-        "gpebo-figures",
-        include_str!("../../experiments/gpebo-figures.toml"),
-        1,
-    ),
-    (
-        "gpebo-noise",
-        include_str!("../../experiments/gpebo-noise.toml"),
-        100,
-    ),
+    ("gpebo-figures", include_str!("../../experiments/gpebo-figures.toml"), 1),
+    ("gpebo-noise", include_str!("../../experiments/gpebo-noise.toml"), 100),
     (
         "gpebo-amplitude",
         include_str!("../../experiments/gpebo-amplitude.toml"),
@@ -145,10 +135,7 @@ impl Experiment {
         self.check_course()?;
         crate::design::claim_checks::check(self)?;
         for [first, second] in &self.file.compare {
-            let pair = [
-                self.output("compare", first)?,
-                self.output("compare", second)?,
-            ];
+            let pair = [self.output("compare", first)?, self.output("compare", second)?];
             if first == second {
                 return wrong("compare", format!("'{first}' is compared with itself"));
             }
@@ -225,15 +212,9 @@ impl Experiment {
             }
             let cells = self.cells.iter().map(Cell::discrete).enumerate();
             for (number, cell) in cells.filter_map(|(number, cell)| Some((number, cell?))) {
-                let model = if known {
-                    cell.known_model().map(|_| ())
-                } else {
-                    Ok(())
-                };
+                let model = if known { cell.known_model().map(|_| ()) } else { Ok(()) };
                 let observer = model.and_then(|()| CellObserver::new(cell, method));
-                observer.map_err(|e| {
-                    FileError::key(format_args!("methods[{i}]"), format!("{e} (cell {number})"))
-                })?;
+                observer.map_err(|e| FileError::key(format_args!("methods[{i}]"), format!("{e} (cell {number})")))?;
             }
         }
         Ok(())
@@ -291,8 +272,7 @@ impl Experiment {
             && self.cells.iter().all(given)
             && let Some(key) = of_input.iter().find(|key| is_given(key))
         {
-            let message =
-                "the input is a file's in every cell, so it means nothing; expected no such key";
+            let message = "the input is a file's in every cell, so it means nothing; expected no such key";
             return wrong(key, message);
         }
         let states = self.cells.iter().map(Cell::plant_order).max();
@@ -306,11 +286,7 @@ impl Experiment {
         if self.cells.iter().all(open) {
             for (i, method) in self.methods.iter().enumerate() {
                 if let Some((key, value)) = method.needs().reference {
-                    let other = if key == "estimator" {
-                        "a"
-                    } else {
-                        "\"u\", or a"
-                    };
+                    let other = if key == "estimator" { "a" } else { "\"u\", or a" };
                     let message = format!(
                         "\"{value}\" where no cell has feedback, so there is no reference; expected {other} \
                          feedback in [settings]"

@@ -1,9 +1,7 @@
 //! The part of an experiment that the lanes can run.
 
 use crate::design::{Cell, DiscreteCell, Experiment, ObserverStart, ScoredFrom};
-use asobench_identification::data::{
-    Feedback, NoiseColour, PlantSource, Process, ProcessSettings, Truth,
-};
+use asobench_identification::data::{Feedback, NoiseColour, PlantSource, Process, ProcessSettings, Truth};
 use asobench_identification::estimator::IvOptions;
 use asobench_identification::plant::StateSpace;
 use asobench_identification::signal::{Input, NoiseFilter, ProcessVariances};
@@ -94,16 +92,10 @@ impl<'e> Plan<'e> {
 }
 
 /// A process, with its fixed plant, noise filter and variances.
-type Covered<'e> = (
-    &'e Process,
-    (&'e StateSpace, &'e NoiseFilter, ProcessVariances),
-);
+type Covered<'e> = (&'e Process, (&'e StateSpace, &'e NoiseFilter, ProcessVariances));
 
 /// Returns the process of a cell that lanes cover. The error says what they do not cover.
-pub(crate) fn covered<'e>(
-    experiment: &'e Experiment,
-    cell: &'e DiscreteCell,
-) -> Result<Covered<'e>, String> {
+pub(crate) fn covered<'e>(experiment: &'e Experiment, cell: &'e DiscreteCell) -> Result<Covered<'e>, String> {
     let process = &cell.process;
     covers_process(process.settings())?;
     let open_loop = process.undisturbed();
@@ -151,10 +143,7 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
         feedback,
         change,
     } = settings;
-    let input = matches!(
-        input,
-        Input::Signs(_) | Input::Gaussian { .. } | Input::Samples(_)
-    );
+    let input = matches!(input, Input::Signs(_) | Input::Gaussian { .. } | Input::Samples(_));
     let gaussian = match noise {
         NoiseColour::InverseDenominator => true,
         NoiseColour::Filter(filter) => filter.is_gaussian(),
@@ -166,10 +155,7 @@ fn covers_process(settings: &ProcessSettings) -> Result<(), &'static str> {
         (matches!(feedback, Feedback::None), "feedback"),
         (matches!(plant, PlantSource::Fixed(_)), "random plants"),
         (*input_noise == 0.0, "input noise"),
-        (
-            *process_noise == 0.0 && state_noise.is_none(),
-            "process noise",
-        ),
+        (*process_noise == 0.0 && state_noise.is_none(), "process noise"),
         (*x0_deviation == 0.0, "random initial states"),
     ];
     first_missing(has).map_or(Ok(()), Err)
@@ -198,10 +184,7 @@ fn covers_cell(cell: &DiscreteCell, of_plant: usize) -> Result<(), String> {
     if *horizon > LONGEST_HORIZON {
         return Err(format!("records of more than {LONGEST_HORIZON} samples"));
     }
-    let starts = matches!(
-        observer_start,
-        ObserverStart::Estimate | ObserverStart::Zero
-    );
+    let starts = matches!(observer_start, ObserverStart::Estimate | ObserverStart::Zero);
     let scores = matches!(scored_from, ScoredFrom::Window);
     let has = [
         (starts, ("observer_start", observer_start.name())),
@@ -218,6 +201,5 @@ fn has_values<const N: usize>(has: [(bool, (&str, &str)); N]) -> Result<(), Stri
 
 /// Returns the first thing that lanes do not have.
 fn first_missing<T, const N: usize>(has: [(bool, T); N]) -> Option<T> {
-    has.into_iter()
-        .find_map(|(has, what)| (!has).then_some(what))
+    has.into_iter().find_map(|(has, what)| (!has).then_some(what))
 }

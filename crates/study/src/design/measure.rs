@@ -290,10 +290,7 @@ impl Measure {
     /// Returns the label of an axis: with its unit, or "relative".
     pub fn axis_label(self) -> String {
         let Entry {
-            label,
-            unit,
-            relative,
-            ..
+            label, unit, relative, ..
         } = self.entry();
         match (relative, unit) {
             (true, _) => format!("{label}, relative"),
@@ -343,10 +340,7 @@ mod tests {
             assert_eq!(texts.len(), Measure::ALL.len());
             assert!(!texts.contains(""));
         }
-        assert_eq!(
-            Measure::Settling.axis_label(),
-            "time to stay within 10 %, s"
-        );
+        assert_eq!(Measure::Settling.axis_label(), "time to stay within 10 %, s");
         assert_eq!(Measure::Ea.axis_label(), "e_a, relative");
         assert_eq!(Measure::Condition.axis_label(), "condition number");
     }

@@ -25,9 +25,7 @@ pub(crate) use build_continuous_cell::{CONTINUOUS_PLANTS, SIGNALS};
 pub(crate) use cell::{Cell, DiscreteCell, ObserverStart, RESPONSE_SAMPLES, ScoredFrom, Source};
 pub(crate) use cell_observer::CellObserver;
 pub(crate) use continuous_cell::{ContinuousCell, Term};
-pub(crate) use curve_bins::{
-    BINS, BINS_PER_OCTAVE_LOG2, CURVE_TRIALS, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes,
-};
+pub(crate) use curve_bins::{BINS, BINS_PER_OCTAVE_LOG2, CURVE_TRIALS, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes};
 pub(crate) use experiment::{Experiment, design_of};
 pub(crate) use lane_plan::{Plan, covered};
 pub(crate) use measure::Measure;

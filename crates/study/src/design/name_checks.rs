@@ -20,10 +20,7 @@ pub(crate) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
     let plants = file.continuous_plants.keys();
     tables("continuous_plants", plants, &CONTINUOUS_PLANTS)?;
     tables("signals", file.signals.keys(), &SIGNALS)?;
-    let claims = file
-        .settings
-        .get(&Key::Claim)
-        .map(|axis| axis.values(false));
+    let claims = file.settings.get(&Key::Claim).map(|axis| axis.values(false));
     for claim in claims.into_iter().flatten() {
         match claim {
             Scalar::Text(text) if !text.is_empty() => own_name(&text, Key::Claim.name())?,
@@ -44,8 +41,7 @@ pub(crate) fn check_names(file: &ExperimentFile) -> Result<(), FileError> {
         let estimator = folded(&name);
         let other = table.program().is_some() || estimator != table.estimator().name();
         if other && ["iv", "ls"].contains(&estimator.as_str()) {
-            let message =
-                format!("'{name}' is the name of another estimator; expected a different one");
+            let message = format!("'{name}' is the name of another estimator; expected a different one");
             return wrong(&place, message);
         }
     }

@@ -26,16 +26,12 @@ pub(crate) fn named<'a, T>(
     let names = tables.keys().map(String::as_str);
     let known = built_in.iter().copied().chain(names);
     let table = tables.get(name);
-    table
-        .ok_or_else(|| UnknownName::new(key, name, known))
-        .at(key)
+    table.ok_or_else(|| UnknownName::new(key, name, known)).at(key)
 }
 
 impl SettingsReader<'_> {
     pub(crate) fn text(&self, key: Key) -> String {
-        self.settings
-            .get(&key)
-            .map_or_else(String::new, Scalar::to_string)
+        self.settings.get(&key).map_or_else(String::new, Scalar::to_string)
     }
 
     pub(crate) fn number(&self, key: Key) -> Result<f64, FileError> {
@@ -75,10 +71,7 @@ impl SettingsReader<'_> {
         }
     }
 
-    pub(crate) fn name<T: std::str::FromStr<Err: std::fmt::Display>>(
-        &self,
-        key: Key,
-    ) -> Result<T, FileError> {
+    pub(crate) fn name<T: std::str::FromStr<Err: std::fmt::Display>>(&self, key: Key) -> Result<T, FileError> {
         self.text(key).parse::<T>().at(key)
     }
 }

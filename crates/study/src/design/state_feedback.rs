@@ -1,9 +1,7 @@
 //! State feedback from the adaptive observer: `u(k) = -k' xhat(k) + r(k)`, claim C7.
 
 use asobench_identification::data::{ControlLaw, Controller, DrawFailure, History, Truth};
-use asobench_identification::estimator::{
-    Estimator, Failure, LeastSquares, Pass, SetupError, Shape, Solver, Window,
-};
+use asobench_identification::estimator::{Estimator, Failure, LeastSquares, Pass, SetupError, Shape, Solver, Window};
 use asobench_identification::names::named_enum;
 use asobench_identification::observer::{Gain, ObservedModel, Observer};
 use serde_json::json;

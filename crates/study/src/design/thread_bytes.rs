@@ -18,10 +18,7 @@ impl Experiment {
         // Stage 7's output, and the rows of stage 6 that are solved by themselves.
         let methods = self.methods.len() * window * (order + 2) * NUMBER;
         // The batch of a program's records, as it is drawn and as it is sent.
-        let batches = self
-            .programs
-            .iter()
-            .map(|program| program.options.batch as usize);
+        let batches = self.programs.iter().map(|program| program.options.batch as usize);
         let methods = methods + batches.sum::<usize>() * window * 3 * 2 * NUMBER;
         let curve = if self.file.curves { horizon } else { 0 };
         let (samples, lanes) = match engine {

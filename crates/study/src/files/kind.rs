@@ -12,8 +12,7 @@ pub const SIMULATED: &str = "simulated.md";
 pub const SIMULATED_TITLE: &str = "# What was simulated\n";
 
 /// The first line of every LaTeX table.
-pub const LATEX_TITLE: &str =
-    "% Table of an asobench report; in the preamble: \\usepackage{booktabs}\n";
+pub const LATEX_TITLE: &str = "% Table of an asobench report; in the preamble: \\usepackage{booktabs}\n";
 
 /// The first line of the file with the commands that the user has agreed to.
 pub const AGREED_TITLE: &str = "# asobench: commands that were agreed to\n";
@@ -193,40 +192,28 @@ impl Kind {
             Self::Run => json.starts_with("{\"run\":\"asobench\","),
             Self::Manifest => json.starts_with("{\"program\":\"asobench\","),
             Self::Looks => json.starts_with("{\"looks_of\":\"asobench\","),
-            Self::Design => {
-                json.starts_with("{\"version\":\"") && json.contains("\",\"experiment\":{")
-            }
-            Self::Summary => {
-                json.starts_with("{\"title\":\"") && json.contains("\",\"hypothesis\":\"")
-            }
+            Self::Design => json.starts_with("{\"version\":\"") && json.contains("\",\"experiment\":{"),
+            Self::Summary => json.starts_with("{\"title\":\"") && json.contains("\",\"hypothesis\":\""),
             Self::Times => json.starts_with("{\"design\":\""),
             Self::Suite => json.starts_with("{\"suite\":\""),
             Self::Log => text.starts_with(WORKERS_TITLE),
             Self::Agreed => text.starts_with(AGREED_TITLE),
             Self::Block => head.starts_with(b"asobench"),
-            Self::Parquet => {
-                head.starts_with(b"PAR1") && has_columns(file, &["claim", "estimator", "window"])?
-            }
+            Self::Parquet => head.starts_with(b"PAR1") && has_columns(file, &["claim", "estimator", "window"])?,
             Self::Figure => {
                 text.starts_with(PLOTTERS)
                     || text.starts_with("%PDF-") && text.contains("/Creator (asobench)")
                     || text.starts_with("<svg ") && text.contains(" class=\"asoplot\" ")
             }
-            Self::Page => {
-                text.starts_with("<!DOCTYPE html>") && text.contains("<title>asobench report")
-            }
-            Self::Verdicts => {
-                text.starts_with("# Verdicts\n\n| claim | what it says | verdict | experiment |\n")
-            }
+            Self::Page => text.starts_with("<!DOCTYPE html>") && text.contains("<title>asobench report"),
+            Self::Verdicts => text.starts_with("# Verdicts\n\n| claim | what it says | verdict | experiment |\n"),
             Self::Table => text
                 .split_once("\r\n")
                 .is_some_and(|(header, _)| TABLES.iter().any(|line| header.contains(line))),
             Self::Latex => text.starts_with(LATEX_TITLE),
             Self::Simulated => text.starts_with(SIMULATED_TITLE),
             Self::Record => text.starts_with("# asobench re") && text.contains("\n# order: "),
-            Self::States if head.starts_with(b"PAR1") => {
-                has_columns(file, &["x1", "y_predicted", "innovation"])?
-            }
+            Self::States if head.starts_with(b"PAR1") => has_columns(file, &["x1", "y_predicted", "innovation"])?,
             Self::States => {
                 let (first, rest) = text.split_once('\n').unwrap_or_default();
                 first.starts_with("# observer ") && rest.starts_with("k,x1")
@@ -290,19 +277,13 @@ fn has_columns(file: &mut File, names: &[&str]) -> io::Result<bool> {
     file.seek(SeekFrom::Start(length - 8 - size))?;
     let mut footer = Vec::new();
     file.by_ref().take(size).read_to_end(&mut footer)?;
-    let has = |name: &&str| {
-        footer
-            .windows(name.len())
-            .any(|part| part == name.as_bytes())
-    };
+    let has = |name: &&str| footer.windows(name.len()).any(|part| part == name.as_bytes());
     Ok(names.iter().all(has))
 }
 
 pub(super) fn too_large(kind: Kind) -> io::Error {
     let limit = kind.limit() >> 20;
-    io::Error::other(format!(
-        "larger than {limit} MiB, the limit for such a file"
-    ))
+    io::Error::other(format!("larger than {limit} MiB, the limit for such a file"))
 }
 
 #[cfg(test)]

@@ -7,10 +7,7 @@
 //!
 //! There is no protection against another program that swaps files for links at the same time.
 
-#![allow(
-    clippy::disallowed_methods,
-    reason = "this is the place that touches files"
-)]
+#![allow(clippy::disallowed_methods, reason = "this is the place that touches files")]
 
 mod kind;
 mod numbers;
@@ -101,9 +98,8 @@ fn irregularity(metadata: &Metadata) -> Option<&'static str> {
 /// Opens a regular file without blocking, and checks the opened file once more.
 fn open_regular(path: &Path, follow: bool) -> Result<File, PathError> {
     let io = PathError::io(path);
-    let check = |metadata: &Metadata| {
-        irregularity(metadata).map_or(Ok(()), |what| Err(PathError::irregular(path, what)))
-    };
+    let check =
+        |metadata: &Metadata| irregularity(metadata).map_or(Ok(()), |what| Err(PathError::irregular(path, what)));
     let metadata = if follow {
         fs::metadata(path)
     } else {
@@ -122,16 +118,8 @@ fn at_once(options: &mut OpenOptions, follow: bool) -> &mut OpenOptions {
     {
         use rustix::fs::OFlags;
         use std::os::unix::fs::OpenOptionsExt;
-        let links = if follow {
-            OFlags::empty()
-        } else {
-            OFlags::NOFOLLOW
-        };
-        options.custom_flags(
-            (OFlags::NONBLOCK | OFlags::NOCTTY | links)
-                .bits()
-                .cast_signed(),
-        );
+        let links = if follow { OFlags::empty() } else { OFlags::NOFOLLOW };
+        options.custom_flags((OFlags::NONBLOCK | OFlags::NOCTTY | links).bits().cast_signed());
     }
     options
 }
@@ -297,11 +285,7 @@ pub(crate) fn set_aside(path: &Path) -> Result<(), PathError> {
     open_own(path)?;
     let name = |number: u32| {
         let mut name = path.as_os_str().to_owned();
-        let number = if number == 0 {
-            String::new()
-        } else {
-            number.to_string()
-        };
+        let number = if number == 0 { String::new() } else { number.to_string() };
         name.push(format!(".damaged{number}"));
         PathBuf::from(name)
     };
@@ -329,10 +313,7 @@ fn real_folder(path: &Path) -> Result<bool, PathError> {
         Ok(metadata) if metadata.is_dir() => Ok(true),
         Ok(metadata) => {
             let what = irregularity(&metadata).unwrap_or("a file");
-            Err(PathError::foreign(
-                path,
-                &format!("not a folder but {what}"),
-            ))
+            Err(PathError::foreign(path, &format!("not a folder but {what}")))
         }
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
         Err(error) => Err(PathError::io(path)(error)),
@@ -409,9 +390,7 @@ pub(crate) fn entries(folder: &Path) -> Result<[Vec<PathBuf>; 3], PathError> {
 /// If it cannot be removed.
 pub(crate) fn remove_empty(folder: &Path) -> Result<(), PathError> {
     match fs::remove_dir(folder) {
-        Err(error) if error.kind() != io::ErrorKind::DirectoryNotEmpty => {
-            Err(PathError::io(folder)(error))
-        }
+        Err(error) if error.kind() != io::ErrorKind::DirectoryNotEmpty => Err(PathError::io(folder)(error)),
         _ => Ok(()),
     }
 }
@@ -423,9 +402,7 @@ pub(crate) fn remove_empty(folder: &Path) -> Result<(), PathError> {
 pub(crate) fn list(folder: &Path) -> Result<Vec<PathBuf>, PathError> {
     let entries = fs::read_dir(folder).map_err(PathError::io(folder))?;
     let paths = entries.map(|entry| entry.map(|entry| entry.path()));
-    paths
-        .collect::<io::Result<_>>()
-        .map_err(PathError::io(folder))
+    paths.collect::<io::Result<_>>().map_err(PathError::io(folder))
 }
 
 /// Opens the file of a lock, which stays empty, and creates it if needed.

@@ -17,8 +17,7 @@ pub fn numbers_as_parquet(columns: &[(String, Vec<f64>)]) -> io::Result<Vec<u8>>
         let mut frame = DataFrame::new(rows, columns.iter().map(column).collect())?;
         let mut bytes = Vec::new();
         let to = ParquetWriter::new(&mut bytes);
-        to.with_compression(ParquetCompression::Zstd(None))
-            .finish(&mut frame)?;
+        to.with_compression(ParquetCompression::Zstd(None)).finish(&mut frame)?;
         Ok(bytes)
     };
     write().map_err(io::Error::other)

@@ -49,10 +49,7 @@ impl Pipes {
                         Err(Errno::NOENT | Errno::WOULDBLOCK) => continue,
                         other => other.ok(),
                     };
-                    let pipes = Self {
-                        folder,
-                        _lock: lock,
-                    };
+                    let pipes = Self { folder, _lock: lock };
                     for path in [pipes.requests(), pipes.replies()] {
                         let made = mkfifoat(CWD, &path, Mode::RUSR | Mode::WUSR);
                         made.map_err(|error| PathError::io(&path)(error.into()))?;
@@ -75,9 +72,7 @@ impl Pipes {
         for folder in entries.flatten().map(|entry| entry.path()) {
             let is_own = owner(&folder).is_some()
                 && fs::symlink_metadata(&folder).is_ok_and(|metadata| {
-                    metadata.is_dir()
-                        && metadata.uid() == getuid().as_raw()
-                        && metadata.mode() & 0o777 == 0o700
+                    metadata.is_dir() && metadata.uid() == getuid().as_raw() && metadata.mode() & 0o777 == 0o700
                 });
             if !is_own {
                 continue;
@@ -87,9 +82,7 @@ impl Pipes {
                 continue;
             };
             let is_pipe = |path: &PathBuf| {
-                ["requests", "replies"]
-                    .iter()
-                    .any(|name| path.ends_with(name))
+                ["requests", "replies"].iter().any(|name| path.ends_with(name))
                     && fs::symlink_metadata(path).is_ok_and(|of| of.file_type().is_fifo())
             };
             if inside.iter().all(is_pipe) {
@@ -102,10 +95,7 @@ impl Pipes {
     pub fn mark(&self, printed: &[impl AsFd]) -> Mark {
         Mark {
             folder: self.folder.clone(),
-            printed: printed
-                .iter()
-                .filter_map(|end| Some(fstat(end).ok()?.st_ino))
-                .collect(),
+            printed: printed.iter().filter_map(|end| Some(fstat(end).ok()?.st_ino)).collect(),
         }
     }
 
@@ -124,9 +114,7 @@ impl Pipes {
     /// # Errors
     /// If it cannot be opened.
     pub fn open_replies(&self) -> io::Result<File> {
-        at_once(OpenOptions::new().read(true))
-            .open(self.replies())
-            .map(widened)
+        at_once(OpenOptions::new().read(true)).open(self.replies()).map(widened)
     }
 
     /// Opens the end that requests are written to; `None` until the worker has opened the other end.
@@ -181,8 +169,7 @@ fn owner(folder: &Path) -> Option<u32> {
     let name = folder.file_name()?.to_str()?.strip_prefix(NAME)?;
     let (process, number) = name.split_once('-')?;
     let whole = |text: &str| text.bytes().all(|b| b.is_ascii_digit());
-    (whole(process) && number.parse::<u64>().is_ok() && whole(number))
-        .then(|| process.parse().ok())?
+    (whole(process) && number.parse::<u64>().is_ok() && whole(number)).then(|| process.parse().ok())?
 }
 
 /// Returns the folder for temporary files: `TMPDIR`, unless it is not set or empty.

@@ -11,11 +11,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`RecordError`], of a file in a form of another program with the way to one that is read.
-pub fn read_record(
-    path: &Path,
-    sheet: Option<&str>,
-    options: &ReadOptions,
-) -> Result<Table, RecordError> {
+pub fn read_record(path: &Path, sheet: Option<&str>, options: &ReadOptions) -> Result<Table, RecordError> {
     let form = path
         .extension()
         .and_then(|form| form.to_str())
@@ -28,8 +24,7 @@ pub fn read_record(
     if sheet.is_some() && !is_workbook {
         return Err(RecordError::File("--sheet is for .xlsx".to_owned()));
     }
-    let from =
-        open_named(path, Kind::Record).map_err(|error| RecordError::File(error.to_string()))?;
+    let from = open_named(path, Kind::Record).map_err(|error| RecordError::File(error.to_string()))?;
     if is_workbook {
         return of_workbook(from, sheet, options);
     }
@@ -41,11 +36,7 @@ pub fn read_record(
 }
 
 /// Reads the worksheet of this name, or the first one that has the columns.
-fn of_workbook(
-    from: impl Read,
-    sheet: Option<&str>,
-    options: &ReadOptions,
-) -> Result<Table, RecordError> {
+fn of_workbook(from: impl Read, sheet: Option<&str>, options: &ReadOptions) -> Result<Table, RecordError> {
     let mut book = Workbook::open(from).map_err(RecordError::File)?;
     let names = book.worksheets(sheet).map_err(RecordError::File)?;
     let mut first_error = None;

@@ -48,9 +48,7 @@ fn ending(begin: &[u8]) -> String {
 fn ends_sealed(text: &[u8]) -> bool {
     let text = text.trim_ascii_end().strip_suffix(b"\"}");
     let digits = text.and_then(|text| text.split_last_chunk::<32>());
-    digits.is_some_and(|(begin, digits)| {
-        begin.ends_with(b":\"") && digits.iter().all(u8::is_ascii_hexdigit)
-    })
+    digits.is_some_and(|(begin, digits)| begin.ends_with(b":\"") && digits.iter().all(u8::is_ascii_hexdigit))
 }
 
 /// Takes the checksum out of an object that was parsed from `text`. Files of version 0.2.0 have none.

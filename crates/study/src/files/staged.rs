@@ -80,10 +80,7 @@ impl Staged {
         self.check()?;
         // Taken from the end, so files that were not renamed are still listed and will be removed.
         self.0.reverse();
-        while let Some(Pending {
-            temporary, path, ..
-        }) = self.0.last()
-        {
+        while let Some(Pending { temporary, path, .. }) = self.0.last() {
             fs::rename(temporary, path).map_err(PathError::io(path))?;
             self.0.pop();
         }
@@ -128,11 +125,7 @@ fn create_temporary(folder: &Path, kind: Kind) -> io::Result<(File, PathBuf)> {
     let mut made = Err(io::Error::from(io::ErrorKind::AlreadyExists));
     for _ in 0..ATTEMPTS {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let name = format!(
-            ".asobench-{}-{}-{number}.tmp",
-            kind.word(),
-            std::process::id()
-        );
+        let name = format!(".asobench-{}-{}-{number}.tmp", kind.word(), std::process::id());
         let path = folder.join(name);
         made = File::create_new(&path).map(|file| (file, path));
         if !matches!(&made, Err(error) if error.kind() == io::ErrorKind::AlreadyExists) {
@@ -162,8 +155,7 @@ pub(crate) fn remove_temporary(folder: &Path, kinds: &[Kind]) -> Result<(), Path
     for path in super::list(folder)? {
         let name = path.file_name().and_then(|name| name.to_str());
         let is_own = name.is_some_and(|name| kinds.iter().any(|kind| is_temporary(name, *kind)));
-        let is_file =
-            || fs::symlink_metadata(&path).is_ok_and(|metadata| irregularity(&metadata).is_none());
+        let is_file = || fs::symlink_metadata(&path).is_ok_and(|metadata| irregularity(&metadata).is_none());
         if is_own && is_file() {
             remove_file(&path)?;
         }

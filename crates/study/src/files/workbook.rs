@@ -56,18 +56,13 @@ impl Workbook {
     pub(super) fn worksheets(&self, name: Option<&str>) -> Result<Vec<String>, String> {
         let sheets = self.book.sheets_metadata().iter();
         let sheets = sheets.filter(|sheet| sheet.typ == SheetType::WorkSheet);
-        let is_meant = |sheet: &&calamine::Sheet| {
-            name.map_or(sheet.visible == SheetVisible::Visible, |name| {
-                sheet.name == name
-            })
-        };
+        let is_meant =
+            |sheet: &&calamine::Sheet| name.map_or(sheet.visible == SheetVisible::Visible, |name| sheet.name == name);
         let meant = sheets.clone().filter(is_meant);
         let meant: Vec<String> = meant.map(|sheet| sheet.name.clone()).collect();
         match name {
             Some(name) if meant.is_empty() => {
-                let found: Vec<String> = sheets
-                    .map(|sheet| format!("'{}'", visible(&sheet.name)))
-                    .collect();
+                let found: Vec<String> = sheets.map(|sheet| format!("'{}'", visible(&sheet.name))).collect();
                 let (name, found) = (visible(name), found.join(", "));
                 Err(format!("no worksheet '{name}'; expected {found}"))
             }
@@ -89,7 +84,9 @@ impl Workbook {
 fn unpacks_to(bytes: &[u8], room: u64) -> Result<(), String> {
     // A workbook with a password is of an older form.
     if bytes.starts_with(&[0xd0, 0xcf, 0x11, 0xe0]) {
-        return Err("a workbook with a password, or of Excel 97 to 2003; expected one without, saved as .xlsx".to_owned());
+        return Err(
+            "a workbook with a password, or of Excel 97 to 2003; expected one without, saved as .xlsx".to_owned(),
+        );
     }
     let no_book = |error: &dyn std::fmt::Display| format!("no workbook: {error}");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| no_book(&error))?;
@@ -118,10 +115,7 @@ fn too_long(room: u64) -> String {
 /// An error of the library, by its first line.
 fn in_words(error: impl std::fmt::Display) -> String {
     let text = error.to_string();
-    format!(
-        "no workbook: {}",
-        visible(text.lines().next().unwrap_or_default())
-    )
+    format!("no workbook: {}", visible(text.lines().next().unwrap_or_default()))
 }
 
 /// Writes a worksheet as text; empty if it has no cell.

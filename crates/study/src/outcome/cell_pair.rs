@@ -47,8 +47,7 @@ pub(crate) fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<
             (false, true) => first.len(),
             _ => first.len().min(second.len()),
         };
-        let [first, second] =
-            [first, second].map(|values| values.iter().copied().map(Some).cycle());
+        let [first, second] = [first, second].map(|values| values.iter().copied().map(Some).cycle());
         let both = first.zip(second).take(trials);
         let paired = Paired::from_pairs(both);
         Some(CellPair {

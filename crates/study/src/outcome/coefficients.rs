@@ -31,11 +31,7 @@ pub(crate) fn course_columns(file: &ExperimentFile, cell: &Cell) -> usize {
 /// Returns how many of these columns are kept with the rows: errors and standard errors. The ends of the intervals
 /// follow from them.
 pub(crate) fn kept(file: &ExperimentFile, order: usize) -> usize {
-    if file.coverage {
-        4 * order
-    } else {
-        columns(file, order)
-    }
+    if file.coverage { 4 * order } else { columns(file, order) }
 }
 
 /// The columns of trials.parquet for the coefficients of cells of any order: `error_a_1 ... error_h_n`, and with
@@ -77,13 +73,7 @@ impl Kept {
 
 /// Appends a trial's columns. They are NaN if there is no estimate, if the orders differ, or if a coefficient has no
 /// standard error.
-pub(crate) fn append(
-    columns: usize,
-    n: usize,
-    pass: &Pass,
-    record: &Realisation,
-    to: &mut Vec<f64>,
-) {
+pub(crate) fn append(columns: usize, n: usize, pass: &Pass, record: &Realisation, to: &mut Vec<f64>) {
     let (truth, begin) = (&record.truth, to.len());
     if pass.progress < Progress::Parameters || truth.a.len() != n || pass.a.len() != n {
         to.resize(begin + columns, f64::NAN);

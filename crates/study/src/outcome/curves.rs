@@ -4,9 +4,7 @@
 //! per octave from 2^-64 to 2^16. Counts are integers, so merging is exact in any order. A quantile is read as the
 //! middle of its bin; its relative error is at most [`CURVE_BIN_ERROR`].
 
-use crate::design::{
-    BINS, BINS_PER_OCTAVE_LOG2, CURVE_TRIALS, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes,
-};
+use crate::design::{BINS, BINS_PER_OCTAVE_LOG2, CURVE_TRIALS, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes};
 use asobench_identification::real::{MOST_LANES, Real};
 use serde::{Deserialize, Serialize, Serializer};
 use std::ops::Range;
@@ -27,8 +25,7 @@ pub struct Curves {
 
 impl PartialEq for Curves {
     fn eq(&self, other: &Self) -> bool {
-        (self.horizon, self.trials) == (other.horizon, other.trials)
-            && self.filled().eq(other.filled())
+        (self.horizon, self.trials) == (other.horizon, other.trials) && self.filled().eq(other.filled())
     }
 }
 
@@ -239,9 +236,7 @@ impl Curves {
     pub fn add(&mut self, last: bool, errors: impl IntoIterator<Item = f64>) {
         self.make_room();
         let from = usize::from(last) * self.horizon * BINS;
-        let mut histograms = self.counts[from..]
-            .chunks_exact_mut(BINS)
-            .take(self.horizon);
+        let mut histograms = self.counts[from..].chunks_exact_mut(BINS).take(self.horizon);
         for error in errors {
             let histogram = histograms.next().expect("K errors");
             if !error.is_nan() {
@@ -324,9 +319,7 @@ mod tests {
     #[test]
     fn every_quantile_is_within_the_stated_error() {
         let mut curves = Curves::new(1);
-        let mut values: Vec<f64> = (0..9999)
-            .map(|i| libm::exp(f64::from(i % 997) / 50.0 - 15.0))
-            .collect();
+        let mut values: Vec<f64> = (0..9999).map(|i| libm::exp(f64::from(i % 997) / 50.0 - 15.0)).collect();
         for value in &values {
             curves.add(true, [*value]);
         }

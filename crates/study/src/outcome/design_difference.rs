@@ -29,11 +29,7 @@ pub(crate) fn different(there: &Value, here: &Value) -> Vec<String> {
 /// Whether two designs with versions are the same but for methods, and what is compared among them.
 pub(crate) fn same_but_for_methods(left: &Value, right: &Value) -> bool {
     const OF_METHODS: [&str; 3] = ["methods", "compare", "needed"];
-    let part = |key: &str| {
-        key.split('.')
-            .nth(1)
-            .is_some_and(|key| OF_METHODS.contains(&key))
-    };
+    let part = |key: &str| key.split('.').nth(1).is_some_and(|key| OF_METHODS.contains(&key));
     keys(left, right)
         .iter()
         .all(|key| key.starts_with("experiment.") && part(key))
@@ -62,10 +58,7 @@ fn differences(path: &str, left: &Value, right: &Value, keys: &mut Vec<String>) 
             for key in all {
                 let dot = if path.is_empty() { "" } else { "." };
                 let null = &Value::Null;
-                let (left, right) = (
-                    left.get(key).unwrap_or(null),
-                    right.get(key).unwrap_or(null),
-                );
+                let (left, right) = (left.get(key).unwrap_or(null), right.get(key).unwrap_or(null));
                 differences(&format!("{path}{dot}{key}"), left, right, keys);
             }
         }

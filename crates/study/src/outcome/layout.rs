@@ -28,10 +28,7 @@ pub const TIMES: &str = "times.json";
 /// Returns the kind of a file that is published with the results: one of them, or a figure.
 pub(crate) fn kind_of(name: &str) -> Option<Kind> {
     let others = [(MANIFEST, Kind::Manifest), (LOOKS, Kind::Looks)];
-    let known = others
-        .into_iter()
-        .chain(RESULTS)
-        .find(|(of, _)| *of == name);
+    let known = others.into_iter().chain(RESULTS).find(|(of, _)| *of == name);
     let figure = || Kind::of_report(name).filter(|kind| *kind == Kind::Figure);
     known.map(|(_, kind)| kind).or_else(figure)
 }

@@ -155,11 +155,7 @@ impl Looks {
     ///
     /// # Errors
     /// As for [`Self::read`].
-    pub(crate) fn before_run(
-        folder: &Path,
-        experiment: &Experiment,
-        forgotten: bool,
-    ) -> Result<Self, FolderError> {
+    pub(crate) fn before_run(folder: &Path, experiment: &Experiment, forgotten: bool) -> Result<Self, FolderError> {
         let mut looks = if forgotten {
             Self::default()
         } else {
@@ -176,9 +172,7 @@ impl Looks {
             };
             for made in other.looks {
                 let seed = made.elsewhere.unwrap_or(its.seed);
-                let same = |known: &&Made| {
-                    known.trials == made.trials && known.elsewhere.unwrap_or(study.seed) == seed
-                };
+                let same = |known: &&Made| known.trials == made.trials && known.elsewhere.unwrap_or(study.seed) == seed;
                 if !looks.looks.iter().any(|known| same(&known)) {
                     looks.looks.push(Made {
                         elsewhere: Some(seed),
@@ -207,10 +201,7 @@ impl Looks {
     /// Returns the look at so many trials: the one that was made, or the next one under a rule.
     pub fn at(&self, trials: u64, file: &ExperimentFile, rule: &TrialRule) -> Look {
         let made = self.made(trials);
-        let look = made.map_or_else(
-            || self.new_look(trials, file.looks, rule),
-            |at| self.looks[at],
-        );
+        let look = made.map_or_else(|| self.new_look(trials, file.looks, rule), |at| self.looks[at]);
         let mut after = self.clone();
         after.add_planned(trials, file.looks, rule);
         let next = match rule {
@@ -288,11 +279,7 @@ mod tests {
             assert!((look.share - share).abs() < 1e-15, "{look:?}");
             sum += look.share;
             looks.add(trials, &fixed);
-            assert_eq!(
-                looks.at(trials, &file, &fixed).share,
-                look.share,
-                "no new look"
-            );
+            assert_eq!(looks.at(trials, &file, &fixed).share, look.share, "no new look");
             let next = if trials == 100 { 0.05 } else { share / 2.0 };
             assert!((looks.at(trials, &file, &fixed).next - next).abs() < 1e-15);
         }
@@ -357,14 +344,8 @@ mod tests {
             plans.iter().zip(0..).map(of).collect()
         };
         assert_eq!(plan(&[Some(1), Some(2), Some(3)]), [1.0, 0.0, 0.0]);
-        assert_eq!(
-            plan(&[Some(2), Some(3), Some(4), None]),
-            [0.5, 0.25, 0.125, 0.0625]
-        );
-        assert_eq!(
-            plan(&[Some(4), Some(2), Some(1), Some(4)]),
-            [0.25, 0.75, 0.0, 0.0]
-        );
+        assert_eq!(plan(&[Some(2), Some(3), Some(4), None]), [0.5, 0.25, 0.125, 0.0625]);
+        assert_eq!(plan(&[Some(4), Some(2), Some(1), Some(4)]), [0.25, 0.75, 0.0, 0.0]);
         let mixed = plan(&[None, Some(3), None, Some(9)]);
         let by_hand = [0.9, 0.05, 0.025, 0.025 / 6.0];
         let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-15;
@@ -391,9 +372,7 @@ mod tests {
                     1 => (format!("looks = {}", 1 + draw(9)), 1),
                     _ => {
                         let most = trials << draw(4);
-                        let rule = format!(
-                            "trials = {{ until = 'W', minimum = {trials}, maximum = {most} }}"
-                        );
+                        let rule = format!("trials = {{ until = 'W', minimum = {trials}, maximum = {most} }}");
                         (rule, most.ilog2() - trials.ilog2() + 1)
                     }
                 };
@@ -417,9 +396,6 @@ mod tests {
         let forged = r#"{"looks_of":"asobench","looks":[{"trials":1,"share":-3,"set_aside":0}]}"#;
         std::fs::write(place.path().join(LOOKS), forged).unwrap();
         let error = Looks::read(place.path()).unwrap_err().to_string();
-        assert!(
-            error.contains("looks.json") && error.contains("a share"),
-            "{error}"
-        );
+        assert!(error.contains("looks.json") && error.contains("a share"), "{error}");
     }
 }

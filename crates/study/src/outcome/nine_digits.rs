@@ -9,10 +9,7 @@ const ASKED: [&str; 4] = ["settings", "eta", "bound", "of"];
 
 /// Serializes items with numbers of nine significant digits. Works item by item, because all items of a large study
 /// would not fit into memory.
-pub(crate) fn rounded<T: Serialize, S: Serializer>(
-    items: &[T],
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
+pub(crate) fn rounded<T: Serialize, S: Serializer>(items: &[T], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(items.iter().map(stored))
 }
 
@@ -32,9 +29,7 @@ fn round(value: &mut Value) {
             found.for_each(|(_, value)| round(value));
         }
         Value::Number(number) if number.is_f64() => {
-            let rounded = number
-                .as_f64()
-                .and_then(|x| format!("{x:.8e}").parse::<f64>().ok());
+            let rounded = number.as_f64().and_then(|x| format!("{x:.8e}").parse::<f64>().ok());
             if let Some(rounded) = rounded.and_then(serde_json::Number::from_f64) {
                 *number = rounded;
             }

@@ -50,10 +50,7 @@ impl Outcomes {
 
     /// Counts a failed trial. Trials come in ascending order.
     pub(crate) fn add_failure(&mut self, kind: &str, trial: u64) {
-        if let (Some(count), Some(listed)) = (
-            self.failures.get_mut(kind),
-            self.failed_trials.get_mut(kind),
-        ) {
+        if let (Some(count), Some(listed)) = (self.failures.get_mut(kind), self.failed_trials.get_mut(kind)) {
             *count += 1;
             if listed.len() < LISTED {
                 listed.push(trial);
@@ -69,18 +66,14 @@ impl Outcomes {
     /// first of all trials is so among those of any part of them: the counts do not depend on the order of trials.
     fn fold_reasons(&mut self) {
         let others = FailureKind::External(Reason::others());
-        let of_program =
-            |kind: &&String| kind.starts_with(Reason::PREFIX) && *kind != others.name();
+        let of_program = |kind: &&String| kind.starts_with(Reason::PREFIX) && *kind != others.name();
         let kinds = self.failures.keys().filter(of_program).skip(REASONS);
         let beyond: Vec<String> = kinds.cloned().collect();
         for kind in beyond {
             let count = self.failures.remove(&kind).unwrap_or_default();
             *self.failures.entry(others.name().to_owned()).or_default() += count;
             let trials = self.failed_trials.remove(&kind).unwrap_or_default();
-            let listed = self
-                .failed_trials
-                .entry(others.name().to_owned())
-                .or_default();
+            let listed = self.failed_trials.entry(others.name().to_owned()).or_default();
             listed.extend(trials);
             listed.sort_unstable();
             listed.truncate(LISTED);

@@ -43,9 +43,9 @@ impl Place {
     /// Returns the values of some settings in words: "1/A noise, N = 98". Readings of the paper are named only if they
     /// are not the default.
     pub fn words(&self, keys: &[Key]) -> String {
-        let shown = keys.iter().filter(|key| {
-            self.values.contains_key(key) && !(key.entry().reading && self.is_default(**key))
-        });
+        let shown = keys
+            .iter()
+            .filter(|key| self.values.contains_key(key) && !(key.entry().reading && self.is_default(**key)));
         shown
             .map(|key| words(*key, self.value(*key)))
             .collect::<Vec<_>>()
@@ -84,17 +84,10 @@ fn follows(all: &[Place], key: Key, from: Key) -> bool {
 pub fn values(all: &[Place], key: Key) -> Vec<String> {
     let mut seen = HashSet::new();
     let all = all.iter().map(|place| place.value(key));
-    let mut values: Vec<String> = all
-        .filter(|value| seen.insert(*value))
-        .map(str::to_owned)
-        .collect();
+    let mut values: Vec<String> = all.filter(|value| seen.insert(*value)).map(str::to_owned).collect();
     let number = |value: &String| value.parse::<f64>().ok();
     if values.iter().all(|value| number(value).is_some()) {
-        values.sort_by(|a, b| {
-            number(a)
-                .partial_cmp(&number(b))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
+        values.sort_by(|a, b| number(a).partial_cmp(&number(b)).unwrap_or(std::cmp::Ordering::Equal));
     }
     values
 }

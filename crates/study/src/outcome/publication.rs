@@ -17,13 +17,7 @@ pub(crate) const REPLACING: &str = ".asobench-replacing";
 pub(crate) const WHOLE: &str = ".asobench-whole";
 
 /// The kinds of the files that are published together.
-pub(crate) const PUBLISHED: [Kind; 5] = [
-    Kind::Manifest,
-    Kind::Looks,
-    Kind::Summary,
-    Kind::Parquet,
-    Kind::Figure,
-];
+pub(crate) const PUBLISHED: [Kind; 5] = [Kind::Manifest, Kind::Looks, Kind::Summary, Kind::Parquet, Kind::Figure];
 
 /// Returns the place of a file that counts, such as `timing/times.json`; there need not be one.
 ///
@@ -57,10 +51,7 @@ pub(crate) fn is_settling(folder: &Path) -> bool {
 fn own_files(new: &Path) -> Result<Vec<(PathBuf, String, Kind)>, PathError> {
     let [found, ..] = files::entries(new)?;
     let own = found.into_iter().map(|path| {
-        let name = path
-            .file_name()
-            .and_then(|name| name.to_str())
-            .unwrap_or_default();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
         let kind = kind_of(name).ok_or_else(|| PathError::foreign(&path, files::NOT_OWN))?;
         Ok((path.clone(), name.to_owned(), kind))
     });
@@ -77,10 +68,7 @@ pub(crate) fn publish(folder: &Path, new: &Path) -> Result<(), PathError> {
     for (_, name, kind) in own_files(new)? {
         files::replaceable(&folder.join(name), kind)?;
     }
-    if let (Some(_), Some(old)) = (
-        files::subfolder(new, BLOCKS)?,
-        files::subfolder(folder, BLOCKS)?,
-    ) {
+    if let (Some(_), Some(old)) = (files::subfolder(new, BLOCKS)?, files::subfolder(folder, BLOCKS)?) {
         own_blocks(&old)?;
     }
     files::rename_folder(new, &folder.join(WHOLE))?;

@@ -8,9 +8,7 @@ use crate::files::Kind;
 use crate::files::PathError;
 use crate::files::Staged;
 use crate::outcome::design_difference::{different, same_but_for_methods};
-use crate::outcome::layout::{
-    BLOCKS, DESIGN, LOCK, LOOKS, MANIFEST, RESULTS, TIMING, own_blocks, result_file,
-};
+use crate::outcome::layout::{BLOCKS, DESIGN, LOCK, LOOKS, MANIFEST, RESULTS, TIMING, own_blocks, result_file};
 use crate::outcome::publication::{self, NEW, PUBLISHED, REPLACING};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -233,9 +231,8 @@ impl ResultsFolder {
         let manifest = read_manifest(&self.path)?;
         for (name, _) in RESULTS {
             let path = self.path.join(name);
-            let is_listed = |manifest: &Value| {
-                lists(manifest, name) && check_result(&self.path, manifest, name, None).is_ok()
-            };
+            let is_listed =
+                |manifest: &Value| lists(manifest, name) && check_result(&self.path, manifest, name, None).is_ok();
             if files::is_there(&path) && !manifest.as_ref().is_some_and(is_listed) {
                 return Err(PathError::foreign(&path, UNLISTED).into());
             }
@@ -312,12 +309,7 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// As for [`Self::write`].
-    pub fn write_json(
-        &mut self,
-        name: &str,
-        kind: Kind,
-        value: &impl Serialize,
-    ) -> Result<(), FolderError> {
+    pub fn write_json(&mut self, name: &str, kind: Kind, value: &impl Serialize) -> Result<(), FolderError> {
         let (file, path) = self.stage(name, kind)?;
         let mut writer = BufWriter::new(file);
         let written = serde_json::to_writer(&mut writer, value).map_err(Into::into);
@@ -337,11 +329,7 @@ impl ResultsFolder {
                 manifest["checksums"][name] = files::checksum_of(path)?.into();
             }
         }
-        self.write(
-            MANIFEST,
-            Kind::Manifest,
-            files::sealed(&manifest).as_bytes(),
-        )
+        self.write(MANIFEST, Kind::Manifest, files::sealed(&manifest).as_bytes())
     }
 
     /// Makes what was written the results of the folder, in one step. The blocks stay if `keep_blocks`.

@@ -75,8 +75,7 @@ impl OutputRows {
     /// Appends a trial's flags and failure. The caller appends its values to [`Self::columns`].
     pub(crate) fn push(&mut self, flags: Flags, failure: Option<Failure>) {
         let place = self.flags.len();
-        self.failures
-            .extend(failure.map(|failure| (place, failure)));
+        self.failures.extend(failure.map(|failure| (place, failure)));
         self.flags.push(flags);
     }
 
@@ -139,8 +138,7 @@ impl Rows {
 
     fn with(measures: Vec<Measure>, experiment: &Experiment, cell: &Cell) -> Self {
         let file = &experiment.file;
-        let width =
-            coefficients::columns(file, cell.order()) + coefficients::course_columns(file, cell);
+        let width = coefficients::columns(file, cell.order()) + coefficients::course_columns(file, cell);
         let output = OutputRows {
             values: vec![Vec::new(); measures.len()],
             parameters: vec![Vec::new(); width],
@@ -239,8 +237,7 @@ impl Rows {
     /// Iterates over all rows: all outputs of the first trial, then of the next.
     pub fn iter(&self) -> impl Iterator<Item = Row> {
         let outputs = 0..self.outputs.len();
-        (0..self.trial_count())
-            .flat_map(move |place| outputs.clone().map(move |output| self.row(place, output)))
+        (0..self.trial_count()).flat_map(move |place| outputs.clone().map(move |output| self.row(place, output)))
     }
 
     /// Reserves room for so many trials.
@@ -315,14 +312,8 @@ impl Rows {
             let flags = output.flags.last().copied().unwrap_or_default();
             output.flags.resize(factors.len().max(there), flags);
             for column in output.values.iter_mut().chain(&mut output.parameters) {
-                let last = column
-                    .last()
-                    .copied()
-                    .filter(|x| x.is_finite() && *x != 0.0);
-                let made_up = factors
-                    .iter()
-                    .skip(there)
-                    .map(|factor| factor * last.unwrap_or(1.0));
+                let last = column.last().copied().filter(|x| x.is_finite() && *x != 0.0);
+                let made_up = factors.iter().skip(there).map(|factor| factor * last.unwrap_or(1.0));
                 column.extend(made_up);
             }
         }
@@ -333,9 +324,7 @@ impl Rows {
         for output in &mut self.outputs {
             output.flags.truncate(trials);
             output.failures.retain(|(place, _)| *place < trials);
-            let OutputRows {
-                values, parameters, ..
-            } = output;
+            let OutputRows { values, parameters, .. } = output;
             for column in values.iter_mut().chain(parameters) {
                 column.truncate(trials);
             }
@@ -352,8 +341,7 @@ impl Rows {
 /// ```
 pub(crate) mod stored {
     use super::{
-        Cell, Deserialize, Experiment, Failure, Flags, Measure, OutputRows, Range, Rows, Serialize,
-        coefficients,
+        Cell, Deserialize, Experiment, Failure, Flags, Measure, OutputRows, Range, Rows, Serialize, coefficients,
     };
 
     /// The failures of each output, each with the index of its trial.
@@ -361,12 +349,7 @@ pub(crate) mod stored {
     struct Failures(Vec<Vec<(u32, Failure)>>);
 
     /// Appends the rows of a cell with the measures of the experiment's file.
-    pub fn encode(
-        rows: &Rows,
-        experiment: &Experiment,
-        cell: &Cell,
-        to: &mut Vec<u8>,
-    ) -> postcard::Result<()> {
+    pub fn encode(rows: &Rows, experiment: &Experiment, cell: &Cell, to: &mut Vec<u8>) -> postcard::Result<()> {
         let kept = coefficients::kept(&experiment.file, cell.order());
         let places = |output: &OutputRows| -> Vec<(u32, Failure)> {
             output
@@ -412,8 +395,7 @@ pub(crate) mod stored {
         let mut length = [0; 8];
         length.copy_from_slice(take(8)?);
         let length = usize::try_from(u64::from_le_bytes(length)).map_err(|_| SHORT)?;
-        let Failures(failures) =
-            postcard::from_bytes(take(length)?).map_err(|_| "failures that cannot be decoded")?;
+        let Failures(failures) = postcard::from_bytes(take(length)?).map_err(|_| "failures that cannot be decoded")?;
         let count = usize::try_from(trials.end - trials.start).map_err(|_| SHORT)?;
         let outputs = experiment.output_count();
         if failures.len() != outputs {

@@ -39,10 +39,7 @@ pub fn read_announced(folder: &Path) -> Result<Option<Value>, FolderError> {
 ///
 /// # Errors
 /// [`FolderError::NoResults`], [`FolderError::Unfinished`], those of [`read_manifest`] and those of `read`.
-pub fn read_results<T, E: From<FolderError>>(
-    folder: &Path,
-    read: impl Fn(&Value) -> Result<T, E>,
-) -> Result<T, E> {
+pub fn read_results<T, E: From<FolderError>>(folder: &Path, read: impl Fn(&Value) -> Result<T, E>) -> Result<T, E> {
     let state = || -> Result<_, FolderError> { Ok((is_settling(folder), read_manifest(folder)?)) };
     loop {
         let before = state()?;
@@ -100,12 +97,7 @@ pub fn parse_manifest(path: &Path, text: &[u8]) -> Result<Value, FolderError> {
 ///
 /// # Errors
 /// If the checksum differs, or the file cannot be read.
-pub fn check_result(
-    folder: &Path,
-    manifest: &Value,
-    name: &str,
-    content: Option<&[u8]>,
-) -> Result<(), FolderError> {
+pub fn check_result(folder: &Path, manifest: &Value, name: &str, content: Option<&[u8]>) -> Result<(), FolderError> {
     let (path, stored) = (current(folder, name)?, manifest["checksums"][name].as_str());
     let found = match (stored, content) {
         (None, _) => return Ok(()),
@@ -126,9 +118,7 @@ pub fn check_result(
 pub fn check_results(folder: &Path) -> Result<Vec<&'static str>, FolderError> {
     read_results(folder, |manifest| {
         let names = RESULTS.into_iter().map(|(name, _)| name);
-        let names: Vec<_> = names
-            .filter(|name| manifest["checksums"][name].is_string())
-            .collect();
+        let names: Vec<_> = names.filter(|name| manifest["checksums"][name].is_string()).collect();
         for name in &names {
             check_result(folder, manifest, name, None)?;
         }
@@ -174,11 +164,6 @@ pub(crate) fn lists(manifest: &Value, name: &str) -> bool {
 
 /// Whether a version is newer than this program's.
 fn is_newer(version: &str) -> bool {
-    let numbers = |version: &str| -> Vec<u64> {
-        version
-            .split('.')
-            .map(|part| part.parse().unwrap_or(0))
-            .collect()
-    };
+    let numbers = |version: &str| -> Vec<u64> { version.split('.').map(|part| part.parse().unwrap_or(0)).collect() };
     numbers(version) > numbers(env!("CARGO_PKG_VERSION"))
 }

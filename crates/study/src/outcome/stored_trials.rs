@@ -61,9 +61,7 @@ impl StoredTrials {
         };
         let found = Table::open(file).and_then(|table| match table.rows() {
             found if found == rows => Ok(table),
-            found => Err(format!(
-                "damaged: {found} rows; expected {rows}, those of its trials"
-            )),
+            found => Err(format!("damaged: {found} rows; expected {rows}, those of its trials")),
         });
         match found {
             Ok(table) => Ok(Some(Self { path, table })),
@@ -80,12 +78,7 @@ impl StoredTrials {
 
     /// Reads rows of a column; `None` if there is none of this name.
     fn column(&mut self, name: &str, rows: &Range<u64>) -> Result<Option<Values>, StoreError> {
-        let Some(place) = self
-            .table
-            .columns()
-            .iter()
-            .position(|column| column.name == name)
-        else {
+        let Some(place) = self.table.columns().iter().position(|column| column.name == name) else {
             return Ok(None);
         };
         let values = self.table.read_rows(place, rows);
@@ -105,8 +98,7 @@ impl StoredTrials {
     ) -> Result<Option<Vec<[f64; 2]>>, StoreError> {
         let rows = of.first..of.first.saturating_add(of.count);
         let [error, se] = ["error", "se"].map(|kind| format!("{kind}_{coefficient}"));
-        let (Some(errors), Some(ses)) = (self.column(&error, &rows)?, self.column(&se, &rows)?)
-        else {
+        let (Some(errors), Some(ses)) = (self.column(&error, &rows)?, self.column(&se, &rows)?) else {
             return Ok(None);
         };
         let mut known = |name: &str| {
@@ -123,14 +115,10 @@ impl StoredTrials {
         }
         let of_output = estimators.texts().zip(passes.numbers());
         let both = errors.numbers().iter().zip(ses.numbers());
-        let pairs = of_output
-            .zip(both)
-            .filter_map(|((name, number), pair)| match pair {
-                (Some(error), Some(se)) if name == Some(estimator) && is(number, pass) => {
-                    Some([*error, *se])
-                }
-                _ => None,
-            });
+        let pairs = of_output.zip(both).filter_map(|((name, number), pair)| match pair {
+            (Some(error), Some(se)) if name == Some(estimator) && is(number, pass) => Some([*error, *se]),
+            _ => None,
+        });
         let known = |[error, se]: &[f64; 2]| error.is_finite() && se.is_finite() && *se > 0.0;
         Ok(Some(pairs.filter(known).collect()))
     }
@@ -152,23 +140,16 @@ impl StoredTrials {
             return Ok(None);
         };
         let stored = first..first + rows.len() as u64;
-        let replayed =
-            TrialTable::new(experiment).and_then(|table| table.file_of(cell, rows.clone()));
+        let replayed = TrialTable::new(experiment).and_then(|table| table.file_of(cell, rows.clone()));
         let replayed = replayed.map_err(|error| self.wrong(error.to_string()))?;
-        let mut replayed =
-            Table::open(Cursor::new(replayed)).map_err(|reason| self.wrong(reason))?;
+        let mut replayed = Table::open(Cursor::new(replayed)).map_err(|reason| self.wrong(reason))?;
         let coefficients = Kept::new(&experiment.file, &experiment.cells).names();
         let is_coefficient = |column: &&Column| coefficients.contains(&column.name);
-        let is_older = !self
-            .table
-            .columns()
-            .iter()
-            .any(|column| is_coefficient(&column));
+        let is_older = !self.table.columns().iter().any(|column| is_coefficient(&column));
         let own = self.table.columns().iter().map(Column::is);
         let others = replayed.columns().iter().enumerate();
         let others = others.filter(|(_, column)| !(is_older && is_coefficient(column)));
-        let (places, others): (Vec<usize>, Vec<_>) =
-            others.map(|(place, column)| (place, column.is())).unzip();
+        let (places, others): (Vec<usize>, Vec<_>) = others.map(|(place, column)| (place, column.is())).unzip();
         if !own.eq(others) {
             return Ok(Some(false));
         }
@@ -177,9 +158,7 @@ impl StoredTrials {
                 .table
                 .read_rows(own, &stored)
                 .map_err(|reason| self.wrong(reason))?;
-            let now = replayed
-                .read(0, other)
-                .map_err(|reason| self.wrong(reason))?;
+            let now = replayed.read(0, other).map_err(|reason| self.wrong(reason))?;
             if !stored.are(&now) {
                 return Ok(Some(false));
             }

@@ -1,8 +1,6 @@
 //! The summary of a study: all that a report shows, computed from tallies and stored in summary.json.
 
-use crate::design::file::{
-    BoundTable, Distributions, Key, MediansTable, Scalar, Settings, SlopeTable,
-};
+use crate::design::file::{BoundTable, Distributions, Key, MediansTable, Scalar, Settings, SlopeTable};
 use crate::design::{Cell, Experiment, Measure, smooth};
 use crate::outcome::cell_pair::{CellPair, cell_pairs};
 use crate::outcome::coefficient_statistics;
@@ -16,8 +14,8 @@ use crate::outcome::theory_summary::{TheorySummary, beside};
 use crate::outcome::traces::Traces;
 use asobench_identification::estimator::Output;
 use asobench_identification::metric::{
-    BoundVerdict, Coverage, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share,
-    Sketch, Slope, Statistics, slope_of_statistics, verdict,
+    BoundVerdict, Coverage, Jackknife, Paired, PairedStatistics, Quantiles, SKETCH_ERROR, Share, Sketch, Slope,
+    Statistics, slope_of_statistics, verdict,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -66,14 +64,10 @@ impl OutputSummary {
         tally: &OutputTally,
         judged: &Distributions,
     ) -> Self {
-        let Outcomes {
-            trials, unstable, ..
-        } = tally.outcomes;
+        let Outcomes { trials, unstable, .. } = tally.outcomes;
         let order = cell.order();
         let of_coefficients = coefficients::columns(&experiment.file, order);
-        let (parameters, course) = tally
-            .parameters
-            .split_at(of_coefficients.min(tally.parameters.len()));
+        let (parameters, course) = tally.parameters.split_at(of_coefficients.min(tally.parameters.len()));
         let measures = experiment.file.measures.iter().copied();
         let label = output.label();
         let is_judged = |measure: &Measure| {
@@ -153,12 +147,7 @@ pub struct Joint {
 
 impl Joint {
     /// Returns the pairs of a cell whose series are there.
-    fn of_cell(
-        experiment: &Experiment,
-        index: usize,
-        tally: &CellTally,
-        judged: &Distributions,
-    ) -> Vec<Self> {
+    fn of_cell(experiment: &Experiment, index: usize, tally: &CellTally, judged: &Distributions) -> Vec<Self> {
         let kept: Vec<(usize, Measure)> = experiment.series_of(&experiment.cells[index]).collect();
         let needed = experiment.file.needed.iter();
         let tables: Vec<&MediansTable> = needed.flat_map(|needed| &needed.medians).collect();
@@ -182,9 +171,7 @@ impl Joint {
                 table: (*table).clone(),
                 ratio: paired.statistics(table.measure.worse()),
                 ratios: paired.ratio().clone(),
-                trials: trials
-                    .take_while(|_| judged.joint.contains(table))
-                    .collect(),
+                trials: trials.take_while(|_| judged.joint.contains(table)).collect(),
             })
         };
         tables.iter().filter_map(pair).collect()
@@ -275,10 +262,7 @@ impl CellSummary {
         let mut summaries: Vec<OutputSummary> = all
             .map(|(output, tally)| OutputSummary::new(experiment, output, cell, tally, &judged))
             .collect();
-        let is_known = file
-            .measures
-            .iter()
-            .any(|measure| smooth(*measure).is_some());
+        let is_known = file.measures.iter().any(|measure| smooth(*measure).is_some());
         if let Some(Ok(theory)) = is_known.then(|| experiment.theory(index)) {
             for (summary, (_, of_output)) in summaries.iter_mut().zip(&theory.outputs) {
                 summary.theory = beside(theory, of_output, window, &summary.measures);
@@ -367,20 +351,12 @@ impl CellSummary {
             Key::Window => self.window.to_string(),
             Key::Order => self.order.to_string(),
             Key::Horizon => self.horizon.to_string(),
-            _ => self
-                .settings
-                .get(&key)
-                .map_or_else(String::new, ToString::to_string),
+            _ => self.settings.get(&key).map_or_else(String::new, ToString::to_string),
         }
     }
 }
 
-pub(crate) fn bounds(
-    experiment: &Experiment,
-    claim: &str,
-    labels: &[String],
-    tally: &CellTally,
-) -> Vec<BoundSummary> {
+pub(crate) fn bounds(experiment: &Experiment, claim: &str, labels: &[String], tally: &CellTally) -> Vec<BoundSummary> {
     let all = experiment.file.bounds.iter().enumerate();
     let of_cell = all.filter(|(_, bound)| bound.claim.as_ref().is_none_or(|c| c == claim));
     of_cell
@@ -423,9 +399,7 @@ impl SlopeStatistics {
                 .map(|table| {
                     groups_of(table)
                         .iter()
-                        .map(|groups| {
-                            Jackknife::from_groups(groups, table.statistic, table.measure.worse())
-                        })
+                        .map(|groups| Jackknife::from_groups(groups, table.statistic, table.measure.worse()))
                         .collect()
                 })
                 .collect(),
@@ -480,18 +454,10 @@ pub struct Summary {
     #[serde(serialize_with = "rounded")]
     pub cells: Vec<CellSummary>,
     /// Slopes.
-    #[serde(
-        default,
-        skip_serializing_if = "Vec::is_empty",
-        serialize_with = "rounded"
-    )]
+    #[serde(default, skip_serializing_if = "Vec::is_empty", serialize_with = "rounded")]
     pub slopes: Vec<SlopeSummary>,
     /// Pairs of cells that claims compare.
-    #[serde(
-        default,
-        skip_serializing_if = "Vec::is_empty",
-        serialize_with = "rounded"
-    )]
+    #[serde(default, skip_serializing_if = "Vec::is_empty", serialize_with = "rounded")]
     pub cell_pairs: Vec<CellPair>,
 }
 
@@ -550,9 +516,7 @@ impl Summary {
             return Err(format!("damaged: cell {index}"));
         }
         let is_there = |cell: &usize| *cell < cells.len();
-        let slope = |slope: &SlopeSummary| {
-            labels.contains(&slope.output) && slope.cells.iter().all(is_there)
-        };
+        let slope = |slope: &SlopeSummary| labels.contains(&slope.output) && slope.cells.iter().all(is_there);
         let pair = |pair: &CellPair| [pair.from, pair.to].iter().all(is_there);
         if summary.slopes.iter().all(slope) && summary.cell_pairs.iter().all(pair) {
             Ok(summary)
@@ -570,16 +534,10 @@ pub(crate) fn slopes(
     cells: &[CellSummary],
     statistics: &[SlopeStatistics],
 ) -> Vec<SlopeSummary> {
-    let axes = [Key::Claim, Key::Eta, Key::Window]
-        .into_iter()
-        .chain(experiment.axes());
+    let axes = [Key::Claim, Key::Eta, Key::Window].into_iter().chain(experiment.axes());
     // Settings that change together with the axis do not tell families apart: those zipped with it, and l, which
     // determines the window.
-    let zip = experiment
-        .file
-        .zip
-        .iter()
-        .find(|group| group.contains(&table.over));
+    let zip = experiment.file.zip.iter().find(|group| group.contains(&table.over));
     let moves = |key: &Key| {
         *key == table.over
             || *key == Key::L && table.over == Key::Window
@@ -594,9 +552,7 @@ pub(crate) fn slopes(
             .filter_map(|key| cell.settings.get(key).map(|value| (*key, value.clone())))
             .collect();
         let name: Vec<String> = shared.values().map(ToString::to_string).collect();
-        let family = families
-            .entry(name.join("|"))
-            .or_insert_with(|| (shared, Vec::new()));
+        let family = families.entry(name.join("|")).or_insert_with(|| (shared, Vec::new()));
         family.1.push(cell.cell);
     }
     let mut found = Vec::new();

@@ -7,8 +7,7 @@ use crate::outcome::summary::{CellSummary, OutputSummary, Summary};
 use crate::outcome::trial_table::{GROUP_ROWS, Setting, StoreError, numeric_settings};
 use asobench_identification::metric::{Statistic, Statistics};
 use polars::prelude::{
-    BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetWriter, PolarsResult,
-    Series,
+    BatchedWriter, Column, DataFrame, NamedFrom, ParquetCompression, ParquetWriter, PolarsResult, Series,
 };
 use std::fs::File;
 use std::io::BufWriter;
@@ -45,9 +44,7 @@ fn cell_columns<'e, R>(
         if *numeric {
             columns.push(column(rows, key.name(), |row| number(setting(row))));
         } else {
-            columns.push(column(rows, key.name(), |row| {
-                setting(row).map(ToString::to_string)
-            }));
+            columns.push(column(rows, key.name(), |row| setting(row).map(ToString::to_string)));
         }
     }
     columns
@@ -62,12 +59,7 @@ fn defined(x: f64) -> Option<f64> {
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_summary(
-    file: &File,
-    path: &Path,
-    experiment: &Experiment,
-    summary: &Summary,
-) -> Result<(), StoreError> {
+pub fn write_summary(file: &File, path: &Path, experiment: &Experiment, summary: &Summary) -> Result<(), StoreError> {
     let parquet = |source| StoreError::Parquet {
         path: path.to_owned(),
         source,
@@ -112,11 +104,7 @@ fn group_cells(summary: &Summary) -> usize {
     (GROUP_ROWS / most.max(1)).max(1)
 }
 
-fn summary_frame(
-    experiment: &Experiment,
-    settings: &[Setting],
-    cells: &[CellSummary],
-) -> PolarsResult<DataFrame> {
+fn summary_frame(experiment: &Experiment, settings: &[Setting], cells: &[CellSummary]) -> PolarsResult<DataFrame> {
     let mut rows: Vec<SummaryRow<'_>> = Vec::new();
     for cell in cells {
         for output in &cell.outputs {
@@ -148,9 +136,7 @@ fn summary_frame(
     ]);
     for statistic in Statistic::ALL {
         let estimate = |row: &SummaryRow<'_>| statistic.of(row.3);
-        columns.push(column(rows, statistic.name(), |row| {
-            defined(estimate(row).value)
-        }));
+        columns.push(column(rows, statistic.name(), |row| defined(estimate(row).value)));
         columns.push(column(rows, &format!("{statistic}_mcse"), |row| {
             defined(estimate(row).mcse)
         }));

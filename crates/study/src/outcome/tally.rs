@@ -56,9 +56,7 @@ fn merge_all<T>(left: &mut Vec<T>, right: Vec<T>, merge: impl Fn(&mut T, T)) {
     if left.is_empty() {
         *left = right;
     } else {
-        left.iter_mut()
-            .zip(right)
-            .for_each(|(left, right)| merge(left, right));
+        left.iter_mut().zip(right).for_each(|(left, right)| merge(left, right));
     }
 }
 
@@ -88,12 +86,7 @@ impl CellTally {
         };
         // Leave the failed trials out of each column once, for all that use it.
         let columns: Vec<Vec<Cow<'_, [f64]>>> = (0..rows.outputs().len())
-            .map(|output| {
-                file.measures
-                    .iter()
-                    .map(|measure| counted(output, *measure))
-                    .collect()
-            })
+            .map(|output| file.measures.iter().map(|measure| counted(output, *measure)).collect())
             .collect();
         let column = |output: usize, measure: Measure| -> &[f64] {
             let at = file.measures.iter().position(|other| *other == measure);
@@ -118,20 +111,12 @@ impl CellTally {
                 .collect(),
             met: met(experiment, cell, rows.measures(), output),
         };
-        let outputs: Vec<OutputTally> =
-            rows.outputs().iter().zip(&columns).map(of_output).collect();
+        let outputs: Vec<OutputTally> = rows.outputs().iter().zip(&columns).map(of_output).collect();
         let pair = |compared: &[usize; 2], measure: usize| {
             let columns = compared.map(|output| &*columns[output][measure]);
-            Paired::of_columns::<R>(
-                columns,
-                compared.map(|output| &outputs[output].samples[measure]),
-            )
+            Paired::of_columns::<R>(columns, compared.map(|output| &outputs[output].samples[measure]))
         };
-        let all_measures = |compared| {
-            (0..file.measures.len())
-                .map(|at| pair(compared, at))
-                .collect()
-        };
+        let all_measures = |compared| (0..file.measures.len()).map(|at| pair(compared, at)).collect();
         let pairs = experiment.compare.iter().map(all_measures).collect();
         let first = rows.trials().start;
         let group = |column: &[f64], group: usize| {
@@ -143,16 +128,13 @@ impl CellTally {
         let groups_of = |measure: Measure| -> Vec<Vec<Sample>> {
             let of_output = |output| {
                 let column = column(output, measure);
-                (0..JACKKNIFE_GROUPS)
-                    .map(|number| group(column, number))
-                    .collect()
+                (0..JACKKNIFE_GROUPS).map(|number| group(column, number)).collect()
             };
             (0..columns.len()).map(of_output).collect()
         };
         let groups = experiment.sloped_measures().into_iter().map(groups_of);
         let series = experiment.series_of(cell);
-        let series = series
-            .map(|(output, measure)| BTreeMap::from([(first, column(output, measure).to_vec())]));
+        let series = series.map(|(output, measure)| BTreeMap::from([(first, column(output, measure).to_vec())]));
         Self {
             trials: rows.trial_count() as u64,
             fallbacks: trials.fallbacks,
@@ -169,12 +151,7 @@ impl CellTally {
     ///
     /// # Errors
     /// The faulty part.
-    pub(crate) fn check(
-        &self,
-        experiment: &Experiment,
-        cell: &Cell,
-        trials: &Range<u64>,
-    ) -> Result<(), &'static str> {
+    pub(crate) fn check(&self, experiment: &Experiment, cell: &Cell, trials: &Range<u64>) -> Result<(), &'static str> {
         let none = Self::from_trials(experiment, cell, &mut Trials::new(experiment, cell));
         let traces = |traces: &Traces| traces.are_of(cell.order(), self.outputs.len());
         let curves = self.curves.as_ref().map_or(0, Curves::trials);
@@ -191,19 +168,15 @@ impl CellTally {
 
     /// Returns the lengths of all parts that do not depend on the trials.
     fn parts(&self) -> Vec<usize> {
-        let outputs = self.outputs.iter().flat_map(|output| {
-            [
-                output.samples.len(),
-                output.parameters.len(),
-                output.met.len(),
-            ]
-        });
+        let outputs = self
+            .outputs
+            .iter()
+            .flat_map(|output| [output.samples.len(), output.parameters.len(), output.met.len()]);
         let pairs = self.pairs.iter().map(Vec::len);
-        let groups = self.groups.iter().flat_map(|of_measure| {
-            [of_measure.len()]
-                .into_iter()
-                .chain(of_measure.iter().map(Vec::len))
-        });
+        let groups = self
+            .groups
+            .iter()
+            .flat_map(|of_measure| [of_measure.len()].into_iter().chain(of_measure.iter().map(Vec::len)));
         let whole = [
             self.outputs.len(),
             self.pairs.len(),
@@ -211,12 +184,7 @@ impl CellTally {
             self.series.len(),
             self.curves.as_ref().map_or(0, Curves::horizon),
         ];
-        whole
-            .into_iter()
-            .chain(outputs)
-            .chain(pairs)
-            .chain(groups)
-            .collect()
+        whole.into_iter().chain(outputs).chain(pairs).chain(groups).collect()
     }
 
     /// Returns the bytes of the tally in memory, but for small parts.
@@ -226,10 +194,7 @@ impl CellTally {
         let samples = samples.chain(self.groups.iter().flatten().flatten());
         let pairs = self.pairs.iter().flatten();
         let series = self.series.iter().flat_map(BTreeMap::values);
-        let curves = self
-            .curves
-            .as_ref()
-            .map_or(0, |curves| curve_bytes(curves.horizon()));
+        let curves = self.curves.as_ref().map_or(0, |curves| curve_bytes(curves.horizon()));
         samples.map(Sample::bytes).sum::<usize>()
             + pairs.map(Paired::bytes).sum::<usize>()
             + series.map(|run| size_of_val(&run[..])).sum::<usize>()
@@ -288,8 +253,7 @@ fn sample<R: Real>(column: &[f64]) -> Sample {
 
 /// Counts the outcomes of trials from `first` on.
 pub(crate) fn outcomes(rows: &OutputRows, first: u64) -> Outcomes {
-    let count =
-        |is: &dyn Fn(&Flags) -> bool| rows.flags().iter().filter(|flags| is(flags)).count() as u64;
+    let count = |is: &dyn Fn(&Flags) -> bool| rows.flags().iter().filter(|flags| is(flags)).count() as u64;
     let is_unstable = |flags: &Flags| flags.unstable() == Some(true);
     let unstable = count(&is_unstable);
     let mut outcomes = Outcomes {
@@ -316,10 +280,7 @@ fn met(experiment: &Experiment, cell: &Cell, measures: &[Measure], rows: &Output
     };
     let condition = column(Measure::Condition);
     let of_bound = |bound: &BoundTable| {
-        let asked = bound
-            .claim
-            .as_ref()
-            .is_none_or(|claim| *claim == cell.claim);
+        let asked = bound.claim.as_ref().is_none_or(|claim| *claim == cell.claim);
         let values = column(bound.measure).filter(|_| asked);
         let Some(values) = values.map(|values| rows.counted(values)) else {
             return 0;

@@ -92,11 +92,7 @@ pub(crate) fn beside(
         };
         let q50 = statistics.q50;
         let efficiency = bound.map(|bound: &LimitError| {
-            let found = if q50.lost {
-                0.0
-            } else {
-                bound.median / q50.value
-            };
+            let found = if q50.lost { 0.0 } else { bound.median / q50.value };
             Some(found * found).filter(|efficiency| efficiency.is_finite() && !is_biased)
         });
         let summary = TheorySummary {
@@ -107,8 +103,7 @@ pub(crate) fn beside(
                 separate: efficiency.separate.flatten(),
             },
         };
-        let is_there =
-            summary.theory.is_some() || bound.shared.is_some() || bound.separate.is_some();
+        let is_there = summary.theory.is_some() || bound.shared.is_some() || bound.separate.is_some();
         is_there.then_some((*measure, summary))
     };
     measures.iter().filter_map(summary).collect()

@@ -47,12 +47,8 @@ impl Traces {
 impl Traces {
     /// Whether the courses of n states and of all observers have the same length.
     pub(crate) fn are_of(&self, n: usize, observers: usize) -> bool {
-        let full = |courses: &[Vec<f64>]| {
-            courses.len() == n
-                && courses
-                    .iter()
-                    .all(|course| course.len() == self.times.len())
-        };
+        let full =
+            |courses: &[Vec<f64>]| courses.len() == n && courses.iter().all(|course| course.len() == self.times.len());
         self.theta.len() == n
             && full(&self.x)
             && self.outputs.len() == observers
@@ -65,37 +61,22 @@ impl Traces {
 
 /// Appends one number to each course.
 pub(crate) fn append(to: &mut [Vec<f64>], values: &[f64]) {
-    to.iter_mut()
-        .zip(values)
-        .for_each(|(to, value)| to.push(*value));
+    to.iter_mut().zip(values).for_each(|(to, value)| to.push(*value));
 }
 
 /// Serializes courses with gaps, because JSON has neither NaN nor infinities.
 mod nan_is_null {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    pub fn serialize<S: Serializer>(
-        courses: &[Vec<f64>],
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        let gaps = |course: &Vec<f64>| -> Vec<Option<f64>> {
-            course.iter().map(|x| x.is_finite().then_some(*x)).collect()
-        };
-        courses
-            .iter()
-            .map(gaps)
-            .collect::<Vec<_>>()
-            .serialize(serializer)
+    pub fn serialize<S: Serializer>(courses: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
+        let gaps =
+            |course: &Vec<f64>| -> Vec<Option<f64>> { course.iter().map(|x| x.is_finite().then_some(*x)).collect() };
+        courses.iter().map(gaps).collect::<Vec<_>>().serialize(serializer)
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Vec<Vec<f64>>, D::Error> {
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Vec<f64>>, D::Error> {
         let courses = Vec::<Vec<Option<f64>>>::deserialize(deserializer)?;
         let filled = |course: Vec<Option<f64>>| course.into_iter().map(|x| x.unwrap_or(f64::NAN));
-        Ok(courses
-            .into_iter()
-            .map(|course| filled(course).collect())
-            .collect())
+        Ok(courses.into_iter().map(|course| filled(course).collect()).collect())
     }
 }

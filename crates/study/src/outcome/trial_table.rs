@@ -13,9 +13,9 @@ use polars_arrow::bitmap::Bitmap;
 use polars_arrow::datatypes::{ArrowDataType, ArrowSchema, Field};
 use polars_parquet::read::ParquetError;
 use polars_parquet::write::{
-    CompressedPage, CompressionOptions, Compressor, DynIter, DynStreamingIterator, Encoding,
-    FileWriter, ParquetType, StatisticsOptions, Version, WriteOptions, ZstdLevel, array_to_columns,
-    fallible_streaming_iterator, to_parquet_schema,
+    CompressedPage, CompressionOptions, Compressor, DynIter, DynStreamingIterator, Encoding, FileWriter, ParquetType,
+    StatisticsOptions, Version, WriteOptions, ZstdLevel, array_to_columns, fallible_streaming_iterator,
+    to_parquet_schema,
 };
 use rayon::Scope;
 use std::borrow::Cow;
@@ -80,9 +80,7 @@ impl<'e> TrialTable<'e> {
             ("window", Int32),
         ];
         let varying = settings.iter();
-        fields.extend(
-            varying.map(|(key, numeric)| (key.name(), if *numeric { Float64 } else { Utf8View })),
-        );
+        fields.extend(varying.map(|(key, numeric)| (key.name(), if *numeric { Float64 } else { Utf8View })));
         fields.extend([
             ("trial", Int64),
             ("estimator", Utf8View),
@@ -151,9 +149,10 @@ impl<'e> TrialTable<'e> {
             options.statistics.min_value = ranges;
             options.statistics.max_value = ranges;
             let pages = array_to_columns(array, type_.clone(), options, &[*encoding])?;
-            let pages = pages.into_iter().flatten().map(|page| {
-                page.map_err(|error| ParquetError::FeatureNotSupported(error.to_string()))
-            });
+            let pages = pages
+                .into_iter()
+                .flatten()
+                .map(|page| page.map_err(|error| ParquetError::FeatureNotSupported(error.to_string())));
             let pages = Compressor::new(pages, self.options.compression, Vec::new());
             Ok(pages.collect::<Result<_, _>>()?)
         });
@@ -190,10 +189,7 @@ impl<'e> TrialTable<'e> {
             });
         }
         let outputs = self.outputs.iter();
-        let estimators: Vec<String> = outputs
-            .clone()
-            .map(|output| output.estimator.clone())
-            .collect();
+        let estimators: Vec<String> = outputs.clone().map(|output| output.estimator.clone()).collect();
         let passes: Vec<i32> = outputs.map(|output| output.pass as i32).collect();
         let names = Self::statuses(group);
         let status = |output: &OutputRows, place: usize| {
@@ -202,13 +198,9 @@ impl<'e> TrialTable<'e> {
             names.iter().position(|known| *known == name).unwrap_or(0) as u32
         };
         let statuses = names.iter().map(|name| (*name).to_owned()).collect();
-        let failed_pass =
-            |output: &OutputRows, place: usize| Some(output.failure(place)?.pass as i32);
-        let failed_stage =
-            |output: &OutputRows, place: usize| Some(output.failure(place)?.stage as i32);
-        let trials = self.rows(group, |rows, place, _| {
-            rows.trials().start as i64 + place as i64
-        });
+        let failed_pass = |output: &OutputRows, place: usize| Some(output.failure(place)?.pass as i32);
+        let failed_stage = |output: &OutputRows, place: usize| Some(output.failure(place)?.stage as i32);
+        let trials = self.rows(group, |rows, place, _| rows.trials().start as i64 + place as i64);
         columns.extend([
             (PrimitiveArray::from_vec(trials).boxed(), Encoding::Plain),
             self.by_key(group, |_, _, output| Some(output as u32), texts(estimators))?,
@@ -221,9 +213,7 @@ impl<'e> TrialTable<'e> {
             self.optional(group, failed_pass),
             self.optional(group, failed_stage),
             self.flags(group, |output, place| output.flags()[place].unstable()),
-            self.flags(group, |output, place| {
-                Some(output.flags()[place].unstable_so_far())
-            }),
+            self.flags(group, |output, place| Some(output.flags()[place].unstable_so_far())),
         ]);
         let measures = self.experiment.file.measures.iter();
         columns.extend(measures.map(|measure| self.measure(group, *measure)));
@@ -291,27 +281,18 @@ impl<'e> TrialTable<'e> {
             let rows = part.places.len() * self.outputs.len();
             keys.extend(std::iter::repeat_n(key, rows));
         }
-        let array =
-            DictionaryArray::try_from_keys(PrimitiveArray::from(keys), array(values), false)?;
+        let array = DictionaryArray::try_from_keys(PrimitiveArray::from(keys), array(values), false)?;
         Ok((Box::new(array), Encoding::RleDictionary))
     }
 
     /// Returns a column of numbers that most rows lack.
-    fn optional(
-        &self,
-        group: &[Part],
-        value: impl Fn(&OutputRows, usize) -> Option<i32>,
-    ) -> Column {
-        let values = self.rows(group, |rows, place, output| {
-            value(&rows.outputs()[output], place)
-        });
+    fn optional(&self, group: &[Part], value: impl Fn(&OutputRows, usize) -> Option<i32>) -> Column {
+        let values = self.rows(group, |rows, place, output| value(&rows.outputs()[output], place));
         (PrimitiveArray::from(values).boxed(), Encoding::Plain)
     }
 
     fn flags(&self, group: &[Part], value: impl Fn(&OutputRows, usize) -> Option<bool>) -> Column {
-        let values = self.rows(group, |rows, place, output| {
-            value(&rows.outputs()[output], place)
-        });
+        let values = self.rows(group, |rows, place, output| value(&rows.outputs()[output], place));
         (BooleanArray::from(values).boxed(), Encoding::Plain)
     }
 
@@ -352,8 +333,7 @@ impl<'e> TrialTable<'e> {
             }
         }
         let defined = |x: &f64| !x.is_nan();
-        let validity =
-            (!values.iter().all(defined)).then(|| values.iter().map(defined).collect::<Bitmap>());
+        let validity = (!values.iter().all(defined)).then(|| values.iter().map(defined).collect::<Bitmap>());
         let array = PrimitiveArray::new(ArrowDataType::Float64, values.into(), validity);
         (array.boxed(), Encoding::Plain)
     }
@@ -422,12 +402,7 @@ impl<'t> TrialWriter<'t> {
     ///
     /// # Errors
     /// If a group cannot be encoded or written.
-    pub(crate) fn write<'s>(
-        &mut self,
-        scope: &Scope<'s>,
-        cell: usize,
-        rows: Rows,
-    ) -> Result<(), StoreError>
+    pub(crate) fn write<'s>(&mut self, scope: &Scope<'s>, cell: usize, rows: Rows) -> Result<(), StoreError>
     where
         't: 's,
     {

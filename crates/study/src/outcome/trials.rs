@@ -45,8 +45,7 @@ impl Trials {
     /// Adds made-up trials until there are so many, whose values differ by up to a half.
     pub(crate) fn make_up(&mut self, trials: u64) {
         // The golden ratio's multiples fill the interval evenly.
-        let factors =
-            (1..=trials).map(|trial| 0.5 + (0.618_033_988_749_895 * trial as f64).fract());
+        let factors = (1..=trials).map(|trial| 0.5 + (0.618_033_988_749_895 * trial as f64).fract());
         let factors: Vec<f64> = factors.collect();
         if let Some(curves) = &mut self.curves {
             for factor in factors.iter().skip(self.rows.trial_count()) {

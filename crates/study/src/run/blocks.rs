@@ -114,12 +114,7 @@ pub struct Content {
 
 impl Content {
     /// Appends the content to a block file.
-    pub(crate) fn encode(
-        &self,
-        experiment: &Experiment,
-        cell: &Cell,
-        to: &mut Vec<u8>,
-    ) -> postcard::Result<()> {
+    pub(crate) fn encode(&self, experiment: &Experiment, cell: &Cell, to: &mut Vec<u8>) -> postcard::Result<()> {
         let start = to.len() + LENGTH;
         to.extend([0; LENGTH]);
         *to = postcard::to_extend(&self.tally, std::mem::take(to))?;
@@ -135,17 +130,12 @@ impl Content {
     ///
     /// # Errors
     /// The fault in the content.
-    pub fn decode(
-        bytes: &[u8],
-        experiment: &Experiment,
-        span: &Span,
-    ) -> Result<Self, &'static str> {
+    pub fn decode(bytes: &[u8], experiment: &Experiment, span: &Span) -> Result<Self, &'static str> {
         const UNKNOWN: &str = "its content cannot be decoded";
         let (length, bytes) = bytes.split_first_chunk().ok_or(UNKNOWN)?;
         let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| UNKNOWN)?;
         let (tally, bytes) = bytes.split_at_checked(length).ok_or(UNKNOWN)?;
-        let (tally, rest): (CellTally, _) =
-            postcard::take_from_bytes(tally).map_err(|_| UNKNOWN)?;
+        let (tally, rest): (CellTally, _) = postcard::take_from_bytes(tally).map_err(|_| UNKNOWN)?;
         if !rest.is_empty() {
             return Err("data after its tally");
         }
@@ -307,8 +297,7 @@ impl<'e> BlockFolder<'e> {
             trials: u64::from_le_bytes(field(&bytes, 32))..u64::from_le_bytes(field(&bytes, 40)),
         };
         let trials = &span.trials;
-        if span.cell >= self.experiment.cells.len() || trials.is_empty() || trials.end > TRIAL_LIMIT
-        {
+        if span.cell >= self.experiment.cells.len() || trials.is_empty() || trials.end > TRIAL_LIMIT {
             return Err(damaged("no such cell or no trials in its head"));
         }
         bytes.drain(..HEAD);

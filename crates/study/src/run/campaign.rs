@@ -28,10 +28,7 @@ use std::sync::atomic::AtomicBool;
 
 /// How a study is run. No result depends on it.
 #[derive(Clone, Copy, Debug, Default)]
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each is an option of its own"
-)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an option of its own")]
 pub struct RunOptions {
     /// Threads.
     pub threads: usize,
@@ -228,9 +225,7 @@ impl<'e> Campaign<'e> {
         is_decided: &impl Fn(&Summary, Look) -> bool,
     ) -> Result<bool, CampaignError> {
         let summary = self.summary(stop)?;
-        let look = self
-            .looks
-            .at(summary.trials(), &self.experiment.file, &self.rule);
+        let look = self.looks.at(summary.trials(), &self.experiment.file, &self.rule);
         Ok(is_decided(&summary, look))
     }
 
@@ -241,11 +236,7 @@ impl<'e> Campaign<'e> {
 
     /// Returns the summary of the stored blocks as that of a part, and stores in the announced manifest that it was
     /// looked at.
-    pub(crate) fn looked_at(
-        mut self,
-        mut announced: Value,
-        stop: &AtomicBool,
-    ) -> Result<Summary, CampaignError> {
+    pub(crate) fn looked_at(mut self, mut announced: Value, stop: &AtomicBool) -> Result<Summary, CampaignError> {
         self.origin.partial = true;
         let mut summary = self.summary(stop)?;
         summary.partial = true;
@@ -261,9 +252,7 @@ impl<'e> Campaign<'e> {
         on_event: &mut impl FnMut(Event),
     ) -> Result<(), CampaignError> {
         let (cells, rounds) = (0..targets.len(), self.rounds());
-        let missing: Vec<Span> = cells
-            .flat_map(|cell| rounds.missing(cell, targets[cell]))
-            .collect();
+        let missing: Vec<Span> = cells.flat_map(|cell| rounds.missing(cell, targets[cell])).collect();
         let trials: u64 = targets.iter().sum();
         if !missing.is_empty() && !self.options.fresh {
             let mut manifest = manifest(self.experiment, targets, &self.origin);
@@ -329,8 +318,7 @@ impl<'e> Campaign<'e> {
         summary.partial = self.origin.partial;
         let (file, path) = self.folder.stage("summary.parquet", Kind::Parquet)?;
         write_summary(&file, &path, experiment, &summary)?;
-        self.folder
-            .write_json("summary.json", Kind::Summary, &summary)?;
+        self.folder.write_json("summary.json", Kind::Summary, &summary)?;
         for (name, content) in figures(&summary) {
             self.folder.write(&name, Kind::Figure, content.as_bytes())?;
         }
@@ -339,10 +327,8 @@ impl<'e> Campaign<'e> {
         go_on(stop)?;
         // A look counts from when its results can be read.
         let planned = experiment.file.looks;
-        self.looks
-            .add_planned(summary.trials(), planned, &self.rule);
-        self.folder
-            .write(LOOKS, Kind::Looks, self.looks.text().as_bytes())?;
+        self.looks.add_planned(summary.trials(), planned, &self.rule);
+        self.folder.write(LOOKS, Kind::Looks, self.looks.text().as_bytes())?;
         self.folder.publish(!self.options.fresh)?;
         Ok(summary)
     }
@@ -402,11 +388,7 @@ impl<'e> Campaign<'e> {
     fn no_trials(&self, cell: usize) -> CellTally {
         if self.origin.partial && self.stored[cell].is_empty() {
             let cell = &self.experiment.cells[cell];
-            return CellTally::from_trials(
-                self.experiment,
-                cell,
-                &mut Trials::new(self.experiment, cell),
-            );
+            return CellTally::from_trials(self.experiment, cell, &mut Trials::new(self.experiment, cell));
         }
         CellTally::default()
     }
@@ -428,12 +410,7 @@ impl<'e> Campaign<'e> {
     }
 
     /// Does the same as [`Self::read`], and writes the rows to a table.
-    fn write_trials(
-        &self,
-        file: File,
-        path: PathBuf,
-        stop: &AtomicBool,
-    ) -> Result<Parts, CampaignError> {
+    fn write_trials(&self, file: File, path: PathBuf, stop: &AtomicBool) -> Result<Parts, CampaignError> {
         let threads = self.options.threads.max(1);
         let table = TrialTable::new(self.experiment).map_err(|source| StoreError::Parquet {
             path: path.clone(),
@@ -488,8 +465,7 @@ impl Parts {
         let of_cell = |cell| go_on(stop).and_then(|()| of_cell(cell));
         for first in (0..cells).step_by(threads) {
             let next = first..cells.min(first + threads);
-            let found: Vec<Result<Part, CampaignError>> =
-                pool.install(|| next.into_par_iter().map(of_cell).collect());
+            let found: Vec<Result<Part, CampaignError>> = pool.install(|| next.into_par_iter().map(of_cell).collect());
             for part in found {
                 parts.add(part?);
             }
@@ -563,8 +539,7 @@ mod tests {
         let stop = AtomicBool::new(false);
         let run = |stop_at_the_end: bool| {
             let rule = experiment.file.trials.clone();
-            let campaign =
-                Campaign::open(place.path(), &experiment, rule, RunOptions::default()).unwrap();
+            let campaign = Campaign::open(place.path(), &experiment, rule, RunOptions::default()).unwrap();
             let mut cells = 0;
             let on_event = |event| {
                 cells += usize::from(event == Event::Cell);
@@ -580,11 +555,7 @@ mod tests {
         // All trials are stored; only the results are missing.
         stop.store(false, Ordering::Relaxed);
         assert_eq!(run(false).unwrap().cells.len(), 2);
-        assert_eq!(
-            files(),
-            2 + 5,
-            "the manifest, two summaries, trials and looks"
-        );
+        assert_eq!(files(), 2 + 5, "the manifest, two summaries, trials and looks");
     }
 
     #[test]
@@ -596,9 +567,7 @@ mod tests {
         let rule = ExperimentFile::parse(rule).unwrap().trials;
         let opened = Campaign::open(place.path(), &experiment, rule, RunOptions::default());
         let error = opened.err().map(|error| error.to_string());
-        assert!(
-            error.is_some_and(|error| error.contains("trials.output") && error.contains("iv(9)"))
-        );
+        assert!(error.is_some_and(|error| error.contains("trials.output") && error.contains("iv(9)")));
         assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 0);
     }
 

@@ -154,8 +154,7 @@ impl<'e> Change<'e> {
     /// Returns the change from one study to another; `None` if they differ in more than methods and comparisons, or
     /// have no method in common.
     fn new(old: Experiment, new: &'e Experiment) -> Option<Self> {
-        let own =
-            |experiment: &Experiment| experiment.file.methods.len() != experiment.methods.len();
+        let own = |experiment: &Experiment| experiment.file.methods.len() != experiment.methods.len();
         if new.methods.is_empty()
             || own(&old)
             || own(new)
@@ -221,10 +220,7 @@ impl<'e> Change<'e> {
     fn find_sources(&self) -> Vec<Source> {
         let old = outputs_of(&self.old);
         let mut next = 0;
-        let methods = outputs_of(self.new)
-            .into_iter()
-            .zip(&self.places)
-            .zip(&self.computed);
+        let methods = outputs_of(self.new).into_iter().zip(&self.places).zip(&self.computed);
         let sources = methods.flat_map(|((outputs, place), computed)| {
             let first = match place.filter(|_| !computed) {
                 Some(place) => Source::Old(old[place].start),
@@ -251,30 +247,24 @@ impl<'e> Change<'e> {
         let mut wanted = Vec::new();
         if self.new.file.curves {
             wanted.extend(
-                [(0, Source::Old(0)), (last, Source::Old(last_of_old))]
-                    .map(|(of, has)| (of, self.sources[of] == has)),
+                [(0, Source::Old(0)), (last, Source::Old(last_of_old))].map(|(of, has)| (of, self.sources[of] == has)),
             );
         }
         if self.new.file.store == Store::Summaries {
             for [first, second] in &self.new.compare {
-                let is_there =
-                    self.old_pair([*first, *second]).is_some() || self.are_added([*first, *second]);
+                let is_there = self.old_pair([*first, *second]).is_some() || self.are_added([*first, *second]);
                 wanted.extend([(*first, is_there), (*second, is_there)]);
             }
             for (old, new) in self.old.cells.iter().zip(&self.new.cells) {
                 let kept: Vec<_> = self.old.series_of(old).collect();
                 wanted.extend(self.new.series_of(new).map(|(output, measure)| {
                     let is_kept = |at: usize| kept.contains(&(at, measure));
-                    (
-                        output,
-                        matches!(self.sources[output], Source::Old(at) if is_kept(at)),
-                    )
+                    (output, matches!(self.sources[output], Source::Old(at) if is_kept(at)))
                 }));
             }
         }
         let mut wanted = wanted.into_iter();
-        let (output, _) =
-            wanted.find(|(output, has)| !has && matches!(self.sources[*output], Source::Old(_)))?;
+        let (output, _) = wanted.find(|(output, has)| !has && matches!(self.sources[*output], Source::Old(_)))?;
         outputs_of(self.new)
             .iter()
             .position(|outputs| outputs.contains(&output))
@@ -285,33 +275,22 @@ impl<'e> Change<'e> {
         let [Source::Old(first), Source::Old(second)] = pair.map(|of| self.sources[of]) else {
             return None;
         };
-        self.old
-            .compare
-            .iter()
-            .position(|other| *other == [first, second])
+        self.old.compare.iter().position(|other| *other == [first, second])
     }
 
     fn are_added(&self, pair: [usize; 2]) -> bool {
-        pair.iter()
-            .all(|of| matches!(self.sources[*of], Source::Added(_)))
+        pair.iter().all(|of| matches!(self.sources[*of], Source::Added(_)))
     }
 
     fn told(&self) -> MethodChange {
         let name = |at: usize| self.new.file.methods[at].base_name();
-        let of = |wanted: &dyn Fn(usize) -> bool| {
-            (0..self.places.len())
-                .filter(|at| wanted(*at))
-                .map(name)
-                .collect()
-        };
+        let of = |wanted: &dyn Fn(usize) -> bool| (0..self.places.len()).filter(|at| wanted(*at)).map(name).collect();
         let stays = |at: usize| self.places.contains(&Some(at));
         let removed = (0..self.old.file.methods.len()).filter(|at| !stays(*at));
         MethodChange {
             added: of(&|at| self.places[at].is_none()),
             again: of(&|at| self.computed[at] && self.places[at].is_some()),
-            removed: removed
-                .map(|at| self.old.file.methods[at].base_name())
-                .collect(),
+            removed: removed.map(|at| self.old.file.methods[at].base_name()).collect(),
             kept: self.computed.iter().filter(|computed| !**computed).count(),
         }
     }
@@ -350,9 +329,7 @@ impl<'e> Change<'e> {
         let mut work = Vec::new();
         for ((name, engine), experiment) in ADDED.into_iter().zip(added) {
             let spans = blocks.iter().map(|block| &block.span);
-            let spans: Vec<&Span> = spans
-                .filter(|span| engine == self.engine(span.cell))
-                .collect();
+            let spans: Vec<&Span> = spans.filter(|span| engine == self.engine(span.cell)).collect();
             if spans.is_empty() {
                 continue;
             }
@@ -369,8 +346,7 @@ impl<'e> Change<'e> {
             let missing = spans.iter().flat_map(|span| {
                 let of_cell = there.iter().filter(|block| block.span.cell == span.cell);
                 let parts = of_cell.map(|block| block.span.trials.clone());
-                let parts = parts
-                    .filter(|part| part.start < span.trials.end && part.end > span.trials.start);
+                let parts = parts.filter(|part| part.start < span.trials.end && part.end > span.trials.start);
                 let gaps: Vec<Range<u64>> = gaps(parts, span.trials.clone()).collect();
                 gaps.into_iter().map(|trials| Span {
                     cell: span.cell,
@@ -380,11 +356,7 @@ impl<'e> Change<'e> {
             let missing: Vec<Span> = missing.collect();
             work.push((experiment, folder, missing));
         }
-        let left: u64 = work
-            .iter()
-            .flat_map(|(_, _, missing)| missing)
-            .map(Span::len)
-            .sum();
+        let left: u64 = work.iter().flat_map(|(_, _, missing)| missing).map(Span::len).sum();
         on_event(Event::Planned {
             trials,
             done: trials - left,

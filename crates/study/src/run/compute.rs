@@ -158,10 +158,7 @@ impl Work<'_> {
                 let encoded = self.blocks.encode(span, &content)?;
                 write(encoded, Some(&content.tally), file)
             };
-            ready
-                .into_iter()
-                .map(of_one)
-                .sum::<Result<usize, BlockError>>()
+            ready.into_iter().map(of_one).sum::<Result<usize, BlockError>>()
         };
         let store = |computed: Computed| {
             let mut watch = Watch::start();
@@ -200,15 +197,7 @@ impl Work<'_> {
             Ok(())
         };
         let spans = (self.spans, self.block);
-        let ended = run_spans(
-            self.experiment,
-            spans,
-            keep,
-            self.threads,
-            stop,
-            encode,
-            store,
-        );
+        let ended = run_spans(self.experiment, spans, keep, self.threads, stop, encode, store);
         // The tallies of a run that ended early.
         let rest = write_tallies(take_all(&mut waiting), &mut file);
         ended.and(rest.map(drop).map_err(RunError::Consumer))

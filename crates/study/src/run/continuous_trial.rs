@@ -7,8 +7,8 @@ use crate::outcome::traces::{Traces, append};
 use crate::outcome::trials::Trials;
 use asobench_identification::estimator::{Failure, FailureKind, Stage};
 use asobench_identification::observer::gpebo::{
-    Cascade, CascadeError, Convergence, Halving, ObserverSpec, ObserverSummary, Outcome,
-    Propagators, Sample, halve, halve_pack,
+    Cascade, CascadeError, Convergence, Halving, ObserverSpec, ObserverSummary, Outcome, Propagators, Sample, halve,
+    halve_pack,
 };
 use asobench_identification::real::Real;
 use asobench_lanes::{Call, Isa};

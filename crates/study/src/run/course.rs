@@ -48,10 +48,7 @@ impl<'e> Courses<'e> {
     ///
     /// # Errors
     /// If an observer cannot serve the cell.
-    pub(crate) fn new(
-        experiment: &'e Experiment,
-        cell: &'e DiscreteCell,
-    ) -> Result<Option<Self>, SetupError> {
+    pub(crate) fn new(experiment: &'e Experiment, cell: &'e DiscreteCell) -> Result<Option<Self>, SetupError> {
         let Some(table) = &experiment.file.course else {
             return Ok(None);
         };
@@ -148,9 +145,7 @@ impl<'e> Courses<'e> {
             let mean = (squares / counted.len() as f64).sqrt();
             row[rms] = if mean.is_finite() { mean } else { f64::NAN };
             // NaN is not below the bound.
-            let above = counted
-                .iter()
-                .rposition(|error| !(*error < self.table.bound));
+            let above = counted.iter().rposition(|error| !(*error < self.table.bound));
             let at = self.points.get(first + above.map_or(0, |last| last + 1));
             row[settled] = at.map_or(f64::NAN, |k| (k - from) as f64);
         }
@@ -204,13 +199,7 @@ impl Scorer {
     }
 
     /// Returns e_x(k) of the method's own state, or of the observer with the present model, from zero at k = 0.
-    fn state_error(
-        &mut self,
-        k: usize,
-        pass: &Pass,
-        state: Option<&[f64]>,
-        record: &Realisation,
-    ) -> Option<f64> {
+    fn state_error(&mut self, k: usize, pass: &Pass, state: Option<&[f64]>, record: &Realisation) -> Option<f64> {
         let n = self.a.len();
         let x = record.states.get(k * n..(k + 1) * n)?;
         let error = |x_hat: &[f64]| StateError::default().add(x, x_hat).sqrt();

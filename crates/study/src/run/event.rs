@@ -77,9 +77,7 @@ impl CampaignError {
     pub(crate) fn is_of_other_results(&self) -> bool {
         matches!(
             self,
-            Self::Folder(FolderError::OtherDesign { .. })
-                | Self::Fewer { .. }
-                | Self::Block(BlockError::Older { .. })
+            Self::Folder(FolderError::OtherDesign { .. }) | Self::Fewer { .. } | Self::Block(BlockError::Older { .. })
         )
     }
 }

@@ -140,9 +140,7 @@ impl Forecast {
             let taken = begin.elapsed();
             let fewest = if taken > PATIENCE { 1 } else { FEWEST };
             if sampled.len() >= fewest && taken > 2 * BUDGET {
-                let nearest = sampled
-                    .iter_mut()
-                    .min_by_key(|(other, _)| place.abs_diff(*other));
+                let nearest = sampled.iter_mut().min_by_key(|(other, _)| place.abs_diff(*other));
                 if let Some((_, of)) = nearest {
                     of.members.extend(members);
                 }
@@ -207,8 +205,7 @@ impl Forecast {
                 of.tally_bytes[1].at(block, of.trials) / of.tally_bytes[1].all
             };
             let (encode, decode) = (of.encode * content, of.decode * content);
-            parallel += of.cells()
-                * (of.setup * blocks.min(threads) + trials * of.trial + blocks * of.tally * larger);
+            parallel += of.cells() * (of.setup * blocks.min(threads) + trials * of.trial + blocks * of.tally * larger);
             serial += of.cells() * blocks * encode;
             let mut read = blocks * decode;
             if self.kept {
@@ -259,11 +256,7 @@ impl Forecast {
         for of in &self.sampled {
             let (trials, block, blocks) = of.blocks(trials);
             // Blocks without rows are merged into one when their cell is complete.
-            let (block, blocks) = if self.kept {
-                (block, blocks)
-            } else {
-                (trials, 1.0)
-            };
+            let (block, blocks) = if self.kept { (block, blocks) } else { (trials, 1.0) };
             let tally = of.tally_bytes[1].at(block, of.trials);
             disk.blocks += of.cells() * (blocks * (tally + WASTED) + trials * of.row_bytes[1]);
             disk.trials += of.cells() * trials * self.outputs * of.parquet[0];
@@ -284,11 +277,7 @@ impl Sampled {
 
     /// Returns the trials of each cell if so many are asked for, those of a block, and the number of blocks.
     fn blocks(&self, asked: u64) -> (f64, f64, f64) {
-        let trials = if self.deterministic {
-            1.0
-        } else {
-            asked as f64
-        };
+        let trials = if self.deterministic { 1.0 } else { asked as f64 };
         let block = self.block.min(trials);
         (trials, block, (trials / block).ceil())
     }
@@ -379,10 +368,7 @@ fn sample(
     wanted: u64,
     times: usize,
 ) -> (Sampled, CellSummary) {
-    let (cell, kept) = (
-        &experiment.cells[index],
-        experiment.file.store == Store::Trials,
-    );
+    let (cell, kept) = (&experiment.cells[index], experiment.file.store == Store::Trials);
     found.make_up(wanted.min(LEAST));
     found.rows.truncate(wanted as usize);
     let trials = found.rows.trial_count();

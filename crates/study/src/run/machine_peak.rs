@@ -10,9 +10,7 @@ use std::time::{Duration, Instant};
 /// If this machine does not have the instructions.
 pub fn fma_peak(isa: Isa, threads: usize, time: Duration) -> f64 {
     std::thread::scope(|scope| {
-        let all: Vec<_> = (0..threads)
-            .map(|_| scope.spawn(|| of_one(isa, time)))
-            .collect();
+        let all: Vec<_> = (0..threads).map(|_| scope.spawn(|| of_one(isa, time))).collect();
         let peaks = all.into_iter().map(std::thread::ScopedJoinHandle::join);
         peaks.map(|peak| peak.unwrap_or(f64::NAN)).sum()
     })

@@ -70,8 +70,7 @@ impl<'e, R: Real, const N: usize> Pack<'e, R, N> {
         let curve = if plan.wanted.curves { cell.horizon } else { 0 };
         // For the first and the last output.
         let ends = |output: usize| output == 0 || output + 1 == outputs.len();
-        let observers =
-            (0..outputs.len()).map(|output| Observer::new(if ends(output) { curve } else { 0 }));
+        let observers = (0..outputs.len()).map(|output| Observer::new(if ends(output) { curve } else { 0 }));
         let observers: Vec<Observer<R, N>> = observers.collect();
         let (horizon, gain) = (cell.horizon, cell.gain.clone());
         Self {

@@ -17,11 +17,7 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 /// If a block is damaged and `repair` is not set, or a file cannot be read or moved.
-pub(crate) fn stored(
-    blocks: &BlockFolder,
-    cells: usize,
-    repair: bool,
-) -> Result<Vec<Vec<StoredBlock>>, BlockError> {
+pub(crate) fn stored(blocks: &BlockFolder, cells: usize, repair: bool) -> Result<Vec<Vec<StoredBlock>>, BlockError> {
     let (mut found, mut damaged) = blocks.list()?;
     if repair {
         // An intact file may still hold content that this program cannot decode.
@@ -42,11 +38,7 @@ pub(crate) fn stored(
 }
 
 /// Returns the ranges of a cell's trials below `target` that none of its blocks covers.
-pub(crate) fn missing(
-    stored: &[StoredBlock],
-    cell: usize,
-    target: u64,
-) -> impl Iterator<Item = Span> {
+pub(crate) fn missing(stored: &[StoredBlock], cell: usize, target: u64) -> impl Iterator<Item = Span> {
     let trials = stored.iter().map(|block| block.span.trials.clone());
     gaps(trials, 0..target).map(move |trials| Span { cell, trials })
 }

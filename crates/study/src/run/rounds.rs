@@ -108,12 +108,7 @@ impl Rounds<'_> {
     }
 
     /// Doubles the trials of every cell whose measure is not known well enough. Returns false if there is none.
-    fn raise_unknown(
-        &self,
-        targets: &mut [u64],
-        until: &Until,
-        stop: &AtomicBool,
-    ) -> Result<bool, CampaignError> {
+    fn raise_unknown(&self, targets: &mut [u64], until: &Until, stop: &AtomicBool) -> Result<bool, CampaignError> {
         let mut raised = false;
         for (cell, target) in targets.iter_mut().enumerate() {
             go_on(stop)?;

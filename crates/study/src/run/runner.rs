@@ -348,11 +348,7 @@ impl<'a> Shared<'a> {
         if let Some(block) = self.block {
             return block.max(1);
         }
-        let most = if self.keep == Keep::Rows {
-            ROWS
-        } else {
-            u64::MAX
-        };
+        let most = if self.keep == Keep::Rows { ROWS } else { u64::MAX };
         block_size(self.experiment, cell).min(most).min(self.share)
     }
 
@@ -363,9 +359,7 @@ impl<'a> Shared<'a> {
             return u64::MAX;
         }
         let half = left / (2 * self.threads);
-        half.max(self.share / 8)
-            .max(1)
-            .next_multiple_of(MOST_LANES as u64)
+        half.max(self.share / 8).max(1).next_multiple_of(MOST_LANES as u64)
     }
 
     /// Returns the number of blocks.
@@ -409,10 +403,7 @@ impl<'a> Shared<'a> {
             let Some(span) = self.take() else {
                 return;
             };
-            if current
-                .as_ref()
-                .is_none_or(|(known, ..)| *known != span.cell)
-            {
+            if current.as_ref().is_none_or(|(known, ..)| *known != span.cell) {
                 let cell = &self.experiment.cells[span.cell];
                 match Worker::new(self.experiment, cell) {
                     Ok(worker) => {
@@ -520,10 +511,7 @@ impl<'a> Shared<'a> {
         (block, error)
     }
 
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "dropping the receiver ends the workers"
-    )]
+    #[expect(clippy::needless_pass_by_value, reason = "dropping the receiver ends the workers")]
     /// Passes blocks to `consume` until every worker is done. Returns the number of trials delivered.
     fn deliver<E, T: Delivery>(
         &self,

@@ -1,9 +1,7 @@
 //! Measures passes against the truth.
 
 use crate::design::file::{InformationOf, Unfinished};
-use crate::design::{
-    CellObserver, DiscreteCell, Experiment, Measure, ObserverStart, RESPONSE_SAMPLES,
-};
+use crate::design::{CellObserver, DiscreteCell, Experiment, Measure, ObserverStart, RESPONSE_SAMPLES};
 use crate::outcome::row::Row;
 use asobench_identification::data::{Realisation, Truth};
 use asobench_identification::diagnosis::Whiteness;
@@ -88,19 +86,13 @@ impl Scorer {
             let own = OwnInformation::new(process, cell.eta, cell.window).ok()?;
             Some((own, process.plant()?.clone(), cell.window))
         };
-        let observers: Result<_, SetupError> = methods
-            .map(|method| CellObserver::new(cell, method))
-            .collect();
+        let observers: Result<_, SetupError> = methods.map(|method| CellObserver::new(cell, method)).collect();
         Ok(Self {
             from: cell.first_scored(),
             unfinished: experiment.file.unfinished,
             start: cell.observer_start,
             zero: vec![0.0; process.order()],
-            orders: experiment
-                .methods
-                .iter()
-                .map(|m| m.order(cell.order))
-                .collect(),
+            orders: experiment.methods.iter().map(|m| m.order(cell.order)).collect(),
             observers: observers?,
             poles: PoleFinder::new(cell.order),
             input: process.input().clone(),
@@ -119,8 +111,7 @@ impl Scorer {
             wanted: Wanted {
                 distance: any(&[F::Distance]),
                 response_distance: any(&[F::ResponseDistance]),
-                states: comparable
-                    && (experiment.file.curves || measures.iter().any(|of| of.entry().of_state)),
+                states: comparable && (experiment.file.curves || measures.iter().any(|of| of.entry().of_state)),
                 absolute: any(&[F::RmsState]),
                 innovations: any(&[F::InnovationsWhite]),
                 radius: any(&[F::SpectralRadius]),
@@ -129,14 +120,7 @@ impl Scorer {
                 ahead: any(&[F::FitAhead]).then_some((cell.ahead, cell.window)),
             },
             innovations: Vec::new(),
-            curve: vec![
-                f64::NAN;
-                if experiment.file.curves {
-                    cell.horizon
-                } else {
-                    0
-                }
-            ],
+            curve: vec![f64::NAN; if experiment.file.curves { cell.horizon } else { 0 }],
         })
     }
 
@@ -148,9 +132,7 @@ impl Scorer {
         }
         if let Some((own, plant, window)) = &self.own {
             let information = own.of(&record.r[..*window], record.scale).ok();
-            let bound = information
-                .as_ref()
-                .filter(|_| self.wanted.response_distance);
+            let bound = information.as_ref().filter(|_| self.wanted.response_distance);
             self.bound = bound.and_then(|of| ResponseBound::new(of, plant).ok());
             self.information = information.filter(|_| self.wanted.distance);
         }
@@ -191,14 +173,7 @@ impl Scorer {
     }
 
     /// Fills the row of a pass of a method. `number` is the pass's number, used for its failures.
-    pub(crate) fn score(
-        &mut self,
-        method: usize,
-        number: usize,
-        pass: &Pass,
-        record: &Realisation,
-        row: &mut Row,
-    ) {
+    pub(crate) fn score(&mut self, method: usize, number: usize, pass: &Pass, record: &Realisation, row: &mut Row) {
         row.failure = pass.failure;
         if let (Some(failure), Unfinished::Counted) = (&mut row.failure, self.unfinished) {
             failure.kind = failure.kind.counted();
@@ -246,8 +221,7 @@ impl Scorer {
         }
         if let Some((steps, window)) = self.wanted.ahead {
             let scored = self.from..record.y.len();
-            row[Measure::FitAhead] =
-                fit_ahead(&pass.model, &record.u, &record.y, window, scored, steps);
+            row[Measure::FitAhead] = fit_ahead(&pass.model, &record.u, &record.y, window, scored, steps);
         }
         if let Some(bound) = &self.bound {
             row[Measure::ResponseDistance] = bound.distance(a, b, *direct);
@@ -332,9 +306,7 @@ impl Scorer {
             (Measure::ExRmsPrinted, errors.rms_as_printed()),
         ];
         let absolute = Some(errors.absolute_rms()).filter(|_| self.wanted.absolute);
-        let values = values
-            .into_iter()
-            .chain(absolute.map(|rms| (Measure::RmsState, rms)));
+        let values = values.into_iter().chain(absolute.map(|rms| (Measure::RmsState, rms)));
         if values.clone().any(|(_, value)| value.is_infinite()) {
             return Err(FailureKind::NonFinite);
         }

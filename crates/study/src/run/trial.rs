@@ -46,9 +46,7 @@ struct MethodRun<'e> {
 impl MethodRun<'_> {
     /// Estimates a window, `before` having done so.
     fn estimate(&mut self, before: &mut [Self], window: Window<'_>) {
-        let Self {
-            estimator, passes, ..
-        } = self;
+        let Self { estimator, passes, .. } = self;
         passes.iter_mut().for_each(Pass::clear);
         match self.kin {
             None => estimator.estimate(window, passes),
@@ -74,11 +72,7 @@ impl MethodRun<'_> {
 
 /// Returns the earlier method with which one has most in common, if it saves work. Over a `[course]` an estimator sees
 /// other windows between.
-fn kin(
-    experiment: &Experiment,
-    before: &[MethodRun<'_>],
-    method: &Method,
-) -> Option<(usize, Kinship)> {
+fn kin(experiment: &Experiment, before: &[MethodRun<'_>], method: &Method) -> Option<(usize, Kinship)> {
     let file = &experiment.file;
     if file.course.is_some() {
         return None;
@@ -124,8 +118,7 @@ impl Records for Others<'_> {
         let (cell, record) = (self.cell, &mut self.realisation);
         let (eta, window) = (cell.eta, cell.window);
         // A shorter record has the same samples as the beginning of a longer one.
-        cell.process
-            .realise(self.seed, trial, eta, window, window, record);
+        cell.process.realise(self.seed, trial, eta, window, window, record);
         let drawn = record.failure.is_none();
         drawn.then(|| Window::with_reference(&record.u, &record.y, &record.r, window))
     }
@@ -257,8 +250,7 @@ impl<'e> Trial<'e> {
                     row[Measure::Change] = change(&passes[before], pass);
                 }
                 let pass_number = self.outputs[output].pass;
-                self.scorer
-                    .score(method, pass_number, pass, record, &mut row);
+                self.scorer.score(method, pass_number, pass, record, &mut row);
                 if *known {
                     row.unstable = row.unstable.map(|_| false);
                     row.unstable_so_far = false;
@@ -297,11 +289,7 @@ impl<'e> Trial<'e> {
         TrialRecord {
             realisation: &self.realisation,
             passes: self.outputs.iter().zip(passes).collect(),
-            methods: self
-                .methods
-                .iter()
-                .map(|method| &method.passes[..])
-                .collect(),
+            methods: self.methods.iter().map(|method| &method.passes[..]).collect(),
             rows: &self.rows,
         }
     }

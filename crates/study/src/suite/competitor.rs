@@ -62,9 +62,7 @@ impl Told {
         match (self.has_contests, &self.law, self.has_noisy_input) {
             (true, _, true) => ("pem-eiv", true),
             (true, NoiseLaw::StudentT(_) | NoiseLaw::Contaminated { .. }, _) => ("pem-t", true),
-            (true, _, _) if self.truth.na > 0 && self.truth.nd + self.truth.nf > 0 => {
-                ("general", true)
-            }
+            (true, _, _) if self.truth.na > 0 && self.truth.nd + self.truth.nf > 0 => ("general", true),
             _ => of_structure(self.truth),
         }
     }
@@ -90,13 +88,7 @@ impl Told {
                 // Of the noise it has its own defaults.
                 let own = form(told.na)?;
                 let Orders { na, nb, nf, nk, .. } = told.holding(own);
-                Some(Orders {
-                    na,
-                    nb,
-                    nf,
-                    nk,
-                    ..own
-                })
+                Some(Orders { na, nb, nf, nk, ..own })
             }
             Division::Open => Some(Orders {
                 nk: told.nk,
@@ -127,10 +119,7 @@ impl Competitor {
                 let shaped = estimators.filter(|name| models_noise(*name));
                 shaped.map(Self::Estimator).chain(structured).collect()
             }
-            Division::Open => estimators
-                .filter(|name| chooses(*name))
-                .map(Self::Choosing)
-                .collect(),
+            Division::Open => estimators.filter(|name| chooses(*name)).map(Self::Choosing).collect(),
         };
         all.push(Self::Ideal);
         all
@@ -150,9 +139,7 @@ impl Competitor {
     /// The knowledge that it needs besides a record.
     pub(super) fn needs(&self) -> Needs {
         match self {
-            Self::Estimator(estimator)
-            | Self::Structured(estimator)
-            | Self::Choosing(estimator) => {
+            Self::Estimator(estimator) | Self::Structured(estimator) | Self::Choosing(estimator) => {
                 let default = estimator.parse(Map::new());
                 default.map_or_else(|_| Needs::default(), |options| options.needs())
             }
@@ -168,7 +155,8 @@ impl Competitor {
         let controller = told.controller.clone().filter(|_| self.needs().controller);
         let controller = controller.map(|law| ("controller".to_owned(), law));
         let mut options: Map<String, Value> = controller.into_iter().collect();
-        let with_orders = |orders: Orders, estimator: &str| json!({ "name": name, "estimator": estimator, "orders": orders });
+        let with_orders =
+            |orders: Orders, estimator: &str| json!({ "name": name, "estimator": estimator, "orders": orders });
         match self {
             Self::Estimator(estimator) => of_estimator(*estimator, &name, options, told),
             Self::Structured(estimator) => {
@@ -178,9 +166,7 @@ impl Competitor {
                     ..Orders::arx(1, 1, 1)
                 };
                 let orders = [truth, truth.holding(common)];
-                orders
-                    .map(|orders| with_orders(orders, estimator.name()))
-                    .to_vec()
+                orders.map(|orders| with_orders(orders, estimator.name())).to_vec()
             }
             Self::Choosing(EstimatorName::KernelFir) => {
                 // The response is the model.
@@ -232,11 +218,7 @@ const STRUCTURED: [EstimatorName; 4] = [
     EstimatorName::PemT,
 ];
 /// The estimators that came after editions 1.
-const LATER: [EstimatorName; 3] = [
-    EstimatorName::General,
-    EstimatorName::PemT,
-    EstimatorName::PemEiv,
-];
+const LATER: [EstimatorName; 3] = [EstimatorName::General, EstimatorName::PemT, EstimatorName::PemEiv];
 
 /// Whether the form of an estimator has C or D.
 fn models_noise(estimator: EstimatorName) -> bool {
@@ -255,10 +237,7 @@ fn chooses(estimator: EstimatorName) -> bool {
 fn of_structure(truth: Orders) -> (&'static str, bool) {
     match truth {
         Orders {
-            na: 1..,
-            nf: 0,
-            nc: 0,
-            ..
+            na: 1.., nf: 0, nc: 0, ..
         } => ("arx", false),
         Orders { na: 1.., nf: 0, .. } => ("armax", true),
         Orders { nc: 0, nd: 0, .. } => ("oe", true),
@@ -267,12 +246,7 @@ fn of_structure(truth: Orders) -> (&'static str, bool) {
 }
 
 /// The tables of an estimator with some options, with the orders that it is told and without.
-fn of_estimator(
-    estimator: EstimatorName,
-    name: &str,
-    options: Map<String, Value>,
-    told: &Told,
-) -> Vec<Value> {
+fn of_estimator(estimator: EstimatorName, name: &str, options: Map<String, Value>, told: &Told) -> Vec<Value> {
     let mut plain = options;
     plain.insert("name".to_owned(), json!(name));
     plain.insert("estimator".to_owned(), json!(estimator.name()));

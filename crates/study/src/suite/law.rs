@@ -67,10 +67,7 @@ pub fn law(study: &SuiteStudy, runs: u64, threads: usize) -> Result<Vec<Law>, Su
     let Some(experiment) = experiment else {
         return Ok(Vec::new());
     };
-    let (mut found, stop) = (
-        vec![Vec::new(); study.scenarios.len()],
-        AtomicBool::new(false),
-    );
+    let (mut found, stop) = (vec![Vec::new(); study.scenarios.len()], AtomicBool::new(false));
     run::<Infallible>(&experiment, runs, threads, &stop, |block: Block| {
         for place in 0..block.rows.trial_count() {
             let row = block.rows.row(place, 0);
@@ -96,11 +93,7 @@ fn of_sample(scenario: &Scenario, mut d: Vec<f64>) -> Law {
         } else {
             1.0
         };
-        let below = if d.is_finite() {
-            (i + 1) as f64 / n - law
-        } else {
-            0.0
-        };
+        let below = if d.is_finite() { (i + 1) as f64 / n - law } else { 0.0 };
         (law - i as f64 / n).max(below)
     });
     let apart = apart.fold(0.0, f64::max);
@@ -109,11 +102,7 @@ fn of_sample(scenario: &Scenario, mut d: Vec<f64>) -> Law {
         let sign = if k % 2 == 1 { 2.0 } else { -2.0 };
         sign * (-2.0 * f64::from(k * k) * x * x).exp()
     };
-    let p = if x < 0.2 {
-        1.0
-    } else {
-        (1..100).map(term).sum::<f64>()
-    };
+    let p = if x < 0.2 { 1.0 } else { (1..100).map(term).sum::<f64>() };
     let kept: Vec<f64> = d.into_iter().filter(|d| d.is_finite()).collect();
     let count = kept.len() as f64;
     let mean = kept.iter().sum::<f64>() / count;
@@ -143,11 +132,7 @@ impl Laws {
             most = most.max(scenarios[*i].p * (order.len() - place) as f64);
             scenarios[*i].holm = most.min(1.0);
         }
-        Self {
-            suite,
-            runs,
-            scenarios,
-        }
+        Self { suite, runs, scenarios }
     }
 
     /// Those that the program carries.
@@ -161,9 +146,7 @@ impl Laws {
 
     /// The law in a scenario, if it was measured.
     pub fn of(&self, scenario: &Scenario) -> Option<&Law> {
-        self.scenarios
-            .iter()
-            .find(|of| of.content == scenario.content)
+        self.scenarios.iter().find(|of| of.content == scenario.content)
     }
 
     /// Returns the text of the file, with its checksum.

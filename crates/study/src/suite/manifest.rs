@@ -36,10 +36,7 @@ named_enum! {
 
 impl Division {
     /// Whether it is the closed one.
-    #[expect(
-        clippy::trivially_copy_pass_by_ref,
-        reason = "serde asks with a reference"
-    )]
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
     pub(super) fn is_closed(&self) -> bool {
         *self == Self::Closed
     }
@@ -155,20 +152,14 @@ impl Manifest {
         };
         let mut studies = std::mem::take(&mut self.studies);
         let begins = |at: &str| self.place_of(at).is_some_and(|at| at <= place);
-        studies.retain(|of| {
-            of.since.as_deref().is_none_or(begins) && !of.until.as_deref().is_some_and(begins)
-        });
+        studies.retain(|of| of.since.as_deref().is_none_or(begins) && !of.until.as_deref().is_some_and(begins));
         edition.clone_into(&mut self.edition);
         Ok(Self { studies, ..self })
     }
 
     /// Returns the number of trials of a scenario in a tier, or of a plant of the bank.
     pub fn trials_of(&self, tier: Tier, is_bank: bool) -> u64 {
-        let trials = if is_bank {
-            &self.bank_trials
-        } else {
-            &self.trials
-        };
+        let trials = if is_bank { &self.bank_trials } else { &self.trials };
         trials.get(&tier).copied().unwrap_or(0)
     }
 }

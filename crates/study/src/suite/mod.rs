@@ -27,13 +27,10 @@ pub use paired::{Paired, paired};
 pub use published::{PublishedTable, Reproduced, published};
 pub use recorded::{RecordEntry, RecordFits, RecordedFits, choosing, recorded_entries};
 pub use results::{
-    METHODS, MethodResults, ResultsError, STUDIES, ScenarioResults, collect, declined, of_folder,
-    shipped,
+    METHODS, MethodResults, ResultsError, STUDIES, ScenarioResults, collect, declined, of_folder, shipped,
 };
 pub use scenario::{Made, Scenario, Suite, SuiteError, SuiteStudy, ideal_weights};
-pub use score::{
-    Estimated, NEAR, Ranks, Score, efficiency, ideal_share, ranks, score, score_by, share_within,
-};
+pub use score::{Estimated, NEAR, Ranks, Score, efficiency, ideal_share, ranks, score, score_by, share_within};
 pub use times::{MethodTimes, REFERENCE, ScenarioTimes, TIME_LIMIT, Times, time};
 
 /// The name under which the prediction error method started at the truth stands in results.

@@ -84,9 +84,7 @@ impl Reproduced {
     /// Whether neither the means nor the standard deviations differ certainly.
     pub fn agrees(&self) -> bool {
         let ((_, sd), (_, our_sd)) = (self.printed, self.ours);
-        let alike = |a: Estimated, b: Estimated| {
-            (a.value - b.value).abs() <= CERTAIN * a.error.hypot(b.error)
-        };
+        let alike = |a: Estimated, b: Estimated| (a.value - b.value).abs() <= CERTAIN * a.error.hypot(b.error);
         self.apart(self.printed.0.error) <= CERTAIN && sd.is_none_or(|sd| alike(sd, our_sd))
     }
 
@@ -132,8 +130,7 @@ impl PublishedTable {
             Reproduced {
                 name: name.clone(),
                 printed: self.printed(i, ours.1.value, is_share),
-                of_one_input: (found.shared > 1)
-                    .then(|| of_one_input(&values, found.shared, self.runs)),
+                of_one_input: (found.shared > 1).then(|| of_one_input(&values, found.shared, self.runs)),
                 ours,
                 bound: found.bound[i],
                 kept: found.values.len(),
@@ -157,10 +154,7 @@ impl PublishedTable {
         let Some(place) = names.iter().position(|name| *name == self.method) else {
             return Err(UnknownName::new("method", &self.method, &names).into());
         };
-        let study = suite
-            .studies
-            .first()
-            .ok_or_else(|| self.wrong("no such study"))?;
+        let study = suite.studies.first().ok_or_else(|| self.wrong("no such study"))?;
         let (experiment, declined) = study.experiment(&all[place..=place], runs)?;
         let declined = declined.first().map_or("", |(_, why)| why);
         let experiment = experiment.ok_or_else(|| self.wrong(declined))?;
@@ -176,11 +170,8 @@ impl PublishedTable {
         for name in &self.coefficients {
             let (all, deviation): (Vec<f64>, _) = if let Some(limit) = name.strip_prefix('E') {
                 let each = output_errors(cell, plant, &errors);
-                let each =
-                    each.ok_or_else(|| self.wrong("an input that is the same in all runs"))?;
-                let limit = limit
-                    .strip_prefix('<')
-                    .and_then(|limit| limit.parse::<f64>().ok());
+                let each = each.ok_or_else(|| self.wrong("an input that is the same in all runs"))?;
+                let limit = limit.strip_prefix('<').and_then(|limit| limit.parse::<f64>().ok());
                 let of = |e: &f64| limit.map_or(*e, |limit| f64::from(u8::from(*e < limit)));
                 (each.iter().map(of).collect(), None)
             } else {
@@ -191,10 +182,7 @@ impl PublishedTable {
                 let is_near = (mean.value - truth).abs() <= CERTAIN * mean.error;
                 (found, information.deviation(column).filter(|_| is_near))
             };
-            values
-                .iter_mut()
-                .zip(all)
-                .for_each(|(of, value)| of.push(value));
+            values.iter_mut().zip(all).for_each(|(of, value)| of.push(value));
             bound.push(deviation);
         }
         Ok(Estimates {
@@ -210,12 +198,10 @@ impl PublishedTable {
         let runs = self.runs as f64;
         let sd = self.sd.get(i).copied();
         let error = self.rounding.unwrap_or(sd.unwrap_or(our_sd) / runs.sqrt());
-        let spread = sd
-            .filter(|_| self.runs > 1 && !is_share)
-            .map(|value| Estimated {
-                value,
-                error: self.rounding.unwrap_or(value / (2.0 * (runs - 1.0)).sqrt()),
-            });
+        let spread = sd.filter(|_| self.runs > 1 && !is_share).map(|value| Estimated {
+            value,
+            error: self.rounding.unwrap_or(value / (2.0 * (runs - 1.0)).sqrt()),
+        });
         let value = self.mean[i];
         (Estimated { value, error }, spread)
     }
@@ -232,19 +218,13 @@ fn moments(x: &[f64], shared: usize) -> (Estimated, Estimated) {
     let of_variance = ((fourth - second * second) / n).max(0.0).sqrt();
     let is_share = x.iter().all(|x| *x == 0.0 || *x == 1.0);
     let least = if is_share { 1.0 / (n + 2.0) } else { 0.0 };
-    let groups = x
-        .chunks(shared)
-        .map(|of| of.iter().sum::<f64>() / of.len() as f64);
+    let groups = x.chunks(shared).map(|of| of.iter().sum::<f64>() / of.len() as f64);
     let groups: Vec<f64> = groups.collect();
     let error = deviation(&groups) / (groups.len() as f64).sqrt();
     let error = error.max(least);
     let spread = Estimated {
         value: sd,
-        error: if sd > 0.0 {
-            of_variance / (2.0 * sd)
-        } else {
-            0.0
-        },
+        error: if sd > 0.0 { of_variance / (2.0 * sd) } else { 0.0 },
     };
     (Estimated { value: mean, error }, spread)
 }
@@ -259,9 +239,7 @@ fn deviation(x: &[f64]) -> f64 {
 /// analysis of variance.
 fn of_one_input(x: &[f64], shared: usize, runs: u64) -> f64 {
     let groups: Vec<&[f64]> = x.chunks_exact(shared).collect();
-    let means = groups
-        .iter()
-        .map(|of| of.iter().sum::<f64>() / shared as f64);
+    let means = groups.iter().map(|of| of.iter().sum::<f64>() / shared as f64);
     let between = deviation(&means.collect::<Vec<_>>()).powi(2);
     let within = groups.iter().map(|of| deviation(of).powi(2)).sum::<f64>() / groups.len() as f64;
     let of_input = (between - within / shared as f64).max(0.0);
@@ -269,29 +247,19 @@ fn of_one_input(x: &[f64], shared: usize, runs: u64) -> f64 {
 }
 
 /// The signed errors of `a_1 ... a_n, h_1 ... h_n` of every run that left a model, in the order of the runs.
-fn errors(
-    experiment: &Experiment,
-    runs: u64,
-    threads: usize,
-) -> Result<Vec<Vec<f64>>, RunError<Infallible>> {
+fn errors(experiment: &Experiment, runs: u64, threads: usize) -> Result<Vec<Vec<f64>>, RunError<Infallible>> {
     let mut found = Vec::new();
     let order = experiment.cells[0].order();
-    run(
-        experiment,
-        runs,
-        threads,
-        &AtomicBool::new(false),
-        |block: Block| {
-            for place in 0..block.rows.trial_count() {
-                let row = block.rows.row(place, 0);
-                if !row.is_lost() {
-                    let errors = block.rows.parameters(place, 0)[..2 * order].to_vec();
-                    found.push((row.trial, errors));
-                }
+    run(experiment, runs, threads, &AtomicBool::new(false), |block: Block| {
+        for place in 0..block.rows.trial_count() {
+            let row = block.rows.row(place, 0);
+            if !row.is_lost() {
+                let errors = block.rows.parameters(place, 0)[..2 * order].to_vec();
+                found.push((row.trial, errors));
             }
-            Ok(())
-        },
-    )?;
+        }
+        Ok(())
+    })?;
     found.sort_by_key(|(trial, _)| *trial);
     Ok(found.into_iter().map(|(_, errors)| errors).collect())
 }
@@ -315,11 +283,7 @@ fn output_errors(cell: &DiscreteCell, plant: &StateSpace, errors: &[Vec<f64>]) -
     let size: f64 = truth.iter().map(|y| y * y).sum();
     let of = |errors: &Vec<f64>| {
         let model = output(&add(plant.a(), &errors[..n]), &add(&h, &errors[n..]));
-        let square: f64 = truth
-            .iter()
-            .zip(&model)
-            .map(|(y, of)| (y - of).powi(2))
-            .sum();
+        let square: f64 = truth.iter().zip(&model).map(|(y, of)| (y - of).powi(2)).sum();
         (square / size).sqrt()
     };
     Some(errors.iter().map(of).collect())

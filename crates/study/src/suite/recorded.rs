@@ -107,9 +107,7 @@ fn validated(estimator: EstimatorName, record: &Record, first: usize) -> Option<
     let model = fit(options(estimator, first)?, 1, &u[..first], &y[..first]).ok()?;
     let found = model.compare(u, y, first, first..y.len(), 1);
     let both = [found.simulated, found.one_step];
-    both[0]
-        .is_finite()
-        .then(|| both.map(|fit| (10.0 * fit).round() / 10.0))
+    both[0].is_finite().then(|| both.map(|fit| (10.0 * fit).round() / 10.0))
 }
 
 /// The options of the open division, with a delay of one sample.
@@ -124,10 +122,7 @@ fn options(estimator: EstimatorName, first: usize) -> Option<MethodOptions> {
         law: NoiseLaw::Gaussian,
         has_noisy_input: false,
     };
-    let table = Competitor::Choosing(estimator)
-        .tables(&told)
-        .into_iter()
-        .next()?;
+    let table = Competitor::Choosing(estimator).tables(&told).into_iter().next()?;
     let Value::Object(mut options) = table else {
         return None;
     };
@@ -142,11 +137,7 @@ impl RecordedFits {
     /// [`ResultsError::Damaged`].
     pub fn parse(text: &str) -> Result<Self, ResultsError> {
         let own: Self = parsed(text)?;
-        match own
-            .records
-            .iter()
-            .find(|of| of.fits.len() != own.methods.len())
-        {
+        match own.records.iter().find(|of| of.fits.len() != own.methods.len()) {
             Some(of) => Err(ResultsError::Damaged(format!(
                 "record {}: expected a FIT for each method",
                 visible(&of.file)

@@ -70,25 +70,14 @@ fn errors_in_variables(runs: u64, seed: u64) -> Result<Estimates, FitError> {
         let mut y = vec![0.0; SAMPLES];
         plant.simulate(&u, &mut y);
         for noise in 0..NOISES {
-            let [of_u, of_y] = noises(&mut stream(
-                seed,
-                NOISES * input + noise,
-                Purpose::InputNoise,
-            ));
+            let [of_u, of_y] = noises(&mut stream(seed, NOISES * input + noise, Purpose::InputNoise));
             let size = |signal: &[f64]| deviation(signal) / 10.0_f64.sqrt();
             let [u, y] = [(&u, &of_u), (&y, &of_y)].map(|(signal, noise)| -> Vec<f64> {
                 let size = size(signal);
-                signal
-                    .iter()
-                    .zip(noise)
-                    .map(|(x, noise)| x + size * noise)
-                    .collect()
+                signal.iter().zip(noise).map(|(x, noise)| x + size * noise).collect()
             });
             let model = fit(options.clone(), 2, &u, &y)?;
-            let [b, a] = [
-                &model.pass.continuous.numerator,
-                &model.pass.continuous.denominator,
-            ];
+            let [b, a] = [&model.pass.continuous.numerator, &model.pass.continuous.denominator];
             values.push(vec![a[1], a[2], b[0], b[1]]);
         }
     }
@@ -103,10 +92,7 @@ fn errors_in_variables(runs: u64, seed: u64) -> Result<Estimates, FitError> {
 fn skewed(stream: &mut Stream) -> Vec<f64> {
     let mut z = vec![0.0; 2 * SAMPLES];
     fill_white(stream, 1.0, &mut z);
-    let squares: Vec<f64> = z
-        .chunks_exact(2)
-        .map(|z| z[0] * z[0] + z[1] * z[1])
-        .collect();
+    let squares: Vec<f64> = z.chunks_exact(2).map(|z| z[0] * z[0] + z[1] * z[1]).collect();
     let mut u = vec![0.0; SAMPLES];
     filter(&[1.0, -0.2, 0.3], &squares, &mut u);
     standardised(u)

@@ -119,8 +119,7 @@ impl MethodResults {
     /// trials are missing.
     pub fn of(mut self, suite: &Suite) -> Result<Self, ResultsError> {
         let manifest = &suite.manifest;
-        let other =
-            |what: String| ResultsError::Other(format!("results of '{}': {what}", self.method));
+        let other = |what: String| ResultsError::Other(format!("results of '{}': {what}", self.method));
         // A later edition has the scenarios of an earlier one.
         if manifest.place_of(&self.suite) < manifest.place_of(&manifest.edition) {
             let (found, here) = (&self.suite, &manifest.edition);
@@ -244,8 +243,7 @@ pub fn of_folder(suite: &Suite, folder: &Path) -> Result<Vec<MethodResults>, Res
     for path in paths.unwrap_or_default() {
         if path.extension().is_some_and(|of| of == "json") {
             let text = files::read_own(&path, Kind::Suite)?.unwrap_or_default();
-            let named =
-                |error: ResultsError| ResultsError::Other(format!("{}: {error}", path.display()));
+            let named = |error: ResultsError| ResultsError::Other(format!("{}: {error}", path.display()));
             let read = MethodResults::parse(&String::from_utf8_lossy(&text));
             found.push(read.and_then(|of| of.of(suite)).map_err(named)?);
         }
@@ -263,8 +261,7 @@ fn without_results(suite: &Suite, folder: &Path) -> String {
     if !files::is_there(&studies) {
         return "no results of the suite; expected a folder of suite run".to_owned();
     }
-    let has_ended =
-        |study: &&SuiteStudy| files::is_there(&studies.join(&study.name).join(MANIFEST));
+    let has_ended = |study: &&SuiteStudy| files::is_there(&studies.join(&study.name).join(MANIFEST));
     let ended = suite.studies.iter().filter(has_ended).count();
     format!(
         "no results yet: {ended} of {} studies of a run that has not ended are there; the same command goes on",
@@ -280,9 +277,7 @@ pub const STUDIES: &str = "studies";
 /// Those that have runs, in the order of the registry, others last.
 fn in_order(mut methods: Vec<MethodResults>) -> Vec<MethodResults> {
     methods.retain(MethodResults::has_runs);
-    let all = Division::ALL
-        .iter()
-        .flat_map(|division| Competitor::of(*division));
+    let all = Division::ALL.iter().flat_map(|division| Competitor::of(*division));
     let names: Vec<String> = all.map(|of| of.name()).collect();
     let place = |of: &MethodResults| names.iter().position(|name| *name == of.method);
     methods.sort_by_key(|of| (place(of).unwrap_or(names.len()), of.method.clone()));
@@ -349,8 +344,7 @@ fn append(rows: &Rows, output: usize, distance: Measure, to: &mut ScenarioResult
             continue;
         }
         to.d.push(Some(rounded(d, 4)));
-        to.fit
-            .push(fit.is_finite().then(|| (10.0 * fit).round() / 10.0));
+        to.fit.push(fit.is_finite().then(|| (10.0 * fit).round() / 10.0));
         let (held, count) = hits(&rows.parameters(place, output));
         to.hits.push((count > 0).then_some(held));
         to.intervals = to.intervals.max(count);

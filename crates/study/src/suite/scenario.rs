@@ -3,8 +3,7 @@
 use super::competitor::{Competitor, Told};
 use super::manifest::{Division, Manifest, StudyEntry, Tier, systems};
 use crate::design::file::{
-    Axis, ExperimentFile, FileError, InformationOf, Key, MethodTable, Scalar, Store, TrialRule,
-    Unfinished,
+    Axis, ExperimentFile, FileError, InformationOf, Key, MethodTable, Scalar, Store, TrialRule, Unfinished,
 };
 use crate::design::{DiscreteCell, Experiment, Measure};
 use crate::files::checksum;
@@ -214,11 +213,7 @@ impl Suite {
 }
 
 impl SuiteStudy {
-    fn new(
-        manifest: &Manifest,
-        entry: &StudyEntry,
-        (division, tier): (Division, Tier),
-    ) -> Result<Self, SuiteError> {
+    fn new(manifest: &Manifest, entry: &StudyEntry, (division, tier): (Division, Tier)) -> Result<Self, SuiteError> {
         let name = entry.name();
         let wrong = |error: FileError| SuiteError::Study {
             study: name.clone(),
@@ -229,15 +224,9 @@ impl SuiteStudy {
         let mut file = file.map_err(wrong)?;
         file.settings.extend(entry.settings.clone());
         file.seed = manifest.seed;
-        let contents: Vec<String> = entry
-            .window
-            .iter()
-            .map(|window| content(&file, *window))
-            .collect();
+        let contents: Vec<String> = entry.window.iter().map(|window| content(&file, *window)).collect();
         let windows = entry.window.iter();
-        let windows = windows
-            .map(|window| Scalar::Number(*window as f64))
-            .collect();
+        let windows = windows.map(|window| Scalar::Number(*window as f64)).collect();
         file.settings.insert(Key::Window, Axis::Many(windows));
         let is_bank = entry.is_bank();
         file.trials = TrialRule::Fixed(manifest.trials_of(entry.tier, is_bank));
@@ -273,9 +262,7 @@ impl SuiteStudy {
         let mut scenarios = Vec::new();
         for ((window, content), cell) in entry.window.iter().zip(contents).zip(&experiment.cells) {
             let weights = match (division, cell.discrete()) {
-                (Division::Open, Some(cell)) => {
-                    response_weights(cell, has_contests.then_some(file.seed), &name)?
-                }
+                (Division::Open, Some(cell)) => response_weights(cell, has_contests.then_some(file.seed), &name)?,
                 _ => ideal_weights(free),
             };
             scenarios.push(Scenario {
@@ -347,8 +334,7 @@ impl SuiteStudy {
         if only.iter().any(|name| whole.contains(&name)) {
             return;
         }
-        self.scenarios
-            .retain(|scenario| only.contains(&scenario.name));
+        self.scenarios.retain(|scenario| only.contains(&scenario.name));
         let windows = self.scenarios.iter();
         let windows = windows.map(|of| Scalar::Number(of.window as f64)).collect();
         self.file.settings.insert(Key::Window, Axis::Many(windows));
@@ -454,11 +440,7 @@ pub fn ideal_weights(free: usize) -> Vec<f64> {
 
 /// The weights of the law of d of the response: of the stationary record, or, with a seed, the mean of the ordered
 /// weights of the first records.
-fn response_weights(
-    cell: &DiscreteCell,
-    of_records: Option<u64>,
-    study: &str,
-) -> Result<Vec<f64>, SuiteError> {
+fn response_weights(cell: &DiscreteCell, of_records: Option<u64>, study: &str) -> Result<Vec<f64>, SuiteError> {
     let missing = |why| SuiteError::NoInformation {
         study: study.to_owned(),
         why,

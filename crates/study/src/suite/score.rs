@@ -76,11 +76,7 @@ pub fn efficiency(scenario: &Scenario, results: &ScenarioResults, at: f64) -> Es
     let ideal = quantile(&scenario.weights, at).powi(2);
     let of = |d: &mut [f64]| {
         let found = sample_quantile(d, at);
-        if found.is_finite() {
-            ideal / found
-        } else {
-            0.0
-        }
+        if found.is_finite() { ideal / found } else { 0.0 }
     };
     let d: Vec<f64> = results.distances().collect();
     bootstrap(&scenario.content, &d, of)
@@ -122,8 +118,7 @@ pub fn score(of: &[(&Scenario, &ScenarioResults)]) -> Score {
 /// Returns the score of a method over scenarios with their results, by any weights.
 pub fn score_by(of: &[(&Scenario, &ScenarioResults)], weight: impl Fn(&Scenario) -> f64) -> Score {
     let weights = || of.iter().map(|(scenario, _)| weight(scenario));
-    let covers =
-        |results: &ScenarioResults| results.intervals > 0 || results.lost_runs() == results.d.len();
+    let covers = |results: &ScenarioResults| results.intervals > 0 || results.lost_runs() == results.d.len();
     let covered = of.iter().filter(|(_, results)| covers(results));
     let covered = covered.map(|(scenario, results)| (weight(scenario), coverage(results)));
     let covered: Vec<(f64, Estimated)> = covered.collect();
@@ -214,10 +209,7 @@ fn is_below(of: &[(&Scenario, &ScenarioResults)]) -> bool {
 /// The share of intervals that hold the truth, over all runs.
 fn coverage(results: &ScenarioResults) -> Estimated {
     let intervals = f64::from(results.intervals.max(1));
-    let held = results
-        .hits
-        .iter()
-        .map(|hits| f64::from(hits.unwrap_or(0)) / intervals);
+    let held = results.hits.iter().map(|hits| f64::from(hits.unwrap_or(0)) / intervals);
     let held: Vec<f64> = held.collect();
     let (value, count) = (mean(&held), held.len() as f64);
     let squares: f64 = held.iter().map(|held| (held - value).powi(2)).sum();
@@ -245,9 +237,7 @@ fn share(counts: &[(usize, usize)], weights: impl Iterator<Item = f64>) -> Estim
 fn average(numbers: &[(f64, Estimated)]) -> Estimated {
     let whole: f64 = numbers.iter().map(|(weight, _)| weight).sum();
     let values = numbers.iter().map(|(weight, of)| weight * of.value);
-    let squares = numbers
-        .iter()
-        .map(|(weight, of)| (weight * of.error).powi(2));
+    let squares = numbers.iter().map(|(weight, of)| (weight * of.error).powi(2));
     Estimated {
         value: values.sum::<f64>() / whole,
         error: squares.sum::<f64>().sqrt() / whole,

@@ -70,9 +70,7 @@ pub fn time(
     (cell, rounds): (usize, u64),
     methods: &[(String, &Experiment)],
 ) -> Result<Vec<ScenarioTimes>, SetupError> {
-    let trials = methods
-        .iter()
-        .map(|(_, of)| Trial::new(of, &of.cells[cell]));
+    let trials = methods.iter().map(|(_, of)| Trial::new(of, &of.cells[cell]));
     let mut trials: Vec<Trial<'_>> = trials.collect::<Result<_, _>>()?;
     let run = |trial: &mut Trial<'_>, number: u64| -> Result<f64, SetupError> {
         let spent = trial.measure(number, |_, _, _, _| ())?;
@@ -128,10 +126,7 @@ fn median(mut x: Vec<f64>) -> f64 {
 impl ScenarioTimes {
     /// The logarithm of the median ratio with its standard error over rounds; infinite if half of the rounds is lost.
     fn logarithm(&self) -> Estimated {
-        let logs = self
-            .ratios
-            .iter()
-            .map(|of| of.map_or(f64::INFINITY, f64::ln));
+        let logs = self.ratios.iter().map(|of| of.map_or(f64::INFINITY, f64::ln));
         let logs: Vec<f64> = logs.collect();
         let (count, value) = (logs.len() as f64, median(logs.clone()));
         let kept: Vec<f64> = logs.into_iter().filter(|log| log.is_finite()).collect();
@@ -162,18 +157,12 @@ impl MethodTimes {
     /// The smallest and the largest median ratio of a scenario.
     pub fn extremes(&self) -> [f64; 2] {
         let each = self.scenarios.iter().map(|of| of.logarithm().value.exp());
-        each.fold([f64::INFINITY, 0.0], |[low, high], of| {
-            [low.min(of), high.max(of)]
-        })
+        each.fold([f64::INFINITY, 0.0], |[low, high], of| [low.min(of), high.max(of)])
     }
 
     /// The longest median time of a run.
     pub fn longest(&self) -> Duration {
-        let longest = self
-            .scenarios
-            .iter()
-            .map(|of| of.seconds)
-            .fold(0.0, f64::max);
+        let longest = self.scenarios.iter().map(|of| of.seconds).fold(0.0, f64::max);
         Duration::from_secs_f64(longest.min(1e9))
     }
 }
@@ -191,11 +180,8 @@ impl Times {
     pub(super) fn checked(self) -> Result<Self, ResultsError> {
         let all = self.methods.iter().flat_map(|of| &of.scenarios);
         let known = |x: f64| x > 0.0 && x.is_finite();
-        let mut unsound = all.filter(|of| {
-            of.ratios.is_empty()
-                || of.seconds < 0.0
-                || !of.ratios.iter().flatten().all(|x| known(*x))
-        });
+        let mut unsound =
+            all.filter(|of| of.ratios.is_empty() || of.seconds < 0.0 || !of.ratios.iter().flatten().all(|x| known(*x)));
         match unsound.next() {
             Some(of) => Err(ResultsError::Damaged(format!(
                 "scenario {}: expected times of one round or more",
@@ -220,11 +206,7 @@ impl Times {
     }
 
     /// The times of a method in some scenarios; `None` if one was not measured.
-    pub fn of<'a>(
-        &self,
-        method: &str,
-        scenarios: impl Iterator<Item = &'a Scenario>,
-    ) -> Option<MethodTimes> {
+    pub fn of<'a>(&self, method: &str, scenarios: impl Iterator<Item = &'a Scenario>) -> Option<MethodTimes> {
         let found = self.methods.iter().find(|of| of.method == method)?;
         let one = |scenario: &Scenario| {
             let mut own = found.scenarios.iter();

@@ -18,9 +18,7 @@ pub mod guard {
         /// # Errors
         /// Always.
         pub fn start(_program: &Path) -> std::io::Result<Self> {
-            Err(Error::other(
-                "methods that are external programs need Linux",
-            ))
+            Err(Error::other("methods that are external programs need Linux"))
         }
     }
 

@@ -5,9 +5,7 @@ use super::message::{Batch, Hello, PROTOCOL, Reply};
 use super::options::Told;
 use super::program::{Lease, Program};
 use asobench_identification::data::Feedback;
-use asobench_identification::estimator::{
-    Estimator, FailureKind, Pass, Problem, ProgramError, Records, Window,
-};
+use asobench_identification::estimator::{Estimator, FailureKind, Pass, Problem, ProgramError, Records, Window};
 use serde_json::json;
 use std::ops::Range;
 use std::sync::Arc;
@@ -47,8 +45,7 @@ pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
         samples: problem.shape.window,
         sampling: 1.0,
         feedback: if closed { "closed" } else { "open" },
-        noise: noise
-            .map(|(process, eta)| json!({ "eta": eta, "filter": process.describe()["noise"] })),
+        noise: noise.map(|(process, eta)| json!({ "eta": eta, "filter": process.describe()["noise"] })),
         ..Hello::default()
     };
     hello.asking(program.options.orders_for(order))
@@ -112,11 +109,7 @@ impl External {
     }
 
     /// Gets the models of a part of the batch. If no process answers the part, it is halved.
-    fn estimate_part(
-        &self,
-        part: Range<usize>,
-        found: &mut [Option<Outcome>],
-    ) -> Result<(), ProgramError> {
+    fn estimate_part(&self, part: Range<usize>, found: &mut [Option<Outcome>]) -> Result<(), ProgramError> {
         if part.is_empty() {
             return Ok(());
         }
@@ -177,8 +170,7 @@ impl External {
         let what = fault_words(fault);
         let trials = &self.batch.trials;
         let (first, last) = (trials[part.start], trials[part.end - 1]);
-        self.program
-            .fault(&format!("trials {first} to {last}"), &what);
+        self.program.fault(&format!("trials {first} to {last}"), &what);
     }
 }
 

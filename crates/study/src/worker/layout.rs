@@ -18,12 +18,7 @@ impl Layout {
     ///
     /// # Errors
     /// A description of the fault.
-    pub fn read(
-        header: &Map<String, Value>,
-        number: u64,
-        trials: usize,
-        matrices: bool,
-    ) -> Result<Self, String> {
+    pub fn read(header: &Map<String, Value>, number: u64, trials: usize, matrices: bool) -> Result<Self, String> {
         let count = |key: &str| header.get(key).and_then(Value::as_u64);
         for (key, expected) in [("number", number), ("trials", trials as u64)] {
             if count(key) != Some(expected) {
@@ -31,15 +26,11 @@ impl Layout {
             }
         }
         let order = |key: &str, default: Option<u64>| {
-            let given = if header.contains_key(key) {
-                count(key)
-            } else {
-                default
-            };
+            let given = if header.contains_key(key) { count(key) } else { default };
             let given = given.filter(|n| *n <= LARGEST_ORDER as u64);
-            given.map(|n| n as usize).ok_or_else(|| {
-                format!("\"{key}\" of \"reply\": expected a whole number of 0 to {LARGEST_ORDER}")
-            })
+            given
+                .map(|n| n as usize)
+                .ok_or_else(|| format!("\"{key}\" of \"reply\": expected a whole number of 0 to {LARGEST_ORDER}"))
         };
         let flag = |key: &str| match header.get(key) {
             None => Ok(false),
@@ -78,9 +69,7 @@ impl Layout {
         };
         let bytes = 8 * layout.numbers();
         if bytes > LARGEST_REPLY {
-            return Err(format!(
-                "blocks of {bytes} bytes; expected at most {LARGEST_REPLY}"
-            ));
+            return Err(format!("blocks of {bytes} bytes; expected at most {LARGEST_REPLY}"));
         }
         if count("bytes") != Some(bytes as u64) {
             let given = header.get("bytes").unwrap_or(&Value::Null);
@@ -147,8 +136,7 @@ impl Form {
 }
 
 fn reasons(header: &Map<String, Value>) -> Result<Vec<Reason>, String> {
-    let wrong =
-        || "\"reasons\" of \"reply\": expected a list of texts that are not empty".to_owned();
+    let wrong = || "\"reasons\" of \"reply\": expected a list of texts that are not empty".to_owned();
     let Some(given) = header.get("reasons") else {
         return Ok(Vec::new());
     };

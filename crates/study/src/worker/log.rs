@@ -81,10 +81,7 @@ impl Log {
     /// Returns the last lines printed since the log had `since` bytes, for example the message of a crash.
     pub fn last_lines(&self, since: u64, most: usize) -> Vec<String> {
         let (new, text) = (self.length() - since, self.text().unwrap_or_default());
-        let from = text
-            .len()
-            .saturating_sub(new as usize)
-            .max(WORKERS_TITLE.len());
+        let from = text.len().saturating_sub(new as usize).max(WORKERS_TITLE.len());
         let text = String::from_utf8_lossy(text.get(from..).unwrap_or_default());
         let printed = |line: &&str| !line.trim().is_empty() && !line.starts_with("[asobench]");
         let lines = text.lines().filter(printed);
@@ -108,9 +105,7 @@ mod tests {
         log.add(b"\nlast\n");
         let text = String::from_utf8(log.text().unwrap()).unwrap();
         assert!(text.len() < 3 * KEPT);
-        assert!(
-            text.starts_with(&format!("{WORKERS_TITLE}first\nx")) && text.ends_with("x\nlast\n")
-        );
+        assert!(text.starts_with(&format!("{WORKERS_TITLE}first\nx")) && text.ends_with("x\nlast\n"));
         let left_out = 6 + 1_000_000 + 6 - 2 * KEPT;
         assert!(text.contains(&format!("{left_out} bytes omitted")));
         assert_eq!(log.last_lines(0, 1), ["last"]);

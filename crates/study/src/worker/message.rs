@@ -48,14 +48,7 @@ impl Hello {
 
     /// Sets the orders of the model that is asked for.
     pub fn asking(mut self, orders: Orders) -> Self {
-        let Orders {
-            na,
-            nb,
-            nc,
-            nd,
-            nf,
-            nk,
-        } = orders;
+        let Orders { na, nb, nc, nd, nf, nk } = orders;
         (self.na, self.nb, self.nc) = (na, nb, nc);
         (self.nd, self.nf, self.nk) = (nd, nf, nk);
         self
@@ -93,22 +86,16 @@ impl Ready {
         }
         let text = |key: &str| {
             let text = header.get(key).and_then(Value::as_str);
-            let fits = |text: &&str| {
-                (1..=LONGEST_NAME).contains(&text.chars().count())
-                    && !text.chars().any(char::is_control)
-            };
+            let fits =
+                |text: &&str| (1..=LONGEST_NAME).contains(&text.chars().count()) && !text.chars().any(char::is_control);
             let text = text.filter(fits).map(str::to_owned);
-            text.ok_or_else(|| {
-                format!("\"{key}\" of \"ready\": expected a text of 1 to {LONGEST_NAME} characters")
-            })
+            text.ok_or_else(|| format!("\"{key}\" of \"ready\": expected a text of 1 to {LONGEST_NAME} characters"))
         };
         let matrices = match header.get("returns").and_then(Value::as_str) {
             Some("polynomials") => false,
             Some("matrices") => true,
             _ => {
-                return Err(
-                    "\"returns\" of \"ready\": expected \"polynomials\" or \"matrices\"".to_owned(),
-                );
+                return Err("\"returns\" of \"ready\": expected \"polynomials\" or \"matrices\"".to_owned());
             }
         };
         let deterministic = header.get("deterministic").and_then(Value::as_bool);
@@ -116,8 +103,7 @@ impl Ready {
             name: text("name")?,
             version: text("version")?,
             matrices,
-            deterministic: deterministic
-                .ok_or("\"deterministic\" of \"ready\": expected true or false")?,
+            deterministic: deterministic.ok_or("\"deterministic\" of \"ready\": expected true or false")?,
         })
     }
 }
@@ -192,11 +178,7 @@ pub struct Reply {
 #[derive(Clone, Copy)]
 pub enum Awaited {
     Ready,
-    Reply {
-        number: u64,
-        trials: usize,
-        matrices: bool,
-    },
+    Reply { number: u64, trials: usize, matrices: bool },
 }
 
 /// Bytes received from a worker.
@@ -266,10 +248,7 @@ impl Incoming {
             return Ok(None);
         }
         if self.bytes[end] != b'\n' {
-            return Err(
-                "expected a line end after the blocks, which have as many bytes as \"bytes\" says"
-                    .to_owned(),
-            );
+            return Err("expected a line end after the blocks, which have as many bytes as \"bytes\" says".to_owned());
         }
         let numbers = self.bytes[*length..end].as_chunks::<8>().0.iter();
         let numbers = numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect();
@@ -321,15 +300,11 @@ mod tests {
         let dump = after.lines().skip_while(|line| !line.starts_with("    0"));
         let lines = dump.take_while(|line| line.starts_with("    "));
         let bytes = lines.flat_map(str::split_whitespace);
-        bytes
-            .map(|byte| u8::from_str_radix(byte, 16).unwrap())
-            .collect()
+        bytes.map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect()
     }
 
-    const BATCH: &str =
-        "{\"frame\":\"batch\",\"number\":1,\"trials\":1,\"samples\":3,\"bytes\":88}\n";
-    const REPLY: &str =
-        "{\"frame\":\"reply\",\"number\":1,\"trials\":1,\"na\":1,\"nb\":1,\"nk\":1,\"bytes\":32}\n";
+    const BATCH: &str = "{\"frame\":\"batch\",\"number\":1,\"trials\":1,\"samples\":3,\"bytes\":88}\n";
+    const REPLY: &str = "{\"frame\":\"reply\",\"number\":1,\"trials\":1,\"na\":1,\"nb\":1,\"nk\":1,\"bytes\":32}\n";
 
     fn batch() -> Batch {
         Batch {

@@ -2,9 +2,7 @@
 
 use super::layout::Form;
 use super::message::Reply;
-use asobench_identification::estimator::{
-    Failure, FailureKind, Pass, Stage, StartState, StateEstimate, Window,
-};
+use asobench_identification::estimator::{Failure, FailureKind, Pass, Stage, StartState, StateEstimate, Window};
 use asobench_identification::model::{LinearModel, Orders};
 use asobench_identification::plant::polynomial_from_poles;
 use faer::MatRef;
@@ -17,10 +15,7 @@ impl Reply {
     pub fn check(&self) -> Result<(), String> {
         let most = 1.0 + self.layout.reasons.len() as f64;
         let known = |status: &f64| *status >= 0.0 && *status <= most && status.fract() == 0.0;
-        match self.numbers[..self.layout.trials]
-            .iter()
-            .find(|s| !known(s))
-        {
+        match self.numbers[..self.layout.trials].iter().find(|s| !known(s)) {
             None => Ok(()),
             Some(status) => Err(format!(
                 "status {status}; expected 0, 1, or 2 + i for entry i of \"reasons\" (from i = 0)"
@@ -117,8 +112,7 @@ fn matrices(n: usize, rows: &[&[f64]]) -> Result<(LinearModel, Option<Vec<f64>>)
     let d = d[0];
     let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
     let known = !x0.iter().all(|x| x.is_nan());
-    if ![a, b, c].into_iter().all(|values| finite(values)) || !d.is_finite() || known && !finite(x0)
-    {
+    if ![a, b, c].into_iter().all(|values| finite(values)) || !d.is_finite() || known && !finite(x0) {
         return Err(FailureKind::NonFinite);
     }
     // c A^i times a vector, i = 0 ... n-1.
@@ -126,9 +120,7 @@ fn matrices(n: usize, rows: &[&[f64]]) -> Result<(LinearModel, Option<Vec<f64>>)
         let (mut x, mut values) = (start.to_vec(), Vec::with_capacity(n));
         for _ in 0..n {
             values.push(c.iter().zip(&x).map(|(c, x)| c * x).sum());
-            let next = a
-                .chunks(n)
-                .map(|row| row.iter().zip(&x).map(|(a, x)| a * x).sum());
+            let next = a.chunks(n).map(|row| row.iter().zip(&x).map(|(a, x)| a * x).sum());
             x = next.collect();
         }
         values

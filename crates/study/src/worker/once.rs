@@ -49,9 +49,7 @@ impl Answered {
         let bits = |of: &Self| -> Vec<u64> {
             let numbers = of.reply.blocks().into_iter();
             let rest = numbers.filter(|(name, ..)| *name != "seconds");
-            rest.flat_map(|(_, block, _)| block)
-                .map(f64::to_bits)
-                .collect()
+            rest.flat_map(|(_, block, _)| block).map(f64::to_bits).collect()
         };
         bits(self) == bits(other)
     }
@@ -101,9 +99,7 @@ pub fn ask_once(
     Ok(Ok(Answered {
         passes: passes(&reply, problem.shape.order, records),
         elapsed,
-        seconds: (0..records.len())
-            .map(|place| reply.seconds(place))
-            .collect(),
+        seconds: (0..records.len()).map(|place| reply.seconds(place)).collect(),
         messages: [request, text(&reply.header, reply.blocks())],
         reply,
     }))
@@ -115,12 +111,7 @@ pub fn ask_once(
 /// # Errors
 /// A description of the fault.
 #[doc(hidden)]
-pub fn heard(
-    bytes: &[u8],
-    number: Option<u64>,
-    matrices: bool,
-    records: &[Record],
-) -> Result<Vec<Pass>, String> {
+pub fn heard(bytes: &[u8], number: Option<u64>, matrices: bool, records: &[Record]) -> Result<Vec<Pass>, String> {
     let trials = records.len();
     let awaited = number.map_or(Awaited::Ready, |number| Awaited::Reply {
         number,

@@ -100,16 +100,12 @@ impl CommandOptions {
             return Err(("batch", format!("expected 1 to {LARGEST_BATCH} records")));
         }
         if !(self.timeout > 0.0 && self.timeout <= LONGEST) {
-            return Err((
-                "timeout",
-                "expected seconds above 0, at most 1000000".to_owned(),
-            ));
+            return Err(("timeout", "expected seconds above 0, at most 1000000".to_owned()));
         }
         match self.workers {
-            Workers::Most(most) if !(1..=MOST_WORKERS).contains(&most) => Err((
-                "workers",
-                format!("expected \"auto\" or 1 to {MOST_WORKERS} processes"),
-            )),
+            Workers::Most(most) if !(1..=MOST_WORKERS).contains(&most) => {
+                Err(("workers", format!("expected \"auto\" or 1 to {MOST_WORKERS} processes")))
+            }
             _ => Ok(()),
         }
     }

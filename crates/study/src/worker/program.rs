@@ -113,10 +113,7 @@ impl Program {
         let mut idle = self.idle();
         if let Workers::Most(most) = self.options.workers {
             while idle.leased >= most {
-                idle = self
-                    .freed
-                    .wait(idle)
-                    .unwrap_or_else(PoisonError::into_inner);
+                idle = self.freed.wait(idle).unwrap_or_else(PoisonError::into_inner);
             }
         }
         idle.leased += 1;
@@ -185,9 +182,7 @@ impl Program {
     fn greet(&self, greeted: &mut Greeted, hello: &str) -> Result<bool, ProgramError> {
         let permit = self.permit.get();
         let Permit { stop, .. } = permit.ok_or(ProgramError::NotAgreed(self.name.clone()))?;
-        let asked = greeted
-            .process
-            .ask(hello.as_bytes(), Awaited::Ready, self.time(), stop);
+        let asked = greeted.process.ask(hello.as_bytes(), Awaited::Ready, self.time(), stop);
         match asked {
             Ok(Answer::Ready(ready)) if ready == greeted.ready => {
                 hello.clone_into(&mut greeted.hello);
@@ -303,9 +298,7 @@ impl Lease {
     }
 
     fn greeted(&self) -> &Greeted {
-        self.at_work
-            .as_ref()
-            .expect("a process until it is dropped")
+        self.at_work.as_ref().expect("a process until it is dropped")
     }
 
     /// The process's answer to the greeting.
@@ -319,12 +312,7 @@ impl Lease {
     }
 
     /// Sends the message with this number, and returns the reply.
-    pub(super) fn ask(
-        &mut self,
-        number: u64,
-        message: &[u8],
-        trials: usize,
-    ) -> Result<super::message::Reply, Fault> {
+    pub(super) fn ask(&mut self, number: u64, message: &[u8], trials: usize) -> Result<super::message::Reply, Fault> {
         let stop = &self.program.permit.get().ok_or(Fault::Stopped)?.stop;
         let greeted = self.at_work.as_mut().ok_or(Fault::Stopped)?;
         if !greeted.process.is_clean() {

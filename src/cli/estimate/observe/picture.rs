@@ -11,12 +11,7 @@ const WIDTH: f64 = 2.0;
 
 /// Draws y with its prediction, and below each state with its band; y is advanced by the model's shift. Axes say what
 /// was subtracted from y, and by which offset the first state differs from it.
-pub(super) fn states(
-    report: &Report,
-    observer: &str,
-    model: &Fitted,
-    states: &Observation,
-) -> Picture {
+pub(super) fn states(report: &Report, observer: &str, model: &Fitted, states: &Observation) -> Picture {
     let line = |label: &str, values: &[f64], slot: usize| {
         Series::new(label, Style::Line, points(report, 0, values)).slot(slot)
     };
@@ -27,37 +22,30 @@ pub(super) fn states(
         .series(line("measured", &report.record.y[model.shift..], 0))
         .series(line("predicted", &states.predictions, 1));
     let n = states.order;
-    let panel = |i: usize| -> Plot {
-        let points = states
-            .states
-            .iter()
-            .skip(i)
-            .step_by(n)
-            .enumerate()
-            .map(|(k, x)| match states.deviations.get(k * n + i) {
-                Some(sd) => Point::interval(report.time(k), *x, x - WIDTH * sd, x + WIDTH * sd),
-                None => Point::new(report.time(k), *x),
+    let panel =
+        |i: usize| -> Plot {
+            let points = states.states.iter().skip(i).step_by(n).enumerate().map(|(k, x)| {
+                match states.deviations.get(k * n + i) {
+                    Some(sd) => Point::interval(report.time(k), *x, x - WIDTH * sd, x + WIDTH * sd),
+                    None => Point::new(report.time(k), *x),
+                }
             });
-        let (style, label) = if states.deviations.is_empty() {
-            (Style::Line, "observed")
-        } else {
-            (Style::Band, "observed, +- 2 sd")
+            let (style, label) = if states.deviations.is_empty() {
+                (Style::Line, "observed")
+            } else {
+                (Style::Band, "observed, +- 2 sd")
+            };
+            let series = Series::new(label, style, points.collect()).slot(2);
+            let axis = match model.offset().filter(|_| i == 0) {
+                Some(offset) => format!("x_1, of {of_output} less the offset {}", rounded(offset.value, 6)),
+                None => format!("x_{}", i + 1),
+            };
+            over_time(report, &format!("state {}", i + 1), &axis).series(series)
         };
-        let series = Series::new(label, style, points.collect()).slot(2);
-        let axis = match model.offset().filter(|_| i == 0) {
-            Some(offset) => format!(
-                "x_1, of {of_output} less the offset {}",
-                rounded(offset.value, 6)
-            ),
-            None => format!("x_{}", i + 1),
-        };
-        over_time(report, &format!("state {}", i + 1), &axis).series(series)
-    };
     let panels: Vec<Plot> = [outputs].into_iter().chain((0..n).map(panel)).collect();
     let name = report.file.file_name().unwrap_or(report.file.as_os_str());
     let title = format!("States of {}, observer {observer}", name.display());
-    let description =
-        "Above: the measured output and its prediction from the samples before. Below: the states.";
+    let description = "Above: the measured output and its prediction from the samples before. Below: the states.";
     let sharing = Sharing { x: true, y: false };
     small_multiples(&title, description, &panels, 1, sharing)
 }

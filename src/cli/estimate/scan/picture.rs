@@ -4,9 +4,7 @@ use super::{Row, Scan};
 use crate::cli::estimate::{Report, page};
 use crate::estimator::Criterion;
 use crate::report::html::{CellText, Column, Table};
-use crate::report::plot::{
-    Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples,
-};
+use crate::report::plot::{Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use crate::text::rounded;
 
 /// The most lines that a picture can tell apart. With more delays, it shows only the best delay of each order.
@@ -66,13 +64,7 @@ impl Scan {
         let description = "Information criteria, of which the smallest is the best, and FIT of the simulated output \
                            over the order n.";
         let sharing = Sharing { x: true, y: false };
-        small_multiples(
-            &format!("Order: {}", self.models()),
-            description,
-            &plots,
-            2,
-            sharing,
-        )
+        small_multiples(&format!("Order: {}", self.models()), description, &plots, 2, sharing)
     }
 
     fn plot(&self, quantity: &Quantity<'_>) -> Plot {

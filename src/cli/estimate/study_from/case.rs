@@ -76,9 +76,7 @@ impl Case {
         };
         let Fitted { pass, model, .. } = last.fitted;
         let plant = model.plant().ok_or_else(|| {
-            refused(
-                "u acts on y at once (nk = 0); a study's plant has a delay of at least one sample",
-            )
+            refused("u acts on y at once (nk = 0); a study's plant has a delay of at least one sample")
         })?;
         if !plant.is_stable() {
             return Err(refused(
@@ -97,9 +95,7 @@ impl Case {
             ));
         }
         if !model.covariance.iter().all(|entry| entry.is_finite()) {
-            return Err(refused(
-                "the information matrix is singular; expected smaller orders",
-            ));
+            return Err(refused("the information matrix is singular; expected smaller orders"));
         }
         // The study is of y less its offset.
         report.record.y = pass.less_offset(0, &report.record.y).into_owned();
@@ -131,8 +127,7 @@ impl Case {
             Bootstrap::Parametric => None,
             Bootstrap::Residual => {
                 let errors = prediction_errors(&model, &u, &report.record.y[..u.len()], u.len());
-                let (first, mut errors) =
-                    errors.ok_or_else(|| refused("no residuals: the predictor is not stable"))?;
+                let (first, mut errors) = errors.ok_or_else(|| refused("no residuals: the predictor is not stable"))?;
                 Some(errors.split_off(first))
             }
         };
@@ -153,14 +148,8 @@ impl Case {
 
     /// Returns what is subtracted from the record, in words.
     pub(super) fn detrended(&self) -> String {
-        let offset = self
-            .offset
-            .map(|mu| format!(", y less its offset {}", rounded(mu, 6)));
-        format!(
-            "detrend {}{}",
-            self.report.detrend,
-            offset.unwrap_or_default()
-        )
+        let offset = self.offset.map(|mu| format!(", y less its offset {}", rounded(mu, 6)));
+        format!("detrend {}{}", self.report.detrend, offset.unwrap_or_default())
     }
 
     /// Returns the setting `eta`: the standard deviation of the noise e, per cent of a unit of y.

@@ -10,12 +10,7 @@ use crate::text::{beginning, number, rounded, visible};
 use std::fmt::{self, Write};
 
 /// Returns the file's text.
-pub(super) fn text(
-    case: &Case,
-    arguments: &Arguments,
-    methods: &Methods,
-    places: &Places,
-) -> String {
+pub(super) fn text(case: &Case, arguments: &Arguments, methods: &Methods, places: &Places) -> String {
     let mut text = String::new();
     let written = write(&mut text, case, arguments, methods, places);
     written.expect("writing to a string does not fail");
@@ -89,13 +84,7 @@ fn list(numbers: &[f64]) -> String {
     format!("[{}]", numbers.join(", "))
 }
 
-fn write(
-    text: &mut String,
-    case: &Case,
-    arguments: &Arguments,
-    methods: &Methods,
-    places: &Places,
-) -> fmt::Result {
+fn write(text: &mut String, case: &Case, arguments: &Arguments, methods: &Methods, places: &Places) -> fmt::Result {
     let record = visible(beginning(&Places::name(&case.report.file), 100));
     let (name, n) = (arguments.estimator, case.report.window);
     writeln!(
@@ -108,12 +97,7 @@ fn write(
     for line in equation.lines() {
         writeln!(text, "#     {line}")?;
     }
-    writeln!(
-        text,
-        "# {}\n# {}",
-        input_in_words(case),
-        noise_in_words(case)
-    )?;
+    writeln!(text, "# {}\n# {}", input_in_words(case), noise_in_words(case))?;
     writeln!(text, "# {}", loop_in_words(case, arguments.open_loop))?;
     for doubt in doubts(case) {
         writeln!(text, "# WARNING: {doubt}")?;
@@ -184,10 +168,7 @@ fn write_settings(text: &mut String, case: &Case, places: &Places) -> fmt::Resul
     if case.spectrum.is_some() {
         let amplitude = number(variance(&case.input.1).sqrt());
         let windows = format!("window = [{n}, {}, {}]", 2 * n, 4 * n);
-        writeln!(
-            text,
-            "input = \"spectrum\"\namplitude = {amplitude}\n{windows}"
-        )?;
+        writeln!(text, "input = \"spectrum\"\namplitude = {amplitude}\n{windows}")?;
     } else {
         let column = format!("file:{}#{}", Places::name(&places.record), case.input.0);
         writeln!(text, "input = {}\nwindow = {n}", quoted(&column))?;
@@ -254,20 +235,13 @@ fn write_claims(text: &mut String, case: &Case, methods: &Methods) -> fmt::Resul
     const BIAS: &str = "statistic = \"share-above\", between = [0.4, 0.6]";
     const COVERAGE: &str = "statistic = \"coverage\", between = [0.9, 0.99]";
     for Chosen {
-        name,
-        label,
-        errors,
-        ..
+        name, label, errors, ..
     } in &methods.chosen
     {
         let test = |of: &str| format!("{{ value = \"parameters\", of = \"{label}\", {of} }}");
         let (id, claim, test) = if *errors {
             let claim = "95 % intervals miss each coefficient in 1 to 10 % of such records";
-            (
-                "errors",
-                claim,
-                format!("[{}, {}]", test(BIAS), test(COVERAGE)),
-            )
+            ("errors", claim, format!("[{}, {}]", test(BIAS), test(COVERAGE)))
         } else {
             ("bias", "standard errors: none", test(BIAS))
         };

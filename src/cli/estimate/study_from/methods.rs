@@ -27,19 +27,13 @@ pub(super) struct Methods {
 
 impl Methods {
     pub(super) fn labels(&self) -> Vec<&str> {
-        self.chosen
-            .iter()
-            .map(|chosen| chosen.label.as_str())
-            .collect()
+        self.chosen.iter().map(|chosen| chosen.label.as_str()).collect()
     }
 }
 
 pub(super) fn all(case: &Case, arguments: &Arguments) -> Methods {
     let own = arguments.estimator;
-    let others = EstimatorName::ALL
-        .iter()
-        .copied()
-        .filter(|name| *name != own);
+    let others = EstimatorName::ALL.iter().copied().filter(|name| *name != own);
     let mut methods = Methods {
         chosen: Vec::new(),
         left_out: Vec::new(),
@@ -63,9 +57,7 @@ fn suited(
     own: EstimatorName,
     options: Map<String, Value>,
 ) -> Result<Option<Chosen>, String> {
-    let form = name
-        .parse(options.clone())
-        .map_err(|error| error.to_string())?;
+    let form = name.parse(options.clone()).map_err(|error| error.to_string())?;
     if form.needs().plant {
         return Ok(None);
     }
@@ -85,17 +77,14 @@ fn suited(
     match with_orders {
         None if case.model.delay > 1 => Err("has no delay".to_owned()),
         // A state-space method finds the delay among its states.
-        Some(given) => chosen(case, name, given)
-            .or_else(|reason| chosen(case, name, options).map_err(|_| reason)),
+        Some(given) => chosen(case, name, given).or_else(|reason| chosen(case, name, options).map_err(|_| reason)),
         None => chosen(case, name, options),
     }
     .map(Some)
 }
 
 fn chosen(case: &Case, name: EstimatorName, options: Map<String, Value>) -> Result<Chosen, String> {
-    let parsed: MethodOptions = name
-        .parse(options.clone())
-        .map_err(|error| error.to_string())?;
+    let parsed: MethodOptions = name.parse(options.clone()).map_err(|error| error.to_string())?;
     let method = Method::named(name.name(), parsed);
     let (record, order) = (&case.report.record, case.plant.order());
     let shape = Shape {

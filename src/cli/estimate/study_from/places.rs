@@ -18,8 +18,7 @@ pub(super) struct Places {
 
 impl Places {
     pub(super) fn new(out: &Path) -> Result<Self, Error> {
-        let refused =
-            |message: &str| Err(Error::Input(format!("--out {}: {message}", out.display())));
+        let refused = |message: &str| Err(Error::Input(format!("--out {}: {message}", out.display())));
         let (Some(name), Some("toml")) = (
             out.file_stem().and_then(|name| name.to_str()),
             out.extension().and_then(|extension| extension.to_str()),
@@ -41,10 +40,7 @@ impl Places {
 
     /// Returns the name of a file without its folder, which all files share.
     pub(super) fn name(path: &Path) -> String {
-        path.file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned()
+        path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
     /// Returns the CSV files with their columns.

@@ -76,8 +76,7 @@ fn forms() -> impl Iterator<Item = Form> {
         });
         hours.chain([date.to_owned()])
     });
-    days.chain(ALONE.split('|').map(str::to_owned))
-        .map(Form::new)
+    days.chain(ALONE.split('|').map(str::to_owned)).map(Form::new)
 }
 
 /// A cell as the forms have it: fractions after a point, the time of Greenwich without its name.
@@ -87,9 +86,7 @@ fn plain(cell: &str) -> String {
     let zones = ["Z", "UTC", "GMT"].into_iter();
     let mut without = zones.filter_map(|zone| cell.strip_suffix(zone));
     match without.next() {
-        Some(rest) if rest.ends_with(|c: char| c.is_ascii_digit() || c == ' ') => {
-            rest.trim_end().to_owned()
-        }
+        Some(rest) if rest.ends_with(|c: char| c.is_ascii_digit() || c == ' ') => rest.trim_end().to_owned(),
         _ => cell,
     }
 }
@@ -118,14 +115,8 @@ impl Form {
     fn read(&self, cell: &str) -> Option<(i128, i32)> {
         let cell = plain(cell);
         let of = BrokenDownTime::parse(&self.format, &cell).ok()?;
-        let digits = match cell.rsplit_once(if self.format.contains(":%f") {
-            ':'
-        } else {
-            '.'
-        }) {
-            Some((before, after))
-                if self.unit == 1.0 && (before.contains(':') || before.len() > 10) =>
-            {
+        let digits = match cell.rsplit_once(if self.format.contains(":%f") { ':' } else { '.' }) {
+            Some((before, after)) if self.unit == 1.0 && (before.contains(':') || before.len() > 10) => {
                 after.bytes().take_while(u8::is_ascii_digit).count() as i32
             }
             _ => 0,
@@ -190,12 +181,7 @@ impl Clock {
     }
 
     /// The seconds in a unit of the times, and what is not plain about them in words. `first` is the first one.
-    pub(super) fn unit(
-        &self,
-        columns: &Columns,
-        first: f64,
-        line: u64,
-    ) -> Result<(f64, Option<String>), RecordError> {
+    pub(super) fn unit(&self, columns: &Columns, first: f64, line: u64) -> Result<(f64, Option<String>), RecordError> {
         if let Some(form) = &self.form {
             return Ok((form.unit, Some(format!("times as {}", form.in_words()))));
         }
@@ -204,11 +190,7 @@ impl Clock {
             column: columns.name(Role::T).to_owned(),
         })?;
         let since = |scale: f64| (5e8..5e9).contains(&(first.abs() * scale));
-        let epochs = [
-            (1e-3, "milliseconds"),
-            (1e-6, "microseconds"),
-            (1e-9, "nanoseconds"),
-        ];
+        let epochs = [(1e-3, "milliseconds"), (1e-6, "microseconds"), (1e-9, "nanoseconds")];
         let epoch = epochs
             .into_iter()
             .find(|(scale, _)| !columns.names_unit && since(*scale));

@@ -43,11 +43,7 @@ impl<'a> Rows<'a> {
         };
         let has_times = layout.columns.has_role(Role::T);
         let clock = seen.clock(if has_times { 0 } else { 2 }, form, notation);
-        let like = seen
-            .like_times
-            .dates
-            .as_ref()
-            .and_then(|dates| dates.first().cloned());
+        let like = seen.like_times.dates.as_ref().and_then(|dates| dates.first().cloned());
         let like_times = layout.columns.like_times;
         Self {
             like_times: like_times.map(|place| Followed::new(place, seen.clock(1, like, notation))),
@@ -137,10 +133,7 @@ impl<'a> Rows<'a> {
         };
         match &mut self.pieces {
             Some(pieces) => pieces.add(row),
-            None => self
-                .run
-                .add(row)
-                .map_err(|(reason, _)| self.refusal(reason, line))?,
+            None => self.run.add(row).map_err(|(reason, _)| self.refusal(reason, line))?,
         }
         Ok(())
     }
@@ -165,12 +158,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Reads all rows.
-    pub(super) fn table(
-        mut self,
-        text: &str,
-        marks: &[&'static str],
-        seen: &Seen,
-    ) -> Result<Table, RecordError> {
+    pub(super) fn table(mut self, text: &str, marks: &[&'static str], seen: &Seen) -> Result<Table, RecordError> {
         let layout = self.layout;
         each_row(text, layout, |row, line| self.add(row, line))?;
         let falls = self.clock.sign < 0.0;
@@ -178,8 +166,7 @@ impl<'a> Rows<'a> {
         let pieces = std::mem::take(&mut self.pieces);
         let run = std::mem::replace(&mut self.run, Run::new(false));
         let found = pieces.map_or_else(|| whole(run), Pieces::finish);
-        let (mut run, kept, mut segments) =
-            found.map_err(|unequal| self.refusal(Break::Time(unequal), 0))?;
+        let (mut run, kept, mut segments) = found.map_err(|unequal| self.refusal(Break::Time(unequal), 0))?;
         if run.y.is_empty() {
             return Err(RecordError::NoSamples);
         }
@@ -190,36 +177,27 @@ impl<'a> Rows<'a> {
         };
         let rows = kept.map_or(run.y.len(), |kept| kept.rows);
         if used * LEAST_SHARE < rows {
-            return Err(RecordError::ShortRun {
-                samples: used,
-                rows,
-            });
+            return Err(RecordError::ShortRun { samples: used, rows });
         }
         if falls {
             segments.reverse();
         }
-        let like_times = self
-            .like_times
-            .take()
-            .and_then(|of| of.finish(layout))
-            .map_or(Ok(None), |(like, falls)| {
-                if falls {
-                    Err(RecordError::Falling(like.column))
-                } else {
-                    Ok(Some(like))
-                }
-            })?;
-        let (unit, words) = self
-            .clock
-            .unit(&layout.columns, run.times.ends()[0], layout.line)?;
+        let like_times =
+            self.like_times
+                .take()
+                .and_then(|of| of.finish(layout))
+                .map_or(Ok(None), |(like, falls)| {
+                    if falls {
+                        Err(RecordError::Falling(like.column))
+                    } else {
+                        Ok(Some(like))
+                    }
+                })?;
+        let (unit, words) = self.clock.unit(&layout.columns, run.times.ends()[0], layout.line)?;
         let times = run.times.seconds(unit).map(|step| {
             let [first, last] = run.times.ends();
             let first = if falls { -last } else { first };
-            let first = if self.clock.form.is_some() {
-                0.0
-            } else {
-                first
-            };
+            let first = if self.clock.form.is_some() { 0.0 } else { first };
             let first = first * unit;
             [shortest(first, f64::EPSILON * first.abs()), step]
         });
@@ -251,17 +229,8 @@ impl<'a> Rows<'a> {
     /// Describes where the table is not plain.
     fn form(&self, marks: &[&'static str], seen: &Seen) -> Vec<String> {
         let layout = self.layout;
-        let mut form: Vec<String> = layout
-            .separator_in_words()
-            .into_iter()
-            .map(str::to_owned)
-            .collect();
-        form.extend(
-            self.notation
-                .in_words()
-                .chain(marks.iter().copied())
-                .map(str::to_owned),
-        );
+        let mut form: Vec<String> = layout.separator_in_words().into_iter().map(str::to_owned).collect();
+        form.extend(self.notation.in_words().chain(marks.iter().copied()).map(str::to_owned));
         form.extend(layout.in_words());
         form.extend(match seen.comments {
             0 => None,

@@ -84,9 +84,7 @@ impl Columns {
                 continue;
             }
             let name = known_as(cell);
-            let role = Role::ALL
-                .into_iter()
-                .find(|role| role.names().contains(&name.as_str()));
+            let role = Role::ALL.into_iter().find(|role| role.names().contains(&name.as_str()));
             match role {
                 // A choice leaves out what the column would be by its name.
                 Some(role) if chosen[role as usize].is_some() => unused.push((*cell).to_owned()),
@@ -130,11 +128,7 @@ impl Columns {
         let (unit, names_unit) = (unit(time), unit_name(time).is_some());
         Ok(Self {
             names,
-            like_times: options
-                .time
-                .is_none()
-                .then(|| like_times(header?, &places))
-                .flatten(),
+            like_times: options.time.is_none().then(|| like_times(header?, &places)).flatten(),
             places,
             unused,
             unit,
@@ -154,11 +148,7 @@ impl Columns {
 
     /// Whether a choice can be met by a column of any name.
     pub(super) fn by_number(options: &ReadOptions) -> bool {
-        let is_number = |column: &Option<String>| {
-            column
-                .as_ref()
-                .is_some_and(|column| column.parse::<usize>().is_ok())
-        };
+        let is_number = |column: &Option<String>| column.as_ref().is_some_and(|column| column.parse::<usize>().is_ok());
         is_number(&options.output) && (options.alone || is_number(&options.input))
     }
 
@@ -174,29 +164,22 @@ impl Columns {
 
     /// Describes the columns of u, y and t where names other than these were taken.
     pub(super) fn in_words(&self, has_header: bool) -> Vec<String> {
-        let words = [Role::U, Role::Y, Role::T, Role::R]
-            .into_iter()
-            .filter_map(|role| {
-                let (place, name) = (self.places[role as usize]? + 1, self.name(role));
-                if !has_header {
-                    return Some(format!("{} is column {place}", role.name()));
+        let words = [Role::U, Role::Y, Role::T, Role::R].into_iter().filter_map(|role| {
+            let (place, name) = (self.places[role as usize]? + 1, self.name(role));
+            if !has_header {
+                return Some(format!("{} is column {place}", role.name()));
+            }
+            let plain = name == role.name() || name == "time";
+            let unit = match role {
+                Role::T if self.unit.is_some_and(|unit| unit != 1.0) => {
+                    unit_name(name).map_or_else(String::new, |unit| format!(" in {unit}"))
                 }
-                let plain = name == role.name() || name == "time";
-                let unit = match role {
-                    Role::T if self.unit.is_some_and(|unit| unit != 1.0) => {
-                        unit_name(name).map_or_else(String::new, |unit| format!(" in {unit}"))
-                    }
-                    _ => String::new(),
-                };
-                (!plain).then(|| format!("{} is column '{name}'{unit}", role.name()))
-            });
+                _ => String::new(),
+            };
+            (!plain).then(|| format!("{} is column '{name}'{unit}", role.name()))
+        });
         let mut words: Vec<String> = words.collect();
-        let shown: Vec<String> = self
-            .unused
-            .iter()
-            .take(SHOWN)
-            .map(|name| format!("'{name}'"))
-            .collect();
+        let shown: Vec<String> = self.unused.iter().take(SHOWN).map(|name| format!("'{name}'")).collect();
         if !shown.is_empty() {
             let more = match self.unused.len() - shown.len() {
                 0 => String::new(),
@@ -216,17 +199,9 @@ const NO_TIME: &str = "none";
 
 /// Returns the place of a column that is chosen by its name or its number. The name may be without its unit, and in
 /// capitals or not, where it is the only one.
-fn place(
-    column: &str,
-    header: Option<&[&str]>,
-    count: usize,
-    line: u64,
-) -> Result<usize, RecordError> {
+fn place(column: &str, header: Option<&[&str]>, count: usize, line: u64) -> Result<usize, RecordError> {
     let header = header.unwrap_or_default();
-    let mut named = header
-        .iter()
-        .enumerate()
-        .filter(|(_, cell)| **cell == column);
+    let mut named = header.iter().enumerate().filter(|(_, cell)| **cell == column);
     if let Some((place, _)) = named.next() {
         if named.next().is_some() {
             return Err(RecordError::AmbiguousColumn {
@@ -296,10 +271,7 @@ fn like_times(header: &[&str], places: &[Option<usize>; 5]) -> Option<usize> {
         let in_brackets = cell.contains(['(', '[']) && unit(cell).is_some();
         TIMES.contains(&known_as(cell).as_str()) || in_brackets
     };
-    let free = header
-        .iter()
-        .enumerate()
-        .filter(|(at, _)| !places.contains(&Some(*at)));
+    let free = header.iter().enumerate().filter(|(at, _)| !places.contains(&Some(*at)));
     let mut like = free.filter(|(_, cell)| is_like(cell)).map(|(at, _)| at);
     like.next()
 }

@@ -48,9 +48,7 @@ fn dialects() -> impl Strategy<Value = Dialect> {
             "sep",
         ]),
         any::<bool>(),
-        select(vec![
-            "", "", "number", "ms", "iso", "german", "us", "epoch", "day", "k",
-        ]),
+        select(vec!["", "", "number", "ms", "iso", "german", "us", "epoch", "day", "k"]),
         0..6_usize,
         select(vec![1.0, 1000.0, 1e6, 0.001]),
     );
@@ -137,19 +135,14 @@ impl Dialect {
     fn time(&self, k: usize) -> String {
         // Over midnight, and over the end of a month.
         let since = 86_400_000 - 200 + 20 * k as i128 + 30 * 86_400_000;
-        let time = jiff::civil::date(2025, 10, 1).at(0, 0, 0, 0)
-            + jiff::SignedDuration::from_millis_i128(since);
+        let time = jiff::civil::date(2025, 10, 1).at(0, 0, 0, 0) + jiff::SignedDuration::from_millis_i128(since);
         let fraction = format!("{}{:03}", self.decimal, since % 1000);
         match self.times {
             "number" => format!("{:.2}", 0.02 * k as f64).replace('.', &self.decimal.to_string()),
             "ms" => (20 * k).to_string(),
             "iso" => time.strftime("%Y-%m-%dT%H:%M:%S.").to_string() + &fraction[1..],
             "german" => time.strftime("%d.%m.%Y %H:%M:%S").to_string() + &fraction,
-            "us" => {
-                time.strftime("%m/%d/%Y %I:%M:%S").to_string()
-                    + &fraction
-                    + &time.strftime(" %p").to_string()
-            }
+            "us" => time.strftime("%m/%d/%Y %I:%M:%S").to_string() + &fraction + &time.strftime(" %p").to_string(),
             "epoch" => (1_761_868_800_000 + since).to_string(),
             "day" => time.strftime("%H:%M:%S").to_string() + &fraction,
             _ => (k + 5).to_string(),
@@ -173,11 +166,7 @@ impl Dialect {
             "quoted" => [time, "\"u\n[V]\"", "\"y\n[K]\""],
             _ => [time, "u", "y"],
         };
-        let time = if self.times == "ms" {
-            "t [ms]"
-        } else {
-            names[0]
-        };
+        let time = if self.times == "ms" { "t [ms]" } else { names[0] };
         if self.header != "none" {
             let names = [time, names[1], names[2]].map(|name| {
                 if self.separator == "  " {
@@ -203,11 +192,7 @@ impl Dialect {
         }
         let mut rows = Vec::new();
         for k in 0..40 {
-            let mut row: Vec<String> = if timed {
-                vec![cell(self.time(k))]
-            } else {
-                Vec::new()
-            };
+            let mut row: Vec<String> = if timed { vec![cell(self.time(k))] } else { Vec::new() };
             for column in 0..2 {
                 row.push(match self.gap {
                     Some((text, of, at)) if (of, at) == (column, k) => text.to_owned(),
@@ -273,11 +258,8 @@ impl Dialect {
 
     /// The numbers of the record, or a refusal for a reason that this dialect has.
     fn check(&self, read: &Result<Table, super::RecordError>, kept: bool) {
-        let expected = |column: usize| -> Vec<f64> {
-            (0..40)
-                .map(|k| sample(column, k, self.scale, self.digits))
-                .collect()
-        };
+        let expected =
+            |column: usize| -> Vec<f64> { (0..40).map(|k| sample(column, k, self.scale, self.digits)).collect() };
         // Nothing in the table tells these.
         let is_backwards = self.newest_first && self.times == "k" && self.header == "none";
         match read {
@@ -292,11 +274,7 @@ impl Dialect {
                     return;
                 }
                 let same = |own: &[f64], other: &[f64]| {
-                    own.len() == other.len()
-                        && own
-                            .iter()
-                            .zip(other)
-                            .all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs())
+                    own.len() == other.len() && own.iter().zip(other).all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs())
                 };
                 assert!(
                     same(&table.record.u, &u) && same(&table.record.y, &y),
@@ -309,9 +287,7 @@ impl Dialect {
                     "ms" if self.header == "none" => Some(20.0),
                     _ => Some(0.02),
                 };
-                let is = |times: [f64; 2]| {
-                    step.is_some_and(|step: f64| (times[1] - step).abs() < 1e-6 * step)
-                };
+                let is = |times: [f64; 2]| step.is_some_and(|step: f64| (times[1] - step).abs() < 1e-6 * step);
                 assert!(
                     table.times.map_or(step.is_none(), is),
                     "{:?} {self:?}\n{}",
@@ -336,9 +312,7 @@ impl Dialect {
                     (self.separator == "  " && self.gap.is_some(), "cell"),
                 ];
                 assert!(
-                    reasons
-                        .iter()
-                        .any(|(may, part)| *may && error.contains(part)),
+                    reasons.iter().any(|(may, part)| *may && error.contains(part)),
                     "{error}: {self:?}\n{}",
                     self.text()
                 );

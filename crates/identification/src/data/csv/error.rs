@@ -10,19 +10,13 @@ pub(super) const LONGEST_LINE: u64 = 1 << 20;
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The text has no line except comments.
-    #[error(
-        "the file is empty; expected a header line with the columns u and y (and perhaps k or t)"
-    )]
+    #[error("the file is empty; expected a header line with the columns u and y (and perhaps k or t)")]
     Empty,
     /// The first line is data.
-    #[error(
-        "line {0}: no header; expected a line with the columns u and y (and perhaps k or t) first"
-    )]
+    #[error("line {0}: no header; expected a line with the columns u and y (and perhaps k or t) first")]
     NoHeader(u64),
     /// A column is neither k, t, u nor y, and none was chosen.
-    #[error(
-        "line {line}: unknown column '{column}' among {found}; expected u and y (and perhaps k, t or time)"
-    )]
+    #[error("line {line}: unknown column '{column}' among {found}; expected u and y (and perhaps k, t or time)")]
     UnknownColumn {
         /// The header's line.
         line: u64,
@@ -40,9 +34,7 @@ pub enum RecordError {
         column: &'static str,
     },
     /// A chosen name stands above several columns.
-    #[error(
-        "line {line}: several columns are named '{column}'; expected a column's number, from 1"
-    )]
+    #[error("line {line}: several columns are named '{column}'; expected a column's number, from 1")]
     AmbiguousColumn {
         /// The header's line.
         line: u64,
@@ -68,9 +60,7 @@ pub enum RecordError {
         found: String,
     },
     /// A chosen column is missing.
-    #[error(
-        "line {line}: no column '{column}' among {found}; expected one of these, or its number from 1"
-    )]
+    #[error("line {line}: no column '{column}' among {found}; expected one of these, or its number from 1")]
     NotThere {
         /// The header's line.
         line: u64,
@@ -161,9 +151,7 @@ pub enum RecordError {
         text: String,
     },
     /// Times can be read in several ways.
-    #[error(
-        "column {column}: '{text}' and the times below it can be read in several ways ({forms})"
-    )]
+    #[error("column {column}: '{text}' and the times below it can be read in several ways ({forms})")]
     AmbiguousTimes {
         /// The column's name.
         column: String,
@@ -176,14 +164,10 @@ pub enum RecordError {
     #[error("column '{0}' falls: the newest sample is the first")]
     Falling(String),
     /// A row looks like a comment.
-    #[error(
-        "line {0}: begins with #, but has as many cells as the other rows; expected a comment or a row"
-    )]
+    #[error("line {0}: begins with #, but has as many cells as the other rows; expected a comment or a row")]
     HashRow(u64),
     /// A quoted cell goes on over rows.
-    #[error(
-        "line {0}: a quote that begins here goes on over line ends and separators; expected its end"
-    )]
+    #[error("line {0}: a quote that begins here goes on over line ends and separators; expected its end")]
     OpenQuote(u64),
     /// There is a row above the header.
     #[error("line {line}: numbers above the header in line {header}")]

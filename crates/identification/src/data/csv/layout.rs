@@ -70,9 +70,7 @@ fn is_value(cell: &str) -> bool {
         is_date || cell.contains(':') && cell.chars().all(of_time) && cell.matches(',').count() < 2
     };
     is_number(cell)
-        || ["inf", "infinity"]
-            .iter()
-            .any(|word| digits.eq_ignore_ascii_case(word))
+        || ["inf", "infinity"].iter().any(|word| digits.eq_ignore_ascii_case(word))
         || digits.starts_with(|c: char| c.is_ascii_digit()) && is_time(cell)
 }
 
@@ -81,16 +79,8 @@ impl Layout {
     pub(super) fn of(text: &str, options: &ReadOptions) -> Result<Self, RecordError> {
         let (first, rest) = text.split_once('\n').unwrap_or((text, ""));
         let declared = Separator::declared(first);
-        let (text, before) = if declared.is_some() {
-            (rest, 1)
-        } else {
-            (text, 0)
-        };
-        let skipped = if declared.is_some() {
-            first.len() as u64 + 1
-        } else {
-            0
-        };
+        let (text, before) = if declared.is_some() { (rest, 1) } else { (text, 0) };
+        let skipped = if declared.is_some() { first.len() as u64 + 1 } else { 0 };
         let separators = declared.map_or(Separator::ALL.to_vec(), |own| vec![own]);
         let mut heads = Vec::new();
         for separator in separators {
@@ -111,9 +101,7 @@ impl Layout {
             let lower = &head[head.len() / 2..];
             let rows = || lower.iter().map(names).filter(|row| row.len() == width);
             let cells = || rows().flatten();
-            let values = cells()
-                .filter(|cell| is_value(cell) || is_missing(cell))
-                .count();
+            let values = cells().filter(|cell| is_value(cell) || is_missing(cell)).count();
             (width > 1, values * 1000 / cells().count().max(1))
         };
         let mut best = 0;
@@ -135,10 +123,7 @@ impl Layout {
 
     /// Describes what is not plain about the header.
     pub(super) fn in_words(&self) -> Vec<String> {
-        let marks = [
-            (!self.is_header, "no header"),
-            (self.has_units, "a row of units"),
-        ];
+        let marks = [(!self.is_header, "no header"), (self.has_units, "a row of units")];
         let marks = marks
             .into_iter()
             .filter(|(is, _)| *is)
@@ -165,11 +150,7 @@ fn head(text: &str, separator: Separator, before: u64) -> Result<Vec<Line>, Reco
             continue;
         }
         // A name may go on over a line end.
-        let cells = row
-            .cells
-            .iter()
-            .map(|cell| cell.replace('\n', " "))
-            .collect();
+        let cells = row.cells.iter().map(|cell| cell.replace('\n', " ")).collect();
         let (line, runs_on) = (row.line, row.runs_on);
         head.push(Line {
             number: line,
@@ -188,9 +169,7 @@ fn width(head: &[Line]) -> usize {
     for line in head {
         *counts.entry(names(line).len()).or_insert(0) += 1;
     }
-    let widest = counts
-        .into_iter()
-        .max_by_key(|(width, count)| (*count, *width));
+    let widest = counts.into_iter().max_by_key(|(width, count)| (*count, *width));
     widest.map_or(0, |(width, _)| width)
 }
 
@@ -201,9 +180,7 @@ fn numeric_columns(head: &[Line], width: usize) -> Vec<usize> {
     let is_numeric = |place: &usize| {
         let cells = || rows().map(|line| line.cells[*place].as_str());
         let values = cells().filter(|cell| is_value(cell)).count();
-        let others = cells()
-            .filter(|cell| !is_value(cell) && !is_missing(cell))
-            .count();
+        let others = cells().filter(|cell| !is_value(cell) && !is_missing(cell)).count();
         values > others
     };
     let places = (0..width).filter(is_numeric);
@@ -219,13 +196,9 @@ struct Start {
 /// The header is the first line that has the names.
 fn named(head: &[Line], options: &ReadOptions) -> Option<Start> {
     let place = head.iter().position(|line| {
-        !line.is_data()
-            && Columns::find(Some(&names(line)), line.cells.len(), line.number, options).is_ok()
+        !line.is_data() && Columns::find(Some(&names(line)), line.cells.len(), line.number, options).is_ok()
     })?;
-    Some(Start {
-        place,
-        is_header: true,
-    })
+    Some(Start { place, is_header: true })
 }
 
 /// The header is the line above the numbers, above their units.
@@ -234,20 +207,9 @@ fn unnamed(head: &[Line], options: &ReadOptions) -> Result<Start, RecordError> {
     let by_number = Columns::by_number(options);
     let chosen = [&options.input, &options.output].into_iter().flatten();
     let chosen: Vec<usize> = chosen.filter_map(|column| column.parse().ok()).collect();
-    let at = |line: &Line, number: usize| {
-        line.cells
-            .get(number.wrapping_sub(1))
-            .cloned()
-            .unwrap_or_default()
-    };
-    let values = |line: &Line| {
-        chosen
-            .iter()
-            .filter(|number| is_value(&at(line, **number)))
-            .count()
-    };
-    let holds =
-        |line: &Line, number: usize| is_value(&at(line, number)) || is_missing(&at(line, number));
+    let at = |line: &Line, number: usize| line.cells.get(number.wrapping_sub(1)).cloned().unwrap_or_default();
+    let values = |line: &Line| chosen.iter().filter(|number| is_value(&at(line, **number))).count();
+    let holds = |line: &Line, number: usize| is_value(&at(line, number)) || is_missing(&at(line, number));
     let numeric = numeric_columns(head, width);
     let columns = if by_number { &chosen } else { &numeric };
     let is_data = |line: &&Line| {
@@ -275,12 +237,9 @@ fn unnamed(head: &[Line], options: &ReadOptions) -> Result<Start, RecordError> {
             text: at(line, *number),
         });
     }
-    let is_named =
-        |place: &usize| wide(place) && !head[*place].cells.iter().any(|cell| is_value(cell));
+    let is_named = |place: &usize| wide(place) && !head[*place].cells.iter().any(|cell| is_value(cell));
     let units = above.filter(|place| is_units(&head[*place].cells()));
-    let higher = units
-        .and_then(|place| place.checked_sub(1))
-        .filter(is_named);
+    let higher = units.and_then(|place| place.checked_sub(1)).filter(is_named);
     let header = higher.or(above);
     Ok(Start {
         place: header.unwrap_or(first),
@@ -321,13 +280,10 @@ impl Start {
         if let Some(line) = above.iter().find(|line| line.runs_on) {
             return Err(RecordError::OpenQuote(line.number));
         }
-        let units = head.get(place + 1).filter(|line| {
-            is_header && line.cells.len() >= cells.len() && is_units(&line.cells()[..cells.len()])
-        });
-        for (name, unit) in cells
-            .iter_mut()
-            .zip(units.iter().flat_map(|line| &line.cells))
-        {
+        let units = head
+            .get(place + 1)
+            .filter(|line| is_header && line.cells.len() >= cells.len() && is_units(&line.cells()[..cells.len()]));
+        for (name, unit) in cells.iter_mut().zip(units.iter().flat_map(|line| &line.cells)) {
             let unit = unit.trim_matches(['[', ']', '(', ')']);
             if (unit.contains(is_of_unit) || unit == "-") && !name.contains(['[', '(']) {
                 *name = format!("{name} [{unit}]");
@@ -340,12 +296,7 @@ impl Start {
             (false, _) => above.last(),
         };
         let names: Vec<&str> = cells.iter().map(String::as_str).collect();
-        let columns = Columns::find(
-            is_header.then_some(&names),
-            cells.len(),
-            start.number,
-            options,
-        )?;
+        let columns = Columns::find(is_header.then_some(&names), cells.len(), start.number, options)?;
         Ok(Layout {
             separator,
             columns,
@@ -367,8 +318,7 @@ impl Start {
 fn is_units(row: &[&str]) -> bool {
     let may_be = |cell: &&str| !is_value(cell) && !is_absent(cell);
     let is_rule = |cell: &&str| cell.len() > 1 && cell.chars().all(|c| c == '-' || c == '=');
-    row.iter().all(may_be) && row.iter().any(|cell| cell.contains(is_of_unit))
-        || row.iter().all(is_rule)
+    row.iter().all(may_be) && row.iter().any(|cell| cell.contains(is_of_unit)) || row.iter().all(is_rule)
 }
 
 /// Whether a character is one of a unit's name: the unit of a number without one, `-`, is beside others.
@@ -378,9 +328,7 @@ fn is_of_unit(c: char) -> bool {
 
 /// Whether a cell says that there is no number: no unit is called so.
 fn is_absent(cell: &str) -> bool {
-    const WORDS: [&str; 8] = [
-        "n.v.", "n. v.", "n.a.", "n. a.", "k.a.", "missing", "invalid", "error",
-    ];
+    const WORDS: [&str; 8] = ["n.v.", "n. v.", "n.a.", "n. a.", "k.a.", "missing", "invalid", "error"];
     let is_word = WORDS.iter().any(|word| cell.eq_ignore_ascii_case(word));
     cell.starts_with('#') || is_word || !cell.is_empty() && is_missing(cell)
 }

@@ -22,9 +22,7 @@ const MISSING: [&str; 6] = ["", "na", "n/a", "null", "none", "<na>"];
 pub(super) fn is_missing(cell: &str) -> bool {
     let nan = cell.trim_start_matches(['+', '-']);
     MISSING.iter().any(|text| cell.eq_ignore_ascii_case(text))
-        || nan
-            .get(..3)
-            .is_some_and(|start| start.eq_ignore_ascii_case("nan"))
+        || nan.get(..3).is_some_and(|start| start.eq_ignore_ascii_case("nan"))
             && (nan.len() == 3 || nan[3..].starts_with('('))
         || ["1.#QNAN", "1.#IND", "1.#SNAN"]
             .iter()
@@ -64,9 +62,7 @@ enum Marks {
 fn is_grouped(text: &str, mark: impl Fn(char) -> bool) -> bool {
     let mut groups = text.split(mark);
     let first = groups.next().unwrap_or_default();
-    (1..=3).contains(&first.len())
-        && !first.starts_with('0')
-        && groups.all(|group| group.len() == 3)
+    (1..=3).contains(&first.len()) && !first.starts_with('0') && groups.all(|group| group.len() == 3)
 }
 
 /// Whether a character divides thousands and nothing else.
@@ -167,9 +163,8 @@ pub(super) struct Column {
 impl Column {
     /// Looks at a cell.
     pub(super) fn see(&mut self, cell: &str, line: u64, column: impl FnOnce() -> String) {
-        let known = |decimal: Decimal| {
-            self.certain[decimal as usize].is_some() && !cell.contains(decimal.other().mark())
-        };
+        let known =
+            |decimal: Decimal| self.certain[decimal as usize].is_some() && !cell.contains(decimal.other().mark());
         if known(Decimal::Point) || known(Decimal::Comma) {
             return;
         }
@@ -230,10 +225,7 @@ pub(super) fn settled(
         [None, Some(_)] => return Ok(Some(Decimal::Comma)),
         [None, None] => {}
     }
-    let either = |decimal: Decimal| {
-        used.iter()
-            .any(|column| column.either[decimal as usize].is_some())
-    };
+    let either = |decimal: Decimal| used.iter().any(|column| column.either[decimal as usize].is_some());
     let mut seen = MARKS.into_iter().filter(|decimal| either(*decimal));
     let Some(mark) = seen.next() else {
         return Ok(None);
@@ -247,9 +239,7 @@ pub(super) fn settled(
     // A comma in a table that commas separate was put in quotes: commonly of thousands.
     let is_likely = mark == Decimal::Comma && separator == Separator::Comma;
     let unclear = |column: &&Column| column.has_plain || is_both || is_likely;
-    let places = used
-        .iter()
-        .filter(|column| column.either.iter().any(Option::is_some));
+    let places = used.iter().filter(|column| column.either.iter().any(Option::is_some));
     match places
         .filter(unclear)
         .flat_map(|column| column.either.iter().flatten())
@@ -274,12 +264,7 @@ pub(super) struct Notation {
 
 impl Notation {
     /// Parses a cell as a finite number.
-    pub(super) fn number(
-        &mut self,
-        cell: &str,
-        line: u64,
-        column: &str,
-    ) -> Result<Number, RecordError> {
+    pub(super) fn number(&mut self, cell: &str, line: u64, column: &str) -> Result<Number, RecordError> {
         let decimal = self.mark();
         let found = self.parsed(cell, decimal);
         match found {

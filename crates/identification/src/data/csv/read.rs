@@ -55,20 +55,17 @@ pub fn read_table(from: impl Read, options: &ReadOptions) -> Result<Table, Recor
         .dates
         .clone()
         .map_or(vec![None], |dates| dates.into_iter().map(Some).collect());
-    let attempt = |form: Option<Form>| {
-        Rows::new(&layout, &seen, options, decimal, form).table(&text, &marks, &seen)
-    };
+    let attempt = |form: Option<Form>| Rows::new(&layout, &seen, options, decimal, form).table(&text, &marks, &seen);
     let mut tables = of_dates.into_iter().map(attempt);
     let mut best = tables.next().unwrap_or(Err(RecordError::Empty));
     // Of several ways to read dates one may show equal steps.
     for table in tables {
         let gaps = |table: &Result<Table, _>| {
-            table.as_ref().map_or(2, |table| {
-                i32::from(table.kept.is_some() || !table.segments.is_empty())
-            })
+            table
+                .as_ref()
+                .map_or(2, |table| i32::from(table.kept.is_some() || !table.segments.is_empty()))
         };
-        let same =
-            |one: &Table, other: &Table| (&one.record, one.times) == (&other.record, other.times);
+        let same = |one: &Table, other: &Table| (&one.record, one.times) == (&other.record, other.times);
         match (&best, &table) {
             (Ok(one), Ok(other)) if gaps(&best) == gaps(&table) && !same(one, other) => {
                 return Err(seen.ambiguous(&layout));

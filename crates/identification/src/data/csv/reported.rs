@@ -9,9 +9,7 @@ fn u(k: usize) -> i64 {
 
 /// `y(k) = 0.7 y(k-1) + 0.5 u(k-1)` in whole numbers.
 fn y(k: usize) -> i64 {
-    (1..=k)
-        .fold(0.0, |y, k| 0.7 * y + 0.5 * u(k - 1) as f64)
-        .round() as i64
+    (1..=k).fold(0.0, |y, k| 0.7 * y + 0.5 * u(k - 1) as f64).round() as i64
 }
 
 /// A table of 40 rows.
@@ -37,21 +35,11 @@ fn read(text: &str) -> Result<Table, RecordError> {
 fn reads(text: &str) -> String {
     let table = read(text).unwrap_or_else(|error| panic!("{error}: {text}"));
     assert!(
-        table
-            .record
-            .u
-            .iter()
-            .copied()
-            .eq((0..40).map(|k| u(k) as f64)),
+        table.record.u.iter().copied().eq((0..40).map(|k| u(k) as f64)),
         "{text}"
     );
     assert!(
-        table
-            .record
-            .y
-            .iter()
-            .copied()
-            .eq((0..40).map(|k| y(k) as f64)),
+        table.record.y.iter().copied().eq((0..40).map(|k| y(k) as f64)),
         "{text}"
     );
     format!("{:?} {}", table.times, table.form.join(", "))
@@ -82,10 +70,7 @@ fn error_values_are_missing_samples() {
                 20 => format!("{quote}{value}{quote}{separator}{}", y(k)),
                 _ => format!("{}{separator}{}", u(k), y(k)),
             });
-            refuses(
-                &text,
-                &format!("line 22, column u: a sample is missing ('{value}')"),
-            );
+            refuses(&text, &format!("line 22, column u: a sample is missing ('{value}')"));
         }
     }
     let row = |line: &'static str| {
@@ -108,10 +93,7 @@ fn error_values_are_missing_samples() {
             format!("{},{}", u(k), y(k))
         }
     };
-    assert_eq!(
-        reads(&table("u,y\n", remark)),
-        "None 1 comment line among the rows"
-    );
+    assert_eq!(reads(&table("u,y\n", remark)), "None 1 comment line among the rows");
 }
 
 /// Thousands are no decimals.
@@ -121,9 +103,7 @@ fn thousands_are_told_or_refused() {
         format!("\"{}\",\"{}\"", grouped(u(k), ','), grouped(y(k), ','))
     });
     refuses(&quoted, "may be -2.400 or -2400");
-    let semicolons = table("u;y\n", |k| {
-        format!("{};{}", grouped(u(k), '.'), grouped(y(k), '.'))
-    });
+    let semicolons = table("u;y\n", |k| format!("{};{}", grouped(u(k), '.'), grouped(y(k), '.')));
     refuses(&semicolons, "three digits stand behind each such mark");
     // Another column, or another number, proves it.
     let timed = table("t;u;y\n", |k| {
@@ -140,10 +120,7 @@ fn thousands_are_told_or_refused() {
             decimal: Some(decimal.parse().unwrap()),
             ..ReadOptions::default()
         };
-        let first = read_table(semicolons.as_bytes(), &options)
-            .unwrap()
-            .record
-            .u[0];
+        let first = read_table(semicolons.as_bytes(), &options).unwrap().record.u[0];
         assert_eq!(first, if is { -2400.0 } else { -2.4 });
     }
     // Three decimals everywhere are decimals.
@@ -171,9 +148,7 @@ fn dates_and_times() {
         "%M:%S%.1f",
         "%Y%m%dT%H%M%S%.3f",
     ] {
-        let text = table("t;u;y\n", |k| {
-            format!("{};{};{}", at(k).strftime(format), u(k), y(k))
-        });
+        let text = table("t;u;y\n", |k| format!("{};{};{}", at(k).strftime(format), u(k), y(k)));
         assert!(reads(&text).starts_with("Some([0.0, 0.5]) "), "{format}");
         let newest = text.lines().skip(1).collect::<Vec<_>>();
         let newest: String = newest
@@ -219,14 +194,10 @@ fn dates_and_times() {
 #[test]
 fn layouts() {
     let rows = |header: &str| table(header, |k| format!("{},{}", u(k), y(k)));
-    assert!(
-        reads(&rows("\"u\n[V]\",\"y\n[degC]\"\n"))
-            .contains("u is column 'u [V]', y is column 'y [degC]'")
-    );
+    assert!(reads(&rows("\"u\n[V]\",\"y\n[degC]\"\n")).contains("u is column 'u [V]', y is column 'y [degC]'"));
     reads(&rows("\"u\r\n[V]\",\"y\"\n"));
     reads(&rows("u,y\n").replace('\n', "\r"));
-    let labview =
-        "LabVIEW Measurement\nWriter_Version,2\nDate,2024/01/05\n***End_of_Header***\nu,y\n";
+    let labview = "LabVIEW Measurement\nWriter_Version,2\nDate,2024/01/05\n***End_of_Header***\nu,y\n";
     assert!(reads(&rows(labview)).contains("lines 1 to 4 above the table left out"));
     assert!(reads(&rows("Test bench 4, run of the 5th\n\nu,y\nV,bar\n")).contains("line 1 above"));
     reads(&rows("Samples;2,5\nu,y\n"));
@@ -248,9 +219,7 @@ fn layouts() {
     );
     for digits in ["D", "d", "E"] {
         let fortran = |x: i64| format!("{:.8}{digits}+03", x as f64 / 1000.0);
-        reads(&table("u,y\n", |k| {
-            format!("{},{}", fortran(u(k)), fortran(y(k)))
-        }));
+        reads(&table("u,y\n", |k| format!("{},{}", fortran(u(k)), fortran(y(k)))));
         reads(&table("u;y\n", |k| {
             format!("{};{}", fortran(u(k)), fortran(y(k))).replace('.', ",")
         }));
@@ -271,34 +240,17 @@ fn layouts() {
         output: Some("y".to_owned()),
         ..ReadOptions::default()
     };
-    let error = read_table(unused.as_bytes(), &chosen)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        error.contains("'Zeit [s]' falls: the newest sample"),
-        "{error}"
-    );
-    for (header, end) in [
-        ("u,y\n", ",,"),
-        ("u,y,,\n", ",,"),
-        ("u,y,\n", ","),
-        ("u,y,\n", ""),
-    ] {
+    let error = read_table(unused.as_bytes(), &chosen).unwrap_err().to_string();
+    assert!(error.contains("'Zeit [s]' falls: the newest sample"), "{error}");
+    for (header, end) in [("u,y\n", ",,"), ("u,y,,\n", ",,"), ("u,y,\n", ","), ("u,y,\n", "")] {
         reads(&table(header, |k| format!("{},{}{end}", u(k), y(k))));
     }
     reads(&(rows("u,y\n") + ",\n,\n"));
     // A quote that never ends takes no rows with it.
     let open = table("u,y,note\n", |k| {
-        format!(
-            "{},{},{}",
-            u(k),
-            y(k),
-            if k % 9 == 5 { "\"5 inch" } else { "-" }
-        )
+        format!("{},{},{}", u(k), y(k), if k % 9 == 5 { "\"5 inch" } else { "-" })
     });
-    let error = read_table(open.as_bytes(), &chosen)
-        .unwrap_err()
-        .to_string();
+    let error = read_table(open.as_bytes(), &chosen).unwrap_err().to_string();
     assert!(error.starts_with("line 7: a quote"), "{error}");
 }
 

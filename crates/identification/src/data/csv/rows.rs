@@ -100,15 +100,11 @@ impl<'a> Rows<'a> {
         let mut runs_on = false;
         loop {
             let read = self.reader.read_record(&mut self.record);
-            let error =
-                |error: csv::Error| RecordError::Read(self.lines() + 1, io::Error::other(error));
+            let error = |error: csv::Error| RecordError::Read(self.lines() + 1, io::Error::other(error));
             if !read.map_err(error)? {
                 return Ok(None);
             }
-            let is_filled = self
-                .record
-                .as_slice()
-                .contains(|c: char| !c.is_whitespace());
+            let is_filled = self.record.as_slice().contains(|c: char| !c.is_whitespace());
             // An empty cell in quotes is a cell.
             let is_quoted = self.record.as_slice().is_empty();
             if is_filled || !blanks && (self.record.len() > 1 || is_quoted) {
@@ -126,11 +122,7 @@ impl<'a> Rows<'a> {
         let line = self.lines() - more;
         let cells = self.record.iter().flat_map(|cell| {
             // Tabs are blanks where blanks separate, except in quotes that hold both.
-            let parts = if blanks {
-                cell.split('\t')
-            } else {
-                cell.split('\0')
-            };
+            let parts = if blanks { cell.split('\t') } else { cell.split('\0') };
             parts.map(|cell| cell.trim().trim_matches('"').trim())
         });
         let cells = cells.filter(|cell| !blanks || !cell.is_empty()).collect();

@@ -172,11 +172,7 @@ impl Pieces {
         run.rows = None;
         if self.all {
             self.kept.push(run);
-        } else if self
-            .kept
-            .first()
-            .is_none_or(|best| run.u.len() > best.u.len())
-        {
+        } else if self.kept.first().is_none_or(|best| run.u.len() > best.u.len()) {
             self.kept = vec![run];
         }
     }

@@ -13,11 +13,7 @@ pub(super) fn each_row(
     layout: &Layout,
     mut of: impl FnMut(&[&str], u64) -> Result<(), RecordError>,
 ) -> Result<usize, RecordError> {
-    let mut lines = Rows::new(
-        &text[layout.body as usize..],
-        layout.separator,
-        layout.before,
-    );
+    let mut lines = Rows::new(&text[layout.body as usize..], layout.separator, layout.before);
     let (expected, mut comments) = (layout.cells.len(), 0);
     let mut next = layout.before + 1;
     // Lines above the first row of a table without a header are no rows.
@@ -28,8 +24,7 @@ pub(super) fn each_row(
             of(&[""], line)?;
         }
         next = row.line + row.more + 1;
-        let is_rule =
-            expected > 1 && matches!(row.cells[..], [cell] if cell.chars().all(|c| c == '#'));
+        let is_rule = expected > 1 && matches!(row.cells[..], [cell] if cell.chars().all(|c| c == '#'));
         if is_comment(&row)? || is_rule {
             if may_be_row && hides_samples(&row, layout) {
                 return Err(RecordError::HashRow(row.line));
@@ -40,9 +35,7 @@ pub(super) fn each_row(
         if row.runs_on {
             return Err(RecordError::OpenQuote(row.line));
         }
-        let Row {
-            line, mut cells, ..
-        } = row;
+        let Row { line, mut cells, .. } = row;
         // A row may end with separators that the header has not.
         if cells.iter().skip(expected).all(|cell| cell.is_empty()) {
             cells.truncate(expected);

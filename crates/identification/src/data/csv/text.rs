@@ -28,11 +28,7 @@ impl Text {
         if mark > 0 && encoding == UTF_8 {
             marks.push("a byte order mark");
         } else if encoding != UTF_8 {
-            marks.push(if encoding == WINDOWS_1252 {
-                "Latin-1"
-            } else {
-                "UTF-16"
-            });
+            marks.push(if encoding == WINDOWS_1252 { "Latin-1" } else { "UTF-16" });
         }
         let mut text = if encoding == UTF_8 {
             bytes.drain(..mark);
@@ -41,10 +37,7 @@ impl Text {
                 not_text(&error.as_bytes()[..at])
             })?
         } else {
-            encoding
-                .decode_without_bom_handling(&bytes[mark..])
-                .0
-                .into_owned()
+            encoding.decode_without_bom_handling(&bytes[mark..]).0.into_owned()
         };
         let odd = |c: char| c.is_control() && !"\t\n\r\u{b}\u{c}\u{1a}\u{85}".contains(c);
         if let Some(at) = text.find(odd) {
@@ -94,13 +87,7 @@ fn end(text: &str) -> usize {
 /// The encoding of bytes without a mark: every second byte of plain text in UTF-16 is zero.
 fn guess(bytes: &[u8]) -> &'static Encoding {
     let head = &bytes[..bytes.len().min(1 << 10)];
-    let zeros = |from: usize| {
-        head.iter()
-            .skip(from)
-            .step_by(2)
-            .filter(|byte| **byte == 0)
-            .count()
-    };
+    let zeros = |from: usize| head.iter().skip(from).step_by(2).filter(|byte| **byte == 0).count();
     match [zeros(0), zeros(1)] {
         [0, odd] if odd * 4 > head.len() => UTF_16LE,
         [even, 0] if even * 4 > head.len() => UTF_16BE,

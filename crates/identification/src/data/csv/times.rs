@@ -24,9 +24,7 @@ impl Time {
     pub(super) fn printed(cell: &str, value: f64, decimal: Decimal) -> Self {
         let (digits, exponent) = divided(cell);
         let exponent = exponent.unwrap_or("0");
-        let fraction = digits
-            .split_once(decimal.mark())
-            .map_or(0, |(_, after)| after.len());
+        let fraction = digits.split_once(decimal.mark()).map_or(0, |(_, after)| after.len());
         let exponent: i32 = exponent.parse().unwrap_or(0);
         let decimals = (fraction.min(400) as i32).saturating_sub(exponent);
         Self {
@@ -97,9 +95,7 @@ impl Times {
     /// Checks that the times of another run have the same step, if both have one; takes them if these have none.
     pub(super) fn same_step(&mut self, other: &Self, line: u64) -> Result<(), Unequal> {
         match (self.step(), other.step()) {
-            (Some(first), Some(found)) if (found - first).abs() > JITTER * first => {
-                Err(Unequal { line, found, first })
-            }
+            (Some(first), Some(found)) if (found - first).abs() > JITTER * first => Err(Unequal { line, found, first }),
             (None, Some(_)) => {
                 *self = other.clone();
                 Ok(())
@@ -194,17 +190,13 @@ mod tests {
                 let time = |k: usize| start + step * k as f64;
                 let all = || (0..300).map(time);
                 let decimals = if step < 0.01 { 4 } else { 2 };
-                for text in
-                    [
-                        timed(all().map(|t| t.to_string())),
-                        timed(all().map(|t| format!("{t:.decimals$}"))),
-                        timed(all().map(|t| format!("{t:.12e}"))),
-                        // Zeros at the end are left out.
-                        timed(all().map(|t| {
-                            format!("{}", format!("{t:.decimals$}").parse::<f64>().unwrap())
-                        })),
-                    ]
-                {
+                for text in [
+                    timed(all().map(|t| t.to_string())),
+                    timed(all().map(|t| format!("{t:.decimals$}"))),
+                    timed(all().map(|t| format!("{t:.12e}"))),
+                    // Zeros at the end are left out.
+                    timed(all().map(|t| format!("{}", format!("{t:.decimals$}").parse::<f64>().unwrap()))),
+                ] {
                     let read = read(text.as_bytes());
                     assert_eq!(read.unwrap().y.len(), 300, "{step} from {start}");
                 }
@@ -232,10 +224,7 @@ mod tests {
             for count in [2, 3, 100, 301] {
                 let times = (0..count).map(|k| (start + step * f64::from(k)).to_string());
                 let text = timed(times);
-                for (text, expected) in [
-                    (text.clone(), step),
-                    (text.replacen("t,", "t [ms],", 1), in_ms),
-                ] {
+                for (text, expected) in [(text.clone(), step), (text.replacen("t,", "t [ms],", 1), in_ms)] {
                     let read = read_table(text.as_bytes(), &ReadOptions::default());
                     let found = read.unwrap().times.unwrap()[1];
                     assert_eq!(found, expected, "from {start}, {count} samples");

@@ -49,11 +49,7 @@ impl Followed {
 fn gaps(times: &[(f64, u64)]) -> Option<(usize, u64)> {
     const LONGER: f64 = 1.5;
     const FEW: usize = 10;
-    let steps = || {
-        times
-            .windows(2)
-            .map(|pair| (pair[1].0 - pair[0].0, pair[1].1))
-    };
+    let steps = || times.windows(2).map(|pair| (pair[1].0 - pair[0].0, pair[1].1));
     let mut sorted: Vec<f64> = steps().map(|(step, _)| step).collect();
     sorted.sort_by(f64::total_cmp);
     let middle = *sorted.get(sorted.len() / 2)?;

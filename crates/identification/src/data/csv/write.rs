@@ -15,20 +15,12 @@ pub fn write(to: impl Write, comments: &[String], u: &[f64], y: &[f64]) -> std::
 ///
 /// # Errors
 /// If the writer fails.
-pub fn write_columns(
-    mut to: impl Write,
-    comments: &[String],
-    columns: &[(&str, &[f64])],
-) -> std::io::Result<()> {
+pub fn write_columns(mut to: impl Write, comments: &[String], columns: &[(&str, &[f64])]) -> std::io::Result<()> {
     for text in comments {
         writeln!(to, "{}", comment(text))?;
     }
     let names = columns.iter().map(|(name, _)| Cell::Text(name));
-    writeln!(
-        to,
-        "{}",
-        line(std::iter::once(Cell::Text("k")).chain(names))
-    )?;
+    writeln!(to, "{}", line(std::iter::once(Cell::Text("k")).chain(names)))?;
     for k in 0..columns.first().map_or(0, |(_, column)| column.len()) {
         let numbers = columns.iter().map(|(_, column)| column[k]);
         let numbers = std::iter::once(k as f64).chain(numbers);

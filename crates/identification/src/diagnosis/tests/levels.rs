@@ -11,15 +11,7 @@ use crate::fit;
 use crate::metric::tails::binomial_at_least;
 use crate::signal::Purpose;
 
-const INPUTS: [&str; 7] = [
-    "step",
-    "staircase",
-    "ramp",
-    "prbs+50",
-    "sine",
-    "multisine",
-    "white",
-];
+const INPUTS: [&str; 7] = ["step", "staircase", "ramp", "prbs+50", "sine", "multisine", "white"];
 
 /// An input of n samples: a step after a quarter of them, ten random levels, a ramp to 5, a binary signal held for
 /// three samples about 50, one sine of 8 periods, four of 3, 7, 13 and 19 periods, white noise.
@@ -35,10 +27,7 @@ fn input(name: &str, trial: u64, n: usize) -> Vec<f64> {
             "ramp" => 5.0 * k as f64 / n as f64,
             "prbs+50" => 50.0 + random[k / 3].signum(),
             "sine" => turns(8.0, k),
-            "multisine" => [3.0, 7.0, 13.0, 19.0]
-                .map(|count| turns(count, k))
-                .iter()
-                .sum(),
+            "multisine" => [3.0, 7.0, 13.0, 19.0].map(|count| turns(count, k)).iter().sum(),
             _ => random[k],
         })
         .collect()
@@ -127,10 +116,7 @@ fn count(plant: Plant, fitted: (usize, usize), name: &str, n: usize, trials: u64
         });
         add(&mut counts.past, past);
         let feedback = FeedbackTest::of(&u, &y, fitted.1, Rounding::default());
-        add(
-            &mut counts.feedback,
-            feedback.map(|test| test.p_value < LEVEL),
-        );
+        add(&mut counts.feedback, feedback.map(|test| test.p_value < LEVEL));
     }
     counts
 }
@@ -149,10 +135,7 @@ fn false_alarms_do_not_depend_on_the_input() {
             let found = count(plant, (1, 1), name, 100, trials);
             for (what, alarms) in [("past", found.past[0]), ("feedback", found.feedback[0])] {
                 let chance = binomial_at_least(alarms, trials, 0.02);
-                assert!(
-                    chance > 1e-4,
-                    "arx {arx}, {name}, {what}: {alarms} of {trials}"
-                );
+                assert!(chance > 1e-4, "arx {arx}, {name}, {what}: {alarms} of {trials}");
             }
         }
     }
@@ -176,11 +159,7 @@ fn wrong_models_and_loops_are_seen() {
             ),
         ] {
             let found = count(plant, fitted, name, 400, trials);
-            assert!(
-                found.past[0] * 5 >= trials * 4,
-                "{name} {fitted:?}: {:?}",
-                found.past
-            );
+            assert!(found.past[0] * 5 >= trials * 4, "{name} {fitted:?}: {:?}", found.past);
         }
         // A white setpoint of ten times the noise hides the loop.
         if name == "white" {
@@ -188,11 +167,7 @@ fn wrong_models_and_loops_are_seen() {
         }
         let closed = Plant { gain: 2.0, ..PLANT };
         let found = count(closed, (1, 1), name, 400, trials);
-        assert!(
-            found.feedback[0] * 5 >= trials * 4,
-            "{name}: {:?}",
-            found.feedback
-        );
+        assert!(found.feedback[0] * 5 >= trials * 4, "{name}: {:?}", found.feedback);
     }
     let found = count(PLANT, (1, 1), "sine", 200, trials);
     assert_eq!(found.feedback, [0, trials]);

@@ -170,8 +170,7 @@ impl SinglePass for Arx {
             }
         };
         self.fits[chosen].find(window.u, window.y, pass)?;
-        self.state
-            .estimate(window.part(self.first.clone()), 0, pass);
+        self.state.estimate(window.part(self.first.clone()), 0, pass);
         Ok(())
     }
 }
@@ -214,11 +213,7 @@ mod tests {
     #[test]
     fn a_record_without_noise_gives_its_model() {
         for trial in 0..128_u64 {
-            let (na, nb, nk) = (
-                trial as usize % 5,
-                1 + trial as usize / 5 % 4,
-                trial as usize / 20 % 4,
-            );
+            let (na, nb, nk) = (trial as usize % 5, 1 + trial as usize / 5 % 4, trial as usize / 20 % 4);
             let orders = Orders::arx(na, nb, nk);
             let mut random = stream(5, trial, Purpose::Plant);
             let mut uniform = || (random.next_u64() >> 11) as f64 / 2_f64.powi(52) - 1.0;
@@ -230,23 +225,13 @@ mod tests {
             model.simulate(&u, &mut y);
             for rows in [Rows::Complete, Rows::Prewindow] {
                 let pass = arx(orders, rows, &u, &y);
-                assert_eq!(
-                    (pass.failure, pass.progress),
-                    (None, Progress::InitialState)
-                );
+                assert_eq!((pass.failure, pass.progress), (None, Progress::InitialState));
                 for (found, true_one) in pass.model.parameters().zip(&theta) {
-                    assert!(
-                        (found - true_one).abs() < 1e-12,
-                        "{orders} {found} {true_one}"
-                    );
+                    assert!((found - true_one).abs() < 1e-12, "{orders} {found} {true_one}");
                 }
                 assert!(pass.loss < 1e-25 && !pass.unstable);
                 assert_eq!(pass.a.len(), orders.order());
-                assert!(
-                    pass.x0.iter().all(|x| x.abs() < 1e-11),
-                    "{orders}: {:?}",
-                    pass.x0
-                );
+                assert!(pass.x0.iter().all(|x| x.abs() < 1e-11), "{orders}: {:?}", pass.x0);
                 assert_eq!(pass.observed().is_some(), nk > 0);
             }
         }
@@ -279,13 +264,7 @@ mod tests {
         let double: Vec<f64> = u.iter().map(|u| 2.0 * u).collect();
         let found = kind(Orders::arx(1, 2, 0), &double);
         assert_eq!(found, FailureKind::RankDeficient);
-        let short = ArxOptions::default().prepare(
-            &Shape {
-                order: 4,
-                window: 11,
-            }
-            .into(),
-        );
+        let short = ArxOptions::default().prepare(&Shape { order: 4, window: 11 }.into());
         let error = short.err().unwrap().to_string();
         assert_eq!(
             error,

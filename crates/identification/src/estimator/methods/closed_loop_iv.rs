@@ -37,10 +37,9 @@ options! {
 /// Checks the order of a long model.
 pub(super) fn check_long(long: Option<usize>) -> Result<(), OptionError> {
     match long {
-        Some(long) if !(1..=500).contains(&long) => Err(OptionError::new(
-            "long",
-            "expected a whole number from 1 to 500",
-        )),
+        Some(long) if !(1..=500).contains(&long) => {
+            Err(OptionError::new("long", "expected a whole number from 1 to 500"))
+        }
         _ => Ok(()),
     }
 }

@@ -14,13 +14,9 @@ use crate::estimator::loop_input::LoopInput;
 use crate::estimator::noise_fit::{NoiseFit, put_block, replace};
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::solver::rank::inverse_power_of_two;
-use crate::estimator::{
-    FailureKind, Iteration, Offset, Pass, SetupError, Window, enough_equations,
-};
+use crate::estimator::{FailureKind, Iteration, Offset, Pass, SetupError, Window, enough_equations};
 use crate::model::polynomial::{divide, filter};
-use crate::model::{
-    ContinuousModel, Hold, LinearModel, Orders, Sampled, controller_form, output_of, row_times_form,
-};
+use crate::model::{ContinuousModel, Hold, LinearModel, Orders, Sampled, controller_form, output_of, row_times_form};
 use crate::plant::{PoleFinder, polynomial_from_poles};
 pub use dead_time::{DeadTime, DeadTimeError};
 use faer::{Mat, MatMut, c64};
@@ -234,29 +230,23 @@ impl ContinuousIv {
         let rate = row_times_form(&c, &a);
         let is_joint = self.joint.is_some();
         let way = of_u.way.as_ref();
-        run(
-            &of_u.system,
-            way,
-            [u, next],
-            &mut self.scratch,
-            |k, states| {
-                let v = weight * u[k] + of_next * next[k];
-                let mut x = 0.0;
-                for (i, b) in b.iter().enumerate() {
-                    let value = power(i, nb, &a, v, states);
-                    columns[nf + i][k] = value;
-                    x += b * value;
-                }
-                for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&states[n..]) {
-                    column[k] = x / of_u.unit;
-                }
-                w[k] -= x;
-                if is_joint && let Some(column) = others.last_mut() {
-                    let of_state: f64 = rate.iter().zip(states).map(|(c, x)| c * x).sum();
-                    column[k] = -(of_state + c[0] * v + d * (back * u[k] + forth * next[k]));
-                }
-            },
-        );
+        run(&of_u.system, way, [u, next], &mut self.scratch, |k, states| {
+            let v = weight * u[k] + of_next * next[k];
+            let mut x = 0.0;
+            for (i, b) in b.iter().enumerate() {
+                let value = power(i, nb, &a, v, states);
+                columns[nf + i][k] = value;
+                x += b * value;
+            }
+            for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&states[n..]) {
+                column[k] = x / of_u.unit;
+            }
+            w[k] -= x;
+            if is_joint && let Some(column) = others.last_mut() {
+                let of_state: f64 = rate.iter().zip(states).map(|(c, x)| c * x).sum();
+                column[k] = -(of_state + c[0] * v + d * (back * u[k] + forth * next[k]));
+            }
+        });
         if self.structure.initial {
             self.add_start(&a, &f);
         }
@@ -264,20 +254,14 @@ impl ContinuousIv {
             return;
         }
         let (v, columns) = (&self.v, &mut self.columns);
-        run(
-            &of_u.system,
-            None,
-            [v, v],
-            &mut self.scratch,
-            |k, states| {
-                for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&states[n..]) {
-                    column[k] = x / of_u.unit;
-                }
-                for (i, column) in columns[2 * nf + nb + 1..].iter_mut().enumerate() {
-                    column[k] = power(i, nb, &a, v[k], states);
-                }
-            },
-        );
+        run(&of_u.system, None, [v, v], &mut self.scratch, |k, states| {
+            for (column, x) in columns[nf + nb + 1..].iter_mut().zip(&states[n..]) {
+                column[k] = x / of_u.unit;
+            }
+            for (i, column) in columns[2 * nf + nb + 1..].iter_mut().enumerate() {
+                column[k] = power(i, nb, &a, v[k], states);
+            }
+        });
     }
 
     /// Computes the columns of the state at the first sample, and adds its effect.
@@ -314,12 +298,7 @@ impl ContinuousIv {
 
     /// Solves the linear equation of the columns, with instruments or by least squares; `joint`: with the step of the
     /// dead time.
-    fn solve(
-        &mut self,
-        instrumental: bool,
-        joint: bool,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn solve(&mut self, instrumental: bool, joint: bool, condition: &mut f64) -> Result<(), FailureKind> {
         let Orders { nb, nf: n, .. } = self.structure.orders;
         let (columns, looped) = (&self.columns, self.source.is_some());
         let stages = match &mut self.joint {
@@ -327,24 +306,19 @@ impl ContinuousIv {
             _ => &mut self.stages,
         };
         let others = &self.others[..stages.theta.len() - n - nb];
-        let put =
-            |mut to: MatMut<'_, f64>, column: usize, from: &[f64], first: usize, sign: f64| {
-                let rows = to.nrows();
-                for (row, value) in from[first..first + rows].iter().enumerate() {
-                    to[(row, column)] = sign * value;
-                }
-            };
+        let put = |mut to: MatMut<'_, f64>, column: usize, from: &[f64], first: usize, sign: f64| {
+            let rows = to.nrows();
+            for (row, value) in from[first..first + rows].iter().enumerate() {
+                to[(row, column)] = sign * value;
+            }
+        };
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
             let of_z = if instrumental { n + nb + 1 } else { 0 };
             for i in 0..n {
                 put(z.as_mut(), i, &columns[of_z + i], first, -1.0);
                 put(right.as_mut(), i, &columns[i], first, -1.0);
             }
-            let of_v = if instrumental && looped {
-                n + nb + 1
-            } else {
-                0
-            };
+            let of_v = if instrumental && looped { n + nb + 1 } else { 0 };
             for i in n..n + nb {
                 put(z.as_mut(), i, &columns[of_v + i], first, 1.0);
                 put(right.as_mut(), i, &columns[i], first, 1.0);
@@ -407,11 +381,7 @@ impl ContinuousIv {
     }
 
     /// Filters by the present model and keeps it if its errors are the smallest so far; returns the change of C and D.
-    fn look(
-        &mut self,
-        window: Window<'_>,
-        unfinished: &mut Option<FailureKind>,
-    ) -> Result<f64, FailureKind> {
+    fn look(&mut self, window: Window<'_>, unfinished: &mut Option<FailureKind>) -> Result<f64, FailureKind> {
         self.stay_stable()?;
         self.close(window);
         self.filter_all(window.y);
@@ -445,11 +415,7 @@ impl ContinuousIv {
                 outcome = tried;
             }
         }
-        if self.least.is_finite() {
-            Ok(())
-        } else {
-            outcome
-        }
+        if self.least.is_finite() { Ok(()) } else { outcome }
     }
 
     fn try_filter(&mut self, window: Window<'_>, condition: &mut f64) -> Result<(), FailureKind> {
@@ -467,12 +433,7 @@ impl ContinuousIv {
         self.look(window, &mut unused).map(|_| ())
     }
 
-    fn iterate(
-        &mut self,
-        window: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn iterate(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
         let (mut share, mut asked) = (1.0, f64::INFINITY);
         let mut unfinished = None;
         for pass in 1..=MOST_PASSES {
@@ -499,12 +460,7 @@ impl ContinuousIv {
     }
 
     /// Begins anew at the present dead time, and iterates.
-    fn settle(
-        &mut self,
-        window: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn settle(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
         self.least = f64::INFINITY;
         self.start(window, condition)?;
         self.theta.copy_from_slice(&self.best);
@@ -595,13 +551,8 @@ impl ContinuousIv {
             let size = |(j, theta): (usize, &f64)| theta.abs() * stages.length(j);
             let size = stages.theta[..last].iter().enumerate().map(size);
             let is_small = step.abs() * stages.length(last) <= REST * size.fold(0.0, f64::max);
-            let is_outside =
-                (dead_time == ends[0] && step < 0.0) || (dead_time == ends[1] && step > 0.0);
-            let (bound, other) = if step > 0.0 {
-                (&mut low, high)
-            } else {
-                (&mut high, low)
-            };
+            let is_outside = (dead_time == ends[0] && step < 0.0) || (dead_time == ends[1] && step > 0.0);
+            let (bound, other) = if step > 0.0 { (&mut low, high) } else { (&mut high, low) };
             *bound = dead_time;
             seen[usize::from(step < 0.0)] = true;
             let rounding = 4.0 * f64::EPSILON * high.max(1.0);
@@ -649,8 +600,7 @@ impl ContinuousIv {
         let (nb, noise) = (orders.nb, orders.nc + orders.nd);
         let place = |i: usize| if i < nb { i } else { i + noise };
         put_block(&block, rows.len(), place, total, &mut covariance);
-        self.noise
-            .put_covariance(&self.w, variance, orders, &mut covariance)?;
+        self.noise.put_covariance(&self.w, variance, orders, &mut covariance)?;
         self.model.covariance = covariance;
         Ok(())
     }
@@ -739,12 +689,7 @@ fn run(
 }
 
 impl Iteration for ContinuousIv {
-    fn find(
-        &mut self,
-        window: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn find(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
         self.least = f64::INFINITY;
         if let Some(source) = &mut self.source {
             source.follow(window.u, window.r)?;
@@ -759,10 +704,7 @@ impl Iteration for ContinuousIv {
             self.settle(window, passes, condition)
         };
         found.map_err(|kind| {
-            let ends = [
-                FailureKind::UnstablePredictor,
-                FailureKind::UnstableInstruments,
-            ];
+            let ends = [FailureKind::UnstablePredictor, FailureKind::UnstableInstruments];
             if ends.contains(&kind) || self.least.is_infinite() {
                 return kind;
             }
@@ -807,9 +749,7 @@ impl Iteration for ContinuousIv {
                 .chain(of_a)
                 .chain(self.joint.iter().map(|_| Some(fitted - 1)))
                 .collect();
-            let number = |i: Option<usize>, j: Option<usize>| -> Option<f64> {
-                block.get(i? * fitted + j?).copied()
-            };
+            let number = |i: Option<usize>, j: Option<usize>| -> Option<f64> { block.get(i? * fitted + j?).copied() };
             for i in &places {
                 let row = places.iter().map(|j| number(*i, *j).unwrap_or(0.0));
                 covariance.extend(row);

@@ -19,9 +19,7 @@ use crate::estimator::instruments::TwoStages;
 use crate::estimator::{FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 use faer::linalg::solvers::{Llt, SelfAdjointEigen};
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, MatMut, Par, Side};
 pub use options::{BelsOptions, IvCompensatedOptions, TlsOptions};
 
@@ -149,9 +147,7 @@ impl ErrorsInVariables {
         for k in self.first..self.first + self.count {
             self.signals_at(window, k, &mut row);
             for (to, z) in self.s.chunks_exact_mut(self.signals).zip(&row) {
-                to.iter_mut()
-                    .zip(&row)
-                    .for_each(|(to, other)| *to += z * other);
+                to.iter_mut().zip(&row).for_each(|(to, other)| *to += z * other);
             }
         }
         self.row = row;
@@ -190,11 +186,7 @@ impl ErrorsInVariables {
         let at = self.signal_of(line);
         let row = &self.s[at * self.signals..][..self.signals];
         let [c, d] = self.c_and_d(at);
-        let sum: f64 = row
-            .iter()
-            .enumerate()
-            .map(|(i, s)| s * self.c_and_d(i)[0])
-            .sum();
+        let sum: f64 = row.iter().enumerate().map(|(i, s)| s * self.c_and_d(i)[0]).sum();
         for (j, slope) in slopes.iter_mut().take(na + nb).enumerate() {
             let own = if at == j + 1 { d } else { 0.0 };
             let sign = if j < na { 1.0 } else { -1.0 };
@@ -202,10 +194,7 @@ impl ErrorsInVariables {
         }
         if let Noise::Variances(known) = self.noise {
             let of = [at <= na, at > na && at <= na + nb];
-            let unknown = of
-                .into_iter()
-                .zip(known)
-                .filter(|(_, known)| known.is_none());
+            let unknown = of.into_iter().zip(known).filter(|(_, known)| known.is_none());
             for (slope, (own, _)) in slopes[na + nb..].iter_mut().zip(unknown) {
                 *slope = if own { -c / self.sizes[at] } else { 0.0 };
             }
@@ -266,9 +255,7 @@ impl ErrorsInVariables {
         let mut influence = std::mem::take(&mut self.influence);
         influence.clear();
         let mut unused = vec![0.0; self.x.len()];
-        let means: Vec<f64> = (0..lines)
-            .map(|line| self.line(line, &mut unused))
-            .collect();
+        let means: Vec<f64> = (0..lines).map(|line| self.line(line, &mut unused)).collect();
         for k in self.first..self.first + self.count {
             self.signals_at(window, k, &mut z);
             let e: f64 = z.iter().zip(&c).map(|(z, c)| z * c).sum();
@@ -290,12 +277,7 @@ impl ErrorsInVariables {
     }
 
     /// Solves the equations of known and estimated variances.
-    fn search(
-        &mut self,
-        window: Window<'_>,
-        steps: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn search(&mut self, window: Window<'_>, steps: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
         let width = self.orders.na + self.orders.nb;
         self.x.fill(0.0);
         self.set_variances();
@@ -356,19 +338,12 @@ impl ErrorsInVariables {
         let pairs = self.x.iter().zip(&self.stages.theta).enumerate();
         pairs.fold((0.0, 0.0), |(x, step), (j, (new, change))| {
             let length = self.stages.length(j);
-            (
-                x.max((new * length).abs()),
-                step.max((change * length).abs()),
-            )
+            (x.max((new * length).abs()), step.max((change * length).abs()))
         })
     }
 
     /// Starts from least squares of the lines without noise, from the line `first` on.
-    fn start_without_noise(
-        &mut self,
-        first: usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn start_without_noise(&mut self, first: usize, condition: &mut f64) -> Result<(), FailureKind> {
         let width = self.orders.na + self.orders.nb;
         let mut stages = TwoStages::new(width, width, self.lines - first);
         let equations = self.equations(first);
@@ -450,12 +425,7 @@ impl ErrorsInVariables {
         Ok(())
     }
 
-    fn find(
-        &mut self,
-        window: Window<'_>,
-        steps: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn find(&mut self, window: Window<'_>, steps: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
         self.gather(window)?;
         match self.noise {
             Noise::Ratio(ratio) => self.smallest(ratio, condition),
@@ -465,8 +435,7 @@ impl ErrorsInVariables {
 
     /// Whether a variance is below 0.
     fn is_implausible(&self) -> bool {
-        let signals =
-            [0, self.orders.na + 1].map(|i| self.sizes.get(i).map_or(0.0, |size| size * size));
+        let signals = [0, self.orders.na + 1].map(|i| self.sizes.get(i).map_or(0.0, |size| size * size));
         let pairs = self.variances.iter().zip(signals);
         pairs.into_iter().any(|(v, of)| *v < -NEGATIVE * of)
     }
@@ -507,11 +476,7 @@ impl SinglePass for ErrorsInVariables {
         pass.set_model(&self.model, condition)?;
         self.state.estimate(window, 0, pass);
         // The failure of stage 6 comes first.
-        if pass.failure.is_some() {
-            Ok(())
-        } else {
-            found
-        }
+        if pass.failure.is_some() { Ok(()) } else { found }
     }
 }
 

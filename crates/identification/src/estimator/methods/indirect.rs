@@ -42,9 +42,7 @@ impl IndirectOptions {
     fn controller(&self) -> [Vec<f64>; 2] {
         self.controller
             .as_ref()
-            .map_or([vec![0.0], vec![1.0]], |of| {
-                [of.numerator().to_vec(), of.denominator()]
-            })
+            .map_or([vec![0.0], vec![1.0]], |of| [of.numerator().to_vec(), of.denominator()])
     }
 }
 
@@ -101,9 +99,7 @@ impl MethodKind for IndirectOptions {
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let window = problem.shape.window;
-        let Orders {
-            nb, nc, nd, nf, nk, ..
-        } = self.orders(problem.shape.order);
+        let Orders { nb, nc, nd, nf, nk, .. } = self.orders(problem.shape.order);
         let [n, m] = self.controller();
         let whole = Orders {
             na: 0,
@@ -183,11 +179,7 @@ impl Indirect {
             for j in 0..=i {
                 let sum: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
                 let rest = whole.covariance[place(i) * total + place(j)] - sum;
-                l[i * n + j] = if i == j {
-                    rest.sqrt()
-                } else {
-                    rest / l[j * n + j]
-                };
+                l[i * n + j] = if i == j { rest.sqrt() } else { rest / l[j * n + j] };
             }
             // A NaN is no pivot either.
             if !(l[i * n + i] > 0.0) {
@@ -228,8 +220,7 @@ impl Iteration for Indirect {
         let n = orders.nb + orders.nf;
         for column in 0..=width {
             for i in 0..n {
-                let product =
-                    |k: usize| self.factor[i * n + k] * self.right[k * (width + 1) + column];
+                let product = |k: usize| self.factor[i * n + k] * self.right[k * (width + 1) + column];
                 let sum: f64 = (0..i).map(product).sum();
                 let at = i * (width + 1) + column;
                 self.right[at] = (self.right[at] - sum) / self.factor[i * n + i];
@@ -254,8 +245,7 @@ impl Iteration for Indirect {
         self.model.set_parameters(&self.stages.theta);
         let scratch = [&mut self.e[..], &mut self.scratch];
         let sum = output_errors(&mut self.model, u, y, scratch);
-        self.stages
-            .covariance_of_instruments(1.0, &mut self.model.covariance);
+        self.stages.covariance_of_instruments(1.0, &mut self.model.covariance);
         // The estimate is of r and y; u enters here alone.
         if sum.is_finite() {
             Ok(sum)

@@ -7,12 +7,8 @@ use crate::estimator::covariance::Covariance;
 use crate::estimator::covariance::freedom;
 use crate::estimator::general_iv::{GeneralIv, GeneralOptions};
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
-use crate::estimator::instruments::{
-    InstrumentalRegression, Instruments as InstrumentsOf, Signals,
-};
-use crate::estimator::iv_options::{
-    Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS,
-};
+use crate::estimator::instruments::{InstrumentalRegression, Instruments as InstrumentsOf, Signals};
+use crate::estimator::iv_options::{Auxiliary, Drive, InstrumentSource, IvOptions, MOST_ITERATIONS};
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Output, Problem};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::other_tools::Reading;
@@ -20,18 +16,15 @@ use crate::estimator::reflection::{PoleReflection, Stabilise};
 use crate::estimator::regression::Rows;
 use crate::estimator::solver::{Instruments, Solution, SolveInstruments};
 use crate::estimator::{
-    Estimator, Failure, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10,
-    Window,
+    Estimator, Failure, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10, Window,
 };
 use crate::model::Orders;
 
 impl IvOptions {
     /// Returns the options of the general form if one is given that the paper's form does not have; otherwise `None`.
     fn general(&self, order: usize) -> Option<GeneralOptions> {
-        let asked = self.orders.is_some()
-            || self.rows.is_some()
-            || self.reading.is_some()
-            || self.fixed_model.is_some();
+        let asked =
+            self.orders.is_some() || self.rows.is_some() || self.reading.is_some() || self.fixed_model.is_some();
         asked.then(|| GeneralOptions {
             orders: self.orders.unwrap_or(Orders::arx(order, order, 1)),
             rows: self.rows.unwrap_or_default(),
@@ -68,8 +61,7 @@ impl IvOptions {
             (self.stabilise != paper.stabilise, "stabilise"),
         ];
         if let Some((_, key)) = other.into_iter().find(|(differs, _)| *differs) {
-            let message =
-                "applies to the paper's form only; leave out orders, rows, reading and fixed_model";
+            let message = "applies to the paper's form only; leave out orders, rows, reading and fixed_model";
             return Err(OptionError::new(key, message));
         }
         ArxOptions::check_orders(self.orders)
@@ -92,8 +84,7 @@ impl MethodKind for IvOptions {
         }
         let (stage10, solver) = (self.stage10, self.solver);
         if stage10 != Stage10::Corrected && solver != Solver::Partitioned {
-            let message =
-                format!("'{stage10}' exists for solver 'partitioned' only, not '{solver}'");
+            let message = format!("'{stage10}' exists for solver 'partitioned' only, not '{solver}'");
             return Err(OptionError::new("stage10", message));
         }
         self.check_general()
@@ -106,11 +97,7 @@ impl MethodKind for IvOptions {
     /// Iteration 0 of "iv" is "ls".
     fn outputs(&self, name: &str) -> Vec<Output> {
         let name_of = |pass| {
-            if name == "iv" && pass == 0 {
-                "ls"
-            } else {
-                name
-            }
+            if name == "iv" && pass == 0 { "ls" } else { name }
         };
         let output = |pass| Output {
             estimator: name_of(pass).to_owned(),
@@ -185,10 +172,7 @@ impl MethodKind for IvOptions {
         } = self;
         let partitioned = matches!(solver, Solver::Partitioned);
         let corrected = matches!(stage10, Stage10::Corrected);
-        let renews = matches!(
-            auxiliary,
-            Auxiliary::Refresh | Auxiliary::Frozen | Auxiliary::Literal
-        );
+        let renews = matches!(auxiliary, Auxiliary::Refresh | Auxiliary::Frozen | Auxiliary::Literal);
         let drives = matches!(drive, Drive::Model | Drive::Observer);
         let of_input = matches!(instruments, InstrumentSource::Input);
         let as_found = matches!(stabilise, Stabilise::None);
@@ -203,10 +187,7 @@ impl MethodKind for IvOptions {
             (of_input, ("instruments", instruments.name())),
             (as_found, ("stabilise", stabilise.name())),
             (starts, ("initial_state", initial_state.name())),
-            (
-                papers && own,
-                ("orders, rows, reading or fixed_model", "given"),
-            ),
+            (papers && own, ("orders, rows, reading or fixed_model", "given")),
         ];
         let missing = has.into_iter().find(|(has, _)| !has);
         Some(match missing {
@@ -240,11 +221,7 @@ struct InstrumentalErrors {
 
 impl InstrumentalErrors {
     /// Makes buffers for so many passes besides iteration 0; `reported`: those whose covariance is wanted, or all.
-    fn new(
-        (shape, passes): (Shape, usize),
-        kind: Covariance,
-        reported: Option<&[usize]>,
-    ) -> Result<Self, SetupError> {
+    fn new((shape, passes): (Shape, usize), kind: Covariance, reported: Option<&[usize]>) -> Result<Self, SetupError> {
         let orders = Orders::arx(shape.order, shape.order, 1);
         let signal = InstrumentsOf::Signal;
         let wanted = |pass| reported.is_none_or(|of| of.contains(&pass));
@@ -257,13 +234,7 @@ impl InstrumentalErrors {
     }
 
     /// Sets the covariance of an IV pass with these instruments, if it is wanted.
-    fn set(
-        &mut self,
-        window: Window<'_>,
-        instruments: Instruments<'_>,
-        number: usize,
-        pass: &mut Pass,
-    ) {
+    fn set(&mut self, window: Window<'_>, instruments: Instruments<'_>, number: usize, pass: &mut Pass) {
         if !self.wanted[number] {
             return;
         }
@@ -316,12 +287,7 @@ impl InstrumentalVariables {
             solver: options.solver.instruments(shape, options.stage10)?,
             solution: Solution::new(shape.order),
             state: StateEstimate::new(shape.order, options.initial_state),
-            model: AuxiliaryModel::new(
-                shape.order,
-                shape.window,
-                options.drive,
-                options.gain.clone(),
-            ),
+            model: AuxiliaryModel::new(shape.order, shape.window, options.drive, options.gain.clone()),
             source: options.instruments,
             reflection: reflect.then(|| PoleReflection::new(shape.order)),
             errors: None,
@@ -329,12 +295,7 @@ impl InstrumentalVariables {
     }
 
     /// Computes stage 7: yhat of A-hat of `previous` with b and x0 of `source`, stabilised if asked for.
-    fn simulate(
-        &mut self,
-        window: Window<'_>,
-        previous: &Pass,
-        source: &Pass,
-    ) -> Result<(), FailureKind> {
+    fn simulate(&mut self, window: Window<'_>, previous: &Pass, source: &Pass) -> Result<(), FailureKind> {
         let input = match self.source {
             InstrumentSource::Input => window.u,
             InstrumentSource::Reference => window.r,
@@ -347,14 +308,7 @@ impl InstrumentalVariables {
     }
 
     /// Runs one pass: stages 7 to 10, and 5 and 6 if the reading includes them.
-    fn pass(
-        &mut self,
-        window: Window<'_>,
-        number: usize,
-        first: &Pass,
-        previous: &Pass,
-        pass: &mut Pass,
-    ) {
+    fn pass(&mut self, window: Window<'_>, number: usize, first: &Pass, previous: &Pass, pass: &mut Pass) {
         // Reading E4 decides whose b and x0 drive the auxiliary model.
         let source = match self.auxiliary {
             Auxiliary::Refresh => previous,
@@ -373,9 +327,7 @@ impl InstrumentalVariables {
             output: &self.model.yhat,
             input: (self.source == InstrumentSource::Reference).then_some(window.r),
         };
-        let solved = self
-            .solver
-            .instruments(window, instruments, &mut self.solution);
+        let solved = self.solver.instruments(window, instruments, &mut self.solution);
         if !conclude(solved, &self.solution, Stage::Instruments, number, pass) {
             return;
         }
@@ -458,13 +410,7 @@ impl Estimator for InstrumentalVariables {
         }
     }
 
-    fn estimate_again(
-        &mut self,
-        covariance: Covariance,
-        _: Window<'_>,
-        found: &[Pass],
-        passes: &mut [Pass],
-    ) -> bool {
+    fn estimate_again(&mut self, covariance: Covariance, _: Window<'_>, found: &[Pass], passes: &mut [Pass]) -> bool {
         let Some(errors) = &mut self.errors else {
             return false;
         };

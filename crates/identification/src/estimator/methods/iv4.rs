@@ -12,9 +12,7 @@ use crate::estimator::other_tools::{R_SYSID_RIDGE, Reading};
 use crate::estimator::reflection::stable;
 use crate::estimator::reflection::{Stabilise, reflect_zeros};
 use crate::estimator::regression::{Regression, Rows};
-use crate::estimator::{
-    Estimator, FailureKind, InstrumentSource, Pass, SetupError, SinglePass, Window,
-};
+use crate::estimator::{Estimator, FailureKind, InstrumentSource, Pass, SetupError, SinglePass, Window};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders};
 use crate::signal::arithmetic::mean;
@@ -60,8 +58,7 @@ impl MethodKind for Iv4Options {
 
     fn needs(&self) -> Needs {
         Needs {
-            reference: (self.instruments == Some(InstrumentSource::Reference))
-                .then_some(("instruments", "r")),
+            reference: (self.instruments == Some(InstrumentSource::Reference)).then_some(("instruments", "r")),
             ..Needs::default()
         }
     }
@@ -100,11 +97,9 @@ impl MethodKind for Iv4Options {
             Whitening::LeastSquares(Box::new(equations))
         };
         // The other tool does not reflect.
-        let stabilise = self.stabilise.unwrap_or(if r_sysid {
-            Stabilise::None
-        } else {
-            Stabilise::Reflect
-        });
+        let stabilise = self
+            .stabilise
+            .unwrap_or(if r_sysid { Stabilise::None } else { Stabilise::Reflect });
         Ok(Box::new(Iv4 {
             stabilise,
             exploding: false,
@@ -154,9 +149,7 @@ fn yule_walker(w: &[f64], l: &mut [f64]) -> Result<(), FailureKind> {
     let level = mean(w);
     let covariance = |lag: usize| -> f64 {
         let pairs = w.get(lag..).unwrap_or_default().iter().zip(w);
-        pairs
-            .map(|(late, early)| (late - level) * (early - level))
-            .sum()
+        pairs.map(|(late, early)| (late - level) * (early - level)).sum()
     };
     let mut variance = covariance(0);
     l.fill(0.0);
@@ -208,8 +201,7 @@ impl Iv4 {
                 return Err(FailureKind::NonFinite);
             }
         }
-        self.model
-            .simulate(&self.v[..record], &mut self.x[..record]);
+        self.model.simulate(&self.v[..record], &mut self.x[..record]);
         self.x[record..].fill(0.0);
         Ok(())
     }

@@ -6,9 +6,7 @@ use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::regression::{Regression, Rows};
 use crate::estimator::solver::{Solution, SolveLeastSquares};
-use crate::estimator::{
-    Estimator, Failure, FailureKind, IvOptions, Pass, SetupError, Shape, Solver, Stage, Window,
-};
+use crate::estimator::{Estimator, Failure, FailureKind, IvOptions, Pass, SetupError, Shape, Solver, Stage, Window};
 use crate::model::Orders;
 
 options! {

@@ -6,8 +6,7 @@
 //! Steiglitz-McBride method", Automatica 89 (2018), 221-234.
 
 use super::output_error_iteration::{
-    MOST_PASSES, OutputErrorIteration, PROGRESS, ROUND, check_output_error, output_error,
-    output_errors,
+    MOST_PASSES, OutputErrorIteration, PROGRESS, ROUND, check_output_error, output_error, output_errors,
 };
 use crate::estimator::covariance::Covariance;
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
@@ -21,9 +20,7 @@ use crate::estimator::output_gradient::OutputGradient;
 use crate::estimator::prediction_error::{Beside, Descent, InitialCondition};
 use crate::estimator::reflection::{Stabilise, stay_stable};
 use crate::estimator::regression::covariance_of_triangle;
-use crate::estimator::{
-    Estimator, FailureKind, Iteration, Offset, Pass, Runs, SetupError, Window, enough_equations,
-};
+use crate::estimator::{Estimator, FailureKind, Iteration, Offset, Pass, Runs, SetupError, Window, enough_equations};
 use crate::model::polynomial::filter;
 use crate::model::{LinearModel, Orders, Units};
 
@@ -269,12 +266,7 @@ impl Filtered {
     }
 
     /// Iterates until F does not change; the best model of all passes if it never stays.
-    fn find(
-        &mut self,
-        model: &mut LinearModel,
-        stabilise: Stabilise,
-        passes: &mut usize,
-    ) -> Result<(), FailureKind> {
+    fn find(&mut self, model: &mut LinearModel, stabilise: Stabilise, passes: &mut usize) -> Result<(), FailureKind> {
         let Orders { nb, nf, .. } = model.orders();
         let [u, y] = &self.signals;
         let (plant, of_c) = (nf + nb, nf + nb..2 * nf + nb);
@@ -336,18 +328,13 @@ impl Filtered {
 
     /// Computes the covariance of the parameters and the offset, if the iteration came to rest; returns the offset
     /// about the levels, if there is one.
-    fn conclude(
-        &mut self,
-        model: &mut LinearModel,
-        at_rest: bool,
-    ) -> Result<Vec<f64>, FailureKind> {
+    fn conclude(&mut self, model: &mut LinearModel, at_rest: bool) -> Result<Vec<f64>, FailureKind> {
         let n = model.orders().parameters();
         let (sum, theta) = self.rest(model)?;
         if at_rest {
             let variance = sum / (self.signals[1].len() - theta.len()) as f64;
             let covariance = &mut model.covariance;
-            self.errors
-                .covariance(Covariance::White, variance, covariance);
+            self.errors.covariance(Covariance::White, variance, covariance);
             let width = covariance.len().isqrt();
             for i in n..width {
                 for j in 0..width {
@@ -362,12 +349,7 @@ impl Filtered {
 }
 
 impl Iteration for Morsm {
-    fn find(
-        &mut self,
-        window: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn find(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
         let mut levels = self.levels.take();
         let seen = match &mut levels {
             Some(levels) => levels.subtract(window, &Runs::new(&[window.len()])),
@@ -501,19 +483,13 @@ mod tests {
             assert_eq!(pass.failure, None, "{file}");
             let errors = pass.model.standard_errors().unwrap();
             let offsets = pass.offsets.iter();
-            let errors: Vec<f64> = errors
-                .into_iter()
-                .chain(offsets.clone().map(|of| of.se))
-                .collect();
+            let errors: Vec<f64> = errors.into_iter().chain(offsets.clone().map(|of| of.se)).collect();
             let found = pass.model.parameters().chain(offsets.map(|of| of.value));
             let expected = case["theta"].as_array().unwrap().iter();
             let expected = expected.chain(case["offset"].as_f64().map(|_| &case["offset"]));
             for (i, (found, expected)) in found.zip(expected).enumerate() {
                 let expected = expected.as_f64().unwrap();
-                assert!(
-                    (found - expected).abs() < 1e-7,
-                    "{file} {place}: {found} {expected}"
-                );
+                assert!((found - expected).abs() < 1e-7, "{file} {place}: {found} {expected}");
                 let error = case["se"][i].as_f64().unwrap();
                 assert!(
                     (errors[i] / error - 1.0).abs() < 1e-5,
@@ -532,17 +508,11 @@ mod tests {
         {
             let theta = [&[1.0, 0.5][..], &[-0.9, 0.2]].concat();
             let shape: Orders = orders.parse().unwrap();
-            let truth = plant(
-                orders,
-                &[&theta[..shape.nb], &theta[2..2 + shape.nf]].concat(),
-            );
+            let truth = plant(orders, &[&theta[..shape.nb], &theta[2..2 + shape.nf]].concat());
             let [u, y] = record(&truth, 0.0, nk as u64, 300);
             for options in both(shape, None) {
                 let pass = estimate(options.as_ref(), 2, &u, &y);
-                assert_eq!(
-                    (pass.failure, pass.progress),
-                    (None, Progress::InitialState)
-                );
+                assert_eq!((pass.failure, pass.progress), (None, Progress::InitialState));
                 for (found, truth) in pass.model.parameters().zip(truth.parameters()) {
                     assert!((found - truth).abs() < 1e-8, "{orders}: {found} {truth}");
                 }
@@ -573,11 +543,7 @@ mod tests {
             let errors = pass.model.standard_errors().unwrap();
             let expected = [1.0, 0.5, -1.5, 0.7];
             for (i, (found, place)) in pass.model.parameters().zip([0, 1, 4, 5]).enumerate() {
-                assert!(
-                    (found - expected[i]).abs() < 4.0 * errors[i],
-                    "{found} {}",
-                    expected[i]
-                );
+                assert!((found - expected[i]).abs() < 4.0 * errors[i], "{found} {}", expected[i]);
                 let ratio = errors[i] / bound[place];
                 assert!((0.95..1.05).contains(&ratio), "{ratio}");
             }
@@ -613,14 +579,9 @@ mod tests {
     fn what_cannot_be_estimated_is_typed() {
         let truth = plant("nb=2,nf=2", &[1.0, 0.5, -1.5, 0.7]);
         let [u, _] = record(&truth, 20.0, 3, 40);
-        let kind = |options: &dyn MethodKind, y: &[f64]| {
-            estimate(options, 2, &u, y).failure.map(|f| f.kind)
-        };
+        let kind = |options: &dyn MethodKind, y: &[f64]| estimate(options, 2, &u, y).failure.map(|f| f.kind);
         for options in both(truth.orders(), None) {
-            assert_eq!(
-                kind(options.as_ref(), &[0.0; 40]),
-                Some(FailureKind::RankDeficient)
-            );
+            assert_eq!(kind(options.as_ref(), &[0.0; 40]), Some(FailureKind::RankDeficient));
         }
         let fails = BjsmOptions {
             stabilise: Some(Stabilise::None),
@@ -642,16 +603,7 @@ mod tests {
             high_order: Some(30),
             ..BjsmOptions::default()
         };
-        let error = error
-            .prepare(
-                &Shape {
-                    order: 2,
-                    window: 40,
-                }
-                .into(),
-            )
-            .err()
-            .unwrap();
+        let error = error.prepare(&Shape { order: 2, window: 40 }.into()).err().unwrap();
         assert!(error.to_string().contains("too short"), "{error}");
         let wrong = MorsmOptions {
             orders: Some("na=1,nb=1".parse().unwrap()),

@@ -78,9 +78,7 @@ pub(super) fn check_output_error(orders: Option<Orders>) -> Result<(), OptionErr
             let message = "expected nb, nf, nk; the model has no A, C, D";
             Err(OptionError::new("orders", message))
         }
-        Some(Orders { nb: 0, .. }) => {
-            Err(OptionError::new("orders", "expected an nb of at least 1"))
-        }
+        Some(Orders { nb: 0, .. }) => Err(OptionError::new("orders", "expected an nb of at least 1")),
         _ => Ok(()),
     }
 }
@@ -110,12 +108,7 @@ impl OutputErrorIteration {
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
-    pub fn new(
-        orders: Orders,
-        window: usize,
-        refined: bool,
-        stabilise: Stabilise,
-    ) -> Result<Self, SetupError> {
+    pub fn new(orders: Orders, window: usize, refined: bool, stabilise: Stabilise) -> Result<Self, SetupError> {
         let linear = Orders::arx(orders.nf, orders.nb, orders.nk);
         let rows = Rows::Prewindow;
         let signal = || vec![0.0; window];
@@ -148,13 +141,7 @@ impl OutputErrorIteration {
     /// # Errors
     /// As for [`Regression::solve`]; [`FailureKind::UnstablePredictor`] if nothing is reflected;
     /// [`FailureKind::IterationLimit`] after the last pass.
-    fn iterate(
-        &mut self,
-        u: &[f64],
-        y: &[f64],
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn iterate(&mut self, u: &[f64], y: &[f64], passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
         self.first.solve(u, y, condition)?;
         replace(&mut self.theta, self.first.theta(), 1.0, |_| 1.0);
         self.set_model();
@@ -247,12 +234,7 @@ impl Iteration for OutputErrorIteration {
 
 /// Computes the errors `e = y - B/F u` of a model and their variance, and clears its covariance. Returns their sum of
 /// squares.
-pub(super) fn output_errors(
-    model: &mut LinearModel,
-    u: &[f64],
-    y: &[f64],
-    [e, scratch]: [&mut [f64]; 2],
-) -> f64 {
+pub(super) fn output_errors(model: &mut LinearModel, u: &[f64], y: &[f64], [e, scratch]: [&mut [f64]; 2]) -> f64 {
     model.residuals(u, y, e, scratch);
     let sum: f64 = e.iter().map(|e| e * e).sum();
     model.noise_variance = sum / (y.len() - model.orders().parameters()) as f64;

@@ -14,9 +14,7 @@ use crate::estimator::prediction_error::kernels::Triangle;
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
 use crate::estimator::solver::Reduction;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use crate::estimator::{
-    Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window,
-};
+use crate::estimator::{Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window};
 use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
 use crate::plant::polynomial_from_poles;
@@ -83,10 +81,7 @@ impl ParsimK {
             return Err(FailureKind::RankDeficient);
         }
         let mut shift = observability.get(1.., ..n).to_owned();
-        observability
-            .get(..rows - 1, ..n)
-            .qr()
-            .solve_lstsq_in_place(&mut shift);
+        observability.get(..rows - 1, ..n).qr().solve_lstsq_in_place(&mut shift);
         let poles = shift.get(..n, ..).eigenvalues();
         let poles = poles.map_err(|_| FailureKind::NonFinite)?;
         let mut model = LinearModel::zero(self.orders);
@@ -113,25 +108,21 @@ fn observability(
     // Columns z, then u and y of each future row.
     let (of_u, of_y) = (|i: usize| 2 * s + 2 * i, |i: usize| 2 * s + 2 * i + 1);
     let mut reduction = Reduction::new(4 * s, count, 0);
-    reduction.run(
-        count,
-        |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
-            for row in 0..z.nrows() {
-                let t = s + first + row;
-                for i in 0..s {
-                    z[(row, i)] = y[t - 1 - i];
-                    z[(row, s + i)] = u[t - 1 - i];
-                    z[(row, of_u(i))] = u[t + i];
-                    z[(row, of_y(i))] = y[t + i];
-                }
+    reduction.run(count, |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
+        for row in 0..z.nrows() {
+            let t = s + first + row;
+            for i in 0..s {
+                z[(row, i)] = y[t - 1 - i];
+                z[(row, s + i)] = u[t - 1 - i];
+                z[(row, of_u(i))] = u[t + i];
+                z[(row, of_y(i))] = y[t + i];
             }
-        },
-    )?;
+        }
+    })?;
     // In the coordinates of R every signal is a column of it.
     let r = reduction.r();
     let signal = |j: usize| Mat::from_fn(4 * s, 1, |i, _| if i <= j { r[(i, j)] } else { 0.0 });
-    let upper =
-        |width: usize| Mat::from_fn(4 * s, width, |i, j| if i <= j { r[(i, j)] } else { 0.0 });
+    let upper = |width: usize| Mat::from_fn(4 * s, width, |i, j| if i <= j { r[(i, j)] } else { 0.0 });
     let first = Inverse::of(&upper(2 * s + usize::from(direct)))?;
     let later = Inverse::of(&upper(2 * s + 2))?;
     let mut g = Mat::zeros(s, 2 * s);
@@ -163,28 +154,17 @@ fn observability(
     });
     let qr = both.qr();
     let triangle = qr.thin_R();
-    let weight = Mat::from_fn(2 * s, 2 * s, |i, j| {
-        if i <= j {
-            triangle[(s + i, s + j)]
-        } else {
-            0.0
-        }
-    });
+    let weight = Mat::from_fn(2 * s, 2 * s, |i, j| if i <= j { triangle[(s + i, s + j)] } else { 0.0 });
     let svd = (&g * weight.transpose()).thin_svd();
     let svd = svd.map_err(|_| FailureKind::NonFinite)?;
     singular_values.clear();
     singular_values.extend((0..s).map(|i| svd.S()[i]));
     // Rounding of a record without noise is no direction.
     let smallest = singular_values[0] * s as f64 * f64::EPSILON * 16.0;
-    for value in singular_values
-        .iter_mut()
-        .filter(|value| **value <= smallest)
-    {
+    for value in singular_values.iter_mut().filter(|value| **value <= smallest) {
         *value = 0.0;
     }
-    Ok(Mat::from_fn(s, s, |i, j| {
-        svd.U()[(i, j)] * singular_values[j].sqrt()
-    }))
+    Ok(Mat::from_fn(s, s, |i, j| svd.U()[(i, j)] * singular_values[j].sqrt()))
 }
 
 /// The pseudo-inverse of a matrix; singular values that are rounding of the largest are taken as 0.
@@ -202,11 +182,7 @@ impl Inverse {
         let smallest = values[0] * n as f64 * f64::EPSILON * 16.0;
         let scaled = Mat::from_fn(n, n, |i, j| {
             let value = values[j];
-            if value > smallest {
-                svd.V()[(i, j)] / value
-            } else {
-                0.0
-            }
+            if value > smallest { svd.V()[(i, j)] / value } else { 0.0 }
         });
         Ok(Self {
             inverse: scaled * svd.U().get(.., ..n).transpose(),

@@ -17,8 +17,8 @@ use crate::estimator::offset::{Levels, OffsetChoice};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::{Beside, InitialCondition, PredictionError};
 use crate::estimator::{
-    CvaOptions, Estimator, FailureKind, MethodOptions, ParsimKOptions, Pass, RivOptions, Runs,
-    SetupError, SinglePass, SsarxOptions, Window,
+    CvaOptions, Estimator, FailureKind, MethodOptions, ParsimKOptions, Pass, RivOptions, Runs, SetupError, SinglePass,
+    SsarxOptions, Window,
 };
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -60,11 +60,7 @@ options! {
 }
 
 impl PemOptions {
-    fn start(
-        &self,
-        orders: Orders,
-        problem: &Problem<'_>,
-    ) -> Result<Box<dyn Estimator>, SetupError> {
+    fn start(&self, orders: Orders, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let (orders, block_rows) = (Some(orders), self.block_rows);
         let problem = &Problem {
             is_start: true,
@@ -148,14 +144,8 @@ impl MethodKind for PemOptions {
 /// Searches from the model of another method too. Where a search has the orders of an innovations form that is `ssarx`,
 /// which takes no inputs or noise to be white, and reaches minima that no linear start of `armax` does. Where it has those
 /// of Box and Jenkins and ends at no minimum, as on fast-sampled plants, it is `riv`.
-pub(super) fn with_other(
-    mut search: PredictionError,
-    orders: Orders,
-    problem: &Problem<'_>,
-) -> PredictionError {
-    let Orders {
-        na, nc, nd, nf, nk, ..
-    } = orders;
+pub(super) fn with_other(mut search: PredictionError, orders: Orders, problem: &Problem<'_>) -> PredictionError {
+    let Orders { na, nc, nd, nf, nk, .. } = orders;
     let is_refuge = na == 0 && nf > 0 && nc + nd > 0;
     let other: MethodOptions = if na > 0 && nk <= 1 && orders == model_orders(na, nk) {
         let orders = Some(Orders::arx(na, na, nk));

@@ -21,8 +21,7 @@ use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, opt
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::{SearchStarts, solve_positive};
 use crate::estimator::{
-    BelsOptions, Estimator, FailureKind, OeOptions, Pass, SetupError, SinglePass, Window,
-    enough_equations,
+    BelsOptions, Estimator, FailureKind, OeOptions, Pass, SetupError, SinglePass, Window, enough_equations,
 };
 use crate::model::polynomial::{extent, filter, multiply};
 use crate::model::{LinearModel, Orders};
@@ -226,19 +225,14 @@ impl Likelihood<'_> {
             let by = at.root.derivative(terms);
             by.subtract_product(&at.errors, &mut errors);
             at.root.solve(&mut errors);
-            let lambda: Vec<f64> = (0..y.len())
-                .map(|k| by.at(k, k) / at.root.at(k, k))
-                .collect();
+            let lambda: Vec<f64> = (0..y.len()).map(|k| by.at(k, k) / at.root.at(k, k)).collect();
             pairs.push([errors, lambda]);
         };
         for i in *delay..b.len() {
             add(delayed(u, i, -kappa), &[(q, b, &unit(i)), (q, &unit(i), b)]);
         }
         for i in 1..f.len() {
-            add(
-                delayed(y, i, 1.0),
-                &[(s_y, f, &unit(i)), (s_y, &unit(i), f)],
-            );
+            add(delayed(y, i, 1.0), &[(s_y, f, &unit(i)), (s_y, &unit(i), f)]);
         }
         for i in 0..VARIANCES {
             let [_, of_kappa, of_q, of_y] = levels.slopes.map(|slopes| slopes[i]);
@@ -250,9 +244,10 @@ impl Likelihood<'_> {
             variance.map_or(0.0, |i| levels.slopes[0][i] / a)
         };
         let residual = 0.5 * (count - dot(u, u) / a);
-        let gradient = pairs.iter().enumerate().map(|(i, [errors, lambda])| {
-            lambda.iter().sum::<f64>() + dot(&at.errors, errors) + residual * of_a(i)
-        });
+        let gradient = pairs
+            .iter()
+            .enumerate()
+            .map(|(i, [errors, lambda])| lambda.iter().sum::<f64>() + dot(&at.errors, errors) + residual * of_a(i));
         let gradient = gradient.collect();
         for [errors, lambda] in &mut pairs {
             for ((nu, lambda), e) in errors.iter_mut().zip(lambda).zip(&at.errors) {
@@ -358,8 +353,7 @@ impl SinglePass for NoisyInput {
             window,
             model: self.model.clone(),
         };
-        let (mut best, mut failed): (Option<(Point, Option<FailureKind>)>, _) =
-            (None, FailureKind::NotIdentifiable);
+        let (mut best, mut failed): (Option<(Point, Option<FailureKind>)>, _) = (None, FailureKind::NotIdentifiable);
         let mut steps = 0;
         for start in &mut self.starts {
             let mut found = Pass::new(self.model.orders().order());
@@ -375,8 +369,7 @@ impl SinglePass for NoisyInput {
             };
             let end = likelihood.descend(point, &mut steps);
             // A minimum before a point that is none.
-            let rank =
-                |(point, failure): &(Point, Option<FailureKind>)| (failure.is_some(), point.loss);
+            let rank = |(point, failure): &(Point, Option<FailureKind>)| (failure.is_some(), point.loss);
             if best.as_ref().is_none_or(|best| rank(&end) < rank(best)) {
                 best = Some(end);
             }

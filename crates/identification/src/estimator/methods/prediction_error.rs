@@ -50,10 +50,7 @@ macro_rules! structure {
                 let check: fn(Orders) -> Option<&'static str> = $check;
                 let wrong = |message: &str| Err(OptionError::new("orders", message));
                 match self.orders {
-                    Some(orders)
-                        if self.choose.is_some()
-                            && orders != Self::of_order(orders.nb, orders.nk) =>
-                    {
+                    Some(orders) if self.choose.is_some() && orders != Self::of_order(orders.nb, orders.nk) => {
                         wrong("expected equal orders, the largest to choose from")
                     }
                     orders => orders.and_then(check).map_or(Ok(()), wrong),
@@ -112,8 +109,7 @@ macro_rules! structure {
                     }
                     starts => {
                         let random = starts.random(window);
-                        let method =
-                            PredictionError::of_runs(orders, random, beside, problem.runs())?;
+                        let method = PredictionError::of_runs(orders, random, beside, problem.runs())?;
                         with_other(method, orders, problem)
                     }
                 };
@@ -176,8 +172,7 @@ structure!(
     "The options of `general`, `A y = B/F u + C/D e`.",
     "Orders na, nb, nc, nd, nf of any structure and the delay nk, such as na=1,nb=2,nc=1,nf=1,nk=1; by default nb = nf = \
      the setting `order`, nk = 1.",
-    |orders| (orders.na + orders.nb == 0)
-        .then_some("expected na or nb of at least 1, nc, nd, nf, nk"),
+    |orders| (orders.na + orders.nb == 0).then_some("expected na or nb of at least 1, nc, nd, nf, nk"),
     |n| Orders {
         nb: n,
         nf: n,

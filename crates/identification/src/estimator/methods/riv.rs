@@ -111,12 +111,7 @@ impl RefinedIv {
         Ok(Self {
             orders,
             start: OutputErrorIteration::new(output_error, window, true, stabilise)?,
-            instruments: InstrumentalRegression::new(
-                linear,
-                Instruments::Signal,
-                Rows::Prewindow,
-                window,
-            )?,
+            instruments: InstrumentalRegression::new(linear, Instruments::Signal, Rows::Prewindow, window)?,
             noise: NoiseFit::new(orders, window),
             stabilise,
             model: LinearModel::zero(orders),
@@ -157,13 +152,7 @@ impl RefinedIv {
 
     /// Changes F and B by a share of the way to those of the instruments, given C and D; returns the way's relative
     /// length.
-    fn refine(
-        &mut self,
-        u: &[f64],
-        y: &[f64],
-        share: f64,
-        condition: &mut f64,
-    ) -> Result<f64, FailureKind> {
+    fn refine(&mut self, u: &[f64], y: &[f64], share: f64, condition: &mut f64) -> Result<f64, FailureKind> {
         for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
             filter(&self.model.d, from, to);
         }
@@ -184,12 +173,7 @@ impl RefinedIv {
         Ok(way / size.max(f64::MIN_POSITIVE))
     }
 
-    fn iterate(
-        &mut self,
-        window: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn iterate(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
         let Window { u, y, .. } = window;
         let (mut share, mut asked) = (1.0, f64::INFINITY);
         let mut unfinished = None;
@@ -210,10 +194,7 @@ impl RefinedIv {
             let of_plant = self.refine(u, y, share, condition)?;
             // Both have converged if the plant has, because the noise model follows from it.
             if of_plant <= REST && of_noise <= REST.sqrt() {
-                let unstable = self
-                    .source
-                    .as_ref()
-                    .is_some_and(|source| source.is_unstable);
+                let unstable = self.source.as_ref().is_some_and(|source| source.is_unstable);
                 let unstable = unstable.then_some(FailureKind::UnstableInstruments);
                 return unfinished.or(unstable).map_or(Ok(()), Err);
             }
@@ -233,12 +214,7 @@ impl RefinedIv {
 }
 
 impl Iteration for RefinedIv {
-    fn find(
-        &mut self,
-        window: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn find(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
         *passes = 0;
         self.least = f64::INFINITY;
         let Window { u, y, r } = window;
@@ -263,10 +239,7 @@ impl Iteration for RefinedIv {
         b.copy_from_slice(&start.b[self.orders.nk..]);
         self.noise.reset();
         self.iterate(window, passes, condition).map_err(|kind| {
-            let ends = [
-                FailureKind::UnstablePredictor,
-                FailureKind::UnstableInstruments,
-            ];
+            let ends = [FailureKind::UnstablePredictor, FailureKind::UnstableInstruments];
             if ends.contains(&kind) || self.least.is_infinite() {
                 return kind;
             }
@@ -297,8 +270,7 @@ impl Iteration for RefinedIv {
         covariance.resize(total * total, 0.0);
         // Maps the positions of f, b, d, c to the order B, C, D, F.
         let place = |i: usize| if i < nf { nb + nc + nd + i } else { i - nf };
-        self.instruments
-            .covariance_of_instruments(variance, &mut self.block);
+        self.instruments.covariance_of_instruments(variance, &mut self.block);
         put_block(&self.block, nf + nb, place, total, &mut covariance);
         let put = self
             .noise
@@ -366,8 +338,7 @@ mod tests {
                 pass
             };
             let riv = estimate(&mut RefinedIv::new(orders, n, Stabilise::Reflect).unwrap());
-            let bj =
-                estimate(&mut PredictionError::new(orders, 4, InitialCondition::Zero, n).unwrap());
+            let bj = estimate(&mut PredictionError::new(orders, 4, InitialCondition::Zero, n).unwrap());
             for (riv, bj) in riv.model.parameters().zip(bj.model.parameters()) {
                 assert!((riv - bj).abs() < 1e-8, "{orders}: {riv} {bj}");
             }

@@ -19,12 +19,8 @@ use crate::estimator::covariance::Covariance;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::kernels::Triangle;
-use crate::estimator::prediction_error::{
-    Descent, InitialCondition, OfRecord, PredictionError, SearchStarts,
-};
-use crate::estimator::{
-    Estimator, FailureKind, Pass, PredictionGradient, Runs, SetupError, SinglePass, Window,
-};
+use crate::estimator::prediction_error::{Descent, InitialCondition, OfRecord, PredictionError, SearchStarts};
+use crate::estimator::{Estimator, FailureKind, Pass, PredictionGradient, Runs, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 
 /// The degrees of freedom that are estimated or may be given: below, errors have no variance; above, they are as good
@@ -158,11 +154,7 @@ impl Law {
         let gamma = libm::lgamma;
         let norm = gamma(0.5 * freedom) - gamma(0.5 * (freedom + 1.0)) + 0.5 * libm::log(freedom);
         let loss = count * (0.5 * libm::log(square) + norm) + 0.5 * (freedom + 1.0) * spread;
-        Self {
-            freedom,
-            square,
-            loss,
-        }
+        Self { freedom, square, loss }
     }
 
     /// The law of the least J, by a golden section of log(nu) if it is not given.
@@ -186,11 +178,7 @@ impl Law {
                 high = at(left + share * (right - left), low.1.square);
             }
         }
-        if low.1.loss < high.1.loss {
-            low.1
-        } else {
-            high.1
-        }
+        if low.1.loss < high.1.loss { low.1 } else { high.1 }
     }
 
     fn weight(&self, e: f64) -> f64 {
@@ -272,18 +260,12 @@ impl StudentT {
         self.weighted.run(of.errors.len(), |j, first, to| {
             let (signal, delay) = columns[j];
             for (k, to) in (first..).zip(to) {
-                *to = k
-                    .checked_sub(delay)
-                    .map_or(0.0, |past| roots[k] * signal[past]);
+                *to = k.checked_sub(delay).map_or(0.0, |past| roots[k] * signal[past]);
             }
         })?;
         let mut step = self.weighted.top().to_vec();
         let removed = step.iter().map(|x| x * x).sum::<f64>();
-        let all = of
-            .errors
-            .iter()
-            .zip(&roots)
-            .map(|(e, root)| (e * root).powi(2));
+        let all = of.errors.iter().zip(&roots).map(|(e, root)| (e * root).powi(2));
         if !self.weighted.solve(&mut step) {
             return Err(FailureKind::NotIdentifiable);
         }

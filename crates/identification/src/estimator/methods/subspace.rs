@@ -119,15 +119,10 @@ macro_rules! subspace {
     };
 }
 
-subspace!(MoespOptions, "The options of `moesp`.", [], |_| {
-    Weights::Moesp
+subspace!(MoespOptions, "The options of `moesp`.", [], |_| { Weights::Moesp });
+subspace!(N4sidOptions, "The options of `n4sid`.", [weights], |options| {
+    options.weights
 });
-subspace!(
-    N4sidOptions,
-    "The options of `n4sid`.",
-    [weights],
-    |options| { options.weights }
-);
 
 /// Returns the orders of a model of order n.
 fn model_orders(n: usize, nk: usize) -> Orders {
@@ -195,15 +190,8 @@ impl Subspace {
     ///
     /// # Errors
     /// [`SetupError::ShortHankel`] if the Hankel matrices have fewer columns than rows.
-    pub fn new(
-        orders: Orders,
-        rows: Option<usize>,
-        weights: Weights,
-        window: usize,
-    ) -> Result<Self, SetupError> {
-        let high = rows
-            .is_none()
-            .then(|| HighOrder::new(true, 1, None, window));
+    pub fn new(orders: Orders, rows: Option<usize>, weights: Weights, window: usize) -> Result<Self, SetupError> {
+        let high = rows.is_none().then(|| HighOrder::new(true, 1, None, window));
         let rows = block_rows(rows, orders.nf, window)?;
         let parameters = orders.nb + orders.nf;
         let signal = || vec![0.0; window];
@@ -261,12 +249,7 @@ impl Subspace {
 
     /// Computes the model with the number of block rows and the weighting, of those tried, whose simulated output is
     /// closest to y, a stable one if there is one; returns the condition.
-    fn find(
-        &mut self,
-        u: &[f64],
-        y: &[f64],
-        singular_values: &mut Vec<f64>,
-    ) -> Result<f64, FailureKind> {
+    fn find(&mut self, u: &[f64], y: &[f64], singular_values: &mut Vec<f64>) -> Result<f64, FailureKind> {
         let candidates = self.candidates(u, y)?;
         let weights = match &self.weights {
             Weights::Auto => &[Weights::N4sid, Weights::Moesp, Weights::Cva],
@@ -322,11 +305,7 @@ impl Subspace {
     }
 
     /// Computes the denominator F, and the singular values that indicate the order.
-    fn denominator(
-        &mut self,
-        weights: Weights,
-        singular_values: &mut Vec<f64>,
-    ) -> Result<(), FailureKind> {
+    fn denominator(&mut self, weights: Weights, singular_values: &mut Vec<f64>) -> Result<(), FailureKind> {
         let s = self.rows;
         let r = self.hankel.r();
         // L is R transposed: rows of Y_f, columns of U_p and Y_p.
@@ -348,8 +327,7 @@ impl Subspace {
                 // Y_f P = [L_32 L_33] Q.
                 let outputs = Mat::from_fn(s, 3 * s, |i, j| r[(s + j, 3 * s + i)]);
                 root = Some(Root::of(&outputs)?);
-                root.as_ref()
-                    .map_or(past.clone(), |root| &root.inverse * &past)
+                root.as_ref().map_or(past.clone(), |root| &root.inverse * &past)
             }
         };
         let svd = projected.thin_svd().map_err(|_| FailureKind::NonFinite)?;
@@ -365,10 +343,7 @@ impl Subspace {
             Some(Root { root, .. }) => root * of_states,
         };
         let mut shift = observability.get(1.., ..).to_owned();
-        observability
-            .get(..s - 1, ..)
-            .qr()
-            .solve_lstsq_in_place(&mut shift);
+        observability.get(..s - 1, ..).qr().solve_lstsq_in_place(&mut shift);
         let a = shift.get(..n, ..);
         let poles = a.eigenvalues().map_err(|_| FailureKind::NonFinite)?;
         let coefficients = polynomial_from_poles(&poles);
@@ -391,8 +366,7 @@ impl Subspace {
         divide(&self.model.f, &mut self.u);
         divide(&self.model.f, &mut self.impulse);
         let (filtered, impulse) = (&self.u, &self.impulse);
-        let value =
-            |signal: &[f64], k: usize, lag: usize| k.checked_sub(lag).map_or(0.0, |k| signal[k]);
+        let value = |signal: &[f64], k: usize, lag: usize| k.checked_sub(lag).map_or(0.0, |k| signal[k]);
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
             for row in 0..z.nrows() {
                 let k = first + row;
@@ -426,9 +400,7 @@ impl Subspace {
         self.sum = (0..y.len()).map(|k| (y[k] - predicted(k)).powi(2)).sum();
         // x0 in the paper's coordinates: the first samples of the free response.
         for k in 0..nf {
-            self.x0[k] = (0..nf)
-                .map(|i| self.theta[nb + i] * value(impulse, k, i))
-                .sum();
+            self.x0[k] = (0..nf).map(|i| self.theta[nb + i] * value(impulse, k, i)).sum();
         }
         Ok(condition)
     }
@@ -450,18 +422,10 @@ pub(super) fn columns(rows: usize, window: usize) -> usize {
 ///
 /// # Errors
 /// [`SetupError::ShortHankel`] if the Hankel matrices have fewer columns than rows.
-pub(super) fn block_rows(
-    given: Option<usize>,
-    order: usize,
-    window: usize,
-) -> Result<usize, SetupError> {
+pub(super) fn block_rows(given: Option<usize>, order: usize, window: usize) -> Result<usize, SetupError> {
     let rows = given.unwrap_or(order + 1);
     if columns(rows, window) < 4 * rows || order >= rows {
-        return Err(SetupError::ShortHankel {
-            rows,
-            window,
-            order,
-        });
+        return Err(SetupError::ShortHankel { rows, window, order });
     }
     Ok(rows)
 }
@@ -516,11 +480,7 @@ fn pseudo_inverse_times(l: &Mat<f64>, m: &Mat<f64>) -> Result<Mat<f64>, FailureK
     for j in 0..product.ncols() {
         for i in 0..n {
             let value = values[i];
-            product[(i, j)] = if value > smallest {
-                product[(i, j)] / value
-            } else {
-                0.0
-            };
+            product[(i, j)] = if value > smallest { product[(i, j)] / value } else { 0.0 };
         }
     }
     Ok(svd.V() * product)

@@ -14,9 +14,7 @@ use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::{Beside, Descent, InitialCondition};
 use crate::estimator::regression::covariance_of_triangle;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
-use crate::estimator::{
-    Estimator, FailureKind, Pass, Runs, SetupError, SinglePass, Window, enough_equations,
-};
+use crate::estimator::{Estimator, FailureKind, Pass, Runs, SetupError, SinglePass, Window, enough_equations};
 use crate::model::{LinearModel, Orders, Units};
 
 /// The relative change of the sum of squares at which the iteration has converged.
@@ -47,14 +45,11 @@ options! {
 impl MethodKind for WnsfOptions {
     fn check(&self) -> Result<(), OptionError> {
         if let Some(orders) = self.orders {
-            let Orders {
-                na, nb, nc, nd, nf, ..
-            } = orders;
+            let Orders { na, nb, nc, nd, nf, .. } = orders;
             let armax = na > 0 && nf + nd == 0 && nc > 0;
             let fits = armax || na == 0 && nf > 0;
             if !fits || nb == 0 {
-                let message =
-                    "expected an nb of at least 1, and na with nc, or nf with perhaps nc, nd";
+                let message = "expected an nb of at least 1, and na with nc, or nf with perhaps nc, nd";
                 return Err(OptionError::new("orders", message));
             }
         }

@@ -158,13 +158,7 @@ impl Descent {
 
     /// Searches from a start until the decrement is below `rest`: the share of e that the best step of a linearisation
     /// removes, `|| Q'e || / || e ||`.
-    pub(in crate::estimator) fn run(
-        &mut self,
-        u: &[f64],
-        y: &[f64],
-        start: &[f64],
-        rest: f64,
-    ) -> Found {
+    pub(in crate::estimator) fn run(&mut self, u: &[f64], y: &[f64], start: &[f64], rest: f64) -> Found {
         self.run_watched(u, y, start, rest, &mut ToTheEnd)
     }
 
@@ -219,12 +213,7 @@ impl Descent {
             }
             let top = self.predictor.psi.top();
             let predicted = sum - top.iter().map(|x| x * x).sum::<f64>();
-            if watch.stops(
-                iteration,
-                &self.theta,
-                [sum, predicted],
-                &self.predictor.psi,
-            ) {
+            if watch.stops(iteration, &self.theta, [sum, predicted], &self.predictor.psi) {
                 return Err(FailureKind::NoConvergence);
             }
             let slope = self.predictor.decrement(sum);
@@ -279,19 +268,13 @@ impl Descent {
     /// columns. Returns false if there is none.
     fn damped_step(&mut self, damping: f64) -> bool {
         let n = self.step.len();
-        let (r, top, root) = (
-            self.predictor.psi.r(),
-            self.predictor.psi.top(),
-            damping.sqrt(),
-        );
+        let (r, top, root) = (self.predictor.psi.r(), self.predictor.psi.top(), damping.sqrt());
         let rows = if damping > 0.0 { 2 * n } else { n };
         let reduced = self.damped.run(rows, |j, first, to| {
             let entry = |i: usize| match i.checked_sub(n) {
                 None if j == n => -top[i],
                 None if j >= i => r[(i, j)],
-                Some(of) if of == j => {
-                    root * (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum::<f64>().sqrt()
-                }
+                Some(of) if of == j => root * (0..=j).map(|i| r[(i, j)] * r[(i, j)]).sum::<f64>().sqrt(),
                 _ => 0.0,
             };
             for (i, to) in to.iter_mut().enumerate() {
@@ -309,11 +292,7 @@ impl Descent {
             if self.damped_step(*damping)
                 && let Some(length) = self.take_step(u, y, sum)
             {
-                *damping = if *damping < 1e-9 {
-                    0.0
-                } else {
-                    *damping / 10.0
-                };
+                *damping = if *damping < 1e-9 { 0.0 } else { *damping / 10.0 };
                 return Some(length);
             }
             *damping = (*damping * 10.0).max(1e-6);
@@ -347,16 +326,11 @@ impl Descent {
             return None;
         }
         let n = self.step.len() - self.predictor.of_records();
-        let of_parameters =
-            self.size(&self.step[..n]) / self.size(&self.trial[..n]).max(f64::MIN_POSITIVE);
+        let of_parameters = self.size(&self.step[..n]) / self.size(&self.trial[..n]).max(f64::MIN_POSITIVE);
         let of_records = size(&self.trial[n..]).max(self.unit);
         let length = of_parameters.max(size(&self.step[n..]) / of_records.max(f64::MIN_POSITIVE));
         // Rounding hides whether the last steps lower the sum.
-        let allowed = if length < LAST {
-            *sum * (1.0 + 1e-12)
-        } else {
-            *sum
-        };
+        let allowed = if length < LAST { *sum * (1.0 + 1e-12) } else { *sum };
         let lower = self.predictor.sum(u, y, &self.trial);
         let lower = lower.filter(|lower| *lower <= allowed)?;
         self.theta.copy_from_slice(&self.trial);
@@ -422,12 +396,7 @@ impl Descent {
     ///
     /// # Errors
     /// [`FailureKind::NotIdentifiable`] if `psi'psi` is singular up to rounding.
-    pub(in crate::estimator) fn condition(
-        &mut self,
-        u: &[f64],
-        y: &[f64],
-        theta: &[f64],
-    ) -> Result<f64, FailureKind> {
+    pub(in crate::estimator) fn condition(&mut self, u: &[f64], y: &[f64], theta: &[f64]) -> Result<f64, FailureKind> {
         let there = self.predictor.sum(u, y, theta);
         there.ok_or(FailureKind::UnstablePredictor)?;
         self.predictor.linearise(Reduction::Reflections)?;
@@ -435,12 +404,7 @@ impl Descent {
     }
 
     /// Computes the covariance of the parameters and the offsets at the last [`Self::condition`].
-    pub(in crate::estimator) fn covariance(
-        &mut self,
-        kind: Covariance,
-        variance: f64,
-        to: &mut Vec<f64>,
-    ) {
+    pub(in crate::estimator) fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
         self.predictor.covariance(kind, variance, to);
     }
 

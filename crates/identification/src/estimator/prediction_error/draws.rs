@@ -26,10 +26,7 @@ pub(super) fn draw_slow(polynomial: &mut [f64], random: &mut Stream) {
         c64::new(1.0 - (1.0 + place) * 2.0_f64.powi(octave - 13), 0.0)
     };
     let zeros: Vec<c64> = (1..polynomial.len()).map(|_| zero()).collect();
-    for (coefficient, phi) in polynomial[1..]
-        .iter_mut()
-        .zip(polynomial_from_poles(&zeros))
-    {
+    for (coefficient, phi) in polynomial[1..].iter_mut().zip(polynomial_from_poles(&zeros)) {
         *coefficient = phi.re;
     }
 }
@@ -37,10 +34,7 @@ pub(super) fn draw_slow(polynomial: &mut [f64], random: &mut Stream) {
 /// Moves a pair of zeros of one of the polynomials, chosen by their degrees, to a random place: two conjugate or two
 /// real zeros, or the only one. Minima often differ in zeros that others nearly cancel.
 pub(super) fn move_zeros(polynomials: &mut [&mut Vec<f64>], random: &mut Stream) {
-    let all: usize = polynomials
-        .iter()
-        .map(|polynomial| polynomial.len() - 1)
-        .sum();
+    let all: usize = polynomials.iter().map(|polynomial| polynomial.len() - 1).sum();
     if all == 0 {
         return;
     }
@@ -84,10 +78,7 @@ pub(super) fn move_zeros(polynomials: &mut [&mut Vec<f64>], random: &mut Stream)
         2 => zeros.extend([c64::new(x, 0.0), c64::new(y, 0.0)]),
         _ => zeros.push(c64::new(x, 0.0)),
     }
-    for (coefficient, phi) in polynomial[1..]
-        .iter_mut()
-        .zip(polynomial_from_poles(&zeros))
-    {
+    for (coefficient, phi) in polynomial[1..].iter_mut().zip(polynomial_from_poles(&zeros)) {
         *coefficient = phi.re;
     }
 }

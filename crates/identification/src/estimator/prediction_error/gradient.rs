@@ -18,12 +18,7 @@ pub(crate) struct PredictionGradient {
 
 impl PredictionGradient {
     /// `None` if the predictor is not stable, a number overflows, or the record is shorter than the predictor's memory.
-    pub(crate) fn new(
-        model: &LinearModel,
-        u: &[f64],
-        y: &[f64],
-        start: InitialCondition,
-    ) -> Option<Self> {
+    pub(crate) fn new(model: &LinearModel, u: &[f64], y: &[f64], start: InitialCondition) -> Option<Self> {
         let orders = model.orders();
         let has_memory = orders.nc + orders.nd + orders.nf > 0;
         let fitted = start == InitialCondition::Estimate;
@@ -35,10 +30,7 @@ impl PredictionGradient {
         if initial >= u.len() {
             return None;
         }
-        let of_record = OfRecord {
-            offset: false,
-            initial,
-        };
+        let of_record = OfRecord { offset: false, initial };
         let mut predictor = Predictor::new(orders, of_record, Runs::new(&[u.len()]));
         let mut theta: Vec<f64> = model.parameters().collect();
         theta.resize(theta.len() + initial, 0.0);
@@ -69,17 +61,9 @@ mod tests {
     /// start are linear, so that with the fitted ones e is orthogonal to their columns.
     #[test]
     fn the_gradient_is_that_of_the_errors() {
-        let u: Vec<f64> = (0..60_u32)
-            .map(|k| f64::from((k * k * 7) % 11) - 5.0)
-            .collect();
-        let y: Vec<f64> = (0..60_u32)
-            .map(|k| f64::from((k * 13) % 17) - 8.0)
-            .collect();
-        for orders in [
-            "na=2,nb=2,nk=1",
-            "nb=2,nf=2,nk=2",
-            "na=1,nb=1,nc=1,nd=1,nf=1,nk=0",
-        ] {
+        let u: Vec<f64> = (0..60_u32).map(|k| f64::from((k * k * 7) % 11) - 5.0).collect();
+        let y: Vec<f64> = (0..60_u32).map(|k| f64::from((k * 13) % 17) - 8.0).collect();
+        for orders in ["na=2,nb=2,nk=1", "nb=2,nf=2,nk=2", "na=1,nb=1,nc=1,nd=1,nf=1,nk=0"] {
             let mut model = LinearModel::zero(orders.parse().unwrap());
             let count = model.orders().parameters();
             let theta: Vec<f64> = [0.4, 0.3, -0.2, 0.25, 0.1][..count].to_vec();
@@ -99,8 +83,7 @@ mod tests {
                     .collect();
                 if start == InitialCondition::Estimate {
                     for column in &columns[count..] {
-                        let product: f64 =
-                            column.iter().zip(&found.errors).map(|(a, b)| a * b).sum();
+                        let product: f64 = column.iter().zip(&found.errors).map(|(a, b)| a * b).sum();
                         assert!(product.abs() < 1e-9, "{orders}: {product}");
                     }
                     continue;
@@ -120,10 +103,7 @@ mod tests {
                     for ((more, less), psi) in at(h).iter().zip(at(-h)).zip(column) {
                         let slope = (more - less) / (2.0 * h);
                         let error = (slope - psi).abs();
-                        assert!(
-                            error < 1e-6 * (1.0 + psi.abs()),
-                            "{orders} {i}: {slope} {psi}"
-                        );
+                        assert!(error < 1e-6 * (1.0 + psi.abs()), "{orders} {i}: {slope} {psi}");
                     }
                 }
             }

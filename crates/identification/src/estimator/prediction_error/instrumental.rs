@@ -111,11 +111,7 @@ impl Instrumental {
             let cross = dot(&self.x, y);
             let square = dot(&self.x, &self.x);
             // The sum of squares for the best gain of B.
-            let sum = if square > 0.0 {
-                -cross * cross / square
-            } else {
-                0.0
-            };
+            let sum = if square > 0.0 { -cross * cross / square } else { 0.0 };
             if sum < least {
                 least = sum;
                 self.best.copy_from_slice(&self.f);

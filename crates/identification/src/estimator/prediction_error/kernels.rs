@@ -260,9 +260,7 @@ mod tests {
     use crate::model::polynomial;
 
     fn signal(count: usize, factor: f64) -> Vec<f64> {
-        (0..count)
-            .map(|k| (factor * (k * k) as f64).sin())
-            .collect()
+        (0..count).map(|k| (factor * (k * k) as f64).sin()).collect()
     }
 
     /// Every order of the filters against those of [`crate::model::polynomial`].
@@ -304,9 +302,7 @@ mod tests {
     #[test]
     fn the_triangle_is_that_of_the_normal_equations() {
         let (rows, width) = (3 * BLOCK_ROWS + 17, 4);
-        let columns: Vec<Vec<f64>> = (0..=width)
-            .map(|j| signal(rows, 0.11 + 0.07 * j as f64))
-            .collect();
+        let columns: Vec<Vec<f64>> = (0..=width).map(|j| signal(rows, 0.11 + 0.07 * j as f64)).collect();
         let mut triangle = Triangle::new(width);
         let fill = |j: usize, first: usize, to: &mut [f64]| {
             to.copy_from_slice(&columns[j][first..][..to.len()]);

@@ -129,12 +129,7 @@ impl PredictionError {
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
-    pub fn new(
-        orders: Orders,
-        random: usize,
-        beside: impl Into<Beside>,
-        window: usize,
-    ) -> Result<Self, SetupError> {
+    pub fn new(orders: Orders, random: usize, beside: impl Into<Beside>, window: usize) -> Result<Self, SetupError> {
         Self::of_runs(orders, random, beside.into(), Runs::new(&[window]))
     }
 
@@ -142,12 +137,7 @@ impl PredictionError {
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`].
-    pub(super) fn of_runs(
-        orders: Orders,
-        random: usize,
-        beside: Beside,
-        runs: Runs,
-    ) -> Result<Self, SetupError> {
+    pub(super) fn of_runs(orders: Orders, random: usize, beside: Beside, runs: Runs) -> Result<Self, SetupError> {
         let starts = Starts::new(orders, random, runs.samples());
         Self::with_starts(orders, starts, beside, runs)
     }
@@ -157,12 +147,7 @@ impl PredictionError {
     /// # Errors
     /// [`SetupError::ShortRecord`]; [`SetupError::TruthOfOtherOrders`] if the true plant is not a model of these
     /// orders.
-    pub fn from_truth(
-        orders: Orders,
-        truth: &KnownModel,
-        beside: Beside,
-        window: usize,
-    ) -> Result<Self, SetupError> {
+    pub fn from_truth(orders: Orders, truth: &KnownModel, beside: Beside, window: usize) -> Result<Self, SetupError> {
         let starts = Starts::new(orders, 0, window).with_truth(truth)?;
         Self::with_starts(orders, starts, beside, Runs::new(&[window]))
     }
@@ -180,12 +165,7 @@ impl PredictionError {
     }
 
     /// Estimates by searches from a model of these orders too.
-    pub(super) fn estimate_with(
-        &mut self,
-        start: Option<&LinearModel>,
-        window: Window<'_>,
-        pass: &mut Pass,
-    ) {
+    pub(super) fn estimate_with(&mut self, start: Option<&LinearModel>, window: Window<'_>, pass: &mut Pass) {
         self.found = None;
         let seen = match &mut self.levels {
             Some(levels) => levels.subtract(window, &self.runs),
@@ -229,12 +209,7 @@ impl PredictionError {
         }
     }
 
-    fn with_starts(
-        orders: Orders,
-        starts: Starts,
-        beside: Beside,
-        runs: Runs,
-    ) -> Result<Self, SetupError> {
+    fn with_starts(orders: Orders, starts: Starts, beside: Beside, runs: Runs) -> Result<Self, SetupError> {
         let window = runs.samples();
         let state = || StateEstimate::new(orders.order(), StartState::Estimate);
         let of_record = beside.of(orders);
@@ -242,11 +217,7 @@ impl PredictionError {
         enough_equations(orders, window, window, fitted + 1)?;
         Ok(Self {
             first: runs.first(orders.order()),
-            search: Search::new(
-                starts,
-                Descent::new(orders, of_record, runs.clone()),
-                window,
-            ),
+            search: Search::new(starts, Descent::new(orders, of_record, runs.clone()), window),
             levels: beside.levels(),
             runs,
             rescaled: Rescaled::new(window),
@@ -260,12 +231,7 @@ impl PredictionError {
     }
 
     /// Fills the pass from the result of the search.
-    fn report(
-        &mut self,
-        window: Window<'_>,
-        found: Found,
-        pass: &mut Pass,
-    ) -> Result<(), FailureKind> {
+    fn report(&mut self, window: Window<'_>, found: Found, pass: &mut Pass) -> Result<(), FailureKind> {
         let (u, y) = self.rescaled.record();
         pass.iterations = Some(found.iterations);
         let theta = self.search.theta();
@@ -325,13 +291,7 @@ impl Estimator for PredictionError {
     }
 
     /// The search does not depend on the covariance.
-    fn estimate_again(
-        &mut self,
-        covariance: Covariance,
-        window: Window<'_>,
-        _: &[Pass],
-        passes: &mut [Pass],
-    ) -> bool {
+    fn estimate_again(&mut self, covariance: Covariance, window: Window<'_>, _: &[Pass], passes: &mut [Pass]) -> bool {
         let (Some(found), Some(pass)) = (self.found, passes.first_mut()) else {
             return false;
         };

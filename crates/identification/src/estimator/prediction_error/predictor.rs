@@ -58,17 +58,8 @@ impl OfRecord {
 /// Returns how many numbers represent the effect on e of the signals before the record. The effect is `P(q)/(C F)` of
 /// an impulse at k = 0; P has as many coefficients as the predictor `(D A F y - D B u)/(C F)` has states.
 pub fn initial_numbers(orders: Orders) -> usize {
-    let Orders {
-        na,
-        nb,
-        nc,
-        nd,
-        nf,
-        nk,
-    } = orders;
-    (nc + nf)
-        .max(nd + na + nf)
-        .max((nd + nb + nk).saturating_sub(1))
+    let Orders { na, nb, nc, nd, nf, nk } = orders;
+    (nc + nf).max(nd + na + nf).max((nd + nb + nk).saturating_sub(1))
 }
 
 /// Columns of psi: a signal, the number of columns, the first delay, a sign. The columns of the offset and of the
@@ -267,9 +258,7 @@ impl Predictor {
     fn filter_signals(&mut self) {
         let LinearModel { a, b, c, d, f, .. } = &self.model;
         let y = &self.y;
-        let Orders {
-            na, nb, nc, nd, nf, ..
-        } = self.orders;
+        let Orders { na, nb, nc, nd, nf, .. } = self.orders;
         let (runs, of_input) = (&self.runs, nb + nf > 0);
         if nc > 0 {
             self.of_e.copy_from_slice(&self.e);
@@ -352,14 +341,7 @@ impl Predictor {
     }
 
     fn blocks(&self) -> [Block<'_>; 7] {
-        let Orders {
-            na,
-            nb,
-            nc,
-            nd,
-            nf,
-            nk,
-        } = self.orders;
+        let Orders { na, nb, nc, nd, nf, nk } = self.orders;
         [
             (&self.of_y, na, 1, 1.0),
             (&self.of_u, nb, nk, -1.0),
@@ -373,11 +355,7 @@ impl Predictor {
 
     /// Returns for how many records a group has numbers of their own; 1 where all share them.
     fn records_of(&self, group: usize) -> usize {
-        if group >= OFFSET {
-            self.runs.count()
-        } else {
-            1
-        }
+        if group >= OFFSET { self.runs.count() } else { 1 }
     }
 
     /// Returns the columns of psi, and e.
@@ -476,15 +454,9 @@ impl Predictor {
                 lagged_products(signal, of_column, (*delay, *count), (*late, *columns), put);
                 column += columns;
             }
-            lagged_products(
-                signal,
-                &self.e,
-                (*delay, *count),
-                (0, 1),
-                |of_row, _, value| {
-                    normal.put(row + of_row, width, sign * value);
-                },
-            );
+            lagged_products(signal, &self.e, (*delay, *count), (0, 1), |of_row, _, value| {
+                normal.put(row + of_row, width, sign * value);
+            });
             row += count;
         }
         let reached = normal.factorise(ILL_CONDITIONED);
@@ -605,8 +577,7 @@ impl Predictor {
         let (r, top) = (self.psi.r(), self.psi.top());
         let cosine = |j: usize| {
             let column = (0..=j).map(|i| (r[(i, j)], top[i]));
-            let (product, square) =
-                column.fold((0.0, 0.0), |(p, s), (r, e)| (p + r * e, s + r * r));
+            let (product, square) = column.fold((0.0, 0.0), |(p, s), (r, e)| (p + r * e, s + r * r));
             if square > 0.0 {
                 (product / (square * sum).sqrt()).abs()
             } else {

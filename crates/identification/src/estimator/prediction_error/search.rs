@@ -122,10 +122,7 @@ impl Search {
         self.starts.begin(gain);
         let mut models = given.iter();
         loop {
-            let lowest = self
-                .found
-                .iter()
-                .min_by(|a, b| a.found.sum.total_cmp(&b.found.sum));
+            let lowest = self.found.iter().min_by(|a, b| a.found.sum.total_cmp(&b.found.sum));
             let best = lowest.or(self.unfinished.as_ref());
             let best = best.map(|point| point.theta.as_slice());
             // A search from a given model comes first: it would be screened after others.
@@ -169,8 +166,7 @@ impl Search {
         };
         match found.failure {
             None => {
-                let same =
-                    |other: &Point| (found.sum - other.found.sum).abs() <= SAME * other.found.sum;
+                let same = |other: &Point| (found.sum - other.found.sum).abs() <= SAME * other.found.sum;
                 match self.found.iter_mut().find(|other| same(other)) {
                     Some(other) if found.sum < other.found.sum => *other = point,
                     Some(_) => {}
@@ -189,8 +185,7 @@ impl Search {
     /// Searches from the lowest minimum to its end; from the next if that fails. The best point of the other searches
     /// is taken instead if there is no minimum, or if it is so much lower that no minimum explains the record.
     fn finish(&mut self, u: &[f64], y: &[f64], failed: FailureKind) -> Found {
-        self.found
-            .sort_by(|a, b| a.found.sum.total_cmp(&b.found.sum));
+        self.found.sort_by(|a, b| a.found.sum.total_cmp(&b.found.sum));
         let mut best = Found {
             sum: f64::INFINITY,
             iterations: 0,
@@ -201,9 +196,7 @@ impl Search {
             let found = self.descent.run(u, y, &point.theta, REST);
             iterations += found.iterations;
             let first = best.sum.is_infinite();
-            if found.failure.is_none()
-                || (first && found.failure.is_some_and(FailureKind::leaves_a_model))
-            {
+            if found.failure.is_none() || (first && found.failure.is_some_and(FailureKind::leaves_a_model)) {
                 self.theta.copy_from_slice(self.descent.theta());
                 best = found;
             }

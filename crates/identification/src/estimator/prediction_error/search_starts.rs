@@ -60,11 +60,9 @@ impl<'de> Deserialize<'de> for SearchStarts {
             other => other.as_u64().and_then(|count| usize::try_from(count).ok()),
         };
         let count = count.filter(|count| *count <= MOST_STARTS);
-        count.map(Self::Random).ok_or_else(|| {
-            serde::de::Error::custom(format!(
-                "{given}; expected 0 to {MOST_STARTS}, rule or truth"
-            ))
-        })
+        count
+            .map(Self::Random)
+            .ok_or_else(|| serde::de::Error::custom(format!("{given}; expected 0 to {MOST_STARTS}, rule or truth")))
     }
 }
 

@@ -84,11 +84,7 @@ fn recipes(orders: Orders) -> Vec<Recipe> {
             Denominator(Kind::Refined, Noise::Residuals),
         ]);
     } else if nf > 0 {
-        let white = if noise {
-            Noise::Residuals
-        } else {
-            Noise::White
-        };
+        let white = if noise { Noise::Residuals } else { Noise::White };
         all.extend([
             Denominator(Kind::Refined, white),
             NullSpace(0),
@@ -162,16 +158,8 @@ impl Starts {
         let orders = self.orders;
         let truth = &truth.pass().model;
         let mut model = LinearModel::zero(orders);
-        let denominator = if orders.na > 0 {
-            &mut model.a
-        } else {
-            &mut model.f
-        };
-        let needed = truth
-            .a
-            .iter()
-            .rposition(|a| *a != 0.0)
-            .map_or(0, |last| last + 1);
+        let denominator = if orders.na > 0 { &mut model.a } else { &mut model.f };
+        let needed = truth.a.iter().rposition(|a| *a != 0.0).map_or(0, |last| last + 1);
         if needed > denominator.len() {
             return Err(SetupError::TruthOfOtherOrders { orders });
         }
@@ -218,10 +206,7 @@ impl Starts {
 
     /// Computes the model of a start; false if there is none.
     fn make(&mut self, recipe: Recipe, u: &[f64], y: &[f64], best: Option<&[f64]>) -> bool {
-        let of_slow = matches!(
-            recipe,
-            Recipe::Denominator(Kind::Slow, _) | Recipe::DrawnSlow(_)
-        );
+        let of_slow = matches!(recipe, Recipe::Denominator(Kind::Slow, _) | Recipe::DrawnSlow(_));
         if of_slow && !self.is_slow(best) {
             return false;
         }
@@ -305,13 +290,10 @@ impl Starts {
                         for (c, found) in c.iter_mut().zip(found) {
                             *c = *found;
                         }
-                        (stable(c, &mut self.scratch) || reflect_zeros(c))
-                            && self.solve_linear(u, y)
+                        (stable(c, &mut self.scratch) || reflect_zeros(c)) && self.solve_linear(u, y)
                     }
                     Noise::Residuals => {
-                        self.solve_linear(u, y)
-                            && self.hannan_rissanen(u, y)
-                            && self.solve_linear(u, y)
+                        self.solve_linear(u, y) && self.hannan_rissanen(u, y) && self.solve_linear(u, y)
                     }
                 }
             }
@@ -354,9 +336,7 @@ impl Starts {
                 (y, 0, 1.0)
             };
             for (row, to) in to.iter_mut().enumerate() {
-                *to = (first + row)
-                    .checked_sub(lag)
-                    .map_or(0.0, |k| sign * signal[k]);
+                *to = (first + row).checked_sub(lag).map_or(0.0, |k| sign * signal[k]);
             }
         });
         let mut solution = std::mem::take(&mut self.scratch);

@@ -39,11 +39,7 @@ fn structures() -> Vec<Orders> {
                 ..Orders::default()
             };
             all.push(Orders { nf: n, ..none });
-            all.push(Orders {
-                na: n,
-                nc: n,
-                ..none
-            });
+            all.push(Orders { na: n, nc: n, ..none });
             all.push(Orders {
                 nf: n,
                 nc: 1,
@@ -89,10 +85,7 @@ fn complex_sum(orders: Orders, theta: &[c64], u: &[f64], y: &[f64]) -> c64 {
     let mut sum = zero;
     for k in 0..N {
         let past = |signal: &[c64], lag: usize| k.checked_sub(lag).map_or(zero, |k| signal[k]);
-        let real = |signal: &[f64], lag: usize| {
-            k.checked_sub(lag)
-                .map_or(zero, |k| c64::new(signal[k], 0.0))
-        };
+        let real = |signal: &[f64], lag: usize| k.checked_sub(lag).map_or(zero, |k| c64::new(signal[k], 0.0));
         for (i, b) in b.iter().enumerate() {
             x[k] += *b * real(u, orders.nk + i);
         }
@@ -143,9 +136,7 @@ fn gradients_are_exact() {
 #[test]
 fn every_structure_is_recovered() {
     // With both A and F, the two may be exchanged.
-    let structures = structures()
-        .into_iter()
-        .filter(|orders| orders.na * orders.nf == 0);
+    let structures = structures().into_iter().filter(|orders| orders.na * orders.nf == 0);
     for (trial, orders) in structures.enumerate() {
         let trial = trial as u64;
         let truth = model(orders, trial);
@@ -164,10 +155,7 @@ fn every_structure_is_recovered() {
         let found = pass.model.parameters().zip(truth.parameters());
         for ((found, truth), error) in found.zip(errors) {
             let allowed = if exact { 1e-9 } else { 6.0 * error };
-            assert!(
-                (found - truth).abs() < allowed,
-                "{orders}: {found} {truth} {error}"
-            );
+            assert!((found - truth).abs() < allowed, "{orders}: {found} {truth} {error}");
         }
     }
 }
@@ -194,9 +182,7 @@ fn armax_without_noise() {
 /// In other units the model is the same; B is in those of y over u.
 #[test]
 fn units_do_not_matter() {
-    let structures = structures()
-        .into_iter()
-        .filter(|orders| orders.na * orders.nf == 0);
+    let structures = structures().into_iter().filter(|orders| orders.na * orders.nf == 0);
     for (trial, orders) in structures.enumerate() {
         let (u, y) = record(&model(orders, trial as u64), trial as u64, 0.2);
         let estimate = |u: &[f64], y: &[f64]| {
@@ -231,8 +217,7 @@ fn what_cannot_be_identified_is_typed() {
         ..LinearModel::zero("nb=1,nf=1".parse().unwrap())
     };
     let (u, y) = record(&truth, 1, 0.0);
-    let mut method =
-        PredictionError::new("nb=2,nf=2".parse().unwrap(), 4, InitialCondition::Zero, N).unwrap();
+    let mut method = PredictionError::new("nb=2,nf=2".parse().unwrap(), 4, InitialCondition::Zero, N).unwrap();
     let mut passes = [Pass::new(1)];
     method.estimate(Window::new(&u, &y, N), &mut passes);
     let kind = passes[0].failure.expect("a failure").kind;
@@ -303,11 +288,7 @@ fn hessians_are_exact() {
                 for i in j..theta.len() {
                     let expected = (after[i] - before[i]) / (2.0 * h);
                     let error = (hessian[(i, j)] - expected).abs() / (scale(i) * scale(j));
-                    assert!(
-                        error < 1e-7,
-                        "{orders} {of:?} {i} {j}: {} {expected}",
-                        hessian[(i, j)]
-                    );
+                    assert!(error < 1e-7, "{orders} {of:?} {i} {j}: {} {expected}", hessian[(i, j)]);
                 }
             }
         }
@@ -378,10 +359,7 @@ fn offsets_and_starts_of_another_program() {
             let list = of.as_array().unwrap().iter();
             list.map(|x| x.as_f64().unwrap()).collect()
         };
-        let lengths: Vec<usize> = numbers(&case["lengths"])
-            .iter()
-            .map(|n| *n as usize)
-            .collect();
+        let lengths: Vec<usize> = numbers(&case["lengths"]).iter().map(|n| *n as usize).collect();
         let path = format!("../../tests/recorded_data/data/{file}");
         let all = crate::data::csv::read(std::fs::File::open(path).unwrap()).unwrap();
         let runs = Runs::new(&lengths);
@@ -401,13 +379,8 @@ fn offsets_and_starts_of_another_program() {
         let ratio = pass.loss / case["loss"].as_f64().unwrap();
         assert!((ratio - 1.0).abs() < 1e-10, "{file} {orders}: loss {ratio}");
         let offsets = pass.offsets.iter();
-        let expected = numbers(&case["theta"])
-            .into_iter()
-            .chain(numbers(&case["offsets"]));
-        let found = pass
-            .model
-            .parameters()
-            .chain(offsets.clone().map(|of| of.value));
+        let expected = numbers(&case["theta"]).into_iter().chain(numbers(&case["offsets"]));
+        let found = pass.model.parameters().chain(offsets.clone().map(|of| of.value));
         for (i, (found, expected)) in found.zip(expected).enumerate() {
             let error = (found - expected).abs() / expected.abs().max(1.0);
             assert!(error < 1e-8, "{file} {orders} {i}: {found} {expected}");
@@ -416,10 +389,7 @@ fn offsets_and_starts_of_another_program() {
         let errors = errors.into_iter().chain(offsets.map(|of| of.se));
         for (i, (found, expected)) in errors.zip(numbers(&case["se"])).enumerate() {
             let ratio = found / expected;
-            assert!(
-                (ratio - 1.0).abs() < 1e-6,
-                "{file} {orders} {i}: se {ratio}"
-            );
+            assert!((ratio - 1.0).abs() < 1e-6, "{file} {orders} {i}: se {ratio}");
         }
     }
 }
@@ -466,9 +436,7 @@ fn intervals_with_offset_and_start_cover() {
         }
         let mean = 0.95 * RECORDS as f64;
         let most = 3.7 * (mean * 0.05).sqrt();
-        let right = covered
-            .iter()
-            .all(|count| (f64::from(*count) - mean).abs() < most);
+        let right = covered.iter().all(|count| (f64::from(*count) - mean).abs() < most);
         assert!(right, "{orders}: {covered:?}");
     }
 }
@@ -501,10 +469,7 @@ fn offsets_of_input_and_output_are_one() {
                     assert!((own - moved).abs() < 1e-8, "{orders}: {own} {moved}");
                 }
                 let [own, moved] = [&own, &moved].map(|pass| pass.offsets[0].value);
-                assert!(
-                    (moved - own - by).abs() < 1e-6,
-                    "{orders}: {own} {moved} {by}"
-                );
+                assert!((moved - own - by).abs() < 1e-6, "{orders}: {own} {moved} {by}");
             }
         }
     }

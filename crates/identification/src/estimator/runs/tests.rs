@@ -4,13 +4,7 @@ use super::Runs;
 use crate::estimator::{EstimatorName, Method, Pass, Problem, Shape, Window};
 use serde_json::{Map, Value, json};
 
-fn estimate(
-    name: &str,
-    options: Map<String, Value>,
-    lengths: &[usize],
-    u: &[f64],
-    y: &[f64],
-) -> Pass {
+fn estimate(name: &str, options: Map<String, Value>, lengths: &[usize], u: &[f64], y: &[f64]) -> Pass {
     let name: EstimatorName = name.parse().unwrap();
     let method = Method::named(name.name(), name.parse(options).unwrap());
     let shape = Shape {
@@ -68,17 +62,11 @@ fn models_of_another_program() {
         assert_eq!(pass.failure, None, "{case}");
         let pairs = pass.model.parameters().zip(numbers(&case["theta"]));
         for (found, expected) in pairs {
-            assert!(
-                (found - expected).abs() < 1e-8,
-                "{name}: {found} {expected}"
-            );
+            assert!((found - expected).abs() < 1e-8, "{name}: {found} {expected}");
         }
         let errors = pass.model.standard_errors().unwrap();
         for (found, expected) in errors.iter().zip(numbers(&case["se"])) {
-            assert!(
-                (found / expected - 1.0).abs() < 1e-6,
-                "{name}: {found} {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 1e-6, "{name}: {found} {expected}");
         }
         if let Some(loss) = case["loss"].as_f64() {
             assert!((pass.loss / loss - 1.0).abs() < 1e-10, "{name}");
@@ -112,10 +100,7 @@ fn each_record_has_a_start_of_its_own() {
             _ => &[-1.5, 0.7, 1.0, 0.5],
         };
         for (found, expected) in pass.model.parameters().zip(truth) {
-            assert!(
-                (found - expected).abs() < 1e-7,
-                "{name}: {found} {expected}"
-            );
+            assert!((found - expected).abs() < 1e-7, "{name}: {found} {expected}");
         }
     }
 }
@@ -152,11 +137,7 @@ fn standard_errors_are_right() {
         ("iv", "na=2,nb=2,nk=1", &[-1.5, 0.7, 1.0, 0.5]),
         ("armax", "na=2,nb=2,nc=1,nk=1", &[-1.5, 0.7, 1.0, 0.5, 0.4]),
         ("oe", "nb=2,nf=2,nk=1", &[1.0, 0.5, -1.5, 0.7]),
-        (
-            "bj",
-            "nb=2,nc=1,nd=1,nf=2,nk=1",
-            &[1.0, 0.5, 0.4, -0.6, -1.5, 0.7],
-        ),
+        ("bj", "nb=2,nc=1,nd=1,nf=2,nk=1", &[1.0, 0.5, 0.4, -0.6, -1.5, 0.7]),
     ];
     for (name, orders, truth) in cases {
         let model = plant(orders, truth);
@@ -164,8 +145,7 @@ fn standard_errors_are_right() {
         for set in 0..SETS {
             let (mut u, mut y) = (Vec::new(), Vec::new());
             for (record, length) in lengths.into_iter().enumerate() {
-                let draw =
-                    |purpose| test_setup::normal(7, (3 * set + record) as u64, purpose, length);
+                let draw = |purpose| test_setup::normal(7, (3 * set + record) as u64, purpose, length);
                 let own = draw(crate::signal::Purpose::Input);
                 let mut e = draw(crate::signal::Purpose::NoiseDrive);
                 for e in &mut e {
@@ -202,20 +182,13 @@ fn other_methods_refuse_several() {
         };
         let problem = Problem {
             runs: &[150, 150],
-            ..Shape {
-                order: 2,
-                window: 300,
-            }
-            .into()
+            ..Shape { order: 2, window: 300 }.into()
         };
         let prepared = Method::named(name.name(), options).prepare(problem);
         let takes = ORDERS.iter().any(|(of, _)| *of == name.name());
         match prepared {
             Ok(_) => assert!(takes, "{name}"),
-            Err(error) => assert!(
-                !takes && error.to_string().contains("one record"),
-                "{name}: {error}"
-            ),
+            Err(error) => assert!(!takes && error.to_string().contains("one record"), "{name}: {error}"),
         }
     }
 }

@@ -17,12 +17,7 @@ pub(super) struct Inverter {
 
 impl Inverter {
     pub(super) fn new(dimension: usize) -> Self {
-        let lu = factor::lu_in_place_scratch::<usize, f64>(
-            dimension,
-            dimension,
-            Par::Seq,
-            Default::default(),
-        );
+        let lu = factor::lu_in_place_scratch::<usize, f64>(dimension, dimension, Par::Seq, Default::default());
         let inverse = inverse::inverse_scratch::<usize, f64>(dimension, Par::Seq);
         Self {
             lu: Mat::zeros(dimension, dimension),
@@ -33,11 +28,7 @@ impl Inverter {
     }
 
     /// Computes `out = A^-1`.
-    pub(super) fn invert(
-        &mut self,
-        a: MatRef<'_, f64>,
-        out: MatMut<'_, f64>,
-    ) -> Result<(), FailureKind> {
+    pub(super) fn invert(&mut self, a: MatRef<'_, f64>, out: MatMut<'_, f64>) -> Result<(), FailureKind> {
         self.lu.copy_from(a);
         let stack = MemStack::new(&mut self.memory);
         let (_, permutation) = factor::lu_in_place(
@@ -85,12 +76,7 @@ impl EquilibratedLu {
     /// Makes buffers for systems of a dimension; `order` is n of the rank rule.
     pub(super) fn new(dimension: usize, order: usize) -> Self {
         let par = Par::Seq;
-        let lu = factor::lu_in_place_scratch::<usize, f64>(
-            dimension,
-            dimension,
-            par,
-            Default::default(),
-        );
+        let lu = factor::lu_in_place_scratch::<usize, f64>(dimension, dimension, par, Default::default());
         let forward = solve::solve_in_place_scratch::<usize, f64>(dimension, 1, par);
         let transposed = solve::solve_transpose_in_place_scratch::<usize, f64>(dimension, 1, par);
         Self {
@@ -110,11 +96,7 @@ impl EquilibratedLu {
     }
 
     /// Overwrites `rhs` by the solution. Sets `condition` even if the rank rule fails.
-    pub(super) fn solve(
-        &mut self,
-        rhs: &mut [f64],
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    pub(super) fn solve(&mut self, rhs: &mut [f64], condition: &mut f64) -> Result<(), FailureKind> {
         self.equilibration.of(self.matrix.as_ref())?;
         self.equilibration.apply(self.matrix.as_mut());
         let norm = norm1(self.matrix.as_ref());
@@ -131,8 +113,7 @@ impl EquilibratedLu {
         let lu = self.matrix.as_ref();
         let dimension = lu.nrows();
         // The factorisation has just made this permutation.
-        let permutation =
-            PermRef::new_checked(&self.permutation, &self.permutation_inverse, dimension);
+        let permutation = PermRef::new_checked(&self.permutation, &self.permutation_inverse, dimension);
         let mut substitute = |x: &mut [f64], transposed: bool| {
             let x = MatMut::from_column_major_slice_mut(x, dimension, 1);
             if transposed {

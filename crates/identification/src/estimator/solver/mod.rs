@@ -75,11 +75,7 @@ pub trait SolveLeastSquares: Send {
     ///
     /// # Errors
     /// The kind of failure; `solution.p` is then undefined.
-    fn least_squares(
-        &mut self,
-        window: Window<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind>;
+    fn least_squares(&mut self, window: Window<'_>, solution: &mut Solution) -> Result<(), FailureKind>;
 }
 
 /// The signals that replace y and u in the instruments Z, as long as the window.
@@ -94,10 +90,7 @@ pub struct Instruments<'a> {
 impl<'a> Instruments<'a> {
     /// Makes instruments with yhat instead of y, and u itself.
     pub const fn new(output: &'a [f64]) -> Self {
-        Self {
-            output,
-            input: None,
-        }
+        Self { output, input: None }
     }
 
     /// Returns the signal that is used as u on a window.
@@ -175,18 +168,11 @@ impl Solver {
     /// # Errors
     /// As for [`Self::least_squares`]. Also for `cholesky`, which cannot use instruments, and for a printed stage 10
     /// with a solver other than `partitioned`.
-    pub fn instruments(
-        self,
-        shape: Shape,
-        stage10: Stage10,
-    ) -> Result<Box<dyn SolveInstruments>, SetupError> {
+    pub fn instruments(self, shape: Shape, stage10: Stage10) -> Result<Box<dyn SolveInstruments>, SetupError> {
         shape.check()?;
         self.check_dimension(shape)?;
         if stage10 != Stage10::Corrected && self != Self::Partitioned {
-            return Err(SetupError::Stage10NeedsPartitioned {
-                stage10,
-                solver: self,
-            });
+            return Err(SetupError::Stage10NeedsPartitioned { stage10, solver: self });
         }
         let Shape { order, window } = shape;
         Ok(match self {

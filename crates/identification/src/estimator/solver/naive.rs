@@ -37,12 +37,7 @@ impl Dual {
         }
     }
 
-    fn solve(
-        &mut self,
-        window: Window<'_>,
-        z: Instruments<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind> {
+    fn solve(&mut self, window: Window<'_>, z: Instruments<'_>, solution: &mut Solution) -> Result<(), FailureKind> {
         fill_rows(window.y, window.u, self.order, 0, self.phi.as_mut());
         fill_rows(z.output, z.input(window), self.order, 0, self.z.as_mut());
         let mut matrix = self.lu.matrix();
@@ -69,11 +64,7 @@ impl Dual {
 }
 
 impl SolveLeastSquares for Dual {
-    fn least_squares(
-        &mut self,
-        window: Window<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind> {
+    fn least_squares(&mut self, window: Window<'_>, solution: &mut Solution) -> Result<(), FailureKind> {
         self.solve(window, Instruments::new(window.y), solution)
     }
 }
@@ -109,12 +100,7 @@ impl Augmented {
         }
     }
 
-    fn solve(
-        &mut self,
-        window: Window<'_>,
-        z: Instruments<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind> {
+    fn solve(&mut self, window: Window<'_>, z: Instruments<'_>, solution: &mut Solution) -> Result<(), FailureKind> {
         let rows = window.len() - self.order;
         let mut matrix = self.lu.matrix();
         matrix.fill(0.0);
@@ -135,11 +121,7 @@ impl Augmented {
 }
 
 impl SolveLeastSquares for Augmented {
-    fn least_squares(
-        &mut self,
-        window: Window<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind> {
+    fn least_squares(&mut self, window: Window<'_>, solution: &mut Solution) -> Result<(), FailureKind> {
         self.solve(window, Instruments::new(window.y), solution)
     }
 }

@@ -4,9 +4,7 @@
 //! squares a condition number, so these solvers keep about twice as many digits as those with the information matrix.
 
 use super::linear::EquilibratedLu;
-use super::rank::{
-    Equilibration, check_rank, inverse_norm1_estimate, maximum, norm1, triangular_condition,
-};
+use super::rank::{Equilibration, check_rank, inverse_norm1_estimate, maximum, norm1, triangular_condition};
 use super::reduction::Reduction;
 use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares};
 use crate::estimator::regressors::fill_rows;
@@ -30,23 +28,14 @@ impl Triangle {
     fn new(order: usize, window: usize, instruments: bool) -> Self {
         Self {
             order,
-            reduction: Reduction::new(
-                2 * order,
-                window - order,
-                if instruments { 2 * order + 1 } else { 1 },
-            ),
+            reduction: Reduction::new(2 * order, window - order, if instruments { 2 * order + 1 } else { 1 }),
             equilibration: Equilibration::new(2 * order, 2 * order),
             scratch: vec![0.0; 2 * order],
         }
     }
 
     /// Computes R of the data matrix with the signals of `z`, its column scales and its condition.
-    fn reduce(
-        &mut self,
-        window: Window<'_>,
-        z: Instruments<'_>,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn reduce(&mut self, window: Window<'_>, z: Instruments<'_>, condition: &mut f64) -> Result<(), FailureKind> {
         let n = self.order;
         let fill = |first: usize, block: MatMut<'_, f64>, companions: MatMut<'_, f64>| {
             fill_rows(z.output, z.input(window), n, first, block);
@@ -100,11 +89,7 @@ impl Qr {
 }
 
 impl SolveLeastSquares for Qr {
-    fn least_squares(
-        &mut self,
-        window: Window<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind> {
+    fn least_squares(&mut self, window: Window<'_>, solution: &mut Solution) -> Result<(), FailureKind> {
         let triangle = &mut self.regressors;
         triangle.reduce(window, Instruments::new(window.y), &mut solution.condition)?;
         triangle.copy_rhs(&mut solution.p);
@@ -153,14 +138,7 @@ impl Svd {
     pub fn new(order: usize, window: usize) -> Self {
         let dimension = 2 * order;
         let vectors = ComputeSvdVectors::Thin;
-        let memory = svd_scratch::<f64>(
-            dimension,
-            dimension,
-            vectors,
-            vectors,
-            Par::Seq,
-            Default::default(),
-        );
+        let memory = svd_scratch::<f64>(dimension, dimension, vectors, vectors, Par::Seq, Default::default());
         let square = || Mat::zeros(dimension, dimension);
         let column = || vec![0.0; dimension];
         Self {
@@ -205,22 +183,10 @@ impl Svd {
 }
 
 /// Computes `x <- V S^-1 U' x`, or transposed `x <- U S^-1 V' x`.
-fn apply_inverse(
-    u: &Mat<f64>,
-    s: &Diag<f64>,
-    v: &Mat<f64>,
-    x: &mut [f64],
-    scratch: &mut [f64],
-    transposed: bool,
-) {
+fn apply_inverse(u: &Mat<f64>, s: &Diag<f64>, v: &Mat<f64>, x: &mut [f64], scratch: &mut [f64], transposed: bool) {
     let (from, to) = if transposed { (v, u) } else { (u, v) };
     for (i, scratch) in scratch.iter_mut().enumerate() {
-        let sum: f64 = from
-            .col_as_slice(i)
-            .iter()
-            .zip(&*x)
-            .map(|(u, x)| u * x)
-            .sum();
+        let sum: f64 = from.col_as_slice(i).iter().zip(&*x).map(|(u, x)| u * x).sum();
         *scratch = sum / s[i];
     }
     x.fill(0.0);
@@ -232,11 +198,7 @@ fn apply_inverse(
 }
 
 impl SolveLeastSquares for Svd {
-    fn least_squares(
-        &mut self,
-        window: Window<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind> {
+    fn least_squares(&mut self, window: Window<'_>, solution: &mut Solution) -> Result<(), FailureKind> {
         let triangle = &mut self.regressors;
         triangle.reduce(window, Instruments::new(window.y), &mut solution.condition)?;
         triangle.copy_rhs(&mut solution.p);

@@ -83,35 +83,14 @@ impl Partitioned {
         multiply(m1_g12, m1.as_ref(), g12);
         multiply(g21_m1, g21, m1.as_ref());
         schur.copy_from(g22);
-        matmul(
-            schur.as_mut(),
-            Accum::Add,
-            g21,
-            m1_g12.as_ref(),
-            -1.0,
-            Par::Seq,
-        );
+        matmul(schur.as_mut(), Accum::Add, g21, m1_g12.as_ref(), -1.0, Par::Seq);
         self.inverter.invert(schur.as_ref(), m2.as_mut())?;
         multiply(m2_g21_m1, m2.as_ref(), g21_m1.as_ref());
 
         let (mut c11, c12, mut c21, mut c22) = self.inverse.as_mut().split_at_mut(n, n);
         c11.copy_from(&*m1);
-        matmul(
-            c11,
-            Accum::Add,
-            m1_g12.as_ref(),
-            m2_g21_m1.as_ref(),
-            1.0,
-            Par::Seq,
-        );
-        matmul(
-            c12,
-            Accum::Replace,
-            m1_g12.as_ref(),
-            m2.as_ref(),
-            -1.0,
-            Par::Seq,
-        );
+        matmul(c11, Accum::Add, m1_g12.as_ref(), m2_g21_m1.as_ref(), 1.0, Par::Seq);
+        matmul(c12, Accum::Replace, m1_g12.as_ref(), m2.as_ref(), -1.0, Par::Seq);
         for j in 0..n {
             for i in 0..n {
                 c21[(i, j)] = -m2_g21_m1[(i, j)];
@@ -161,11 +140,7 @@ impl Partitioned {
 }
 
 impl SolveLeastSquares for Partitioned {
-    fn least_squares(
-        &mut self,
-        window: Window<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind> {
+    fn least_squares(&mut self, window: Window<'_>, solution: &mut Solution) -> Result<(), FailureKind> {
         self.information.least_squares(window);
         self.invert(&mut solution.condition)?;
         self.multiply_rhs(&mut solution.p);

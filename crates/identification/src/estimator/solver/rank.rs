@@ -122,9 +122,7 @@ impl Equilibration {
     /// As for [`Self::of`].
     pub fn of_columns(&mut self, matrix: MatRef<'_, f64>) -> Result<(), FailureKind> {
         for (j, scale) in self.columns.iter_mut().enumerate() {
-            let size = (0..matrix.nrows())
-                .map(|i| matrix[(i, j)].abs())
-                .fold(0.0, maximum);
+            let size = (0..matrix.nrows()).map(|i| matrix[(i, j)].abs()).fold(0.0, maximum);
             if !size.is_finite() {
                 return Err(FailureKind::NonFinite);
             }
@@ -221,10 +219,7 @@ fn largest_of_column(matrix: MatRef<'_, f64>, j: usize, rows: &[f64]) -> f64 {
 
 #[inline(always)]
 fn larger_size(size: f64, x: f64) -> f64 {
-    let (a, b) = (
-        size.to_bits().cast_signed(),
-        x.abs().to_bits().cast_signed(),
-    );
+    let (a, b) = (size.to_bits().cast_signed(), x.abs().to_bits().cast_signed());
     f64::from_bits(if a < b { b } else { a }.cast_unsigned())
 }
 
@@ -240,11 +235,7 @@ pub fn norm1(matrix: MatRef<'_, f64>) -> f64 {
 ///
 /// # Errors
 /// [`FailureKind::RankDeficient`] if a diagonal entry is zero.
-pub fn triangular_condition(
-    r: MatRef<'_, f64>,
-    columns: &[f64],
-    scratch: &mut [f64],
-) -> Result<f64, FailureKind> {
+pub fn triangular_condition(r: MatRef<'_, f64>, columns: &[f64], scratch: &mut [f64]) -> Result<f64, FailureKind> {
     let (mut norm, mut inverse_norm) = (0.0_f64, 0.0_f64);
     for (j, scale) in columns.iter().enumerate().take(r.ncols()) {
         if r[(j, j)] == 0.0 {
@@ -254,11 +245,7 @@ pub fn triangular_condition(
         norm = maximum(norm, sum * scale);
     }
     columns_of_inverse(r, scratch, |column| {
-        let sum = column
-            .iter()
-            .zip(columns)
-            .map(|(x, scale)| x.abs() / scale)
-            .sum();
+        let sum = column.iter().zip(columns).map(|(x, scale)| x.abs() / scale).sum();
         inverse_norm = maximum(inverse_norm, sum);
     });
     Ok(norm * inverse_norm)
@@ -312,11 +299,7 @@ pub fn columns_of_inverse(r: MatRef<'_, f64>, scratch: &mut [f64], mut take: imp
 /// than a factor of 3; Higham 1988, Algorithm 674).
 ///
 /// `solve(x, transposed)` overwrites x by `A^-1 x` or `A^-T x`; `x` and `z` are scratch of A's dimension.
-pub fn inverse_norm1_estimate(
-    x: &mut [f64],
-    z: &mut [f64],
-    mut solve: impl FnMut(&mut [f64], bool),
-) -> f64 {
+pub fn inverse_norm1_estimate(x: &mut [f64], z: &mut [f64], mut solve: impl FnMut(&mut [f64], bool)) -> f64 {
     let dimension = x.len();
     let norm = |x: &[f64]| x.iter().map(|x| x.abs()).sum::<f64>();
     x.fill(1.0 / dimension as f64);

@@ -30,12 +30,10 @@ impl Reduction {
     pub(crate) fn new(width: usize, rows: usize, companions: usize) -> Self {
         let rows = width + BLOCK_ROWS.min(rows);
         let block = factor::recommended_block_size::<f64>(rows, width);
-        let qr =
-            factor::qr_in_place_scratch::<f64>(rows, width, block, Par::Seq, Default::default());
-        let apply =
-            householder::apply_block_householder_sequence_transpose_on_the_left_in_place_scratch::<
-                f64,
-            >(rows, block, companions);
+        let qr = factor::qr_in_place_scratch::<f64>(rows, width, block, Par::Seq, Default::default());
+        let apply = householder::apply_block_householder_sequence_transpose_on_the_left_in_place_scratch::<f64>(
+            rows, block, companions,
+        );
         Self {
             z: Mat::zeros(rows, width),
             companions: Mat::zeros(rows, companions),
@@ -80,13 +78,7 @@ impl Reduction {
         let stack = MemStack::new(&mut self.memory);
         let mut factors: MatMut<'_, f64> = self.factors.get_mut(.., ..rank);
         let mut z = self.z.get_mut(..rows, ..);
-        factor::qr_in_place(
-            z.rb_mut(),
-            factors.rb_mut(),
-            Par::Seq,
-            stack,
-            Default::default(),
-        );
+        factor::qr_in_place(z.rb_mut(), factors.rb_mut(), Par::Seq, stack, Default::default());
         householder::apply_block_householder_sequence_transpose_on_the_left_in_place_with_conj(
             z.as_ref().get(.., ..rank),
             factors.as_ref(),

@@ -32,11 +32,7 @@ impl Lu {
 }
 
 impl SolveLeastSquares for Lu {
-    fn least_squares(
-        &mut self,
-        window: Window<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind> {
+    fn least_squares(&mut self, window: Window<'_>, solution: &mut Solution) -> Result<(), FailureKind> {
         self.information.least_squares(window);
         self.solve(solution)
     }
@@ -69,8 +65,7 @@ impl Cholesky {
     /// Makes buffers for order n.
     pub fn new(order: usize) -> Self {
         let dimension = 2 * order;
-        let scratch =
-            llt::factor::cholesky_in_place_scratch::<f64>(dimension, Par::Seq, Default::default());
+        let scratch = llt::factor::cholesky_in_place_scratch::<f64>(dimension, Par::Seq, Default::default());
         Self {
             order,
             information: Information::new(order),
@@ -83,11 +78,7 @@ impl Cholesky {
 }
 
 impl SolveLeastSquares for Cholesky {
-    fn least_squares(
-        &mut self,
-        window: Window<'_>,
-        solution: &mut Solution,
-    ) -> Result<(), FailureKind> {
+    fn least_squares(&mut self, window: Window<'_>, solution: &mut Solution) -> Result<(), FailureKind> {
         self.information.least_squares(window);
         self.matrix.copy_from(self.information.matrix());
         self.equilibration.of_symmetric(self.matrix.as_ref())?;

@@ -66,9 +66,7 @@ fn observers_of_models() {
         let poles: Vec<f64> = observer.poles.iter().flat_map(|p| [p.re, p.im]).collect();
         let p = observer.covariance.as_ref().unwrap();
         let n = p.nrows();
-        let p: Vec<f64> = (0..n)
-            .flat_map(|i| (0..n).map(move |j| p[(i, j)]))
-            .collect();
+        let p: Vec<f64> = (0..n).flat_map(|i| (0..n).map(move |j| p[(i, j)])).collect();
         let observed = observer.run(&u, &y).unwrap();
         assert_eq!(observed.states.len(), n * (u.len() + 1));
         let rows = |of: &[f64]| -> Vec<f64> {
@@ -88,12 +86,7 @@ fn observers_of_models() {
             let off = off(&found, &numbers(&case[what]));
             assert!(off < 1e-10, "{kind}, {}: {what} {off:e}", case["model"]);
         }
-        for ((e, y), of) in observed
-            .innovations
-            .iter()
-            .zip(&y)
-            .zip(&observed.predictions)
-        {
+        for ((e, y), of) in observed.innovations.iter().zip(&y).zip(&observed.predictions) {
             assert!((y - of - e).abs() < 1e-12);
         }
     }
@@ -111,19 +104,13 @@ fn refusals() {
     };
     let varying = refused("kalman-varying", None);
     assert_eq!(varying, ObservationError::NoCovariances);
-    assert!(matches!(
-        refused("poles:0.1,0.2", None),
-        ObservationError::Gain(_)
-    ));
+    assert!(matches!(refused("poles:0.1,0.2", None), ObservationError::Gain(_)));
     let mut noise = NoiseCovariances {
         process: Mat::from_fn(1, 1, |_, _| 1.0),
         measurement: -1.0,
         start: None,
     };
-    assert!(matches!(
-        refused("kalman", Some(&noise)),
-        ObservationError::Riccati(_)
-    ));
+    assert!(matches!(refused("kalman", Some(&noise)), ObservationError::Riccati(_)));
     assert!(matches!(
         refused("dead-beat", Some(&noise)),
         ObservationError::Riccati(_)

@@ -31,11 +31,7 @@ fn consecutive_integers() {
     near(found.sd.value, variance.sqrt(), eps);
     let fourth = (m * m - 1.0) * (3.0 * m * m - 7.0) / 240.0;
     let of_variance = (fourth - variance * variance * (m - 3.0) / (m - 1.0)) / m;
-    near(
-        found.sd.mcse,
-        (of_variance / (4.0 * variance)).sqrt(),
-        2.0 * eps,
-    );
+    near(found.sd.mcse, (of_variance / (4.0 * variance)).sqrt(), 2.0 * eps);
     let mse = (m + 1.0) * (2.0 * m + 1.0) / 6.0;
     near(found.mse.value, mse, eps);
     let fourths = (m + 1.0) * (2.0 * m + 1.0) * (3.0 * m * m + 3.0 * m - 1.0) / 30.0;
@@ -188,8 +184,7 @@ fn errors_begin_with_enough_trials() {
     let z = normals(9, 100);
     let errors = |count: usize| {
         let found = Sample::from_values(z[..count].iter().copied()).statistics(Worse::Larger);
-        let moments = [found.mean, found.trimmed, found.sd, found.mse, found.rmse]
-            .map(|estimate| estimate.mcse);
+        let moments = [found.mean, found.trimmed, found.sd, found.mse, found.rmse].map(|estimate| estimate.mcse);
         let quantiles = [found.q50, found.q25, found.q05].map(|estimate| estimate.mcse);
         [&moments[..], &quantiles[..]].concat()
     };

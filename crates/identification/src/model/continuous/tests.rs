@@ -13,13 +13,7 @@ fn sampled_as_scipy_does() {
             0.01,
             Hold::Zero,
             [
-                &[
-                    0.0,
-                    -0.001050664697,
-                    -0.003086271238,
-                    0.003126493338,
-                    0.001025996194,
-                ],
+                &[0.0, -0.001050664697, -0.003086271238, 0.003126493338, 0.001025996194],
                 &[1.0, -3.911361243, 5.774371922, -3.81422455, 0.9512294245],
             ],
         ),
@@ -40,14 +34,7 @@ fn sampled_as_scipy_does() {
                     0.0001532856877,
                     4.42735642e-06,
                 ],
-                &[
-                    1.0,
-                    -3.837421521,
-                    5.782708514,
-                    -4.240805157,
-                    1.497953975,
-                    -0.2014931285,
-                ],
+                &[1.0, -3.837421521, 5.782708514, -4.240805157, 1.497953975, -0.2014931285],
             ],
         ),
         // Two time constants, 200 s and 10 s.
@@ -55,10 +42,7 @@ fn sampled_as_scipy_does() {
             [&[0.1, 0.001], &[1.0, 0.105, 0.0005]],
             2.0,
             Hold::Zero,
-            [
-                &[0.0, 0.1822026195, -0.1785953012],
-                &[1.0, -1.808780587, 0.810584246],
-            ],
+            [&[0.0, 0.1822026195, -0.1785953012], &[1.0, -1.808780587, 0.810584246]],
         ),
         // A double pole, straight lines (Thil, Garnier and Gilson).
         (
@@ -87,10 +71,7 @@ fn sampled_as_scipy_does() {
             assert_eq!(found.len(), expected.len());
             let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             for (found, expected) in found.iter().zip(expected) {
-                assert!(
-                    (found - expected).abs() < 6e-10 * largest,
-                    "{found} {expected}"
-                );
+                assert!((found - expected).abs() < 6e-10 * largest, "{found} {expected}");
             }
         }
     }

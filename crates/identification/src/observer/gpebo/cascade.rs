@@ -44,12 +44,7 @@ impl Cascade {
             n: plant.order(),
             horizon: scenario.horizon,
             scored_from: scenario.scored_from,
-            theta: scenario
-                .x0
-                .iter()
-                .zip(&options.xi0)
-                .map(|(x, xi)| x - xi)
-                .collect(),
+            theta: scenario.x0.iter().zip(&options.xi0).map(|(x, xi)| x - xi).collect(),
             specs: observers.to_vec(),
             system: LinearSystem::new(plant, scenario, options, observers),
             delays: (1..)

@@ -58,8 +58,7 @@ pub(super) fn check(
             .check(horizon)
             .map_err(|source| CascadeError::Signal { what, source })?;
     }
-    let breakpoints =
-        scenario.u.breakpoint_bound(horizon) + scenario.delta.breakpoint_bound(horizon);
+    let breakpoints = scenario.u.breakpoint_bound(horizon) + scenario.delta.breakpoint_bound(horizon);
     if !(breakpoints <= LARGEST_BREAKPOINTS) {
         return Err(CascadeError::Breakpoints(breakpoints));
     }
@@ -69,10 +68,9 @@ pub(super) fn check(
         return Err(CascadeError::Steps(steps));
     }
     for (k, observer) in observers.iter().enumerate() {
-        observer.check(n).map_err(|source| CascadeError::Observer {
-            number: k + 1,
-            source,
-        })?;
+        observer
+            .check(n)
+            .map_err(|source| CascadeError::Observer { number: k + 1, source })?;
     }
     Ok(())
 }

@@ -49,15 +49,11 @@ impl<R: Real> Estimator<R> {
     pub fn all(specs: &[ObserverSpec], n: usize, h: f64) -> Vec<Self> {
         let (mut luenberger, mut filter) = (0.., 0..);
         let build = |spec: &ObserverSpec| match spec {
-            ObserverSpec::Luenberger { .. } => {
-                Self::Luenberger(luenberger.next().unwrap_or_default())
-            }
+            ObserverSpec::Luenberger { .. } => Self::Luenberger(luenberger.next().unwrap_or_default()),
             ObserverSpec::Filter { .. } => Self::Filter(filter.next().unwrap_or_default()),
             ObserverSpec::Gradient { gains } => Self::Gradient(scalars(gains)),
             ObserverSpec::FiniteTime { gains, share } => Self::FiniteTime(scalars(gains), *share),
-            ObserverSpec::LsDrem { gains, p0, r } => {
-                Self::LsDrem(scalars(gains), MixedSquares::new(r / p0, n))
-            }
+            ObserverSpec::LsDrem { gains, p0, r } => Self::LsDrem(scalars(gains), MixedSquares::new(r / p0, n)),
             ObserverSpec::Proposed {
                 k,
                 order,
@@ -73,13 +69,7 @@ impl<R: Real> Estimator<R> {
     /// Advances one step of length h, given the nodes, whether they may have jumped at its start, and the integrals
     /// in the middle and at the end of the step.
     #[inline(always)]
-    pub fn step(
-        &mut self,
-        h: R,
-        nodes: &MixedNodes<R>,
-        jump: bool,
-        information: [&LeastSquaresIntegrals<R>; 2],
-    ) {
+    pub fn step(&mut self, h: R, nodes: &MixedNodes<R>, jump: bool, information: [&LeastSquaresIntegrals<R>; 2]) {
         match self {
             Self::Luenberger(_) | Self::Filter(_) | Self::KalmanBucy(_) => {}
             Self::Gradient(scalars) | Self::FiniteTime(scalars, _) => {
@@ -164,10 +154,7 @@ impl<R: Real> Estimator<R> {
                 (integral, scalar.frozen_at(horizon, lane))
             })
             .unzip();
-        Excitation {
-            integral,
-            frozen_at,
-        }
+        Excitation { integral, frozen_at }
     }
 
     fn scalars(&self) -> Vec<&ScalarEstimator<R>> {
@@ -182,20 +169,12 @@ impl<R: Real> Estimator<R> {
 }
 
 fn scalars<R: Real>(gains: &[f64]) -> Vec<ScalarEstimator<R>> {
-    gains
-        .iter()
-        .map(|gain| ScalarEstimator::new(*gain))
-        .collect()
+    gains.iter().map(|gain| ScalarEstimator::new(*gain)).collect()
 }
 
 /// Advances estimators that have Delta in common.
 #[inline(always)]
-fn step_all<R: Real>(
-    scalars: &mut [ScalarEstimator<R>],
-    h: R,
-    delta: &Nodes<R>,
-    mixed: &[Nodes<R>],
-) {
+fn step_all<R: Real>(scalars: &mut [ScalarEstimator<R>], h: R, delta: &Nodes<R>, mixed: &[Nodes<R>]) {
     let excited = Excited::new(h, delta);
     let mut decay = None;
     for i in 0..scalars.len() {

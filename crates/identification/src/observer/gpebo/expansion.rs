@@ -29,12 +29,7 @@ pub type Regression<R = f64> = [R; HIGHEST_ORDER + 2];
 ///
 /// An order above 2 is taken as 2, and 0 as 1. Unused entries are zero.
 #[inline(always)]
-pub fn regression<R: Real>(
-    order: usize,
-    [m, dm]: [R; 2],
-    [phi, dphi]: [R; 2],
-    g: R,
-) -> Regression<R> {
+pub fn regression<R: Real>(order: usize, [m, dm]: [R; 2], [phi, dphi]: [R; 2], g: R) -> Regression<R> {
     if order < 2 {
         let first = g * m * dm;
         return [first, g * (m * dphi + phi * dm), -g * phi * dphi, R::zero()];

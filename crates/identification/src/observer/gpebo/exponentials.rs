@@ -65,14 +65,11 @@ pub fn exp_m1<R: Real>(x: R) -> R {
 fn rational<R: Real>(r: R) -> (R, R) {
     let halved = r * R::splat(0.5);
     let z = r * halved;
-    let r1 = z.mul_add(
-        R::splat(f64::from_bits(0xbfa1_1111_1111_10f4)),
-        R::splat(1.0),
-    );
-    let r2 = R::splat(f64::from_bits(0xbf14_ce19_9eaa_dbb7))
-        .mul_add(z, R::splat(f64::from_bits(0x3f5a_01a0_19fe_5585)));
-    let r3 = R::splat(f64::from_bits(0xbe8a_fdb7_6e09_c32d))
-        .mul_add(z, R::splat(f64::from_bits(0x3ed0_cfca_86e6_5239)));
+    let r1 = z.mul_add(R::splat(f64::from_bits(0xbfa1_1111_1111_10f4)), R::splat(1.0));
+    let r2 =
+        R::splat(f64::from_bits(0xbf14_ce19_9eaa_dbb7)).mul_add(z, R::splat(f64::from_bits(0x3f5a_01a0_19fe_5585)));
+    let r3 =
+        R::splat(f64::from_bits(0xbe8a_fdb7_6e09_c32d)).mul_add(z, R::splat(f64::from_bits(0x3ed0_cfca_86e6_5239)));
     let z2 = z * z;
     let sum = (z2 * z2).mul_add(r3, z2.mul_add(r2, r1));
     let t = sum.neg_mul_add(halved, R::splat(3.0));
@@ -157,17 +154,9 @@ pub fn exp<R: Real>(x: R) -> R {
     let found = scale.mul_add(sum, scale);
     // 2^-54 and 512; a NaN is beyond.
     let size = x.abs();
-    let found = R::select(
-        size.less(number(0x3c90_0000_0000_0000)),
-        x + R::splat(1.0),
-        found,
-    );
+    let found = R::select(size.less(number(0x3c90_0000_0000_0000)), x + R::splat(1.0), found);
     let beyond = !size.less(R::splat(512.0));
-    if beyond.any() {
-        extreme(x, found, beyond)
-    } else {
-        found
-    }
+    if beyond.any() { extreme(x, found, beyond) } else { found }
 }
 
 /// Replaces what may be infinite, subnormal or NaN.

@@ -35,10 +35,7 @@ pub fn phi_functions(z: f64) -> [f64; 4] {
         return [z.exp(), first, second, (second - 0.5) / z];
     }
     // phi_3 = sum z^k / (k + 3)!, by Horner from a term below 1e-18
-    let third = (4..=19)
-        .rev()
-        .fold(1.0, |sum, k| 1.0 + z * sum / f64::from(k))
-        / 6.0;
+    let third = (4..=19).rev().fold(1.0, |sum, k| 1.0 + z * sum / f64::from(k)) / 6.0;
     let second = 0.5 + z * third;
     let first = 1.0 + z * second;
     [z.exp(), first, second, third]
@@ -92,11 +89,7 @@ impl<R: Real> Filter<R> {
     /// input is the parabola through its three values; otherwise the error of one step is O(h^4).
     #[inline(always)]
     pub fn step(&self, state: R, u: &Nodes<R>) -> Nodes<R> {
-        [
-            state,
-            weigh(&self.half, state, u),
-            weigh(&self.full, state, u),
-        ]
+        [state, weigh(&self.half, state, u), weigh(&self.full, state, u)]
     }
 }
 
@@ -114,12 +107,7 @@ fn weights(a: f64, h: f64, s: f64) -> [f64; 4] {
     let [decay, phi_1, phi_2, phi_3] = phi_functions(-a * s * h);
     let gain = a * s * h;
     let (c0, c1, c2) = (gain * phi_1, gain * s * phi_2, gain * s * s * 2.0 * phi_3);
-    [
-        decay,
-        c0 - 3.0 * c1 + 2.0 * c2,
-        4.0 * (c1 - c2),
-        2.0 * c2 - c1,
-    ]
+    [decay, c0 - 3.0 * c1 + 2.0 * c2, 4.0 * (c1 - c2), 2.0 * c2 - c1]
 }
 
 #[cfg(test)]

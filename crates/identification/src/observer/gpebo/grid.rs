@@ -73,9 +73,7 @@ impl Grid {
 
     fn push(&mut self, start: f64, end: f64, scenario: &Scenario) -> Result<(), CascadeError> {
         // A gap of 1000.0000000001 steps counts as 1000.
-        let count = ((end - start) / scenario.step * (1.0 - 1e-12))
-            .ceil()
-            .max(1.0);
+        let count = ((end - start) / scenario.step * (1.0 - 1e-12)).ceil().max(1.0);
         let h = (end - start) / count;
         let tolerance = 8.0 * f64::EPSILON * scenario.horizon / count;
         let known = self.lengths.iter().position(|l| (l - h).abs() <= tolerance);

@@ -205,11 +205,7 @@ fn run_lanes<R: Real>(
 }
 
 /// Compares the estimates of the three runs.
-fn compare<R: Real>(
-    runs: &Runs<'_, R>,
-    cascade: &Cascade,
-    differences: &mut [[Differences<R>; 2]],
-) {
+fn compare<R: Real>(runs: &Runs<'_, R>, cascade: &Cascade, differences: &mut [[Differences<R>; 2]]) {
     let [coarse, middle, fine] = &runs.refined[..] else {
         return;
     };
@@ -218,11 +214,7 @@ fn compare<R: Real>(
         #[inline(always)]
         || {
             for i in 0..differences.len() {
-                let of = [
-                    &coarse.estimates[i],
-                    &middle.estimates[i],
-                    &fine.estimates[i],
-                ];
+                let of = [&coarse.estimates[i], &middle.estimates[i], &fine.estimates[i]];
                 let [states, thetas] = &mut differences[i];
                 let [a, b, c] = of;
                 states.note(
@@ -248,15 +240,9 @@ fn conclude<R: Real>(
     lane: usize,
 ) -> Halving {
     let summary = runs.summary(lane);
-    let size = cascade
-        .theta()
-        .iter()
-        .map(|theta| theta * theta)
-        .sum::<f64>();
+    let size = cascade.theta().iter().map(|theta| theta * theta).sum::<f64>();
     let convergence = |(number, differences): (usize, &[Differences<f64>; 2])| {
-        let [state, theta] = differences
-            .each_ref()
-            .map(|runs| runs.step_error(summary.steps));
+        let [state, theta] = differences.each_ref().map(|runs| runs.step_error(summary.steps));
         // Of the root mean squares: of x, of the relative error of theta, and of x_1 ... x_n, each in its own unit.
         let mut scales = vec![state.largest, theta.largest / size.sqrt()];
         scales.extend(&differences[0].largest);

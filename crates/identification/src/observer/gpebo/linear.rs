@@ -9,9 +9,7 @@
 use faer::Mat;
 use std::sync::Arc;
 
-use super::matrices::{
-    add_product, fill_plant, fill_signals, multiply, observer_matrix, regressor_matrix,
-};
+use super::matrices::{add_product, fill_plant, fill_signals, multiply, observer_matrix, regressor_matrix};
 use super::observer_spec::ObserverSpec;
 use super::riccati_filter::{FilterState, FilterSystem};
 use super::scenario::{GpeboOptions, Scenario};
@@ -69,9 +67,7 @@ impl<R> Propagator<R> {
 
     fn parts_mut(&mut self) -> impl Iterator<Item = &mut Vec<R>> {
         let others = self.observers.iter_mut().chain(&mut self.filters);
-        [&mut self.base, &mut self.regressor]
-            .into_iter()
-            .chain(others)
+        [&mut self.base, &mut self.regressor].into_iter().chain(others)
     }
 }
 
@@ -144,10 +140,7 @@ pub struct LinearState<R> {
 }
 
 fn sines(signal: &Signal) -> impl Iterator<Item = &Wave> {
-    signal
-        .waves
-        .iter()
-        .filter(|wave| matches!(wave, Wave::Sine { .. }))
+    signal.waves.iter().filter(|wave| matches!(wave, Wave::Sine { .. }))
 }
 
 impl LinearSystem {
@@ -168,9 +161,7 @@ impl LinearSystem {
         let oscillators = lines[1] + 2;
         let count = signals.each_ref().map(|signal| sines(signal).count());
         let sum = |line: usize, first: usize, count: usize| -> Vec<usize> {
-            std::iter::once(line)
-                .chain((0..count).map(|k| first + 2 * k))
-                .collect()
+            std::iter::once(line).chain((0..count).map(|k| first + 2 * k)).collect()
         };
         let input = sum(lines[0], oscillators, count[0]);
         let disturbance = sum(lines[1], oscillators + 2 * count[0], count[1]);
@@ -218,14 +209,8 @@ impl LinearSystem {
         let filters = self.filters.iter();
         Propagator {
             base: rows(&over(&self.base), 0),
-            observers: self
-                .observers
-                .iter()
-                .map(|m| rows(&over(m), size))
-                .collect(),
-            filters: filters
-                .map(|filter| rows(&over(&filter.matrix), size))
-                .collect(),
+            observers: self.observers.iter().map(|m| rows(&over(m), size)).collect(),
+            filters: filters.map(|filter| rows(&over(&filter.matrix), size)).collect(),
             regressor: rows(&over(&self.regressor), 0),
         }
     }
@@ -260,11 +245,7 @@ impl LinearSystem {
         LinearState {
             scratch: vec![R::zero(); base.len().max(rows * n)],
             base,
-            observers: self
-                .luenberger
-                .iter()
-                .flat_map(|l| l.x0.iter().map(splat))
-                .collect(),
+            observers: self.luenberger.iter().flat_map(|l| l.x0.iter().map(splat)).collect(),
             filters: self.filters.iter().map(FilterSystem::initial).collect(),
             regressor,
         }

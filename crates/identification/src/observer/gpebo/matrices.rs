@@ -39,23 +39,17 @@ pub(super) fn fill_plant(
 }
 
 /// Fills the rows of the lines and of the oscillators.
-pub(super) fn fill_signals(
-    base: &mut Mat<f64>,
-    lines: [usize; 2],
-    first: usize,
-    signals: &[Signal; 2],
-) {
+pub(super) fn fill_signals(base: &mut Mat<f64>, lines: [usize; 2], first: usize, signals: &[Signal; 2]) {
     for line in lines {
         base[(line, line + 1)] = 1.0;
     }
-    let frequencies =
-        signals
-            .iter()
-            .flat_map(|signal| &signal.waves)
-            .filter_map(|wave| match wave {
-                Wave::Sine { frequency, .. } => Some(*frequency),
-                _ => None,
-            });
+    let frequencies = signals
+        .iter()
+        .flat_map(|signal| &signal.waves)
+        .filter_map(|wave| match wave {
+            Wave::Sine { frequency, .. } => Some(*frequency),
+            _ => None,
+        });
     for (k, frequency) in frequencies.enumerate() {
         let row = first + 2 * k;
         base[(row, row + 1)] = frequency;

@@ -27,9 +27,7 @@ impl<R: Real> Mixing<R> {
     /// Starts with steps of length h, which matters to delays only.
     pub fn new(theta: &[f64], delays: &[(usize, f64)], h: f64) -> Self {
         let n = theta.len();
-        let line = |&(row, delay): &(usize, f64)| {
-            Some((row, DelayLine::new(n + 1, whole_steps(delay, h)?)))
-        };
+        let line = |&(row, delay): &(usize, f64)| Some((row, DelayLine::new(n + 1, whole_steps(delay, h)?)));
         let zeros = |count: usize| vec![R::zero(); count];
         Self {
             mixer: Mixer::new(n),
@@ -56,13 +54,7 @@ impl<R: Real> Mixing<R> {
 
     /// Computes node `k` from the linear state, Eqs. (9), (10), in some lanes.
     #[inline(always)]
-    pub fn observe(
-        &mut self,
-        system: &LinearSystem,
-        linear: &LinearState<R>,
-        k: usize,
-        lanes: R::Mask,
-    ) {
+    pub fn observe(&mut self, system: &LinearSystem, linear: &LinearState<R>, k: usize, lanes: R::Mask) {
         let n = self.theta.len();
         system.observe(linear, &mut self.m, &mut self.zbar);
         for (row, line) in &self.delays {
@@ -102,12 +94,7 @@ impl<R: Real> Mixing<R> {
     /// Makes the end of a step the start of the next. The start is computed anew in the lanes in which the signals may
     /// jump there; of delayed ones, in all. Returns whether there are any.
     #[inline(always)]
-    pub fn shift(
-        &mut self,
-        system: &LinearSystem,
-        linear: &LinearState<R>,
-        mut jump: R::Mask,
-    ) -> bool {
+    pub fn shift(&mut self, system: &LinearSystem, linear: &LinearState<R>, mut jump: R::Mask) -> bool {
         let nodes = &mut self.nodes;
         nodes.delta[0] = nodes.delta[2];
         nodes.z[0] = nodes.z[2];

@@ -52,9 +52,7 @@ impl<R: Real> Mixer<R> {
     #[inline(always)]
     fn mix_of_order(&mut self, n: usize, m: &[R], zbar: &[R], mbar: &mut [R]) -> R {
         let (m, zbar, mbar) = (&m[..n * n], &zbar[..n], &mut mbar[..n]);
-        let Self {
-            minor, adjugate, ..
-        } = self;
+        let Self { minor, adjugate, .. } = self;
         let adjugate = &mut adjugate[..n * n];
         let delta = adjugate_of_order(n, m, minor, adjugate);
         for i in 0..n {
@@ -203,11 +201,7 @@ mod tests {
 
     fn product(a: &[f64], b: &[f64], n: usize, inner: usize) -> Vec<f64> {
         (0..n * n)
-            .map(|k| {
-                (0..inner)
-                    .map(|l| a[k / n * inner + l] * b[l * n + k % n])
-                    .sum()
-            })
+            .map(|k| (0..inner).map(|l| a[k / n * inner + l] * b[l * n + k % n]).sum())
             .collect()
     }
 
@@ -261,9 +255,7 @@ mod tests {
         for n in 1..=5 {
             let m: Vec<f64> = (0..n * n).map(|_| uniform.next()).collect();
             let theta: Vec<f64> = (0..n).map(|_| uniform.next()).collect();
-            let zbar: Vec<f64> = (0..n)
-                .map(|i| (0..n).map(|j| m[i * n + j] * theta[j]).sum())
-                .collect();
+            let zbar: Vec<f64> = (0..n).map(|i| (0..n).map(|j| m[i * n + j] * theta[j]).sum()).collect();
             let mut mbar = vec![0.0; n];
             let mut mixer = Mixer::new(n);
             let delta = mixer.mix(&m, &zbar, &mut mbar);

@@ -60,9 +60,7 @@ pub use halving::{Convergence, Halving, StepError, halve, halve_pack};
 pub use linear::Propagators;
 pub use mixing::{Mixer, determinant};
 pub use observer_spec::ObserverSpec;
-pub use refusal::{
-    CascadeError, LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS, SettingError,
-};
+pub use refusal::{CascadeError, LARGEST_BREAKPOINTS, LARGEST_LENGTHS, LARGEST_STEPS, SettingError};
 pub use scalar::ScalarEstimator;
 pub use scenario::{GpeboOptions, Scenario};
 pub use score::{Accuracy, BAND};

@@ -67,14 +67,7 @@ pub struct Proposed<R> {
 
 impl<R: Real> Proposed<R> {
     /// Makes the estimator from checked settings; h is the first step's length, which matters to delays only.
-    pub fn new(
-        k: f64,
-        order: usize,
-        filters: &[Operator],
-        gains: &[f64],
-        factor: Factor,
-        h: f64,
-    ) -> Self {
+    pub fn new(k: f64, order: usize, filters: &[Operator], gains: &[f64], factor: Factor, h: f64) -> Self {
         let branch = |operator: &Operator| match operator {
             Operator::Lag(pole) => Some(Branch::Lag(Filter::new(*pole))),
             Operator::Delay(delay) => Some(Branch::Delay(DelayLine::new(
@@ -158,19 +151,13 @@ impl<R: Real> Proposed<R> {
 
     /// Returns the scalar estimators mutably, to record what they have learnt.
     pub fn scalars_mut(&mut self) -> impl Iterator<Item = &mut ScalarEstimator<R>> {
-        self.components
-            .iter_mut()
-            .map(|component| &mut component.scalar)
+        self.components.iter_mut().map(|component| &mut component.scalar)
     }
 }
 
 /// Computes the i-th component's regression through the q operators, whose states are their last nodes.
 #[inline(always)]
-fn extend<R: Real>(
-    branches: &mut [Branch<R>],
-    i: usize,
-    regressions: &mut [RegressionNodes<R>; UNKNOWNS],
-) {
+fn extend<R: Real>(branches: &mut [Branch<R>], i: usize, regressions: &mut [RegressionNodes<R>; UNKNOWNS]) {
     let [own, filtered @ ..] = regressions;
     for (branch, out) in branches.iter_mut().zip(filtered) {
         match branch {

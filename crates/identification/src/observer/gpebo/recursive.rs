@@ -56,10 +56,7 @@ impl<R: Real> LeastSquaresIntegrals<R> {
             return None;
         }
         // The eigenvalues are in ascending order.
-        s.self_adjoint_eigenvalues(faer::Side::Lower)
-            .ok()?
-            .first()
-            .copied()
+        s.self_adjoint_eigenvalues(faer::Side::Lower).ok()?.first().copied()
     }
 }
 
@@ -108,11 +105,7 @@ impl<R: Real> LeastSquares<R> {
                 }
                 let rest = information.matrix[i * n + j] + prior - sum;
                 // The root of a negative number is NaN, as documented.
-                l[i * n + j] = if i == j {
-                    rest.sqrt()
-                } else {
-                    rest / l[j * n + j]
-                };
+                l[i * n + j] = if i == j { rest.sqrt() } else { rest / l[j * n + j] };
             }
         }
         theta.copy_from_slice(&information.vector);

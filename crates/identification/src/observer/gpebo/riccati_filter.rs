@@ -86,9 +86,7 @@ impl FilterSystem {
         let zeros = |count: usize| vec![R::zero(); count];
         FilterState {
             x: self.x0.iter().map(|x| R::splat(*x)).collect(),
-            p: (0..n * n)
-                .map(|i| R::splat(self.p0 * identity(i)))
-                .collect(),
+            p: (0..n * n).map(|i| R::splat(self.p0 * identity(i))).collect(),
             before: zeros(2 * n),
             after: zeros(2 * n),
             transposed: [zeros(n * n), zeros(n * n)],

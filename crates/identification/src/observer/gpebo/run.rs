@@ -79,12 +79,8 @@ impl<'a, R: Real> Run<'a, R> {
             x: vec![R::zero(); n],
             theta: vec![R::zero(); if spec.is_gpebo() { n } else { 0 }],
         });
-        let squared = |spec: &ObserverSpec| {
-            matches!(
-                spec,
-                ObserverSpec::KalmanBucy { .. } | ObserverSpec::LsDrem { .. }
-            )
-        };
+        let squared =
+            |spec: &ObserverSpec| matches!(spec, ObserverSpec::KalmanBucy { .. } | ObserverSpec::LsDrem { .. });
         let mut run = Self {
             cascade,
             refine,
@@ -111,9 +107,7 @@ impl<'a, R: Real> Run<'a, R> {
         let zero = [0.0; MOST_LANES];
         let lines = run.lines(lanes, &zero);
         let oscillators = oscillators.at(lanes, &zero, 0, refine);
-        cascade
-            .system
-            .start_step(&mut run.linear, &lines, oscillators);
+        cascade.system.start_step(&mut run.linear, &lines, oscillators);
         let all = R::Mask::from_bits(u8::MAX);
         run.mixing.observe(&cascade.system, &run.linear, 2, all);
         run.note_plant(&zero);
@@ -129,12 +123,7 @@ impl<'a, R: Real> Run<'a, R> {
     }
 
     /// Sets the lengths of the lanes' base steps.
-    fn set_lengths(
-        &mut self,
-        lengths: &[f64; MOST_LANES],
-        lanes: &[&Cascade],
-        known: &mut Propagators,
-    ) {
+    fn set_lengths(&mut self, lengths: &[f64; MOST_LANES], lanes: &[&Cascade], known: &mut Propagators) {
         for lane in 0..lanes.len() {
             let length = lengths[lane];
             if self.lengths[lane] == length {
@@ -181,8 +170,7 @@ impl<'a, R: Real> Run<'a, R> {
         self.h.store(&mut h);
         for k in 0..self.refine {
             let first = if k == 0 { step.first } else { 0 };
-            let time =
-                |part: usize| std::array::from_fn(|lane| step.from[lane] + part as f64 * h[lane]);
+            let time = |part: usize| std::array::from_fn(|lane| step.from[lane] + part as f64 * h[lane]);
             let t: [f64; MOST_LANES] = time(k);
             let end = if k + 1 == self.refine {
                 step.to
@@ -205,12 +193,7 @@ impl<'a, R: Real> Run<'a, R> {
 
     /// Advances one step. The signals may jump at its start in the lanes in which it is the first of a gap, delayed
     /// ones in any step.
-    fn step(
-        &mut self,
-        lines: &[[[f64; MOST_LANES]; 2]; 2],
-        oscillators: &[[[f64; MOST_LANES]; 2]],
-        first: R::Mask,
-    ) {
+    fn step(&mut self, lines: &[[[f64; MOST_LANES]; 2]; 2], oscillators: &[[[f64; MOST_LANES]; 2]], first: R::Mask) {
         let jump = R::run(
             #[inline(always)]
             || self.propagate(lines, oscillators, first),
@@ -301,13 +284,7 @@ impl<'a, R: Real> Run<'a, R> {
             }
         }
         let theta = &self.cascade.theta;
-        squares(
-            &mut self.squares,
-            linear.x(n),
-            &estimate.x,
-            theta,
-            &estimate.theta,
-        );
+        squares(&mut self.squares, linear.x(n), &estimate.x, theta, &estimate.theta);
         if !starts {
             let from = R::splat(self.cascade.scored_from);
             self.scores[i].add(R::load(t), h, from, &self.squares);
@@ -329,9 +306,7 @@ impl<'a, R: Real> Run<'a, R> {
         let eigenvalue = || self.information.smallest_eigenvalue(lane);
         Summary {
             outcome: self.outcome[lane],
-            observers: (0..self.scores.len())
-                .map(|i| self.summary_of(i, lane))
-                .collect(),
+            observers: (0..self.scores.len()).map(|i| self.summary_of(i, lane)).collect(),
             largest_dbar: largest_dbar.map(|dbar| dbar.lane(lane)).collect(),
             smallest_eigenvalue: if self.whole { eigenvalue() } else { None },
             steps: self.taken,

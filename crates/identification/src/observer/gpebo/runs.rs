@@ -44,11 +44,7 @@ pub struct Runs<'a, R> {
 
 impl<'a, R: Real> Runs<'a, R> {
     /// Starts runs at t = 0, whose base steps are divided into so many parts; the lanes fit each other.
-    pub fn start(
-        mut lanes: Vec<&'a Cascade>,
-        refinements: &[usize],
-        known: &mut Propagators,
-    ) -> Self {
+    pub fn start(mut lanes: Vec<&'a Cascade>, refinements: &[usize], known: &mut Propagators) -> Self {
         let asked = lanes.len();
         if let Some(last) = lanes.last().copied() {
             lanes.resize(R::LANES, last);

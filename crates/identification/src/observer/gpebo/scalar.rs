@@ -133,19 +133,12 @@ impl<R: Real> ScalarEstimator<R> {
     /// Does the same, given Delta over the step and the decay of the estimator before, which serves again if its
     /// gain is the same.
     #[inline(always)]
-    pub fn step_with(
-        &mut self,
-        excited: &Excited<R>,
-        mixed: &Nodes<R>,
-        known: &mut Option<Decay<R>>,
-    ) {
+    pub fn step_with(&mut self, excited: &Excited<R>, mixed: &Nodes<R>, known: &mut Option<Decay<R>>) {
         let Decay { factor, phi, .. } = match known {
             Some(known) if known.gain == self.gain => &*known,
             _ => known.insert(Decay::new(self.gain, excited)),
         };
-        let drives = excited
-            .delta
-            .integrals(&Course::through(mixed), excited.sixth);
+        let drives = excited.delta.integrals(&Course::through(mixed), excited.sixth);
         let gain = R::splat(self.gain);
         for i in 0..PARTS {
             if i == PARTS / 2 {

@@ -136,9 +136,7 @@ fn theta_at(s: f64, theta: &[f64]) -> f64 {
 impl<R: Real> Score<R> {
     /// Starts at t = 0, for base steps divided into `refine` parts; with or without entries into the band.
     pub fn new(refine: usize, entries: bool, squares: &Squares<R>) -> Self {
-        let together = [MOST, 2, 1]
-            .into_iter()
-            .find(|count| refine.is_multiple_of(*count));
+        let together = [MOST, 2, 1].into_iter().find(|count| refine.is_multiple_of(*count));
         let inside = is_inside(squares).bits();
         let at_once = |lane| (inside >> lane & 1 == 1).then_some(Entry::AtOnce);
         let at_once = std::array::from_fn(at_once);
@@ -246,23 +244,11 @@ impl<R: Real> Score<R> {
 /// Adds the integral over the first nodes of those given, of which every so many is one, h apart, by the Newton-Cotes
 /// formula of 1, 2 or 4 intervals; in the lanes that count.
 #[inline(always)]
-fn newton_cotes<R: Real>(
-    integrals: &mut [R],
-    counts: R::Mask,
-    h: R,
-    intervals: usize,
-    (nodes, every): (&[R], usize),
-) {
+fn newton_cotes<R: Real>(integrals: &mut [R], counts: R::Mask, h: R, intervals: usize, (nodes, every): (&[R], usize)) {
     let weights: &[f64] = match intervals {
         1 => &[0.5, 0.5],
         2 => &[1.0 / 3.0, 4.0 / 3.0, 1.0 / 3.0],
-        _ => &[
-            14.0 / 45.0,
-            64.0 / 45.0,
-            24.0 / 45.0,
-            64.0 / 45.0,
-            14.0 / 45.0,
-        ],
+        _ => &[14.0 / 45.0, 64.0 / 45.0, 24.0 / 45.0, 64.0 / 45.0, 14.0 / 45.0],
     };
     let width = integrals.len();
     for i in 0..width {
@@ -281,13 +267,7 @@ fn is_inside<R: Real>(squares: &Squares<R>) -> R::Mask {
 
 /// Writes the squared errors of an estimate, `n + 2` numbers; `theta_hat` is empty if there is none.
 #[inline(always)]
-pub fn squares<R: Real>(
-    found: &mut Squares<R>,
-    x: &[R],
-    x_hat: &[R],
-    theta: &[f64],
-    theta_hat: &[R],
-) {
+pub fn squares<R: Real>(found: &mut Squares<R>, x: &[R], x_hat: &[R], theta: &[f64], theta_hat: &[R]) {
     // The sum of nothing is -0.
     let nothing = R::splat(-0.0);
     let mut relative = R::splat(f64::NAN);
@@ -385,13 +365,7 @@ mod tests {
     #[test]
     fn relative_errors() {
         let mut found = [f64::NAN; 5];
-        squares(
-            &mut found,
-            &[1.0, 2.0, 3.0],
-            &[1.5, 0.0, 0.0],
-            &[3.0, 4.0],
-            &[3.0, 3.5],
-        );
+        squares(&mut found, &[1.0, 2.0, 3.0], &[1.5, 0.0, 0.0], &[3.0, 4.0], &[3.0, 3.5]);
         assert_eq!(found, [13.25, 0.01, 0.25, 4.0, 9.0]);
         let relative = |theta: &[f64], theta_hat: &[f64]| {
             let mut found = [0.0; 3];

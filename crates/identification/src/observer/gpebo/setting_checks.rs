@@ -29,11 +29,7 @@ pub(super) fn positive(what: &'static str, v: &[f64], expected: usize) -> Result
 pub(super) const FIRST: &str = "filters in [continuous]";
 pub(super) const SECOND: &str = "filters of the observer";
 
-pub(super) fn filters(
-    what: &'static str,
-    v: &[Operator],
-    expected: usize,
-) -> Result<(), SettingError> {
+pub(super) fn filters(what: &'static str, v: &[Operator], expected: usize) -> Result<(), SettingError> {
     let numbers: Vec<f64> = v.iter().map(Operator::number).collect();
     positive(what, &numbers, expected)?;
     let twice = (0..v.len()).find(|&k| v[..k].contains(&v[k]));

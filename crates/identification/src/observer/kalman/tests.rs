@@ -54,12 +54,7 @@ fn root(all: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Simulates y and the states x(0) ... x(K) from x(0).
-fn simulate(
-    model: &StochasticModel,
-    x0: Col<f64>,
-    u: &[f64],
-    random: &mut Random,
-) -> (Vec<f64>, Vec<Col<f64>>) {
+fn simulate(model: &StochasticModel, x0: Col<f64>, u: &[f64], random: &mut Random) -> (Vec<f64>, Vec<Col<f64>>) {
     let m = model.order();
     let factor = factor(model);
     let mut x = x0;
@@ -168,11 +163,7 @@ fn time_varying_tends_to_steady() {
             for (k, limit) in gains.gain(4999).iter().zip(steady.gain(0)) {
                 assert!((k - limit).abs() < 1e-11);
             }
-            assert!(
-                gains.stored() < 4000 && gains.covers(1_000_000),
-                "{}",
-                gains.stored()
-            );
+            assert!(gains.stored() < 4000 && gains.covers(1_000_000), "{}", gains.stored());
         }
     }
 }
@@ -185,9 +176,7 @@ fn errors_have_the_covariance_p() {
     let mut random = Random(6);
     let q = Scale(0.05) * definite(&mut random, 3);
     let model = model(&q, COLOURED);
-    let p0 = model
-        .initial_covariance(definite(&mut random, 3).as_ref())
-        .unwrap();
+    let p0 = model.initial_covariance(definite(&mut random, 3).as_ref()).unwrap();
     let start = root(&p0);
     let (records, samples) = (4000, 10);
     let u = random.vector(samples);
@@ -199,19 +188,14 @@ fn errors_have_the_covariance_p() {
         let state = Col::from_fn(5, |i| deviation[i] + if i < 3 { x0[i] } else { 0.0 });
         let (y, states) = simulate(&model, state, &u, &mut random);
         filter.run(&u, &y, &x0, |_, _| ()).unwrap();
-        let e: Vec<f64> = (0..3)
-            .map(|i| filter.state()[i] - states[samples][i])
-            .collect();
+        let e: Vec<f64> = (0..3).map(|i| filter.state()[i] - states[samples][i]).collect();
         sums += Mat::from_fn(3, 3, |i, j| e[i] * e[j]);
     }
     let p = filter.gains().covariance().submatrix(0, 0, 3, 3).to_owned();
     let n = f64::from(records);
     let solved = p.partial_piv_lu().solve(&sums);
     let chi_squared: f64 = (0..3).map(|i| solved[(i, i)]).sum();
-    assert!(
-        (chi_squared - 3.0 * n).abs() < 4.0 * (6.0 * n).sqrt(),
-        "{chi_squared}"
-    );
+    assert!((chi_squared - 3.0 * n).abs() < 4.0 * (6.0 * n).sqrt(), "{chi_squared}");
     for i in 0..3 {
         for j in 0..3 {
             let variance = p[(i, i)] * p[(j, j)] + p[(i, j)] * p[(i, j)];
@@ -258,9 +242,7 @@ fn without_process_noise_it_is_batch_least_squares() {
 fn likelihood_is_the_joint_density() {
     let mut random = Random(8);
     let model = model(&definite(&mut random, 3), COLOURED);
-    let p0 = model
-        .initial_covariance(definite(&mut random, 3).as_ref())
-        .unwrap();
+    let p0 = model.initial_covariance(definite(&mut random, 3).as_ref()).unwrap();
     let (m, samples) = (model.order(), 12);
     let u = random.vector(samples);
     let x0 = [1.0, 0.0, -1.0];
@@ -305,11 +287,7 @@ fn the_ratio_of_the_largest_likelihood() {
     let mut random = Random(9);
     let u = random.vector(3000);
     let x0 = [0.0; 3];
-    let observed = ObservedModel {
-        a: &A,
-        b: &B,
-        x0: &x0,
-    };
+    let observed = ObservedModel { a: &A, b: &B, x0: &x0 };
     for (process, rho) in [
         (ProcessNoise::States, 0.3),
         (ProcessNoise::Input, 0.05),
@@ -321,10 +299,7 @@ fn the_ratio_of_the_largest_likelihood() {
         };
         let (y, _) = simulate(&model(rho * 4.0, 2.0), Col::zeros(3), &u, &mut random);
         let found = maximum_likelihood_ratio(observed, &u, &y, process, WHITE, None).unwrap();
-        assert!(
-            (found.likelihood.sigma2 / 4.0 - 1.0).abs() < 0.2,
-            "{found:?}"
-        );
+        assert!((found.likelihood.sigma2 / 4.0 - 1.0).abs() < 0.2, "{found:?}");
         if rho == 0.0 {
             assert!(found.rho < 1e-3, "{found:?}");
             continue;
@@ -336,14 +311,7 @@ fn the_ratio_of_the_largest_likelihood() {
             assert!(other.minus_two_log > found.likelihood.minus_two_log);
         }
         let p0 = Mat::<f64>::zeros(3, 3);
-        let varying = maximum_likelihood_ratio(
-            observed,
-            &u[..200],
-            &y[..200],
-            process,
-            WHITE,
-            Some(p0.as_ref()),
-        );
+        let varying = maximum_likelihood_ratio(observed, &u[..200], &y[..200], process, WHITE, Some(p0.as_ref()));
         assert!((varying.unwrap().rho / rho).ln().abs() < 2.0);
     }
 }
@@ -357,32 +325,20 @@ fn refusals() {
         denominator,
         deviation: 1.0,
     };
-    assert_eq!(
-        refused(noise(&[0.0, 1.0], &[1.0])),
-        Err(RiccatiError::Variance(0.0))
-    );
-    assert_eq!(
-        refused(noise(&[1.0], &[2.0])),
-        Err(RiccatiError::NotMonic(2.0))
-    );
+    assert_eq!(refused(noise(&[0.0, 1.0], &[1.0])), Err(RiccatiError::Variance(0.0)));
+    assert_eq!(refused(noise(&[1.0], &[2.0])), Err(RiccatiError::NotMonic(2.0)));
     assert!(matches!(
         refused(noise(&[], &[1.0])),
         Err(RiccatiError::Shape { name: "C", .. })
     ));
-    assert_eq!(
-        refused(MeasurementNoise::white(0.0)),
-        Err(RiccatiError::Variance(0.0))
-    );
+    assert_eq!(refused(MeasurementNoise::white(0.0)), Err(RiccatiError::Variance(0.0)));
     let empty = StochasticModel::new(&[], &[], Mat::zeros(0, 0).as_ref(), COLOURED);
     assert!(matches!(empty, Err(RiccatiError::Shape { name: "a", .. })));
     let model = model(&Mat::identity(3, 3), MeasurementNoise::white(1.0));
     let mut filter = Kalman::steady(&model).unwrap();
     let u = [0.0; 3];
     let run = |filter: &mut Kalman, y: &[f64]| filter.run(&u, y, &[0.0; 3], |_, _| ());
-    assert_eq!(
-        run(&mut filter, &[0.0, f64::NAN, 0.0]),
-        Err(FailureKind::NonFinite)
-    );
+    assert_eq!(run(&mut filter, &[0.0, f64::NAN, 0.0]), Err(FailureKind::NonFinite));
     assert_eq!(run(&mut filter, &[0.0; 3]), Ok(()));
     // An exactly predicted record: the likelihood has no maximum.
     let exact = filter.log_likelihood(&u, &[0.0; 3], &[0.0; 3]);
@@ -392,9 +348,8 @@ fn refusals() {
         b: &B,
         x0: &[0.0; 3],
     };
-    let refused = |u: &[f64], y: &[f64]| {
-        maximum_likelihood_ratio(observed, u, y, ProcessNoise::States, WHITE, None).unwrap_err()
-    };
+    let refused =
+        |u: &[f64], y: &[f64]| maximum_likelihood_ratio(observed, u, y, ProcessNoise::States, WHITE, None).unwrap_err();
     assert_eq!(refused(&u, &[0.0; 2]), RatioError::Record);
     assert_eq!(refused(&u, &[0.0; 3]), RatioError::NonFinite);
 }

@@ -27,11 +27,7 @@ pub(in crate::observer) fn check(
 }
 
 /// Checks a column of `n` numbers.
-pub(in crate::observer) fn check_column(
-    name: &'static str,
-    v: &[f64],
-    n: usize,
-) -> Result<(), RiccatiError> {
+pub(in crate::observer) fn check_column(name: &'static str, v: &[f64], n: usize) -> Result<(), RiccatiError> {
     check(name, MatRef::from_column_major_slice(v, v.len(), 1), n, 1)
 }
 
@@ -52,18 +48,12 @@ pub(in crate::observer) fn check_covariance(
 }
 
 /// Refuses an eigenvalue below `-tolerance`.
-pub(super) fn check_definite(
-    name: &'static str,
-    q: &Mat<f64>,
-    tolerance: f64,
-) -> Result<(), RiccatiError> {
+pub(super) fn check_definite(name: &'static str, q: &Mat<f64>, tolerance: f64) -> Result<(), RiccatiError> {
     let eigenvalues = q
         .self_adjoint_eigenvalues(Side::Lower)
         .map_err(|_| RiccatiError::NotFinite(name))?;
     match eigenvalues.iter().copied().reduce(f64::min) {
-        Some(eigenvalue) if !(eigenvalue >= -tolerance) => {
-            Err(RiccatiError::Indefinite { name, eigenvalue })
-        }
+        Some(eigenvalue) if !(eigenvalue >= -tolerance) => Err(RiccatiError::Indefinite { name, eigenvalue }),
         _ => Ok(()),
     }
 }

@@ -17,12 +17,7 @@ pub(super) struct Continuous {
 
 impl Continuous {
     /// Checks an equation; see [`super::care`] for shapes and errors.
-    pub(super) fn new(
-        a: MatRef<'_, f64>,
-        c: &[f64],
-        q: MatRef<'_, f64>,
-        r: f64,
-    ) -> Result<Self, RiccatiError> {
+    pub(super) fn new(a: MatRef<'_, f64>, c: &[f64], q: MatRef<'_, f64>, r: f64) -> Result<Self, RiccatiError> {
         let n = a.nrows();
         check("A", a, n, n)?;
         check_column("c", c, n)?;
@@ -89,13 +84,9 @@ impl Equation for Continuous {
         let gamma = self.gamma(&hamiltonian)?;
         let (plus, minus) = (shifted(&hamiltonian, gamma), shifted(&hamiltonian, -gamma));
         let pick = |left: &Mat<f64>, right: &Mat<f64>| {
-            Mat::from_fn(2 * n, 2 * n, |i, j| {
-                if j < n { left[(i, j)] } else { right[(i, j)] }
-            })
+            Mat::from_fn(2 * n, 2 * n, |i, j| if j < n { left[(i, j)] } else { right[(i, j)] })
         };
-        let start = pick(&minus, &plus)
-            .partial_piv_lu()
-            .solve(pick(&plus, &minus));
+        let start = pick(&minus, &plus).partial_piv_lu().solve(pick(&plus, &minus));
         let block = |i, j| start.submatrix(i, j, n, n).to_owned();
         let (g, h) = (symmetric(&block(0, n)), symmetric(&-block(n, 0)));
         double(block(0, 0), g, h)
@@ -118,9 +109,7 @@ impl Equation for Continuous {
     fn defect(&self, p: &Mat<f64>) -> (Mat<f64>, f64) {
         let ap = &self.a * p;
         let gain = self.gain(p);
-        let fed_back = Mat::from_fn(gain.nrows(), gain.nrows(), |i, j| {
-            gain[i] * self.r * gain[j]
-        });
+        let fed_back = Mat::from_fn(gain.nrows(), gain.nrows(), |i, j| gain[i] * self.r * gain[j]);
         let defect = &ap + ap.transpose() + &self.q - &fed_back;
         let size = ap.norm_l2().max(self.q.norm_l2()).max(fed_back.norm_l2());
         (symmetric(&defect), size)

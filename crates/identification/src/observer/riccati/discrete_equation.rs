@@ -54,12 +54,7 @@ impl Discrete {
     }
 
     /// Returns the equation with r = 0 and s = 0 and a checked Q.
-    pub(in crate::observer) fn of_exact_output(
-        f: MatRef<'_, f64>,
-        h: &[f64],
-        q: Mat<f64>,
-        smallest: f64,
-    ) -> Self {
+    pub(in crate::observer) fn of_exact_output(f: MatRef<'_, f64>, h: &[f64], q: Mat<f64>, smallest: f64) -> Self {
         Self {
             f: f.to_owned(),
             h: ColRef::from_slice(h).to_owned(),

@@ -90,11 +90,7 @@ pub(in crate::observer) fn symmetric(m: &Mat<f64>) -> Mat<f64> {
 /// Runs the SDA: `H+ = H + A'H W^-1 A`, `G+ = G + A W^-1 G A'`, `A+ = A W^-1 A` with `W = I + G H`. Returns the limit
 /// of H, which is the smallest solution of `X = A'X (I + G X)^-1 A + H`, and the number of steps. `None` if the
 /// iteration overflows or does not settle.
-pub(in crate::observer) fn double(
-    mut a: Mat<f64>,
-    mut g: Mat<f64>,
-    mut h: Mat<f64>,
-) -> Option<(Mat<f64>, usize)> {
+pub(in crate::observer) fn double(mut a: Mat<f64>, mut g: Mat<f64>, mut h: Mat<f64>) -> Option<(Mat<f64>, usize)> {
     use faer::linalg::solvers::Solve;
     let n = a.nrows();
     for step in 1..=60 {

@@ -16,13 +16,7 @@ impl Scaling {
     /// Finds the units of `x' = A x + w`, `y = c'x + v` with the intensities Q of w and r > 0 of v, for a rate: those
     /// in which `[A, g; c' 0]` is balanced, `g_i^2 = Q_ii / r`, and v has an intensity of 1 to 2. In discrete time the
     /// rate is 1 and intensities are covariances.
-    pub(super) fn new(
-        a: MatRef<'_, f64>,
-        c: &[f64],
-        q: MatRef<'_, f64>,
-        r: f64,
-        rate: f64,
-    ) -> Self {
+    pub(super) fn new(a: MatRef<'_, f64>, c: &[f64], q: MatRef<'_, f64>, r: f64, rate: f64) -> Self {
         let n = a.nrows();
         let all = Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
             (true, true) => a[(i, j)] / rate,
@@ -54,17 +48,13 @@ impl Scaling {
     /// Returns Q in these units.
     pub(super) fn q(&self, q: MatRef<'_, f64>) -> Mat<f64> {
         let (units, by) = (&self.states, self.rate * self.variance);
-        Mat::from_fn(q.nrows(), q.ncols(), |i, j| {
-            q[(i, j)] / units[i] / units[j] / by
-        })
+        Mat::from_fn(q.nrows(), q.ncols(), |i, j| q[(i, j)] / units[i] / units[j] / by)
     }
 
     /// Returns the covariance s of w and v, in discrete time, in these units.
     pub(super) fn s(&self, s: &[f64]) -> Vec<f64> {
         let pairs = s.iter().zip(&self.states);
-        pairs
-            .map(|(s, unit)| s / unit / self.output / self.variance)
-            .collect()
+        pairs.map(|(s, unit)| s / unit / self.output / self.variance).collect()
     }
 
     /// Returns r in these units.
@@ -75,9 +65,7 @@ impl Scaling {
     /// Returns P, of which this is the one in these units.
     pub(super) fn covariance(&self, p: &Mat<f64>) -> Mat<f64> {
         let (units, by) = (&self.states, self.variance);
-        Mat::from_fn(p.nrows(), p.ncols(), |i, j| {
-            p[(i, j)] * by * units[i] * units[j]
-        })
+        Mat::from_fn(p.nrows(), p.ncols(), |i, j| p[(i, j)] * by * units[i] * units[j])
     }
 
     /// Returns the gain of which this is the one in these units.

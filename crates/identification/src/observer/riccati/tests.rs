@@ -61,11 +61,7 @@ fn assert_close(actual: &Mat<f64>, expected: &Mat<f64>, relative: f64) {
 /// ratio.
 #[test]
 fn scalar_closed_form() {
-    for (f, h, q, r) in [
-        (1.0, 1.0, 1.0, 1.0),
-        (1.7, -0.6, 0.3, 2.0),
-        (0.2, 3.0, 5.0, 0.1),
-    ] {
+    for (f, h, q, r) in [(1.0, 1.0, 1.0, 1.0), (1.7, -0.6, 0.3, 2.0), (0.2, 3.0, 5.0, 0.1)] {
         let (f, h, q, r): (f64, f64, f64, f64) = (f, h, q, r);
         let half = (r - f * f * r - q * h * h) / 2.0;
         let p = (-half + (half * half + h * h * q * r).sqrt()) / (h * h);
@@ -74,14 +70,7 @@ fn scalar_closed_form() {
         assert!((found.gain[0] / (f * p * h / (h * h * p + r)) - 1.0).abs() < 1e-14);
         assert!((found.innovation / (h * h * p + r) - 1.0).abs() < 1e-14);
     }
-    let found = dare(
-        mat![[1.0]].as_ref(),
-        &[1.0],
-        mat![[1.0]].as_ref(),
-        &[0.0],
-        1.0,
-    )
-    .unwrap();
+    let found = dare(mat![[1.0]].as_ref(), &[1.0], mat![[1.0]].as_ref(), &[0.0], 1.0).unwrap();
     assert!((found.p[(0, 0)] - f64::midpoint(1.0, 5.0_f64.sqrt())).abs() < 1e-15);
 }
 
@@ -117,11 +106,7 @@ fn matlab_kalman_example() {
 #[test]
 fn cross_covariance_as_scipy() {
     let a = [0.3285, -0.428, -0.92, 2.0];
-    let f = Mat::from_fn(
-        4,
-        4,
-        |i, j| if i == 3 { a[j] } else { f64::from(i + 1 == j) },
-    );
+    let f = Mat::from_fn(4, 4, |i, j| if i == 3 { a[j] } else { f64::from(i + 1 == j) });
     let q = mat![
         [2.0, 0.5, 0.0, 0.1],
         [0.5, 1.0, 0.3, 0.0],
@@ -211,13 +196,7 @@ fn continuous_double_integrator() {
 #[test]
 fn continuous_published_examples() {
     let q = mat![[1.0, -1.0], [-1.0, 1.0]];
-    let found = care(
-        mat![[-3.0, 1.0], [2.0, 1.0]].as_ref(),
-        &[0.0, 1.0],
-        q.as_ref(),
-        3.0,
-    )
-    .unwrap();
+    let found = care(mat![[-3.0, 1.0], [2.0, 1.0]].as_ref(), &[0.0, 1.0], q.as_ref(), 3.0).unwrap();
     let x = mat![[0.5895, 1.8216], [1.8216, 8.8188]];
     assert!((&found.p - x).norm_max() <= 0.5e-4);
     let q = mat![[25.0, -2.5], [-2.5, 0.25]];
@@ -266,9 +245,7 @@ fn spectral_factorisation() {
         for frequency in [0.0, 0.3, 1.1, 2.0, 3.0] {
             let z = c64::new(0.0, frequency).exp();
             // t' = h'(z - F)^-1
-            let pencil = Mat::from_fn(n, n, |i, j| {
-                z * f64::from(i == j) - c64::new(f[(j, i)], 0.0)
-            });
+            let pencil = Mat::from_fn(n, n, |i, j| z * f64::from(i == j) - c64::new(f[(j, i)], 0.0));
             let t = pencil
                 .partial_piv_lu()
                 .solve(Mat::from_fn(n, 1, |i, _| c64::new(h[i], 0.0)));
@@ -296,11 +273,7 @@ fn no_other_gain_is_better() {
         let best = dare(f.as_ref(), &h, q.as_ref(), &s, r).unwrap();
         let mut size = 1.0;
         let (other, closed) = loop {
-            let other: Vec<f64> = best
-                .gain
-                .iter()
-                .map(|k| k + size * random.normal())
-                .collect();
+            let other: Vec<f64> = best.gain.iter().map(|k| k + size * random.normal()).collect();
             let closed = closed_loop(&f, &other, &h);
             if spectral_radius(closed.as_ref()) < 1.0 {
                 break (other, closed);
@@ -350,28 +323,18 @@ fn refusals() {
     let (h, s) = ([1.0, 0.0], [0.0; 2]);
     let q = Mat::<f64>::identity(2, 2);
     let zero = Mat::<f64>::zeros(2, 2);
-    let refused = |f: &Mat<f64>, h: &[f64], q: &Mat<f64>, s: &[f64], r: f64| {
-        dare(f.as_ref(), h, q.as_ref(), s, r).unwrap_err()
-    };
+    let refused =
+        |f: &Mat<f64>, h: &[f64], q: &Mat<f64>, s: &[f64], r: f64| dare(f.as_ref(), h, q.as_ref(), s, r).unwrap_err();
     // An undamped oscillation without process noise, an integrator, and an unstable mode that y does not show.
-    assert!(matches!(
-        refused(&f, &h, &zero, &s, 1.0),
-        E::NotStabilising { .. }
-    ));
+    assert!(matches!(refused(&f, &h, &zero, &s, 1.0), E::NotStabilising { .. }));
     let integrator = mat![[1.0, 0.0], [0.0, 0.5]];
     assert!(matches!(
         refused(&integrator, &h, &zero, &s, 1.0),
         E::NotStabilising { .. }
     ));
     let unseen = mat![[0.5, 0.0], [0.0, 1.5]];
-    assert!(matches!(
-        refused(&unseen, &h, &q, &s, 1.0),
-        E::NotStabilising { .. }
-    ));
-    assert!(matches!(
-        refused(&f, &h[..1], &q, &s, 1.0),
-        E::Shape { name: "h", .. }
-    ));
+    assert!(matches!(refused(&unseen, &h, &q, &s, 1.0), E::NotStabilising { .. }));
+    assert!(matches!(refused(&f, &h[..1], &q, &s, 1.0), E::Shape { name: "h", .. }));
     assert!(matches!(
         refused(&f, &h, &Mat::identity(3, 3), &s, 1.0),
         E::Shape { name: "Q", .. }
@@ -380,10 +343,7 @@ fn refusals() {
         refused(&Mat::zeros(2, 3), &h, &q, &s, 1.0),
         E::Shape { name: "F", .. }
     ));
-    assert_eq!(
-        refused(&f, &[f64::NAN, 0.0], &q, &s, 1.0),
-        E::NotFinite("h")
-    );
+    assert_eq!(refused(&f, &[f64::NAN, 0.0], &q, &s, 1.0), E::NotFinite("h"));
     assert_eq!(refused(&f, &h, &q, &s, 0.0), E::Variance(0.0));
     assert!(matches!(refused(&f, &h, &q, &s, f64::NAN), E::Variance(_)));
     assert_eq!(
@@ -395,16 +355,8 @@ fn refusals() {
         refused(&f, &h, &indefinite, &s, 1.0),
         E::Indefinite { name: "Q", .. }
     ));
-    assert!(matches!(
-        refused(&f, &h, &q, &[2.0, 0.0], 1.0),
-        E::Indefinite { .. }
-    ));
-    let axis = care(
-        mat![[0.0, 1.0], [-1.0, 0.0]].as_ref(),
-        &h,
-        zero.as_ref(),
-        1.0,
-    );
+    assert!(matches!(refused(&f, &h, &q, &[2.0, 0.0], 1.0), E::Indefinite { .. }));
+    let axis = care(mat![[0.0, 1.0], [-1.0, 0.0]].as_ref(), &h, zero.as_ref(), 1.0);
     assert!(matches!(axis, Err(E::NotStabilising { .. })), "{axis:?}");
     let huge = Scale(1e200) * &f;
     assert!(dare(huge.as_ref(), &h, q.as_ref(), &s, 1.0).is_err());
@@ -445,8 +397,7 @@ fn as_mpmath_in_any_units() {
     let cases = all["filters"].as_array().unwrap();
     assert_eq!(cases.len(), 50);
     for case in cases {
-        let [units, a, c, q, p, gain] =
-            ["units", "a", "c", "q", "p", "gain"].map(|key| numbers(&case[key]));
+        let [units, a, c, q, p, gain] = ["units", "a", "c", "q", "p", "gain"].map(|key| numbers(&case[key]));
         let (n, r) = (units.len(), case["r"].as_f64().unwrap());
         let square = |m: &[f64]| Mat::from_fn(n, n, |i, j| m[i * n + j]);
         let (a, q) = (square(&a), square(&q));
@@ -501,15 +452,10 @@ fn cross_covariances_of_both_equations_as_scipy() {
         0.0008069266617434677,
         0.5238463237949507,
     ];
-    let gain = [
-        0.507468529083496,
-        0.08536365991776057,
-        -0.020015360358556274,
-    ];
+    let gain = [0.507468529083496, 0.08536365991776057, -0.020015360358556274];
     for units in [[1.0; 3], [1.0, 1e-9, 1e6], [1e4, 3.0, 1e-7]] {
         for of_y in [1.0, 1e-6, 1e9] {
-            let in_units =
-                |m: &Mat<f64>| Mat::from_fn(3, 3, |i, j| m[(i, j)] * units[i] * units[j]);
+            let in_units = |m: &Mat<f64>| Mat::from_fn(3, 3, |i, j| m[(i, j)] * units[i] * units[j]);
             let own = Mat::from_fn(3, 3, |i, j| f[(i, j)] * units[i] / units[j]);
             let h = [0, 1, 2].map(|i| h[i] * of_y / units[i]);
             let s = [0, 1, 2].map(|i| s[i] * of_y * units[i]);
@@ -520,10 +466,7 @@ fn cross_covariances_of_both_equations_as_scipy() {
                 assert!((k - gain[i]).abs() < 1e-10, "{units:?} {of_y}: {k}");
                 for j in 0..3 {
                     let own = found.p[(i, j)] / units[i] / units[j];
-                    assert!(
-                        (own - p[3 * i + j]).abs() < 1e-10,
-                        "{units:?} {of_y}: {own}"
-                    );
+                    assert!((own - p[3 * i + j]).abs() < 1e-10, "{units:?} {of_y}: {own}");
                 }
             }
             assert!((found.innovation / of_y / of_y - 9.222525970502655).abs() < 1e-10);
@@ -537,16 +480,9 @@ fn cross_covariances_of_both_equations_as_scipy() {
         [-0.03909871380897628, 0.6573128227280436]
     ];
     assert_close(&found.p, &p, 1e-10);
-    for (gain, expected) in found
-        .gain
-        .iter()
-        .zip([1.0530967960782307, 1.1977884877752276])
-    {
+    for (gain, expected) in found.gain.iter().zip([1.0530967960782307, 1.1977884877752276]) {
         assert!((gain - expected).abs() < 1e-10, "{gain}");
     }
     let much = care_correlated(a.as_ref(), &[1.0, 0.5], q.as_ref(), &[0.5, 0.0], 0.2);
-    assert!(
-        matches!(much, Err(RiccatiError::Indefinite { .. })),
-        "{much:?}"
-    );
+    assert!(matches!(much, Err(RiccatiError::Indefinite { .. })), "{much:?}");
 }

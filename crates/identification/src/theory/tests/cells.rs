@@ -69,10 +69,7 @@ fn shape() -> Shape {
 
 fn close(found: &Matrix, expected: &Matrix, tolerance: f64) {
     let difference = (found - expected).norm_max();
-    assert!(
-        difference <= tolerance * expected.norm_max(),
-        "{found:?}\n{expected:?}"
-    );
+    assert!(difference <= tolerance * expected.norm_max(), "{found:?}\n{expected:?}");
 }
 
 /// `W S W'` with S integrated over frequency.
@@ -92,12 +89,8 @@ fn least_squares_is_what_integrals_over_frequency_say() {
         let sources = &population.sources;
         let linear = least_squares(&population, shape()).unwrap();
         let phi = regressors(&population.y, &population.u, shape());
-        let r = Matrix::from_fn(4, 4, |i, j| {
-            covariance_over_frequency(sources, &phi[i], &phi[j])
-        });
-        let right = Matrix::from_fn(4, 1, |i, _| {
-            covariance_over_frequency(sources, &phi[i], &population.y)
-        });
+        let r = Matrix::from_fn(4, 4, |i, j| covariance_over_frequency(sources, &phi[i], &phi[j]));
+        let right = Matrix::from_fn(4, 1, |i, _| covariance_over_frequency(sources, &phi[i], &population.y));
         let limit = r.solve(&right);
         for (i, theta) in linear.theta.iter().enumerate() {
             assert!((theta - limit[(i, 0)]).abs() < 1e-9, "{theta} {limit:?}");
@@ -111,11 +104,10 @@ fn least_squares_is_what_integrals_over_frequency_say() {
 /// middle factor are computed from integrals.
 #[test]
 fn instruments_in_open_loop_have_the_textbook_covariance() {
-    for (noise, auxiliary) in noises().into_iter().zip(
-        [[-0.9, 0.3, 1.0, 0.7], [-1.2, 0.52, 1.0, 0.5]]
-            .into_iter()
-            .cycle(),
-    ) {
+    for (noise, auxiliary) in noises()
+        .into_iter()
+        .zip([[-0.9, 0.3, 1.0, 0.7], [-1.2, 0.52, 1.0, 0.5]].into_iter().cycle())
+    {
         let process = process(&second_order(), noise, LevelReading::default());
         let population = Population::new(&process, ETA).unwrap();
         let Population {
@@ -135,11 +127,8 @@ fn instruments_in_open_loop_have_the_textbook_covariance() {
         let found = linear.influence.covariance(sources).unwrap();
         let filter = crate::model::polynomial::multiply(alpha, &noise.0);
         let filtered: Vec<Signal> = z.iter().map(|z| z.through(&filter, &noise.1)).collect();
-        let integrals = |a: &[Signal], b: &[Signal]| {
-            Matrix::from_fn(4, 4, |i, j| {
-                covariance_over_frequency(sources, &a[i], &b[j])
-            })
-        };
+        let integrals =
+            |a: &[Signal], b: &[Signal]| Matrix::from_fn(4, 4, |i, j| covariance_over_frequency(sources, &a[i], &b[j]));
         let middle = integrals(&filtered, &filtered);
         let variance = sources[NOISE].variance;
         let middle = Matrix::from_fn(4, 4, |i, j| variance * middle[(i, j)]);
@@ -163,9 +152,7 @@ fn the_influence_of_a_pass_is_the_derivative_of_its_limit() {
                     ..IvOptions::default()
                 };
                 let population = Population::new(&process, ETA).unwrap();
-                let of = |population: &Population| {
-                    Passes::new(population, &options, 2).last_of(4).unwrap()
-                };
+                let of = |population: &Population| Passes::new(population, &options, 2).last_of(4).unwrap();
                 let (_, influence) = of(&population);
                 for source in 0..population.sources.len() {
                     const STEP: f64 = 1e-4;
@@ -186,13 +173,7 @@ fn the_influence_of_a_pass_is_the_derivative_of_its_limit() {
 }
 
 /// Compares row i of the influence with the derivative of theta_i with respect to the log of a source's variance.
-fn check_slope(
-    population: &Population,
-    influence: &Influence,
-    i: usize,
-    source: usize,
-    slope: f64,
-) {
+fn check_slope(population: &Population, influence: &Influence, i: usize, source: usize, slope: f64) {
     let mut sum = 0.0;
     for (j, (a, b)) in influence.products.iter().enumerate() {
         let weight = influence.weights[(i, j)];
@@ -201,10 +182,7 @@ fn check_slope(
             if source == NOISE {
                 let expected = 2.0 * slope * of_level;
                 let size = of_level.abs().max(1e-3);
-                assert!(
-                    (weight - expected).abs() < 1e-5 * size,
-                    "{weight} {expected}"
-                );
+                assert!((weight - expected).abs() < 1e-5 * size, "{weight} {expected}");
             }
             continue;
         }
@@ -242,27 +220,15 @@ fn methods_and_bounds_agree_where_they_must() {
             ),
         ];
         let theory = CellTheory::new(&process, ETA, 2, &methods).unwrap();
-        let p = |theory: &Result<Theory, Missing>| {
-            theory
-                .as_ref()
-                .ok()
-                .map(|t| t.asymptotic.covariance.clone())
-        };
+        let p = |theory: &Result<Theory, Missing>| theory.as_ref().ok().map(|t| t.asymptotic.covariance.clone());
         let outputs: Vec<_> = theory.outputs.iter().map(|(_, theory)| p(theory)).collect();
-        close(
-            outputs[0].as_ref().unwrap(),
-            outputs[1].as_ref().unwrap(),
-            1e-9,
-        );
+        close(outputs[0].as_ref().unwrap(), outputs[1].as_ref().unwrap(), 1e-9);
         if let (Some(oe), Some(sriv)) = (&outputs[2], &outputs[3]) {
             close(oe, sriv, 1e-9);
         }
         let open = matches!(process.settings().feedback, Feedback::None);
         let plain = process.settings().process_noise == 0.0;
-        assert_eq!(
-            [&theory.shared, &theory.separate].map(Result::is_ok),
-            [plain; 2]
-        );
+        assert_eq!([&theory.shared, &theory.separate].map(Result::is_ok), [plain; 2]);
         let (Some(shared), Some(separate)) = (p(&theory.shared), p(&theory.separate)) else {
             continue;
         };
@@ -278,10 +244,7 @@ fn methods_and_bounds_agree_where_they_must() {
         }
         let bound = if white_equation { &shared } else { &separate };
         for ((label, theory), covariance) in theory.outputs.iter().zip(&outputs) {
-            let Some(covariance) = covariance
-                .as_ref()
-                .filter(|_| theory.as_ref().unwrap().is_consistent)
-            else {
+            let Some(covariance) = covariance.as_ref().filter(|_| theory.as_ref().unwrap().is_consistent) else {
                 continue;
             };
             let values = (covariance - bound).symmetric_eigenvalues().unwrap();
@@ -307,11 +270,7 @@ fn the_bound_of_noise_with_a_zero_outside() {
 /// e_a and e_h from P's blocks, e_b and e_g by differences.
 #[test]
 fn measures_by_differences() {
-    let process = process(
-        &second_order(),
-        NoiseFilter::white().into(),
-        LevelReading::default(),
-    );
+    let process = process(&second_order(), NoiseFilter::white().into(), LevelReading::default());
     let methods = [Method::named("oe", OeOptions::default())];
     let theory = CellTheory::new(&process, ETA, 2, &methods).unwrap();
     let theory = theory.outputs[0].1.as_ref().unwrap();
@@ -347,15 +306,10 @@ fn measures_by_differences() {
         let columns: Vec<Vec<f64>> = (0..4).map(column).collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let pairs = (0..4).flat_map(|i| (0..4).map(move |j| (i, j)));
-        let square: f64 = pairs
-            .map(|(i, j)| p[(i, j)] * dot(&columns[i], &columns[j]))
-            .sum();
+        let square: f64 = pairs.map(|(i, j)| p[(i, j)] * dot(&columns[i], &columns[j])).sum();
         let expected = (square / dot(&v, &v)).sqrt();
         let found = theory.figure(*measure).unwrap();
-        assert!(
-            (found.sqrt_n_rms / expected - 1.0).abs() < 1e-7,
-            "{measure}"
-        );
+        assert!((found.sqrt_n_rms / expected - 1.0).abs() < 1e-7, "{measure}");
         assert!(found.limit < 1e-12);
         let [low, middle, high] = [0.1, 0.5, 0.9].map(|p| found.quantile(p));
         assert!(low < middle && middle < high && middle < expected);
@@ -369,19 +323,12 @@ fn cells_without_theory_say_why() {
         Population::new(&process, ETA).unwrap_err()
     };
     let base = || {
-        process(
-            &second_order(),
-            NoiseFilter::white().into(),
-            LevelReading::default(),
-        )
-        .settings()
-        .clone()
+        process(&second_order(), NoiseFilter::white().into(), LevelReading::default())
+            .settings()
+            .clone()
     };
     let unstable = StateSpace::new(vec![1.5], vec![1.0]).unwrap();
-    let random = PlantSource::Random {
-        order: 2,
-        radius: 0.9,
-    };
+    let random = PlantSource::Random { order: 2, radius: 0.9 };
     for (settings, expected) in [
         (
             ProcessSettings {
@@ -448,15 +395,11 @@ fn the_level_in_a_window_moves_as_its_weights_say() {
             let one = std::slice::from_ref(signal);
             covariance(&population.sources, one, one).unwrap()[(0, 0)]
         };
-        let (output, noise) = (
-            variance(&population.level[0].1),
-            population.sources[NOISE].variance,
-        );
+        let (output, noise) = (variance(&population.level[0].1), population.sources[NOISE].variance);
         let scale = |output_more: f64, noise_more: f64, cross: f64| {
             let size = (output * (1.0 + output_more)).sqrt();
             let y0 = p.map(|p| size * p);
-            let f: [f64; 4] =
-                std::array::from_fn(|k| (1.0 + noise_more).sqrt() * q[k] + cross * p[k]);
+            let f: [f64; 4] = std::array::from_fn(|k| (1.0 + noise_more).sqrt() * q[k] + cross * p[k]);
             level.scale(ETA, &y0, &f, unused)
         };
         let s = scale(0.0, 0.0, 0.0);
@@ -464,19 +407,12 @@ fn the_level_in_a_window_moves_as_its_weights_say() {
         const STEP: f64 = 1e-6;
         // The means of the products change by STEP times these.
         let moves = [output, noise, s * output.sqrt()];
-        let moved = [
-            scale(STEP, 0.0, 0.0),
-            scale(0.0, STEP, 0.0),
-            scale(0.0, 0.0, STEP),
-        ];
+        let moved = [scale(STEP, 0.0, 0.0), scale(0.0, STEP, 0.0), scale(0.0, 0.0, STEP)];
         for (i, (weight, ..)) in population.level.iter().enumerate() {
             let found = (moved[i] / s - 1.0) / STEP;
             assert!((found - weight * moves[i]).abs() < 1e-5, "{of} {i} {found}");
         }
-        assert_eq!(
-            population.level.len(),
-            if of == LevelOf::Measured { 3 } else { 2 }
-        );
+        assert_eq!(population.level.len(), if of == LevelOf::Measured { 3 } else { 2 });
     }
 }
 
@@ -487,11 +423,7 @@ fn the_bound_of_one_common_pole() {
     let (pole, other, b) = (0.8, 0.4, [1.0, 0.5]);
     let plant = TransferFunction::from_polynomials(&[-(pole + other), pole * other], &b);
     let filter = NoiseFilter::new(&[1.0], &[1.0, -pole]).unwrap();
-    let process = process(
-        &plant.unwrap().into(),
-        filter.into(),
-        LevelReading::default(),
-    );
+    let process = process(&plant.unwrap().into(), filter.into(), LevelReading::default());
     let theory = CellTheory::new(&process, ETA, 2, &[]).unwrap();
     let found = &theory.shared.as_ref().unwrap().asymptotic.covariance;
     let population = Population::new(&process, ETA).unwrap();
@@ -519,9 +451,7 @@ fn the_bound_of_one_common_pole() {
             Signal::default().plus(0.5 / STEP, &slope)
         })
         .collect();
-    let information = Matrix::from_fn(4, 4, |i, j| {
-        covariance_over_frequency(sources, &psi[i], &psi[j])
-    });
+    let information = Matrix::from_fn(4, 4, |i, j| covariance_over_frequency(sources, &psi[i], &psi[j]));
     let variance = sources[NOISE].variance;
     let unit = Matrix::from_fn(4, 4, |i, j| if i == j { variance } else { 0.0 });
     let p = information.solve(&unit);

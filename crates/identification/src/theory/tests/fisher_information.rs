@@ -26,9 +26,7 @@ fn gaussian(amplitude: f64) -> Input {
 fn deviations(information: &FisherInformation, free: &[usize]) -> Vec<f64> {
     let n = information.matrix().nrows() / 2;
     let column = |i: usize| if i < n { n - 1 - i } else { i };
-    let all = free
-        .iter()
-        .map(|i| information.deviation(column(*i)).unwrap());
+    let all = free.iter().map(|i| information.deviation(column(*i)).unwrap());
     all.collect()
 }
 
@@ -45,9 +43,7 @@ fn close(found: &[f64], expected: &[f64], half_digit: f64) {
 fn given_inputs_have_the_bound_of_their_record() {
     let sines = |terms: [(f64, f64); 3], n: usize| {
         let u = |t: usize| -> f64 {
-            let wave = |(size, period): &(f64, f64)| {
-                size * (std::f64::consts::TAU * t as f64 / period).sin()
-            };
+            let wave = |(size, period): &(f64, f64)| size * (std::f64::consts::TAU * t as f64 / period).sin();
             terms.iter().map(wave).sum()
         };
         Input::Samples((0..n).map(u).collect())
@@ -72,20 +68,10 @@ fn given_inputs_have_the_bound_of_their_record() {
 #[test]
 fn armax_in_both_loops() {
     let (a, b) = ([-1.5, 0.7], [1.0, 0.5]);
-    let noise =
-        || NoiseColour::from(NoiseFilter::new(&[1.0, -0.8, 0.2], &[1.0, -1.5, 0.7]).unwrap());
+    let noise = || NoiseColour::from(NoiseFilter::new(&[1.0, -0.8, 0.2], &[1.0, -1.5, 0.7]).unwrap());
     let open = of(&a, &b, gaussian(1.0), noise(), Feedback::None);
-    let law = OutputFeedback::new(
-        &[0.63, -2.08, 2.82, -1.86, 0.5],
-        &[1.0, -2.65, 3.11, -1.75, 0.39],
-    );
-    let closed = of(
-        &a,
-        &b,
-        gaussian(5.0),
-        noise(),
-        Feedback::Output(law.unwrap()),
-    );
+    let law = OutputFeedback::new(&[0.63, -2.08, 2.82, -1.86, 0.5], &[1.0, -2.65, 3.11, -1.75, 0.39]);
+    let closed = of(&a, &b, gaussian(5.0), noise(), Feedback::Output(law.unwrap()));
     for (process, expected) in [
         (open, [0.351, 0.314, 0.990, 1.267]),
         (closed, [0.140, 0.140, 0.174, 0.173]),
@@ -93,11 +79,7 @@ fn armax_in_both_loops() {
         let information = FisherInformation::new(&process, 100.0, 1).unwrap();
         let orders: Orders = "na=2,nb=2,nc=2,nk=1".parse().unwrap();
         assert_eq!(information.orders(), orders);
-        close(
-            &deviations(&information, &[0, 1, 2, 3]),
-            &expected,
-            5.001e-4,
-        );
+        close(&deviations(&information, &[0, 1, 2, 3]), &expected, 5.001e-4);
     }
 }
 
@@ -109,13 +91,7 @@ fn the_information_is_the_inverse_of_the_bound() {
         (vec![1.0, 0.6], vec![1.0, -0.8], "nb=2,nc=1,nd=1,nf=2,nk=1"),
     ] {
         let noise = NoiseFilter::new(&c, &d).unwrap();
-        let process = of(
-            &[-1.5, 0.7],
-            &[1.0, 0.5],
-            gaussian(2.0),
-            noise.into(),
-            Feedback::None,
-        );
+        let process = of(&[-1.5, 0.7], &[1.0, 0.5], gaussian(2.0), noise.into(), Feedback::None);
         let information = FisherInformation::new(&process, 50.0, 300).unwrap();
         assert_eq!(information.orders(), orders.parse().unwrap());
         let theory = CellTheory::new(&process, 50.0, 2, &[]).unwrap();
@@ -125,10 +101,7 @@ fn the_information_is_the_inverse_of_the_bound() {
             for j in 0..4 {
                 let expected = if i == j { 300.0 } else { 0.0 };
                 let tolerance = 1e-7 * product.norm_max();
-                assert!(
-                    (product[(i, j)] - expected).abs() < tolerance,
-                    "{i} {j} {product:?}"
-                );
+                assert!((product[(i, j)] - expected).abs() < tolerance, "{i} {j} {product:?}");
             }
         }
     }
@@ -176,14 +149,8 @@ fn a_response_has_its_bound_over_all_frequencies() {
     let bound = ResponseBound::new(&information, plant).unwrap();
     let inverse = information.matrix().solve(&Matrix::identity(4));
     let response = |alpha: &[f64], beta: &[f64], z: c64| {
-        let denominator = alpha
-            .iter()
-            .rev()
-            .fold(c64::new(0.0, 0.0), |sum, a| (sum + *a) * z);
-        let numerator = beta
-            .iter()
-            .rev()
-            .fold(c64::new(0.0, 0.0), |sum, b| (sum + *b) * z);
+        let denominator = alpha.iter().rev().fold(c64::new(0.0, 0.0), |sum, a| (sum + *a) * z);
+        let numerator = beta.iter().rev().fold(c64::new(0.0, 0.0), |sum, b| (sum + *b) * z);
         [numerator, denominator + 1.0]
     };
     let other = ([-1.48, 0.69], [1.02, 0.45]);
@@ -211,10 +178,7 @@ fn a_response_has_its_bound_over_all_frequencies() {
     assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
     let second: f64 = bound.weights().iter().map(|w| w * w).sum();
     let expected = trace(&(&relative * &relative)) / trace(&relative).powi(2);
-    assert!(
-        (second / expected - 1.0).abs() < 1e-9,
-        "{second} {expected}"
-    );
+    assert!((second / expected - 1.0).abs() < 1e-9, "{second} {expected}");
     assert!((bound.weights().iter().sum::<f64>() - 1.0).abs() < 1e-12);
     // A direct term adds its square.
     let with_direct = bound.distance(plant.a(), plant.b(), 0.5) * trace(&relative);

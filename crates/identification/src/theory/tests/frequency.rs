@@ -41,18 +41,12 @@ pub fn covariance_over_frequency(sources: &[Source], a: &Signal, b: &Signal) -> 
 }
 
 /// Parseval: `sum_t R_ab(t) R_cd(t) = 1/(2 pi) int Phi_ab(w) conj(Phi_cd(w)) dw`.
-pub fn long_run_over_frequency(
-    sources: &[Source],
-    first: &(Signal, Signal),
-    second: &(Signal, Signal),
-) -> f64 {
+pub fn long_run_over_frequency(sources: &[Source], first: &(Signal, Signal), second: &(Signal, Signal)) -> f64 {
     let ((a, b), (c, d)) = (first, second);
     let of = |x: &Signal, y: &Signal, w: f64| spectrum(sources, x, y, w);
     let gaussian = mean(|w| of(a, c, w) * of(b, d, w).conj() + of(a, d, w) * of(b, c, w).conj());
     let fourth = sources.iter().enumerate().map(|(s, source)| {
-        let share = |a: &Signal, b: &Signal| {
-            source.variance * mean(|w| transfer(a, s, w) * transfer(b, s, w).conj())
-        };
+        let share = |a: &Signal, b: &Signal| source.variance * mean(|w| transfer(a, s, w) * transfer(b, s, w).conj());
         source.excess * share(a, b) * share(c, d)
     });
     gaussian + fourth.sum::<f64>()
@@ -62,9 +56,7 @@ fn signals() -> (Vec<Source>, Vec<Signal>) {
     let source = Source::white;
     let sources = vec![source(4.0, -2.0), source(0.3, 0.0), source(1.0, 1.5)];
     let x = Signal::new(0, &[0.0, 1.0, 0.5], &[1.0, -1.5, 0.7]);
-    let y = x
-        .clone()
-        .plus(1.0, &Signal::new(1, &[1.0, 0.6], &[1.0, -0.8]));
+    let y = x.clone().plus(1.0, &Signal::new(1, &[1.0, 0.6], &[1.0, -0.8]));
     let z = Signal::new(2, &[0.3, 0.0, -1.0], &[1.0])
         .plus(-0.4, &Signal::new(0, &[1.0], &[1.0]))
         .plus(2.0, &y.delayed(3));
@@ -120,10 +112,7 @@ fn what_is_not_stationary_is_refused() {
     let x = Signal::new(0, &[1.0], &[1.0, -1.0]);
     let sources = [Source::white(1.0, 0.0)];
     let one = [x];
-    assert_eq!(
-        covariance(&sources, &one, &one).unwrap_err(),
-        NoTheory::NotStationary
-    );
+    assert_eq!(covariance(&sources, &one, &one).unwrap_err(), NoTheory::NotStationary);
 }
 
 /// A cosine by hand: `u = 2 cos(pi k / 2)` through `1 + q^-1` has mean square `2 |1 - i|^2 = 4`. With a lag of one
@@ -168,18 +157,9 @@ fn signs_of_an_autoregression() {
         assert!((found[(lag, 0)] - expected).abs() < 1e-10, "{found:?}");
     }
     let pair = [(u.clone(), u)];
-    assert_eq!(
-        long_run_covariance(&[lines], &pair).unwrap_err(),
-        NoTheory::BinaryInput
-    );
+    assert_eq!(long_run_covariance(&[lines], &pair).unwrap_err(), NoTheory::BinaryInput);
     let slow = NoiseFilter::new(&[1.0], &[1.0, -0.9999]).unwrap();
-    assert_eq!(
-        Spectrum::of_signs(&slow, 1.0).unwrap_err(),
-        NoTheory::SlowInput
-    );
+    assert_eq!(Spectrum::of_signs(&slow, 1.0).unwrap_err(), NoTheory::SlowInput);
     let long = vec![1.0; 20_000];
-    assert_eq!(
-        Spectrum::of_period(&long).unwrap_err(),
-        NoTheory::LongPeriod(20_000)
-    );
+    assert_eq!(Spectrum::of_period(&long).unwrap_err(), NoTheory::LongPeriod(20_000));
 }

@@ -2,9 +2,7 @@
 //! digit is right, and second differences of the likelihood with 700 bits; of t-distributed errors by quadrature.
 
 use super::*;
-use crate::estimator::{
-    MethodOptions, Pass, PemEivOptions, PemTOptions, SearchStarts, Shape, Window,
-};
+use crate::estimator::{MethodOptions, Pass, PemEivOptions, PemTOptions, SearchStarts, Shape, Window};
 use crate::model::LinearModel;
 use crate::signal::{NoiseLaw, Purpose, stream};
 use serde::Deserialize;
@@ -79,9 +77,7 @@ impl Drive {
                 past
             }
             "sines" => {
-                let wave = |(a, period): (&f64, &f64)| {
-                    a * (std::f64::consts::TAU * k as f64 / period).sin()
-                };
+                let wave = |(a, period): (&f64, &f64)| a * (std::f64::consts::TAU * k as f64 / period).sin();
                 self.amplitudes.iter().zip(&self.periods).map(wave).sum()
             }
             law => panic!("{law}"),
@@ -129,9 +125,7 @@ impl Case {
         }
         let feedback = self.controller.as_ref();
         let feedback = feedback.map(|law| OutputFeedback::new(&law.num, &law.den).unwrap());
-        let law = self
-            .student_t
-            .map_or(NoiseLaw::Gaussian, NoiseLaw::StudentT);
+        let law = self.student_t.map_or(NoiseLaw::Gaussian, NoiseLaw::StudentT);
         RecordInformation::new(&model, &law, feedback.as_ref(), &self.reference()).unwrap()
     }
 }
@@ -168,10 +162,7 @@ fn reference_records() {
 #[test]
 fn records_of_a_process() {
     let names = ["OE-P06-300", "ARX-P18-120", "t5-loop-ARMAX-P03-200"];
-    for case in cases()
-        .iter()
-        .filter(|case| names.contains(&case.name.as_str()))
-    {
+    for case in cases().iter().filter(|case| names.contains(&case.name.as_str())) {
         let model = case.model();
         let plant: StateSpace = model.plant().unwrap();
         let denominator = crate::model::polynomial::multiply(&model.a, &model.d);
@@ -235,10 +226,7 @@ const RECORDS: u64 = 300;
 const SAMPLES: usize = 400;
 
 /// The means of d of methods over records, each with its information.
-fn mean_distances(
-    methods: &[MethodOptions],
-    mut record: impl FnMut(u64) -> ([Vec<f64>; 2], Matrix),
-) -> Vec<f64> {
+fn mean_distances(methods: &[MethodOptions], mut record: impl FnMut(u64) -> ([Vec<f64>; 2], Matrix)) -> Vec<f64> {
     let shape = Shape {
         order: 1,
         window: SAMPLES,
@@ -247,11 +235,7 @@ fn mean_distances(
     let mut methods: Vec<_> = prepared.map(|method| (method, 0.0)).collect();
     for trial in 0..RECORDS {
         let ([u, y], f) = record(trial);
-        let window = Window {
-            u: &u,
-            y: &y,
-            r: &u,
-        };
+        let window = Window { u: &u, y: &y, r: &u };
         for (method, sum) in &mut methods {
             let mut pass = Pass::new(1);
             method.estimate(window, std::slice::from_mut(&mut pass));

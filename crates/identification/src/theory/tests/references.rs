@@ -58,14 +58,7 @@ fn the_papers_plant() {
 }
 
 /// `y = B/A u + C/D e`, u white of variance 1, e of variance lambda: P of (a, b), lower triangle.
-fn check(
-    a: [f64; 2],
-    b: [f64; 2],
-    (c, d): (&[f64], &[f64]),
-    lambda: f64,
-    method: Method,
-    expected: [f64; 10],
-) {
+fn check(a: [f64; 2], b: [f64; 2], (c, d): (&[f64], &[f64]), lambda: f64, method: Method, expected: [f64; 10]) {
     let plant: StateSpace = TransferFunction::from_polynomials(&a, &b).unwrap().into();
     let noise = NoiseFilter::new(c, d).unwrap();
     let eta = 100.0 * (lambda * noise.variance() / plant.energy().unwrap()).sqrt();
@@ -78,11 +71,7 @@ fn check(
     let process = Process::from_settings(settings).unwrap();
     let theory = CellTheory::new(&process, eta, 2, &[method]).unwrap();
     let is_armax = d.len() == 3;
-    let bound = if is_armax {
-        &theory.shared
-    } else {
-        &theory.separate
-    };
+    let bound = if is_armax { &theory.shared } else { &theory.separate };
     for found in [&theory.outputs[0].1, bound] {
         let p = &found.as_ref().unwrap().asymptotic.covariance;
         let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -90,10 +79,7 @@ fn check(
         for i in 0..4 {
             for j in 0..=i {
                 let expected = expected.next().unwrap();
-                assert!(
-                    (p[(i, j)] - expected).abs() < 1e-10 * largest,
-                    "{i} {j} {p:?}"
-                );
+                assert!((p[(i, j)] - expected).abs() < 1e-10 * largest, "{i} {j} {p:?}");
             }
         }
     }

@@ -127,9 +127,7 @@ fn the_radius_is_one_or_more_exactly_where_the_polynomial_is_not_stable() {
         let ulps = (trial % 7) as f64 - 3.0;
         let scale = (1.0 + ulps * f64::EPSILON) / largest;
         let scaled = plant.a().iter().enumerate();
-        let a: Vec<f64> = scaled
-            .map(|(i, a)| a * scale.powi((n - i) as i32))
-            .collect();
+        let a: Vec<f64> = scaled.map(|(i, a)| a * scale.powi((n - i) as i32)).collect();
         let stable = is_stable(&a, &mut vec![0.0; n]);
         let radius = radius(&a);
         assert_eq!(stable, radius < 1.0, "{a:?}: {radius:e}");

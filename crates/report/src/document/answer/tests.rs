@@ -6,8 +6,7 @@ use asobench_study::study::Outcomes;
 
 /// Three methods on two plants at `levels` of eta.
 fn made(levels: &str) -> Study {
-    let methods = ["mine", "oe", "bj"]
-        .map(|name| format!("[[methods]]\nname = \"{name}\"\nestimator = \"ls\"\n"));
+    let methods = ["mine", "oe", "bj"].map(|name| format!("[[methods]]\nname = \"{name}\"\nestimator = \"ls\"\n"));
     study(&format!(
         "measures = [\"e_a\"]\n[settings]\nplant = [\"nikolov2023\", \"other\"]\neta = {levels}\n\
          [plants.other]\nA = [1, -0.5]\nB = [0, 1]\n{}",
@@ -137,10 +136,7 @@ fn papers_have_the_best_in_bold() {
     let study = known();
     let table = medians(&study, Measure::Ea).expect("a table").shown("").0;
     let headings: Vec<&str> = table.columns.iter().map(|column| &*column.title).collect();
-    assert_eq!(
-        headings,
-        ["eta", "plant", "mine", "oe", "bj", "next / best"]
-    );
+    assert_eq!(headings, ["eta", "plant", "mine", "oe", "bj", "next / best"]);
     let latex = table.latex("a", "A");
     for row in [
         "$2$ & nikolov2023 & $20.0(2)$ & $\\mathbf{1.00(1)}$ & $2.00(2)$ & $2.00(3)$ \\\\",

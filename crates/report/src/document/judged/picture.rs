@@ -53,9 +53,7 @@ fn groups(claim: &Judged) -> Vec<Vec<usize>> {
     for (i, test) in claim.tests.iter().enumerate() {
         let alike = |group: &&mut Vec<usize>| {
             let first = &claim.tests[group[0]];
-            first.scale == test.scale
-                && first.limits == test.limits
-                && !common(claim, &[group[0], i]).is_empty()
+            first.scale == test.scale && first.limits == test.limits && !common(claim, &[group[0], i]).is_empty()
         };
         match groups.iter_mut().find(alike) {
             Some(group) => group.push(i),
@@ -68,8 +66,7 @@ fn groups(claim: &Judged) -> Vec<Vec<usize>> {
             .iter()
             .flat_map(|cell| cell.numbers.iter().map(move |of| (cell, of)));
         let here = all.filter(|(_, number)| group.contains(&number.test));
-        here.map(|(cell, number)| rank(says(claim, cell, number)))
-            .min()
+        here.map(|(cell, number)| rank(says(claim, cell, number))).min()
     };
     groups.sort_by_key(|group| numbers(group));
     groups
@@ -90,10 +87,7 @@ fn says(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber) -> &'static st
 
 /// The order in which numbers decide a cell: one that fails before one that is open.
 fn rank(says: &str) -> usize {
-    ["fail", "open"]
-        .iter()
-        .position(|of| *of == says)
-        .unwrap_or(2)
+    ["fail", "open"].iter().position(|of| *of == says).unwrap_or(2)
 }
 
 /// Of each cell the number that decides it: the first by `rank`, and of these the one that is deepest on the failing
@@ -102,11 +96,7 @@ fn deciding<'a>(marks: &[Mark<'a>], limits: [f64; 2], unit: f64) -> Vec<Mark<'a>
     let [least, most] = limits.map(|limit| unit * limit);
     let room = |mark: &Mark<'_>| f64::min(mark.value - least, most - mark.value);
     let first = |cell: &[Mark<'a>]| {
-        let compared = |a: &&Mark<'a>, b: &&Mark<'a>| {
-            rank(a.says)
-                .cmp(&rank(b.says))
-                .then(room(a).total_cmp(&room(b)))
-        };
+        let compared = |a: &&Mark<'a>, b: &&Mark<'a>| rank(a.says).cmp(&rank(b.says)).then(room(a).total_cmp(&room(b)));
         cell.iter().min_by(compared).cloned()
     };
     let cells = marks.chunk_by(|a, b| std::ptr::eq(a.cell, b.cell));
@@ -117,13 +107,8 @@ fn deciding<'a>(marks: &[Mark<'a>], limits: [f64; 2], unit: f64) -> Vec<Mark<'a>
 fn common(claim: &Judged, tests: &[usize]) -> String {
     let all = tests.iter().filter_map(|i| claim.tests.get(*i));
     let all: Vec<&str> = all.map(|test| test.what.trim_end_matches(',')).collect();
-    let first: Vec<&str> = all
-        .first()
-        .map_or(Vec::new(), |what| what.split(' ').collect());
-    let same = |i: &usize| {
-        all.iter()
-            .all(|what| what.split(' ').nth(*i) == first.get(*i).copied())
-    };
+    let first: Vec<&str> = all.first().map_or(Vec::new(), |what| what.split(' ').collect());
+    let same = |i: &usize| all.iter().all(|what| what.split(' ').nth(*i) == first.get(*i).copied());
     let count = (0..first.len()).take_while(same).count();
     let mut words = first[..count].to_vec();
     while let Some("with" | "of" | "to" | "the" | "than" | "over") = words.last().copied() {
@@ -244,17 +229,9 @@ impl<'a> Picture<'a> {
         let (low, high) = self.ends();
         if self.log {
             let axis = PlotAxis::log(what);
-            return if self.is_cut() {
-                axis.range(low, high)
-            } else {
-                axis
-            };
+            return if self.is_cut() { axis.range(low, high) } else { axis };
         }
-        let percent = if self.test.scale == Compared::Share {
-            ", %"
-        } else {
-            ""
-        };
+        let percent = if self.test.scale == Compared::Share { ", %" } else { "" };
         let axis = PlotAxis::linear(format!("{what}{percent}"));
         if self.test.scale == Compared::Ratio && self.is_narrow() || self.is_cut() {
             let room = 0.06 * (high - low).max(1e-3 * high.abs());
@@ -270,17 +247,9 @@ impl<'a> Picture<'a> {
     }
 
     /// Adds the marks as one series per outcome; `at` places a mark.
-    fn series(
-        &self,
-        mut plot: Plot,
-        marks: &[Mark<'_>],
-        at: impl Fn(usize, &Mark<'_>) -> Point,
-    ) -> Plot {
+    fn series(&self, mut plot: Plot, marks: &[Mark<'_>], at: impl Fn(usize, &Mark<'_>) -> Point) -> Plot {
         for (says, label, slot) in SAYS {
-            let chosen = marks
-                .iter()
-                .enumerate()
-                .filter(|(_, mark)| mark.says == says);
+            let chosen = marks.iter().enumerate().filter(|(_, mark)| mark.says == says);
             let points = chosen.map(|(i, mark)| at(i, mark)).collect();
             plot = plot.series(Series::new(label, Style::Marks, points).slot(slot));
         }
@@ -300,10 +269,7 @@ impl<'a> Picture<'a> {
 
     fn draw(&self, study: &Study) -> Option<Drawn> {
         // The requirement stands once: on the axis, and beside the limit.
-        let title = format!(
-            "{} {}\n{}",
-            self.claim.id, self.claim.verdict, self.claim.text
-        );
+        let title = format!("{} {}\n{}", self.claim.id, self.claim.verdict, self.claim.text);
         let (plots, how) = if self.marks.len() <= ROWS {
             (vec![self.rows()], "Every cell".to_owned())
         } else if let Some(found) = self.panels(study) {
@@ -359,9 +325,7 @@ impl<'a> Picture<'a> {
             let all: Vec<&str> = here.map(|other| other.number.what.as_str()).collect();
             let what = mark.number.what.trim_end_matches(',');
             let what = match all.len() {
-                1 if mark.cell.case.is_some() || mark.number.what == self.test.what => {
-                    String::new()
-                }
+                1 if mark.cell.case.is_some() || mark.number.what == self.test.what => String::new(),
                 1 => what.to_owned(),
                 _ => different(what, &all),
             };
@@ -408,11 +372,7 @@ impl<'a> Picture<'a> {
             (&mark.cell.case, settings.collect())
         };
         let mut panels = Vec::new();
-        for panel in cells
-            .iter()
-            .zip(&self.marks)
-            .map(|(cell, mark)| choice(cell, mark))
-        {
+        for panel in cells.iter().zip(&self.marks).map(|(cell, mark)| choice(cell, mark)) {
             if !panels.contains(&panel) {
                 panels.push(panel);
             }
@@ -428,10 +388,7 @@ impl<'a> Picture<'a> {
                 .map(|(cell, mark)| (*cell, mark.clone()))
                 .unzip();
             let (case, settings) = panel;
-            let title = [
-                (*case).clone().unwrap_or_default(),
-                panel_title(settings, &here),
-            ];
+            let title = [(*case).clone().unwrap_or_default(), panel_title(settings, &here)];
             let title: Vec<String> = title.into_iter().filter(|part| !part.is_empty()).collect();
             let plot = Plot::new(title.join(", "), layout.axis(study), self.axis());
             self.series(plot, &marks, |i, mark| {
@@ -451,15 +408,10 @@ impl<'a> Picture<'a> {
         if count > SORTED {
             how = format!("{SORTED} of {count} cells, evenly by size, each");
             let last = (count - 1) as f64;
-            let kept =
-                (0..SORTED).map(|i| (i as f64 * last / (SORTED - 1) as f64).round() as usize);
+            let kept = (0..SORTED).map(|i| (i as f64 * last / (SORTED - 1) as f64).round() as usize);
             marks = kept.map(|i| marks[i].clone()).collect();
         }
-        let plot = Plot::new(
-            "",
-            PlotAxis::linear("cells, by the size of their numbers"),
-            self.axis(),
-        );
+        let plot = Plot::new("", PlotAxis::linear("cells, by the size of their numbers"), self.axis());
         let plot = self.series(plot, &marks, |i, mark| {
             let [low, high] = self.bar(mark);
             Point::interval((i + 1) as f64, mark.value, low, high)

@@ -69,9 +69,7 @@ fn marks(svg: &str, class: &str) -> usize {
 #[test]
 fn few_cells_have_a_row_each() {
     let study = grid("window = [58, 98, 218]");
-    let Drawn {
-        picture, caption, ..
-    } = picture(&study, &claim(&study));
+    let Drawn { picture, caption, .. } = picture(&study, &claim(&study));
     let svg = picture.wide.svg();
     for text in [
         "N = 58",
@@ -84,11 +82,7 @@ fn few_cells_have_a_row_each() {
         assert!(svg.contains(text), "no '{text}'");
     }
     assert_eq!([marks(&svg, "s2"), marks(&svg, "s1")], [1, 1]);
-    assert_eq!(
-        svg.matches("<rect class=\"f s2\"").count(),
-        1,
-        "the shaded side"
-    );
+    assert_eq!(svg.matches("<rect class=\"f s2\"").count(), 1, "the shaded side");
     assert!(
         caption.contains("Numbers in the shaded range pass: below 1."),
         "{caption}"
@@ -97,8 +91,7 @@ fn few_cells_have_a_row_each() {
 
 #[test]
 fn more_cells_have_panels_over_the_setting_that_varies_most() {
-    let study =
-        grid("eta = { logspace = [1, 30, 19] }\nnoise = [\"ar\", \"white\"]\nwindow = [98, 218]");
+    let study = grid("eta = { logspace = [1, 30, 19] }\nnoise = [\"ar\", \"white\"]\nwindow = [98, 218]");
     let Drawn { picture, .. } = picture(&study, &claim(&study));
     let svg = picture.wide.svg();
     assert_eq!(svg.matches("<rect class=\"f s2\"").count(), 4, "panels");
@@ -110,9 +103,7 @@ fn more_cells_have_panels_over_the_setting_that_varies_most() {
 #[test]
 fn many_cells_are_thinned_and_no_verdict_is_lost() {
     let study = grid("eta = { linspace = [1, 20, 40] }\namplitude = { linspace = [1, 9, 25] }");
-    let Drawn {
-        picture, caption, ..
-    } = picture(&study, &claim(&study));
+    let Drawn { picture, caption, .. } = picture(&study, &claim(&study));
     let svg = picture.wide.svg();
     assert!(caption.starts_with("200 of 1000 cells"), "{caption}");
     assert!(svg.len() < 150_000, "{}", svg.len());
@@ -128,26 +119,13 @@ fn what_cannot_be_drawn_is_counted() {
     let mut claim = claim(&study);
     claim.cells[1].numbers[0].value = f64::INFINITY;
     claim.cells[2].numbers.clear();
-    claim.cells[2]
-        .missing
-        .push("the run did not keep it".to_owned());
-    let Drawn {
-        picture, caption, ..
-    } = picture(&study, &claim);
+    claim.cells[2].missing.push("the run did not keep it".to_owned());
+    let Drawn { picture, caption, .. } = picture(&study, &claim);
     let svg = picture.wide.svg();
     assert!(caption.contains("Not drawn: 2 cells"), "{caption}");
-    assert_eq!(
-        [
-            marks(&svg, "s2"),
-            svg.matches("<path class=\"f s1\"").count()
-        ],
-        [1, 0]
-    );
+    assert_eq!([marks(&svg, "s2"), svg.matches("<path class=\"f s1\"").count()], [1, 0]);
     let table = cells(&claim).take_csv();
-    assert!(
-        table.contains("N = 218,the run did not keep it,,-,fail"),
-        "{table}"
-    );
+    assert!(table.contains("N = 218,the run did not keep it,,-,fail"), "{table}");
 }
 
 /// A part has the claim, its verdict in words, the sentence without them, a figure and a table. Texts of users are
@@ -209,9 +187,7 @@ fn a_caption_has_the_levels_of_the_marks() {
     assert!(text.contains(parts), "{text}");
     let table = cells(&claim).take_csv();
     assert!(
-        table
-            .lines()
-            .any(|line| line.ends_with(",fail,0.5,0.5,0.025")),
+        table.lines().any(|line| line.ends_with(",fail,0.5,0.5,0.025")),
         "{table}"
     );
     // A first look has nine tenths of the level, whose product is no short number.
@@ -236,10 +212,7 @@ fn a_claim_about_one_cell_has_one_picture() {
     let study = grid("window = 98");
     let mut claim = claim(&study);
     claim.cells.truncate(1);
-    for (i, what) in [
-        (1, "the ratio of one to third"),
-        (2, "the ratio of one to fourth"),
-    ] {
+    for (i, what) in [(1, "the ratio of one to third"), (2, "the ratio of one to fourth")] {
         let mut test = claim.tests[0].clone();
         test.what = what.to_owned();
         claim.tests.push(test);
@@ -280,16 +253,11 @@ fn many_cells_draw_the_number_that_decides() {
         };
         cell.numbers = vec![number(0, 0.5), number(1, 2.0)];
     }
-    let Drawn {
-        picture, caption, ..
-    } = picture(&study, &claim);
+    let Drawn { picture, caption, .. } = picture(&study, &claim);
     let svg = picture.wide.svg();
     assert_eq!(marks(&svg, "s1"), 19);
     assert!(!svg.contains("certainly passes"), "{svg}");
-    assert!(
-        caption.contains("the one that decides is drawn"),
-        "{caption}"
-    );
+    assert!(caption.contains("the one that decides is drawn"), "{caption}");
     assert!(svg.contains(">One is better than another.<"), "{svg}");
 }
 
@@ -300,9 +268,7 @@ fn a_bar_without_an_end_is_cut() {
     let mut claim = claim(&study);
     assert!(!picture(&study, &claim).caption.contains("edge"));
     claim.cells[1].numbers[0].interval = [0.0, f64::INFINITY];
-    let Drawn {
-        picture, caption, ..
-    } = picture(&study, &claim);
+    let Drawn { picture, caption, .. } = picture(&study, &claim);
     let svg = picture.wide.svg();
     assert!(caption.contains("A bar to the edge"), "{caption}");
     assert!(!svg.contains("inf") && !svg.contains("NaN"));
@@ -313,10 +279,7 @@ fn a_bar_without_an_end_is_cut() {
 #[test]
 fn only_what_differs_names_a_row() {
     let all = ["the coverage of a_1 of arx,", "the coverage of h_2 of arx,"];
-    assert_eq!(
-        super::picture::different("the coverage of a_1 of arx", &all),
-        "a_1"
-    );
+    assert_eq!(super::picture::different("the coverage of a_1 of arx", &all), "a_1");
     assert_eq!(super::picture::different("x", &["x", "x"]), "");
     assert_eq!(super::picture::different("a a", &["a a", "a a a"]), "");
 }

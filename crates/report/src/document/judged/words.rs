@@ -4,10 +4,7 @@ use asobench_study::claim::{Judged, JudgedCell, JudgedTest, Scale};
 
 /// The levels at which the cells of a claim are compared, in words: "2.5 % / 24 (Holm's correction for 24 cells)".
 pub(super) fn levels(claim: &Judged) -> String {
-    let whole = format!(
-        "{} %",
-        asobench_study::text::rounded(100.0 * claim.level, 6)
-    );
+    let whole = format!("{} %", asobench_study::text::rounded(100.0 * claim.level, 6));
     // Every level is that of the claim over a whole number.
     let parts = |level: f64| (claim.level / level).round() as usize;
     let of = |says: &str| {
@@ -35,9 +32,7 @@ pub(super) fn levels(claim: &Judged) -> String {
         [(_, 1)] => return format!("{whole} (all cells are certain, so none is corrected)"),
         [(_, first), rest @ ..] if rest.iter().all(|(_, parts)| parts == first) => over(*first),
         all => {
-            let all = all
-                .iter()
-                .map(|(words, parts)| format!("{} {words}", over(*parts)));
+            let all = all.iter().map(|(words, parts)| format!("{} {words}", over(*parts)));
             all.collect::<Vec<String>>().join(", ")
         }
     };

@@ -8,10 +8,7 @@ use asobench_study::study::Measure;
 pub(super) fn part(study: &Study) -> Part {
     let file = &study.file;
     let mut rows: Vec<Row> = Vec::new();
-    let mut add = |(term, truth): (&str, &str), by: &str| match rows
-        .iter_mut()
-        .find(|(known, _)| known == term)
-    {
+    let mut add = |(term, truth): (&str, &str), by: &str| match rows.iter_mut().find(|(known, _)| known == term) {
         Some((_, value)) => value.push_str(&format!(", {by}")),
         None => rows.push(row(term, format!("{truth}. Measured by: {by}"))),
     };
@@ -35,15 +32,11 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
     match measure {
         M::Ea | M::EaPrinted => ("a", "the last row of the plant's matrix A, n numbers"),
         M::Eb | M::EbPrinted => ("b", "the plant's input vector, n numbers"),
-        M::Eh | M::EhPrinted => (
-            "h",
-            "the numerator of the plant's transfer function, n numbers",
-        ),
+        M::Eh | M::EhPrinted => ("h", "the numerator of the plant's transfer function, n numbers"),
         M::Ex0 | M::Ex0Printed => ("x(0)", "the state of the plant at the first sample"),
-        M::ExMax | M::ExMaxPrinted | M::ExRms | M::ExRmsPrinted | M::RmsState => (
-            "state",
-            "the plant's simulated state at every scored sample or time",
-        ),
+        M::ExMax | M::ExMaxPrinted | M::ExRms | M::ExRmsPrinted | M::RmsState => {
+            ("state", "the plant's simulated state at every scored sample or time")
+        }
         M::RmsState1
         | M::RmsState2
         | M::RmsState3
@@ -51,10 +44,7 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
         | M::RmsState5
         | M::RmsState6
         | M::RmsState7
-        | M::RmsState8 => (
-            "components of the state",
-            "x_1, x_2, ... over the scored time",
-        ),
+        | M::RmsState8 => ("components of the state", "x_1, x_2, ... over the scored time"),
         M::FedBackMax | M::FedBackRms => (
             "states fed back",
             "x(k) of the plant, from the sample at which the loop is closed",
@@ -77,10 +67,9 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
             "that of the plant from rest, under an input of its own",
         ),
         M::FitAhead => ("measured output", "the record's own samples"),
-        M::Theta | M::ThetaRms | M::Reaching | M::Settling => (
-            "theta",
-            "x(0) - xi(0), the vector that the observers estimate",
-        ),
+        M::Theta | M::ThetaRms | M::Reaching | M::Settling => {
+            ("theta", "x(0) - xi(0), the vector that the observers estimate")
+        }
         M::SpectralRadius
         | M::Condition
         | M::InnovationsWhite
@@ -90,9 +79,6 @@ fn of(measure: Measure) -> (&'static str, &'static str) {
         | M::Excitation
         | M::MixedDisturbance
         | M::StepError
-        | M::StepOrder => (
-            "none",
-            "descriptions of a trial, without a truth to compare with",
-        ),
+        | M::StepOrder => ("none", "descriptions of a trial, without a truth to compare with"),
     }
 }

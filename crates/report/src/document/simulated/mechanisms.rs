@@ -4,9 +4,7 @@ use super::part::{Part, Row, at_most, row};
 use super::words::{listed, table};
 use crate::results::Study;
 use asobench_identification::plant::{ContinuousPlant, Numerator, nikolov2023};
-use asobench_study::study::file::{
-    AUTOMATIC, Axis, ExperimentFile, FeedbackTable, Key, StudyKind, TrialRule,
-};
+use asobench_study::study::file::{AUTOMATIC, Axis, ExperimentFile, FeedbackTable, Key, StudyKind, TrialRule};
 use asobench_study::text::{grouped, number};
 use serde::Serialize;
 
@@ -108,10 +106,7 @@ fn plants(file: &ExperimentFile) -> Vec<Row> {
             let equations = "x' = A x + B u, y = C'x + delta";
             rows.push(row(term, format!("{equations}: {}", table(plant, &[]))));
         } else if name == "random" {
-            rows.push(row(
-                term,
-                "a new one in every trial: plant_order, pole_radius",
-            ));
+            rows.push(row(term, "a new one in every trial: plant_order, pole_radius"));
         } else if file.kind() == StudyKind::Continuous {
             rows.push(row(term, example_in_continuous_time()));
         } else {
@@ -156,16 +151,8 @@ fn filters(file: &ExperimentFile) -> Vec<Row> {
         None => "u(k) = -K(q) y(k) + r(k): ",
     };
     let mut rows = tables("input", &file.inputs, |_| "");
-    rows.extend(tables(
-        "noise",
-        &file.noises,
-        |_| "white noise through C(q)/D(q): ",
-    ));
-    rows.extend(tables(
-        "change",
-        &file.changes,
-        |_| "A and b of the plant move: ",
-    ));
+    rows.extend(tables("noise", &file.noises, |_| "white noise through C(q)/D(q): "));
+    rows.extend(tables("change", &file.changes, |_| "A and b of the plant move: "));
     rows.extend(tables("covariances", &file.covariances, |_| ""));
     rows.extend(tables("feedback", &file.feedbacks, law));
     rows.extend(file.columns.iter().map(|(name, samples)| {
@@ -181,23 +168,13 @@ fn tables<'a, T: Serialize + 'a>(
     all: impl IntoIterator<Item = (&'a String, &'a T)>,
     lead: impl Fn(&T) -> &'static str,
 ) -> Vec<Row> {
-    let of = |(name, of)| {
-        row(
-            format!("{kind} {name}"),
-            lead(of).to_owned() + &table(of, &[]),
-        )
-    };
+    let of = |(name, of)| row(format!("{kind} {name}"), lead(of).to_owned() + &table(of, &[]));
     all.into_iter().map(of).collect()
 }
 
 /// The times and the disturbances of a study in continuous time.
 fn continuous(file: &ExperimentFile) -> Vec<Row> {
-    let times = |of| {
-        row(
-            "continuous",
-            format!("times in seconds: {}", table(of, &[])),
-        )
-    };
+    let times = |of| row("continuous", format!("times in seconds: {}", table(of, &[])));
     let mut rows: Vec<Row> = file.continuous.iter().map(times).collect();
     rows.extend(tables("disturbance", &file.signals, |_| "a sum of waves: "));
     rows
@@ -228,9 +205,7 @@ fn grid(study: &Study) -> Vec<Row> {
     }
     let excluded = file.exclude.iter();
     rows.extend(at_most(
-        excluded
-            .map(|cells| row("exclude", table(cells, &[])))
-            .collect(),
+        excluded.map(|cells| row("exclude", table(cells, &[]))).collect(),
     ));
     rows
 }
@@ -243,11 +218,7 @@ fn trials(study: &Study) -> Vec<Row> {
         rule => format!("a rule: {}", table(rule, &[])),
     };
     let alike = study.summary.cells.iter().any(|cell| cell.deterministic);
-    let alike = if alike {
-        "; one where nothing is random"
-    } else {
-        ""
-    };
+    let alike = if alike { "; one where nothing is random" } else { "" };
     let revision = study.revision.as_deref();
     let revision = revision.map_or_else(String::new, |revision| format!(", revision {revision}"));
     vec![

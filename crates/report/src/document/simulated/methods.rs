@@ -10,10 +10,7 @@ use serde_json::{Map, Value};
 
 pub(super) fn part(study: &Study) -> Part {
     let file = &study.file;
-    let methods = file
-        .methods
-        .iter()
-        .map(|of| row(of.output_name(1), method(of)));
+    let methods = file.methods.iter().map(|of| row(of.output_name(1), method(of)));
     let mut rows: Vec<Row> = at_most(methods.collect());
     let observers = file.observers.iter();
     let observers = observers.map(|of| row(of.label(), table(of, &["name"])));
@@ -41,9 +38,7 @@ fn method(method: &MethodTable) -> String {
         let mut entries = entries.iter();
         entries.any(|entry| entry.key == key && entry.default == *value)
     };
-    let split: (Map<_, _>, Map<_, _>) = options
-        .into_iter()
-        .partition(|(key, value)| !is_default(key, value));
+    let split: (Map<_, _>, Map<_, _>) = options.into_iter().partition(|(key, value)| !is_default(key, value));
     let (given, defaults) = split;
     let mut text = pairs(given.iter());
     if !defaults.is_empty() {

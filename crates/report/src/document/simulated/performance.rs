@@ -61,11 +61,7 @@ fn switches(file: &ExperimentFile) -> (Vec<Row>, Vec<Row>) {
             file.curves,
             "quantiles of e_x(k) for every k, of the first and the last output",
         ),
-        (
-            "timing",
-            file.timing,
-            "times of the methods, measured after the run",
-        ),
+        ("timing", file.timing, "times of the methods, measured after the run"),
     ];
     let switches = switches.map(|(key, on, about)| (on, row(key, format!("{on} ({about})"))));
     let (given, defaults): (Vec<_>, Vec<_>) = switches.into_iter().partition(|(on, _)| *on);
@@ -95,12 +91,8 @@ fn further(file: &ExperimentFile) -> Vec<Row> {
 
 /// The test of a claim in words and as the file has it, where it holds, and its level.
 fn claim(claim: &ClaimTable, judged: Option<&Judged>) -> String {
-    let tests = judged
-        .map(|judged| judged.tests.as_slice())
-        .unwrap_or_default();
-    let tests = tests
-        .iter()
-        .map(|test| format!("{} must be {}", test.what, test.must));
+    let tests = judged.map(|judged| judged.tests.as_slice()).unwrap_or_default();
+    let tests = tests.iter().map(|test| format!("{} must be {}", test.what, test.must));
     let mut text = tests.collect::<Vec<_>>().join("; and ");
     let written = |test: &TestTable| format!("({})", table(test, &[]));
     let tests: Vec<String> = claim.test.iter().map(written).collect();
@@ -115,10 +107,7 @@ fn claim(claim: &ClaimTable, judged: Option<&Judged>) -> String {
     text.push_str(&format!("; level {} %", rounded(100.0 * claim.level, 6)));
     let each = judged.filter(|judged| judged.level < claim.level);
     if let Some(judged) = each {
-        text.push_str(&format!(
-            ", at each look {} %",
-            rounded(100.0 * judged.level, 6)
-        ));
+        text.push_str(&format!(", at each look {} %", rounded(100.0 * judged.level, 6)));
     }
     text.trim_start().to_owned()
 }

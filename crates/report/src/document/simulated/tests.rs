@@ -70,9 +70,7 @@ fn rows<'a>(parts: &'a [Part], heading: &str) -> [Vec<&'a str>; 2] {
 }
 
 fn value<'a>(parts: &'a [Part], wanted: &str) -> &'a str {
-    let mut all = parts
-        .iter()
-        .flat_map(|part| part.rows.iter().chain(&part.defaults));
+    let mut all = parts.iter().flat_map(|part| part.rows.iter().chain(&part.defaults));
     &all.find(|(term, _)| term == wanted)
         .unwrap_or_else(|| panic!("{wanted}"))
         .1
@@ -89,17 +87,11 @@ fn nothing_that_the_file_says_is_missing() {
         // The printed coefficients of Nikolov et al. (2023), section 4.
         (
             "plant nikolov2023",
-            &[
-                "[-9e-5, 0.002835, -0.035525, 0.2275, -0.7875, 1.4",
-                "0.6, 0.2, 0.1",
-            ],
+            &["[-9e-5, 0.002835, -0.035525, 0.2275, -0.7875, 1.4", "0.6, 0.2, 0.1"],
         ),
         ("noise", &["white \u{b7} blue"]),
         ("noise blue", &["numerator [1, 0.3125], denominator [1]"]),
-        (
-            "feedback loop",
-            &["u(k) = -K(q) y(k) + r(k)", "numerator [0.0625]"],
-        ),
+        ("feedback loop", &["u(k) = -K(q) y(k) + r(k)", "numerator [0.0625]"]),
         ("amplitude", &["6.25 \u{b7} 7.25"]),
         ("eta", &["3.5 \u{b7} 4.5 (%)"]),
         ("window", &["131 \u{b7} 137"]),
@@ -113,23 +105,14 @@ fn nothing_that_the_file_says_is_missing() {
         ("exclude", &["amplitude 7.25, noise white"]),
         (
             "trials",
-            &[
-                "until e_a",
-                "output ls",
-                "0.0123",
-                "minimum 11",
-                "maximum 712",
-            ],
+            &["until e_a", "output ls", "0.0123", "minimum 11", "maximum 712"],
         ),
         ("seed", &["4711"]),
         ("a", &["e_a, e_a_as_printed"]),
         ("noise-free output", &["fit_fresh"]),
         ("none", &["condition"]),
         ("each coefficient", &["a_i and h_i"]),
-        (
-            "iv",
-            &["estimator iv; defaults: solver partitioned, iterations 4"],
-        ),
+        ("iv", &["estimator iv; defaults: solver partitioned, iterations 4"]),
         ("mine", &["solver qr", "report [4]; defaults: iterations 4"]),
         ("order", &["auto: 1 \u{b7} 2 \u{b7} 6"]),
         ("fit_fresh", &["Larger is better."]),
@@ -166,9 +149,7 @@ fn a_claim_has_its_words_test_and_level() {
 fn every_setting_is_there_once_and_defaults_come_last() {
     let parts = parts(&discrete());
     for key in Key::ALL.iter().filter(|key| key.is_of(StudyKind::Discrete)) {
-        let all = parts
-            .iter()
-            .flat_map(|part| part.rows.iter().chain(&part.defaults));
+        let all = parts.iter().flat_map(|part| part.rows.iter().chain(&part.defaults));
         let count = all.filter(|(term, _)| term == key.name()).count();
         // Plants have rows of their own, l stands for the window, and no cell has a label.
         let expected = usize::from(![Key::Plant, Key::L, Key::Claim].contains(key));

@@ -39,11 +39,7 @@ pub(super) fn pairs<'a>(table: impl Iterator<Item = (&'a String, &'a Value)>) ->
 /// A table of the file in words; `left_out` are keys that are said elsewhere.
 pub(super) fn table(table: &impl serde::Serialize, left_out: &[&str]) -> String {
     match serde_json::to_value(table) {
-        Ok(Value::Object(table)) => pairs(
-            table
-                .iter()
-                .filter(|(key, _)| !left_out.contains(&key.as_str())),
-        ),
+        Ok(Value::Object(table)) => pairs(table.iter().filter(|(key, _)| !left_out.contains(&key.as_str()))),
         Ok(value) => words(&value),
         // The file was read from JSON of the same form.
         Err(error) => error.to_string(),
@@ -58,8 +54,5 @@ pub(super) fn listed(items: impl Iterator<Item = String>, between: &str) -> Stri
     }
     let (first, last) = (&items[..MOST / 2], &items[items.len() - MOST / 2..]);
     let [first, last] = [first, last].map(|items| items.join(between));
-    format!(
-        "{first}{between}...{between}{last} ({} values)",
-        items.len()
-    )
+    format!("{first}{between}...{between}{last} ({} values)", items.len())
 }

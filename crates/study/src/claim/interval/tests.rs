@@ -8,10 +8,7 @@ use crate::claim::statistics::number::Number;
 
 fn near(found: [f64; 2], truth: [f64; 2]) {
     for (found, truth) in found.into_iter().zip(truth) {
-        assert!(
-            (found - truth).abs() < 1e-4 * truth.abs().max(1.0),
-            "{found} {truth}"
-        );
+        assert!((found - truth).abs() < 1e-4 * truth.abs().max(1.0), "{found} {truth}");
     }
 }
 
@@ -19,11 +16,7 @@ fn part(known: Known, [low, high]: [f64; 2], open: bool) -> Part {
     let number = Number::from(known);
     let range = Range { low, high, open };
     let test = 0;
-    Part {
-        test,
-        number,
-        range,
-    }
+    Part { test, number, range }
 }
 
 const BELOW_1: [f64; 2] = [f64::NEG_INFINITY, 1.0];
@@ -69,10 +62,7 @@ fn levels_by_hand() {
         of(Holds::Somewhere, [0, 5], 5, 5),
         [over(5.0), over(1.0), over(5.0), None],
     );
-    near(
-        of(everywhere, [0, 0], 1, 1),
-        [over(1.0), over(1.0), over(1.0), None],
-    );
+    near(of(everywhere, [0, 0], 1, 1), [over(1.0), over(1.0), over(1.0), None]);
 }
 
 /// One level for all cells makes the same cells certain as Holm's step-down does.
@@ -80,9 +70,7 @@ fn levels_by_hand() {
 fn one_level_is_as_good_as_the_steps() {
     let mut state = 1_u64;
     let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (state >> 33) as f64 / (1_u64 << 31) as f64
     };
     for round in 0..2000 {
@@ -103,16 +91,10 @@ fn one_level_is_as_good_as_the_steps() {
 /// each at half the level: at 1.25 % it is 2.24140 standard errors.
 #[test]
 fn intervals_by_hand() {
-    let time = Known::Time {
-        value: 2.0,
-        error: 0.2,
-    };
+    let time = Known::Time { value: 2.0, error: 0.2 };
     let ratio = part(time, BELOW_1, true);
     let factor = 0.195_996_4_f64.exp();
-    near(
-        ratio.interval("open", 0.025, 1),
-        [2.0 / factor, 2.0 * factor],
-    );
+    near(ratio.interval("open", 0.025, 1), [2.0 / factor, 2.0 * factor]);
     let factor = 0.224_140_3_f64.exp();
     near(ratio.interval(FAIL, 0.025, 2), [2.0 / factor, 2.0 * factor]);
     let count = |count| part(Known::Share { count, total: 10 }, BELOW_1, true);
@@ -138,9 +120,7 @@ fn numbers() -> Vec<Known> {
     for n in [20, 400] {
         for k in 0..30 {
             let shift = f64::from(k) / 25.0;
-            let pairs = values(n, shift)
-                .into_iter()
-                .map(|group| [group.lowest, 1.0]);
+            let pairs = values(n, shift).into_iter().map(|group| [group.lowest, 1.0]);
             let squares: Vec<[f64; 2]> = pairs.clone().collect();
             let (value, error) = (shift + 0.5, 0.3 / (n as f64).sqrt());
             all.push(Known::Quantile {
@@ -190,10 +170,7 @@ fn intervals_and_p_values_agree() {
     let mut counts = [0; 3];
     for (i, (limits, open)) in ranges.into_iter().enumerate() {
         let counts_of = (0..=60).map(|count| Known::Share { count, total: 60 });
-        for known in numbers()
-            .into_iter()
-            .chain(counts_of.take(if i == 3 { 0 } else { 61 }))
-        {
+        for known in numbers().into_iter().chain(counts_of.take(if i == 3 { 0 } else { 61 })) {
             let part = part(known.clone(), limits, open);
             let (value, error) = known.shown();
             let kind = std::mem::discriminant(&known);
@@ -207,24 +184,12 @@ fn intervals_and_p_values_agree() {
                 if near(pass) || near(fail) {
                     continue;
                 }
-                assert_eq!(
-                    pass <= level,
-                    inside(part.interval(PASS, level, 1)),
-                    "{said}"
-                );
-                assert_eq!(
-                    fail <= level,
-                    outside(part.interval(FAIL, level, 1)),
-                    "{said}"
-                );
+                assert_eq!(pass <= level, inside(part.interval(PASS, level, 1)), "{said}");
+                assert_eq!(fail <= level, outside(part.interval(FAIL, level, 1)), "{said}");
                 let is_open = pass > level && fail > level;
                 let bar = part.interval("open", level, 1);
                 assert!(!is_open || !inside(bar) && !outside(bar), "{said} {bar:?}");
-                counts[if pass <= level {
-                    0
-                } else {
-                    1 + usize::from(is_open)
-                }] += 1;
+                counts[if pass <= level { 0 } else { 1 + usize::from(is_open) }] += 1;
             }
         }
     }

@@ -3,13 +3,10 @@
 use crate::claim::known::{Bound, Known};
 use crate::claim::statistics::number::{Missing, Number, exact, not_kept, single};
 use crate::claim::statistics::of_output::{count_of, kept, moment, number, quantile, statistics};
-use crate::claim::statistics::ratio::{
-    median_ratio, over_theory, ratio_of_medians, ratio_of_rms, wins,
-};
+use crate::claim::statistics::ratio::{median_ratio, over_theory, ratio_of_medians, ratio_of_rms, wins};
 use crate::design::Measure;
 use crate::design::file::{
-    BoundTable, ClaimTest, CoefficientStatistic, Outcome, RatioStatistic, TestKind,
-    TheoryReference, ValueStatistic,
+    BoundTable, ClaimTest, CoefficientStatistic, Outcome, RatioStatistic, TestKind, TheoryReference, ValueStatistic,
 };
 use crate::outcome::summary::{CellSummary, OutputSummary};
 use asobench_identification::metric::{Estimate, Share};
@@ -40,32 +37,16 @@ pub(crate) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number
                 let (measures, of) = ((*measure, *measure_of_to), (reference, *statistic));
                 over_theory(cell, output, measures, of, test).map(|number| vec![number])
             }
-            (None, RatioStatistic::Median) => single(ratio_of_medians(
-                cell,
-                (name, *measure),
-                (to, *measure_of_to),
-            )),
-            (None, RatioStatistic::PairedMedian) => {
-                single(median_ratio(cell, [name, to], [*measure, *measure_of_to]))
-            }
-            (None, RatioStatistic::Rms) => {
-                ratio_of_rms(cell, [name, to], *measure, test).map(|number| vec![number])
-            }
+            (None, RatioStatistic::Median) => single(ratio_of_medians(cell, (name, *measure), (to, *measure_of_to))),
+            (None, RatioStatistic::PairedMedian) => single(median_ratio(cell, [name, to], [*measure, *measure_of_to])),
+            (None, RatioStatistic::Rms) => ratio_of_rms(cell, [name, to], *measure, test).map(|number| vec![number]),
         },
         TestKind::Cells { .. } | TestKind::Slope(_) | TestKind::Time { .. } => Ok(Vec::new()),
     }?;
-    Ok(if cell.deterministic {
-        exact(numbers)
-    } else {
-        numbers
-    })
+    Ok(if cell.deterministic { exact(numbers) } else { numbers })
 }
 
-fn outcome_count(
-    cell: &CellSummary,
-    output: &OutputSummary,
-    outcome: Outcome,
-) -> Result<Known, Missing> {
+fn outcome_count(cell: &CellSummary, output: &OutputSummary, outcome: Outcome) -> Result<Known, Missing> {
     let count = match outcome {
         Outcome::Failed => output.outcomes.failed(),
         Outcome::Unstable => output.outcomes.unstable,
@@ -82,15 +63,8 @@ fn bound_count(cell: &CellSummary, label: &str, bound: &BoundTable) -> Result<Kn
         .bounds
         .iter()
         .find(|summary| summary.bound.limits() == bound.limits());
-    let output =
-        found.and_then(|summary| summary.outputs.iter().find(|output| output.output == label));
-    let what = || {
-        not_kept(&format!(
-            "the share of trials with {} {}",
-            bound.measure,
-            bound.text()
-        ))
-    };
+    let output = found.and_then(|summary| summary.outputs.iter().find(|output| output.output == label));
+    let what = || not_kept(&format!("the share of trials with {} {}", bound.measure, bound.text()));
     let met = output.ok_or_else(what)?.met;
     count_of(met.count, met.total)
 }
@@ -132,11 +106,7 @@ fn shares<'a>(
 }
 
 /// Returns the shares of 95 % intervals that contain the truth, for one coefficient or for all with a standard error.
-fn coverages(
-    cell: &CellSummary,
-    output: &OutputSummary,
-    name: Option<&String>,
-) -> Result<Vec<Number>, Missing> {
+fn coverages(cell: &CellSummary, output: &OutputSummary, name: Option<&String>) -> Result<Vec<Number>, Missing> {
     let all = output.coverage.iter();
     let found = shares(cell, name, all.map(|(name, of)| (name, of.covered)))?;
     if found.is_empty() {
@@ -149,11 +119,7 @@ fn coverages(
 }
 
 /// Returns the shares of estimates above the truth, for one coefficient or for all that are estimated.
-fn shares_above(
-    cell: &CellSummary,
-    output: &OutputSummary,
-    name: Option<&String>,
-) -> Result<Vec<Number>, Missing> {
+fn shares_above(cell: &CellSummary, output: &OutputSummary, name: Option<&String>) -> Result<Vec<Number>, Missing> {
     let all = output.above_truth.iter();
     let found = shares(cell, name, all.map(|(name, share)| (name, *share)))?;
     if found.is_empty() {

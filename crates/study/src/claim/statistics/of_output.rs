@@ -26,8 +26,7 @@ pub(crate) fn ranked(output: &OutputSummary, measure: Measure) -> Result<Ranked,
     let statistics = statistics(output, measure)?;
     let label = output.label();
     let sketch = output.sketches.get(&measure);
-    let sketch =
-        sketch.ok_or_else(|| not_kept(&format!("the distribution of {measure} of '{label}'")))?;
+    let sketch = sketch.ok_or_else(|| not_kept(&format!("the distribution of {measure} of '{label}'")))?;
     if statistics.count + statistics.undefined == 0 {
         return Err("there are no trials".to_owned());
     }
@@ -67,18 +66,12 @@ pub(crate) fn moment(
     if let Some(Assumption::Cap(cap)) = test.assumption {
         return Ok(capped(&ranked, cap, power).into());
     }
-    let estimate = if power == 1 {
-        statistics.mean
-    } else {
-        statistics.rmse
-    };
+    let estimate = if power == 1 { statistics.mean } else { statistics.rmse };
     let finite = ranked.groups().iter();
     let finite: Vec<&Group> = finite.filter(|group| group.lowest.is_finite()).collect();
     let bets = |values: Vec<(f64, f64)>, top| Bound::Bets { values, top };
     let counted = |value: &dyn Fn(&Group) -> f64| {
-        let pairs = finite
-            .iter()
-            .map(|group| (value(group), group.count as f64));
+        let pairs = finite.iter().map(|group| (value(group), group.count as f64));
         pairs.collect::<Vec<_>>()
     };
     let from_zero = || {
@@ -117,9 +110,7 @@ fn capped(ranked: &Ranked, cap: f64, power: i32) -> Known {
     let middle = values(&|group| f64::midpoint(group.lowest, group.highest));
     let n = ranked.total() as f64;
     let mean = middle.iter().map(|(y, count)| y * count).sum::<f64>() / n;
-    let squares = middle
-        .iter()
-        .map(|(y, count)| count * (y - mean) * (y - mean));
+    let squares = middle.iter().map(|(y, count)| count * (y - mean) * (y - mean));
     let error = (squares.sum::<f64>() / (n - 1.0) / n).sqrt();
     let (value, error) = match power {
         1 => (mean, error),

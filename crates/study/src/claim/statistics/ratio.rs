@@ -7,9 +7,7 @@ use crate::claim::statistics::of_output::{count_of, kept, moment, number, quanti
 use crate::design::Measure;
 use crate::design::file::{Assumption, ClaimTest, RatioStatistic, TheoryReference};
 use crate::outcome::summary::{CellSummary, ComparisonSummary, Joint, OutputSummary};
-use asobench_identification::metric::{
-    Estimate, PairedStatistics, Sketch, Worse, correlation_of_medians,
-};
+use asobench_identification::metric::{Estimate, PairedStatistics, Sketch, Worse, correlation_of_medians};
 
 fn comparison<'a>(
     cell: &'a CellSummary,
@@ -19,18 +17,10 @@ fn comparison<'a>(
     let mut pairs = cell.comparisons.iter();
     let pair = pairs.find(|pair| pair.first == output && pair.second == to);
     let found = pair.and_then(|pair| Some((pair, pair.measures.get(&measure)?)));
-    found.ok_or_else(|| {
-        not_kept(&format!(
-            "the comparison of '{output}' with '{to}' in {measure}"
-        ))
-    })
+    found.ok_or_else(|| not_kept(&format!("the comparison of '{output}' with '{to}' in {measure}")))
 }
 
-pub(crate) fn wins(
-    cell: &CellSummary,
-    outputs: [&str; 2],
-    measure: Measure,
-) -> Result<Known, Missing> {
+pub(crate) fn wins(cell: &CellSummary, outputs: [&str; 2], measure: Measure) -> Result<Known, Missing> {
     let smaller = comparison(cell, outputs, measure)?.1.share_smaller;
     let count = match measure.worse() {
         Worse::Larger => smaller.count,
@@ -61,11 +51,7 @@ pub(crate) fn median_ratio(
 
 /// Returns the median ratio of two outputs, or of two cells, over all trials. A trial in which one of them fails makes
 /// the ratio infinite or 0.
-pub(crate) fn paired_median(
-    pair: &PairedStatistics,
-    ratios: &Sketch,
-    measure: Measure,
-) -> Result<Known, Missing> {
+pub(crate) fn paired_median(pair: &PairedStatistics, ratios: &Sketch, measure: Measure) -> Result<Known, Missing> {
     let ranked = Ranked::of_ratios(pair, ratios, measure);
     if ranked.total() == 0 {
         return Err("there are no trials".to_owned());
@@ -84,31 +70,17 @@ pub(crate) fn paired_median(
 }
 
 /// Returns the two measures that are compared trial by trial.
-fn joint<'a>(
-    cell: &'a CellSummary,
-    of: (&str, Measure),
-    to: (&str, Measure),
-) -> Result<&'a Joint, Missing> {
+fn joint<'a>(cell: &'a CellSummary, of: (&str, Measure), to: (&str, Measure)) -> Result<&'a Joint, Missing> {
     let found = cell.joint.iter().find(|joint| {
         let table = &joint.table;
-        (table.output.as_str(), table.measure) == of
-            && (table.to.as_str(), table.measure_of_to) == to
+        (table.output.as_str(), table.measure) == of && (table.to.as_str(), table.measure_of_to) == to
     });
-    let what = || {
-        not_kept(&format!(
-            "{} of '{}' beside {} of '{}'",
-            of.1, of.0, to.1, to.0
-        ))
-    };
+    let what = || not_kept(&format!("{} of '{}' beside {} of '{}'", of.1, of.0, to.1, to.0));
     found.ok_or_else(what)
 }
 
 /// Returns both values of each trial; infinitely bad where an output is lost.
-fn both(
-    cell: &CellSummary,
-    of: (&str, Measure),
-    to: (&str, Measure),
-) -> Result<Vec<[f64; 2]>, Missing> {
+fn both(cell: &CellSummary, of: (&str, Measure), to: (&str, Measure)) -> Result<Vec<[f64; 2]>, Missing> {
     let lost = |measure: Measure| match measure.worse() {
         Worse::Larger => f64::INFINITY,
         Worse::Smaller => f64::NEG_INFINITY,
@@ -157,11 +129,7 @@ pub(crate) fn ratio_of_rms(
 /// Returns the ratio of two medians on the same trials. With the relative errors a and b of the medians and their
 /// correlation rho, the square of its own is `a^2 + b^2 - 2 rho a b`. A median among failed trials makes the ratio
 /// infinite or 0.
-pub(crate) fn ratio_of_medians(
-    cell: &CellSummary,
-    of: (&str, Measure),
-    to: (&str, Measure),
-) -> Result<Known, Missing> {
+pub(crate) fn ratio_of_medians(cell: &CellSummary, of: (&str, Measure), to: (&str, Measure)) -> Result<Known, Missing> {
     let median = |(label, measure): (&str, Measure)| {
         let output = cell.output(label);
         let output = output.ok_or_else(|| format!("the results have no output '{label}'"))?;
@@ -181,11 +149,7 @@ pub(crate) fn ratio_of_medians(
     let (a, b) = (first.mcse / first.value, second.mcse / second.value);
     let square = a * a + b * b - 2.0 * correlation.unwrap_or(0.0) * a * b;
     let error = value * square.max(0.0).sqrt();
-    Ok(Known::Medians {
-        value,
-        error,
-        pairs,
-    })
+    Ok(Known::Medians { value, error, pairs })
 }
 
 /// Returns the ratio of a median or root mean square to that of theory or of a bound, which has no error.

@@ -43,8 +43,7 @@ fn chain(number: u64, next: Next, shared: bool) -> (Verdict, usize) {
         }
         let look = looks.at(trials, &file, &file.trials);
         looks.add(trials, &file.trials);
-        let [level, later] =
-            [look.share, look.next].map(|share| LEVEL * if shared { share } else { 1.0 });
+        let [level, later] = [look.share, look.next].map(|share| LEVEL * if shared { share } else { 1.0 });
         let mut results = summary(vec![cell(0, 10.0, trials)]);
         let failures = &mut results.cells[0].outputs[0].outcomes.failures;
         failures.insert("singular".to_owned(), count);
@@ -105,10 +104,7 @@ fn all_looks_together_keep_the_level() {
     let most = LEVEL + 3.0 * (LEVEL * (1.0 - LEVEL) / CHAINS as f64).sqrt();
     for next in [Next::Doubled, Next::Advised] {
         let found = rates(next, true);
-        assert!(
-            found.iter().all(|rate| *rate <= most),
-            "{next:?}: {found:?}"
-        );
+        assert!(found.iter().all(|rate| *rate <= most), "{next:?}: {found:?}");
     }
     // The whole level at every look would be wrong far more often: the test can fail.
     let whole = rates(Next::Doubled, false);
@@ -150,10 +146,7 @@ fn beside(file: &ExperimentFile, number: u64, alike: bool) -> Verdict {
         let look = looks.at(trials, file, rule);
         let mut results = summary(vec![cell(0, 10.0, trials)]);
         for (output, count) in results.cells[0].outputs.iter_mut().zip(counts) {
-            output
-                .outcomes
-                .failures
-                .insert("singular".to_owned(), count);
+            output.outcomes.failures.insert("singular".to_owned(), count);
         }
         let first_rule = trials <= until.maximum;
         if first_rule && trials < until.maximum && !decides(file, &results, look) {

@@ -46,10 +46,7 @@ fn rate(holds: &str, cells: &[Truth], wrong: Verdict) -> f64 {
             for (output, share) in cell.outputs.iter_mut().zip(truth) {
                 let fails = (0..TRIALS).filter(|_| random.random_bool(*share));
                 let count = fails.count() as u64;
-                output
-                    .outcomes
-                    .failures
-                    .insert("singular".to_owned(), count);
+                output.outcomes.failures.insert("singular".to_owned(), count);
             }
             cell
         });
@@ -69,25 +66,13 @@ fn conditions_keep_the_level() {
         ("everywhere", &[PASSES, PASSES, AT_LIMIT], Holds),
         // All cells inside pass.
         ("everywhere", &[PASSES, PASSES, FAILS_OUTSIDE], DoesNotHold),
-        (
-            "everywhere",
-            &[PASSES, AT_LIMIT, FAILS_OUTSIDE],
-            DoesNotHold,
-        ),
+        ("everywhere", &[PASSES, AT_LIMIT, FAILS_OUTSIDE], DoesNotHold),
         // No cell inside passes, and one does.
         ("somewhere", &[FAILS, FAILS, PASSES_OUTSIDE], Holds),
         ("somewhere", &[FAILS, FAILS, PASSES_INSIDE], DoesNotHold),
         // Two of four inside pass, which is not more than half; and two of three.
-        (
-            "typically",
-            &[PASSES, PASSES, FAILS, FAILS, PASSES_OUTSIDE],
-            Holds,
-        ),
-        (
-            "typically",
-            &[PASSES, PASSES_INSIDE, FAILS, FAILS_OUTSIDE],
-            DoesNotHold,
-        ),
+        ("typically", &[PASSES, PASSES, FAILS, FAILS, PASSES_OUTSIDE], Holds),
+        ("typically", &[PASSES, PASSES_INSIDE, FAILS, FAILS_OUTSIDE], DoesNotHold),
     ];
     let mut wrong = Vec::new();
     for (holds, cells, verdict) in cases {

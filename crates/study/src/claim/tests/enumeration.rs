@@ -34,16 +34,8 @@ fn rates(n: u64, p: f64, range: Range, level: f64, known: impl Fn(u64) -> Known)
     let mut rates = [0.0; 2];
     for (count, chance) in (0..).zip(binomial(n, p)) {
         let known = known(count);
-        rates[0] += if known.inside(range) <= level {
-            chance
-        } else {
-            0.0
-        };
-        rates[1] += if known.outside(range) <= level {
-            chance
-        } else {
-            0.0
-        };
+        rates[0] += if known.inside(range) <= level { chance } else { 0.0 };
+        rates[1] += if known.outside(range) <= level { chance } else { 0.0 };
     }
     rates
 }
@@ -78,17 +70,11 @@ fn shares() {
                 };
                 for range in [below(s), above(s)] {
                     let found = rates(n, s, range, level, share);
-                    assert!(
-                        found.iter().all(|rate| *rate <= level + ROUNDING),
-                        "{n} {s}"
-                    );
+                    assert!(found.iter().all(|rate| *rate <= level + ROUNDING), "{n} {s}");
                 }
                 // At the end of a closed range only "outside" is wrong; barely beyond it only "inside".
                 let found = rates(n, s, inside, level, share);
-                assert!(
-                    found.iter().all(|rate| *rate <= level + ROUNDING),
-                    "{n} {s}"
-                );
+                assert!(found.iter().all(|rate| *rate <= level + ROUNDING), "{n} {s}");
             }
         }
     }
@@ -120,10 +106,7 @@ fn quantiles_with_atoms_and_gaps() {
                 let gap = |count| known(q, [count, 0, n - count]);
                 for range in [below(limit), above(limit)] {
                     let found = rates(n, q, range, level, gap);
-                    assert!(
-                        found.iter().all(|rate| *rate <= level + ROUNDING),
-                        "{n} {q}"
-                    );
+                    assert!(found.iter().all(|rate| *rate <= level + ROUNDING), "{n} {q}");
                 }
                 // Mass q up to the limit, most of it at the limit: a quantile at the limit is neither below nor above.
                 let atom = |count| known(q, [0, count, n - count]);
@@ -134,10 +117,7 @@ fn quantiles_with_atoms_and_gaps() {
                     ..below(limit)
                 };
                 let found = rates(n, q, closed, level, atom);
-                assert!(
-                    found.iter().all(|rate| *rate <= level + ROUNDING),
-                    "{n} {q}"
-                );
+                assert!(found.iter().all(|rate| *rate <= level + ROUNDING), "{n} {q}");
             }
         }
     }
@@ -153,11 +133,7 @@ fn quantiles_with_atoms_and_gaps() {
 fn ranges() {
     for n in [40, 100, 200] {
         for (low, high) in [(0.935, 0.965), (0.46, 0.54), (0.2, 0.8)] {
-            let range = Range {
-                low,
-                high,
-                open: false,
-            };
+            let range = Range { low, high, open: false };
             let share = |count| Known::Share { count, total: n };
             for level in LEVELS {
                 for end in [low, high] {
@@ -195,9 +171,7 @@ fn compositions(n: u64, cells: usize) -> Vec<(Vec<u64>, f64)> {
 fn two_medians_by_all_cuts() {
     const TRIALS: u64 = 9;
     const LEVEL: f64 = 0.025;
-    let pairs: Vec<[f64; 2]> = (0..9)
-        .map(|i| [f64::from(i / 3 + 1), f64::from(i % 3 + 1)])
-        .collect();
+    let pairs: Vec<[f64; 2]> = (0..9).map(|i| [f64::from(i / 3 + 1), f64::from(i % 3 + 1)]).collect();
     let outcomes = compositions(TRIALS, 9).into_iter();
     let certain: Vec<(Vec<u64>, f64)> = outcomes
         .filter(|(counts, _)| {
@@ -211,9 +185,7 @@ fn two_medians_by_all_cuts() {
     let (mut laws, mut worst) = (0, 0.0_f64);
     while laws < 300 {
         // Of few cells and of many.
-        let mut law: Vec<f64> = (0..9)
-            .map(|_| random.random::<f64>().powi(laws % 7))
-            .collect();
+        let mut law: Vec<f64> = (0..9).map(|_| random.random::<f64>().powi(laws % 7)).collect();
         let sum: f64 = law.iter().sum();
         for p in &mut law {
             *p /= sum;
@@ -231,10 +203,7 @@ fn two_medians_by_all_cuts() {
         }
         laws += 1;
         let chance = |(counts, ways): &(Vec<u64>, f64)| {
-            let powers = counts
-                .iter()
-                .zip(&law)
-                .map(|(count, p)| p.powi(*count as i32));
+            let powers = counts.iter().zip(&law).map(|(count, p)| p.powi(*count as i32));
             ways * powers.product::<f64>()
         };
         worst = worst.max(certain.iter().map(chance).sum());

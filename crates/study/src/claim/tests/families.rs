@@ -26,10 +26,7 @@ enum Truth {
 /// A file with a claim for each of `claims` cells.
 fn file(family: bool, claims: usize, more: &str) -> ExperimentFile {
     let values: Vec<String> = (1..=claims).map(|i| i.to_string()).collect();
-    let mut text = format!(
-        "family = {family}\n[settings]\neta = [{}]\n",
-        values.join(", ")
-    );
+    let mut text = format!("family = {family}\n[settings]\neta = [{}]\n", values.join(", "));
     for i in 1..=claims {
         let claim = format!(
             "[[claims]]\nid = 'W{i}'\nwhere = {{ eta = {i} }}\n{more}\
@@ -84,16 +81,10 @@ fn rates(family: bool, truths: &[Truth], common: u64, opposite: bool) -> [f64; 2
     let file = file(family, truths.len(), "");
     let mut wrong = [0; 2];
     for repetition in 0..REPETITIONS {
-        let judged = judge(
-            &file,
-            &study(truths, repetition, common, opposite),
-            &[],
-            LOOK,
-        );
+        let judged = judge(&file, &study(truths, repetition, common, opposite), &[], LOOK);
         for (wrong, verdict) in wrong.iter_mut().zip([Verdict::Holds, Verdict::DoesNotHold]) {
-            let at_limit = |(claim, truth): (&Judged, &Truth)| {
-                matches!(truth, Truth::Limit) && claim.verdict == verdict
-            };
+            let at_limit =
+                |(claim, truth): (&Judged, &Truth)| matches!(truth, Truth::Limit) && claim.verdict == verdict;
             *wrong += u64::from(judged.iter().zip(truths).any(at_limit));
         }
     }
@@ -147,11 +138,7 @@ fn the_smallest_level_is_that_of_all() {
     assert_eq!(levels, [0.01 / 4.0, 0.01 / 3.0, 0.01 / 2.0, 0.01]);
     for claim in &judged {
         assert_eq!(claim.verdict, Verdict::Holds);
-        assert!(
-            claim.line.ends_with(" Corrected over 4 claims."),
-            "{}",
-            claim.line
-        );
+        assert!(claim.line.ends_with(" Corrected over 4 claims."), "{}", claim.line);
     }
     // One claim is a family without a correction.
     let alone = judge(

@@ -71,8 +71,7 @@ fn output(label: &str, trials: u64) -> OutputSummary {
 
 fn ones(trials: u64) -> Statistics {
     // The sums of a sample take many pages of memory: once for the tens of thousands of cells of a simulation.
-    static ONE: LazyLock<Statistics> =
-        LazyLock::new(|| Sample::from_values([1.0]).statistics(Worse::Larger));
+    static ONE: LazyLock<Statistics> = LazyLock::new(|| Sample::from_values([1.0]).statistics(Worse::Larger));
     let mut statistics = *ONE;
     statistics.count = trials;
     statistics.dominated = false;
@@ -133,8 +132,7 @@ impl CellSummary {
     fn draw(&mut self, values: impl IntoIterator<Item = f64>) {
         let sample = Sample::from_values(values);
         let new = &mut self.outputs[0];
-        new.measures
-            .insert(Measure::Ea, sample.statistics(Worse::Larger));
+        new.measures.insert(Measure::Ea, sample.statistics(Worse::Larger));
         new.sketches.insert(Measure::Ea, sample.sketch().clone());
     }
 
@@ -145,8 +143,6 @@ impl CellSummary {
         let comparison = &mut self.comparisons[0];
         let statistics = paired.statistics(Worse::Larger);
         comparison.measures.insert(Measure::Ea, statistics);
-        comparison
-            .ratios
-            .insert(Measure::Ea, paired.ratio().clone());
+        comparison.ratios.insert(Measure::Ea, paired.ratio().clone());
     }
 }

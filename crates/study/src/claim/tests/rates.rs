@@ -25,14 +25,8 @@ fn three(share: f64) -> f64 {
 }
 
 /// A certain pass, and a certain fail.
-const PASS: PValues = PValues {
-    pass: 0.0,
-    fail: 1.0,
-};
-const FAIL: PValues = PValues {
-    pass: 1.0,
-    fail: 0.0,
-};
+const PASS: PValues = PValues { pass: 0.0, fail: 1.0 };
+const FAIL: PValues = PValues { pass: 1.0, fail: 0.0 };
 
 /// A kind of number with its sampling distribution.
 trait Law {
@@ -157,20 +151,14 @@ fn rates(mut judge: impl FnMut(u64) -> Verdict) -> [f64; 2] {
 /// `exact`: with one cell, both have the frequency of the level.
 fn keeps_its_level(name: &str, law: &dyn Law, exact: bool) {
     let most = LEVEL + three(LEVEL);
-    let drawn: Vec<Vec<PValues>> = (0..REPETITIONS)
-        .map(|i| p_values(law, law.limit(), i, 76))
-        .collect();
+    let drawn: Vec<Vec<PValues>> = (0..REPETITIONS).map(|i| p_values(law, law.limit(), i, 76)).collect();
     for m in CELLS {
         for holds in Holds::ALL.iter().copied() {
             let all = rates(|i| verdict(holds, &drawn[i as usize][..m], LEVEL));
-            let edge =
-                rates(|i| verdict(holds, &on_the_edge(holds, drawn[i as usize][0], m), LEVEL));
+            let edge = rates(|i| verdict(holds, &on_the_edge(holds, drawn[i as usize][0], m), LEVEL));
             println!("{name:<14} {m:>3} {holds:<11} all {all:?}, edge {edge:?}");
             for rate in [all, edge].concat() {
-                assert!(
-                    rate <= most,
-                    "{name} in {m} cells, {holds}: {all:?} {edge:?}"
-                );
+                assert!(rate <= most, "{name} in {m} cells, {holds}: {all:?} {edge:?}");
             }
             if exact && m == 1 {
                 for rate in all {
@@ -226,24 +214,15 @@ fn asked_for(evidence: &Evidence, trials: u64, holds: Holds, m: usize) -> u64 {
 /// decide it, in 1 and in 12 cells. Counts are discrete: never too few trials.
 #[test]
 fn the_stated_number_of_trials_decides_shares() {
-    for (limit, truth, few) in [
-        (0.5, 0.4, 60),
-        (0.5, 0.56, 100),
-        (0.01, 0.004, 500),
-        (0.01, 0.02, 300),
-    ] {
+    for (limit, truth, few) in [(0.5, 0.4, 60), (0.5, 0.56, 100), (0.01, 0.004, 500), (0.01, 0.02, 300)] {
         let expected = usize::from(truth > limit);
         for m in [1, 12] {
             let evidence = Failures(limit, few).counted((truth * few as f64).round() as u64);
             let trials = asked_for(&evidence, few, Holds::Everywhere, m);
             let law = Failures(limit, trials);
-            let power = rates(|i| verdict(Holds::Everywhere, &p_values(&law, truth, i, m), LEVEL))
-                [expected];
+            let power = rates(|i| verdict(Holds::Everywhere, &p_values(&law, truth, i, m), LEVEL))[expected];
             println!("share {truth} against {limit} in {m}: {trials} trials, {power}");
-            assert!(
-                power >= 0.8 - three(0.8),
-                "{truth} in {m} cells: {power} with {trials}"
-            );
+            assert!(power >= 0.8 - three(0.8), "{truth} in {m} cells: {power} with {trials}");
             assert!(power <= 0.9 || trials == few + 1, "{power} with {trials}");
         }
     }
@@ -286,9 +265,7 @@ fn seven_looks_keep_the_level() {
                 verdict(Holds::Everywhere, &p_values, LEVEL / 7.0)
             };
             let mut looks = sizes.iter().map(look);
-            looks
-                .find(|verdict| *verdict != Verdict::Undecided)
-                .unwrap_or_default()
+            looks.find(|verdict| *verdict != Verdict::Undecided).unwrap_or_default()
         });
         println!("seven looks at {m} cells: {found:?}");
         for rate in found {

@@ -1,10 +1,7 @@
 //! Reference cases that were computed apart from this program (`verdicts.json`): p-values, ranks and ends of intervals
 //! by exact fractions, scipy and mpmath. `ASOBENCH_VERDICTS=FILE` reads other cases in the same form.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "the cases that this engine does not have"
-)]
+#![expect(clippy::print_stdout, reason = "the cases that this engine does not have")]
 
 use crate::claim::bets::mean_above;
 use crate::claim::cuts::median_below;
@@ -49,10 +46,7 @@ fn spread(k: u64, n: usize) -> Vec<f64> {
 
 /// Reads "19 x 1, 2 x 1.1, 19 x 1.3", "eight equal values 1", "30 x 1 and 10 lost trials", "0, 0.5, 1 thirty times".
 fn listed(text: &str) -> Vec<f64> {
-    if let Some((list, times)) = text
-        .strip_suffix(" times")
-        .and_then(|text| text.rsplit_once(' '))
-    {
+    if let Some((list, times)) = text.strip_suffix(" times").and_then(|text| text.rsplit_once(' ')) {
         let once: Vec<f64> = list.split(',').map(|x| value(x.trim())).collect();
         return once.repeat(count(times).unwrap());
     }
@@ -61,8 +55,7 @@ fn listed(text: &str) -> Vec<f64> {
         let words: Vec<&str> = part.split_whitespace().collect();
         let times = count(words[0]).unwrap_or_else(|| panic!("no count: {part}"));
         let words = words[1..].iter();
-        let mut words =
-            words.filter(|word| !["x", "values", "equal", "trials", "value"].contains(word));
+        let mut words = words.filter(|word| !["x", "values", "equal", "trials", "value"].contains(word));
         vec![value(words.next().unwrap()); times]
     });
     values.collect()
@@ -86,15 +79,8 @@ fn values(data: &str, n: usize) -> Vec<f64> {
 /// Reads the two columns of a case with pairs.
 fn columns(data: &str, n: usize) -> Vec<[f64; 2]> {
     if data.contains("u as above") {
-        let scale = data
-            .strip_prefix("a = ")
-            .unwrap()
-            .split(' ')
-            .next()
-            .unwrap();
-        let a = spread(7919, n)
-            .into_iter()
-            .map(|u| value(scale) * (0.5 + u));
+        let scale = data.strip_prefix("a = ").unwrap().split(' ').next().unwrap();
+        let a = spread(7919, n).into_iter().map(|u| value(scale) * (0.5 + u));
         let b = spread(6007, n).into_iter().map(|v| 0.5 + v);
         return a.zip(b).map(|(a, b)| [a, b]).collect();
     }
@@ -103,10 +89,7 @@ fn columns(data: &str, n: usize) -> Vec<[f64; 2]> {
         let a = spread(7919, n).into_iter().map(|u| 0.9 + 0.3 * u);
         return a.map(|a| [a, 1.0]).collect();
     }
-    if let Some((a, b)) = data
-        .strip_prefix("a: ")
-        .and_then(|data| data.split_once("; b: "))
-    {
+    if let Some((a, b)) = data.strip_prefix("a: ").and_then(|data| data.split_once("; b: ")) {
         let column = |text: &str| match text.strip_prefix('(') {
             Some(repeated) => {
                 let (list, times) = repeated.split_once(") ").unwrap();
@@ -124,19 +107,11 @@ fn columns(data: &str, n: usize) -> Vec<[f64; 2]> {
         let Some((before, pair)) = part.rsplit_once('(') else {
             continue;
         };
-        let words = before
-            .split([' ', ',', ';', ':'])
-            .filter(|word| !word.is_empty());
-        let times = words
-            .filter(|word| *word != "ratio")
-            .filter_map(count)
-            .next_back();
+        let words = before.split([' ', ',', ';', ':']).filter(|word| !word.is_empty());
+        let times = words.filter(|word| *word != "ratio").filter_map(count).next_back();
         let (a, b) = pair.split_once(',').unwrap();
         let pair = [value(a.trim()), value(b.trim())];
-        pairs.extend(vec![
-            pair;
-            times.unwrap_or_else(|| panic!("no count: {part}"))
-        ]);
+        pairs.extend(vec![pair; times.unwrap_or_else(|| panic!("no count: {part}"))]);
     }
     pairs
 }
@@ -145,9 +120,7 @@ fn range(claim: &Value) -> Range {
     let between = claim["between"].as_array();
     let at = |i: usize| between.and_then(|ends| number(&ends[i]));
     Range {
-        low: number(&claim["above"])
-            .or(at(0))
-            .unwrap_or(f64::NEG_INFINITY),
+        low: number(&claim["above"]).or(at(0)).unwrap_or(f64::NEG_INFINITY),
         high: number(&claim["below"]).or(at(1)).unwrap_or(f64::INFINITY),
         open: between.is_none(),
     }
@@ -203,10 +176,7 @@ fn found(case: &Value) -> [f64; 2] {
         }
         "ratio of two medians" => {
             let pairs = columns(data, n).into_iter();
-            [
-                median_below(pairs.map(|[a, b]| [a, range.high * b])).p,
-                f64::NAN,
-            ]
+            [median_below(pairs.map(|[a, b]| [a, range.high * b])).p, f64::NAN]
         }
         "mean by bets" => {
             let values = values(data.split(", no cap").next().unwrap(), n);
@@ -245,9 +215,7 @@ fn ratio_of_squares(pairs: &[[f64; 2]], claim: &Value) -> f64 {
         pairs: pairs.iter().map(|pair| pair.map(square)).collect(),
         top: cap * cap,
     };
-    bound
-        .test(Side::Below, number(&claim["below"]).unwrap(), 2)
-        .p
+    bound.test(Side::Below, number(&claim["below"]).unwrap(), 2).p
 }
 
 /// The ranks and the interval of a quantile at 2.5 % a side.
@@ -275,10 +243,7 @@ fn ends(case: &Value, known: &Known, q: f64) {
 
 fn near(found: f64, expected: f64, case: &Value) {
     let error = (found - expected).abs();
-    assert!(
-        error <= 1e-9 * expected.abs(),
-        "{found:e} {expected:e} {case}"
-    );
+    assert!(error <= 1e-9 * expected.abs(), "{found:e} {expected:e} {case}");
 }
 
 #[test]
@@ -315,10 +280,7 @@ fn the_reference_cases() {
                 near(found, expected, case);
             }
         }
-        for (key, level) in [
-            ("decision_at_0.025", 0.025),
-            ("decision_first_look_0.0225", 0.0225),
-        ] {
+        for (key, level) in [("decision_at_0.025", 0.025), ("decision_first_look_0.0225", 0.0225)] {
             let decision = match p {
                 [holds, _] if holds <= level => "holds",
                 [_, fails] if fails <= level => "does not hold",

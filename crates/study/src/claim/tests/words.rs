@@ -38,8 +38,7 @@ fn three(ratios: [f64; 3], failures: [u64; 3]) -> Summary {
 }
 
 fn claim(holds: &str, test: &str) -> ExperimentFile {
-    let text =
-        format!("[settings]\neta = [10, 20, 30]\n[[claims]]\nid = 'W1'\nholds = '{holds}'\n{test}");
+    let text = format!("[settings]\neta = [10, 20, 30]\n[[claims]]\nid = 'W1'\nholds = '{holds}'\n{test}");
     ExperimentFile::parse(&text).unwrap()
 }
 
@@ -61,16 +60,12 @@ fn judged(file: &ExperimentFile, summary: &Summary) -> Judged {
 /// Counts the numbers with errors in a text: "0.83(2)".
 fn numbers(text: &str) -> usize {
     let is_error = |rest: &&str| {
-        let digits = rest
-            .find(|c: char| !c.is_ascii_digit())
-            .unwrap_or(rest.len());
+        let digits = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
         digits > 0 && rest[digits..].starts_with(')')
     };
     let opened = text.match_indices('(');
     let behind_digit = opened.filter(|(at, _)| text[..*at].ends_with(|c: char| c.is_ascii_digit()));
-    behind_digit
-        .filter(|(at, _)| is_error(&&text[at + 1..]))
-        .count()
+    behind_digit.filter(|(at, _)| is_error(&&text[at + 1..])).count()
 }
 
 fn line(file: &ExperimentFile, summary: &Summary) -> String {
@@ -103,20 +98,14 @@ fn each_verdict_is_a_sentence_with_the_decisive_number() {
     let near = judged(&everywhere, &three([0.5, 0.983, 0.7], [0; 3]));
     let needed = near.needed.unwrap();
     assert!(needed.from.is_some_and(|from| from <= 1001), "{needed:?}");
-    assert!(
-        needed.to.is_some_and(|to| (38_000..50_000).contains(&to)),
-        "{needed:?}"
-    );
+    assert!(needed.to.is_some_and(|to| (38_000..50_000).contains(&to)), "{needed:?}");
     let says: Vec<&str> = open.cells.iter().map(|cell| cell.says).collect();
     assert_eq!(says, ["pass", "open", "pass"]);
     assert_eq!(open.cells[1].place, "eta = 20 %");
     let typically = claim("typically", RATIO);
     for (ratios, begin) in [
         ([0.5, 1.5, 0.7], "W1  holds: in at least 2 of 3 cells"),
-        (
-            [1.5, 1.5, 0.7],
-            "W1  does not hold: in at least 2 of 3 cells",
-        ),
+        ([1.5, 1.5, 0.7], "W1  does not hold: in at least 2 of 3 cells"),
         ([1.0, 1.5, 0.7], "W1  holds in part: "),
         ([1.0, 1.0, 0.7], "W1  undecided: 2 of 3 cells"),
     ] {
@@ -151,21 +140,13 @@ fn lists_conditions_and_what_is_missing() {
     assert!((found.cells[1].p_fail / expected - 1.0).abs() < 1e-9);
     // Only cells where hardly any trial fails. This excludes 20 %, where half of them do.
     let given = format!("{RATIO}\ngiven = {{ share = 'failed', of = 'new', below = 0.1 }}");
-    let found = judged(
-        &claim("everywhere", &given),
-        &three([0.5, 2.0, 0.5], [0, 500, 0]),
-    );
+    let found = judged(&claim("everywhere", &given), &three([0.5, 2.0, 0.5], [0, 500, 0]));
     assert_eq!(found.verdict, Verdict::Holds);
-    assert!(
-        found.line.contains("in all 2 cells") && found.line.contains(" Left out: one cell, where ")
-    );
+    assert!(found.line.contains("in all 2 cells") && found.line.contains(" Left out: one cell, where "));
     let says: Vec<&str> = found.cells.iter().map(|cell| cell.says).collect();
     assert_eq!(says, ["pass", "left out", "pass"]);
     let found = line(&claim("everywhere", &given), &three([0.5; 3], [500; 3]));
-    assert_eq!(
-        found,
-        "W1  undecided: its condition is certainly not met in any cell."
-    );
+    assert_eq!(found, "W1  undecided: its condition is certainly not met in any cell.");
     // A statistic that the run did not keep, and cells that the summary does not have.
     let other = RATIO
         .replace("to = 'old'", "to = 'new'")
@@ -180,10 +161,7 @@ fn lists_conditions_and_what_is_missing() {
     assert_eq!(found.verdict, Verdict::Undecided);
     let elsewhere = format!("where = {{ eta = 40 }}\n{RATIO}");
     let found = line(&claim("everywhere", &elsewhere), &three([0.5; 3], [0; 3]));
-    assert_eq!(
-        found,
-        "W1  undecided: the results have no cell to which it applies."
-    );
+    assert_eq!(found, "W1  undecided: the results have no cell to which it applies.");
     let slope = "test = { slope = 'e_a', of = 'new', over = 'eta', below = 0 }";
     let found = line(&claim("everywhere", slope), &three([0.5; 3], [0; 3]));
     assert!(
@@ -208,13 +186,7 @@ fn populations_are_named() {
         });
         let pair = cell.comparisons[0].measures.get_mut(&Measure::Ea).unwrap();
         pair.share_smaller = Share::new(300, 900);
-        let values = (0..1000).map(|i| {
-            if i < 800 {
-                f64::from(i % 2) * 4.0
-            } else {
-                f64::NAN
-            }
-        });
+        let values = (0..1000).map(|i| if i < 800 { f64::from(i % 2) * 4.0 } else { f64::NAN });
         cell.draw(values);
     }
     for (test, part) in [
@@ -253,10 +225,7 @@ fn a_median_among_lost_trials_is_judged_by_their_count() {
         cell.draw(values);
     }
     let found = judged(
-        &claim(
-            "everywhere",
-            "test = { value = 'e_a', of = 'new', below = 1e9 }",
-        ),
+        &claim("everywhere", "test = { value = 'e_a', of = 'new', below = 1e9 }"),
         &results,
     );
     assert_eq!(found.verdict, Verdict::DoesNotHold);
@@ -264,11 +233,7 @@ fn a_median_among_lost_trials_is_judged_by_their_count() {
     assert!((found.cells[0].p_fail / expected - 1.0).abs() < 1e-9);
     let certainly = binomial_at_least(400, 1000, 0.5);
     assert!((found.cells[0].p_pass / certainly - 1.0).abs() < 1e-9);
-    assert!(
-        found.line.contains("that of a trial without a value"),
-        "{}",
-        found.line
-    );
+    assert!(found.line.contains("that of a trial without a value"), "{}", found.line);
 }
 
 /// Of 100 values 30 are 0, 50 are 1 and 20 are 2.
@@ -308,22 +273,12 @@ fn ties_are_judged_by_ranks() {
 /// Ranges with two ends. 60 of 100 are from 0.5 to 0.7: both tails inside, twice the smaller one outside.
 #[test]
 fn ranges_with_two_ends_by_hand() {
-    let share = Known::Share {
-        count: 60,
-        total: 100,
-    };
-    let range = |low: f64, high: f64| Range {
-        low,
-        high,
-        open: false,
-    };
+    let share = Known::Share { count: 60, total: 100 };
+    let range = |low: f64, high: f64| Range { low, high, open: false };
     let near = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-12, "{a} {b}");
     let inside = binomial_at_least(60, 100, 0.5).max(binomial_at_most(60, 100, 0.7));
     near(share.inside(range(0.5, 0.7)), inside);
-    near(
-        share.outside(range(0.3, 0.5)),
-        2.0 * binomial_at_least(60, 100, 0.5),
-    );
+    near(share.outside(range(0.3, 0.5)), 2.0 * binomial_at_least(60, 100, 0.5));
     // Exact numbers need no test.
     let same = range(1.0 / 1.05, 1.05);
     assert_eq!(Known::Exact(1.0).inside(same), 0.0);
@@ -334,10 +289,7 @@ fn ranges_with_two_ends_by_hand() {
         open: true,
     };
     assert_eq!(
-        (
-            Known::Exact(1.0).inside(open),
-            Known::Exact(1.0).outside(open)
-        ),
+        (Known::Exact(1.0).inside(open), Known::Exact(1.0).outside(open)),
         (1.0, 0.0)
     );
 }
@@ -352,14 +304,11 @@ fn pairs_and_families_of_cells_are_found() {
                 within = 1.05 }";
     let file = ExperimentFile::parse(text).unwrap();
     let settings = [(10.0, "ar"), (10.0, "white"), (20.0, "ar"), (20.0, "white")];
-    let cells = settings
-        .into_iter()
-        .enumerate()
-        .map(|(index, (eta, noise))| {
-            let mut cell = cell(index, eta, 100);
-            cell.settings.insert(Key::Noise, Scalar::from(noise));
-            cell
-        });
+    let cells = settings.into_iter().enumerate().map(|(index, (eta, noise))| {
+        let mut cell = cell(index, eta, 100);
+        cell.settings.insert(Key::Noise, Scalar::from(noise));
+        cell
+    });
     let results = summary(cells.collect());
     let claim = &file.claims[0];
     let test = ClaimTest::from_table(&claim.test[0]).unwrap();
@@ -367,10 +316,7 @@ fn pairs_and_families_of_cells_are_found() {
     let members: Vec<&Members> = found.iter().map(|unit| &unit.members).collect();
     assert_eq!(members, [&Members::Pair(3, 2)]);
     let found = line(&file, &results);
-    assert!(
-        found.contains("did not keep pairs of cells in e_a of 'new'"),
-        "{found}"
-    );
+    assert!(found.contains("did not keep pairs of cells in e_a of 'new'"), "{found}");
 }
 
 /// Times: a ratio of medians, whose error is the spread of one repetition. More trials do not help.
@@ -389,30 +335,13 @@ fn times_are_judged_by_their_quartiles() {
         "everywhere",
         "test = { time = 'estimate', of = 'a', to = 'b', below = 1 }",
     );
-    let judged = |spread| {
-        judge(
-            &file,
-            &results,
-            &[time("a", 1.0, spread), time("b", 1.5, spread)],
-            LOOK,
-        )
-        .remove(0)
-    };
-    assert_eq!(
-        (judged(0.02).verdict, judged(0.02).timed),
-        (Verdict::Holds, true)
-    );
+    let judged = |spread| judge(&file, &results, &[time("a", 1.0, spread), time("b", 1.5, spread)], LOOK).remove(0);
+    assert_eq!((judged(0.02).verdict, judged(0.02).timed), (Verdict::Holds, true));
     // ln 1.5 is 1.1 times sqrt 2 * 2 * 0.175 / 1.349.
     let open = judged(0.175);
     assert_eq!(
         (open.verdict, open.needed),
-        (
-            Verdict::Undecided,
-            Some(Needed {
-                from: None,
-                to: None
-            })
-        )
+        (Verdict::Undecided, Some(Needed { from: None, to: None }))
     );
     let none = judge(&file, &results, &[], LOOK).remove(0);
     assert!(
@@ -450,8 +379,7 @@ fn what_holds_is_told_of_settings_whose_cells_all_pass() {
     let place = |eta: &str, noise: &str| {
         let mut cell = cell(0, 1.0, 10);
         cell.settings.insert(Key::Eta, Scalar::Text(eta.to_owned()));
-        cell.settings
-            .insert(Key::Noise, Scalar::Text(noise.to_owned()));
+        cell.settings.insert(Key::Noise, Scalar::Text(noise.to_owned()));
         cell.place()
     };
     let all = [

@@ -20,10 +20,7 @@ fn claim(test: &str) -> String {
 fn a_plan_of_looks_needs_a_number_of_trials() {
     let refused = |text: &str| {
         let error = checked(&claim("{ share = 'lost', of = 'ls', below = 0.01 }"), text);
-        error
-            .err()
-            .map(|error| error.to_string())
-            .unwrap_or_default()
+        error.err().map(|error| error.to_string()).unwrap_or_default()
     };
     assert!(refused("looks = 0\n").contains("expected at least 1"));
     let until = "looks = 2\ntrials = { until = 'W1', minimum = 10, maximum = 40 }\n";
@@ -45,10 +42,7 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
     };
     use asobench_identification::metric::SlopeOf;
     for (test, needs) in [
-        (
-            format!("{{ share = 'lost', {ls}, below = 0.01 }}"),
-            Needs::default(),
-        ),
+        (format!("{{ share = 'lost', {ls}, below = 0.01 }}"), Needs::default()),
         (
             format!("{{ ratio = 'e_a', {ls}, to = 'bound:separate', below = 2 }}"),
             Needs::default(),
@@ -123,11 +117,7 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
         ("ar".into(), "white".into())
     );
     let bound = "{ share = 'e_a', of = 'ls', rounding = 100, above = 0.5 }";
-    let needs = checked(&claim(bound), GRID)
-        .unwrap()
-        .file
-        .needed
-        .unwrap_or_default();
+    let needs = checked(&claim(bound), GRID).unwrap().file.needed.unwrap_or_default();
     assert_eq!(needs.bounds.len(), 1);
     // Comparisons that the file asks for itself are not needed twice.
     let file = format!("compare = [['iv(4)', 'ls']]\n{GRID}");
@@ -138,11 +128,7 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
 #[test]
 #[expect(clippy::too_many_lines, reason = "a table")]
 fn mistakes_are_named_with_their_place() {
-    let ratio = |rest: &str| {
-        claim(&format!(
-            "{{ ratio = 'e_a', of = 'iv(4)', to = 'ls', {rest} }}"
-        ))
-    };
+    let ratio = |rest: &str| claim(&format!("{{ ratio = 'e_a', of = 'iv(4)', to = 'ls', {rest} }}"));
     let value = |rest: &str| claim(&format!("{{ value = 'e_a', of = 'iv(4)', {rest} }}"));
     let with = |more: &str| format!("{}\n{more}", ratio("below = 1"));
     for (claims, parts) in [
@@ -150,10 +136,7 @@ fn mistakes_are_named_with_their_place() {
             claim("{ ratio = 'e_c', of = 'ls', below = 1 }"),
             ["line 6, column", "did you mean 'e_"],
         ),
-        (
-            ratio("belov = 1"),
-            ["line 6, column", "did you mean 'below'"],
-        ),
+        (ratio("belov = 1"), ["line 6, column", "did you mean 'below'"]),
         (
             "[[claims]]\nid = 'W1'".to_owned(),
             ["line 4, column", "missing field `test`"],
@@ -164,18 +147,9 @@ fn mistakes_are_named_with_their_place() {
             with("hold = 'everywhere'"),
             ["line 7, column 1", "did you mean 'holds'"],
         ),
-        (
-            with("holds = 'everywere'"),
-            ["line 7", "did you mean 'everywhere'"],
-        ),
-        (
-            with("where = { noize = 'ar' }"),
-            ["line 7", "did you mean 'noise'"],
-        ),
-        (
-            claim("{ of = 'ls', below = 1 }"),
-            ["claims[0].test: ", "share, value"],
-        ),
+        (with("holds = 'everywere'"), ["line 7", "did you mean 'everywhere'"]),
+        (with("where = { noize = 'ar' }"), ["line 7", "did you mean 'noise'"]),
+        (claim("{ of = 'ls', below = 1 }"), ["claims[0].test: ", "share, value"]),
         (
             ratio("below = 1, above = 2"),
             ["claims[0].test.above: ", "exactly one of below"],
@@ -261,10 +235,7 @@ fn mistakes_are_named_with_their_place() {
             claim("{ share = 'failed', of = 'ls', below = 5 }"),
             ["test.share: ", "from 0 to 1"],
         ),
-        (
-            claim("{ value = 'e_a', below = 1 }"),
-            ["test.of: ", "missing"],
-        ),
+        (claim("{ value = 'e_a', below = 1 }"), ["test.of: ", "missing"]),
         (
             claim("{ time = 'estimate', of = 'iv', to = 'ivv', below = 1 }"),
             ["test.to: ", "did you mean 'iv'"],
@@ -300,10 +271,7 @@ fn mistakes_are_named_with_their_place() {
             with("").replace("W1", "W 1"),
             ["claims[0].id: 'W 1'", "letters, digits"],
         ),
-        (
-            with("").replace("W1", "12"),
-            ["claims[0].id: '12'", "not a number"],
-        ),
+        (with("").replace("W1", "12"), ["claims[0].id: '12'", "not a number"]),
     ] {
         let error = match checked(&claims, GRID) {
             Ok(_) => panic!("{claims}"),

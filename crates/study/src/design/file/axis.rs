@@ -35,9 +35,7 @@ impl Serialize for Scalar {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             // Whole numbers are written without a decimal point.
-            Self::Number(x) if x.fract() == 0.0 && x.abs() < 1e15 => {
-                serializer.serialize_i64(*x as i64)
-            }
+            Self::Number(x) if x.fract() == 0.0 && x.abs() < 1e15 => serializer.serialize_i64(*x as i64),
             Self::Number(x) => serializer.serialize_f64(*x),
             Self::Text(text) => serializer.serialize_str(text),
         }
@@ -103,8 +101,7 @@ impl Serialize for Axis {
     }
 }
 
-const EXPECTED: &str =
-    "a number, a text, a list of them, or a range such as { logspace = [0.1, 100, 13] }";
+const EXPECTED: &str = "a number, a text, a list of them, or a range such as { logspace = [0.1, 100, 13] }";
 
 /// The length of the longest list.
 pub(crate) const LONGEST: usize = 10_000;
@@ -144,9 +141,7 @@ impl<'de> Visitor<'de> for AxisVisitor {
         while let Some(value) = list.next_element::<Axis>()? {
             match value {
                 Axis::One(_) if values.len() == LONGEST => {
-                    return Err(A::Error::custom(format!(
-                        "a list of more than {LONGEST} values"
-                    )));
+                    return Err(A::Error::custom(format!("a list of more than {LONGEST} values")));
                 }
                 // Results distinguish values by their texts.
                 Axis::One(value) if !seen.insert(folded(&value.to_string())) => {
@@ -160,9 +155,7 @@ impl<'de> Visitor<'de> for AxisVisitor {
             }
         }
         if values.is_empty() {
-            return Err(A::Error::custom(
-                "an empty list; expected at least one value",
-            ));
+            return Err(A::Error::custom("an empty list; expected at least one value"));
         }
         Ok(Axis::Many(values))
     }
@@ -170,14 +163,10 @@ impl<'de> Visitor<'de> for AxisVisitor {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Axis, A::Error> {
         let range = map.next_entry::<String, (f64, f64, f64)>()?;
         let Some((kind, (from, to, count))) = range else {
-            return Err(A::Error::custom(format!(
-                "an empty table; expected {EXPECTED}"
-            )));
+            return Err(A::Error::custom(format!("an empty table; expected {EXPECTED}")));
         };
         if map.next_key::<String>()?.is_some() {
-            return Err(A::Error::custom(
-                "more than one key in a range; expected one",
-            ));
+            return Err(A::Error::custom("more than one key in a range; expected one"));
         }
         let values = match kind.as_str() {
             "linspace" => range_of(from, to, count, |x| x, |x| x),
@@ -190,26 +179,15 @@ impl<'de> Visitor<'de> for AxisVisitor {
                 return Err(A::Error::custom(message));
             }
         };
-        let wrong =
-            "a range needs [from, to, count] with finite ends and a whole count of 2 to 10000";
-        values
-            .map(Axis::Range)
-            .ok_or_else(|| A::Error::custom(wrong))
+        let wrong = "a range needs [from, to, count] with finite ends and a whole count of 2 to 10000";
+        values.map(Axis::Range).ok_or_else(|| A::Error::custom(wrong))
     }
 }
 
 /// Returns `count` values from `from` to `to`, evenly spaced under `map`. They are rounded to six significant digits,
 /// so that they are the same numbers on every machine; the ends are exact.
-fn range_of(
-    from: f64,
-    to: f64,
-    count: f64,
-    map: impl Fn(f64) -> f64,
-    back: impl Fn(f64) -> f64,
-) -> Option<Vec<f64>> {
-    if !(from.is_finite() && to.is_finite() && (2.0..=10_000.0).contains(&count))
-        || count.fract() != 0.0
-    {
+fn range_of(from: f64, to: f64, count: f64, map: impl Fn(f64) -> f64, back: impl Fn(f64) -> f64) -> Option<Vec<f64>> {
+    if !(from.is_finite() && to.is_finite() && (2.0..=10_000.0).contains(&count)) || count.fract() != 0.0 {
         return None;
     }
     let last = count as usize - 1;
@@ -275,12 +253,7 @@ mod tests {
                 Scalar::Number(x) => x,
                 Scalar::Text(text) => panic!("{text}"),
             };
-            axis(text)
-                .unwrap()
-                .values(count)
-                .into_iter()
-                .map(number)
-                .collect()
+            axis(text).unwrap().values(count).into_iter().map(number).collect()
         };
         assert_eq!(
             numbers(r#"{"linspace": [0, 1, 5]}"#, false),
@@ -288,10 +261,7 @@ mod tests {
         );
         let logarithmic = [0.1, 0.316228, 1.0, 3.16228, 10.0];
         assert_eq!(numbers(r#"{"logspace": [0.1, 10, 5]}"#, false), logarithmic);
-        assert_eq!(
-            numbers(r#"{"logspace": [18, 180, 3]}"#, true),
-            [18.0, 57.0, 180.0]
-        );
+        assert_eq!(numbers(r#"{"logspace": [18, 180, 3]}"#, true), [18.0, 57.0, 180.0]);
         assert_eq!(numbers("[3, 1]", true), [3.0, 1.0]);
     }
 

@@ -26,8 +26,7 @@ impl BoundTable {
     pub fn is_met(&self, value: f64, condition: f64) -> bool {
         let limits = [
             self.below,
-            self.rounding
-                .map(|multiple| multiple * f64::EPSILON * condition),
+            self.rounding.map(|multiple| multiple * f64::EPSILON * condition),
         ];
         let mut limits = limits.into_iter().flatten();
         limits.clone().next().is_some() && limits.all(|limit| value < limit)

@@ -153,10 +153,7 @@ impl ClaimTable {
     /// Returns the tests of all cases, then the condition. A fault in any test leaves out all cases; a faulty condition
     /// is left out.
     pub fn all_tests(&self) -> Vec<ClaimTest> {
-        let given = self
-            .given
-            .as_ref()
-            .and_then(|table| ClaimTest::from_table(table).ok());
+        let given = self.given.as_ref().and_then(|table| ClaimTest::from_table(table).ok());
         let cases = self.cases().unwrap_or_default();
         cases.into_iter().flatten().chain(given).collect()
     }
@@ -165,11 +162,7 @@ impl ClaimTable {
     pub fn tests(&self) -> impl Iterator<Item = (String, &TestTable)> {
         let many = self.test.len() > 1;
         let key = move |i: usize| {
-            if many {
-                format!("test[{i}]")
-            } else {
-                "test".to_owned()
-            }
+            if many { format!("test[{i}]") } else { "test".to_owned() }
         };
         let tests = self.test.iter().enumerate();
         let given = self.given.iter().map(|test| ("given".to_owned(), test));
@@ -180,9 +173,7 @@ impl ClaimTable {
 /// The list `claims`: tables, or only names. Names are claims that are not judged, as in files from before claims had
 /// tests.
 pub(crate) mod list {
-    use super::{
-        ClaimTable, Deserializer, Error, MapAccess, MapAccessDeserializer, Serializer, Visitor, fmt,
-    };
+    use super::{ClaimTable, Deserializer, Error, MapAccess, MapAccessDeserializer, Serializer, Visitor, fmt};
     use schemars::{Schema, SchemaGenerator, json_schema};
     use serde::Deserialize;
     use serde::Serialize;
@@ -248,8 +239,7 @@ pub(crate) mod list {
 /// One test, or a list of tests.
 mod tests_of_a_cell {
     use super::{
-        Deserializer, Error, MapAccess, MapAccessDeserializer, SeqAccess, SeqAccessDeserializer,
-        Visitor, fmt,
+        Deserializer, Error, MapAccess, MapAccessDeserializer, SeqAccess, SeqAccessDeserializer, Visitor, fmt,
     };
     use crate::design::file::test_table::TestTable;
     use schemars::{Schema, SchemaGenerator, json_schema};
@@ -261,9 +251,7 @@ mod tests_of_a_cell {
         type Value = Vec<TestTable>;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str(
-                "a test such as { value = \"e_a\", of = \"ls\", below = 1 }, or a list of them",
-            )
+            f.write_str("a test such as { value = \"e_a\", of = \"ls\", below = 1 }, or a list of them")
         }
 
         fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
@@ -273,9 +261,7 @@ mod tests_of_a_cell {
         fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Self::Value, A::Error> {
             let tests = Vec::<TestTable>::deserialize(SeqAccessDeserializer::new(list))?;
             if tests.is_empty() {
-                return Err(A::Error::custom(
-                    "an empty list; expected at least one test",
-                ));
+                return Err(A::Error::custom("an empty list; expected at least one test"));
             }
             Ok(tests)
         }

@@ -90,5 +90,4 @@ impl RatioStatistic {
 }
 
 /// The statistics whose slope a test of `slope` looks at, by their names in files, the default first.
-pub const SLOPE_STATISTICS: &[(&str, SlopeOf)] =
-    &[("median", SlopeOf::Median), ("rms", SlopeOf::Rmse)];
+pub const SLOPE_STATISTICS: &[(&str, SlopeOf)] = &[("median", SlopeOf::Median), ("rms", SlopeOf::Rmse)];

@@ -2,9 +2,8 @@
 
 use crate::design::Measure;
 use crate::design::file::{
-    At, Axis, BoundTable, CoefficientStatistic, FileError, Key, MediansTable, RatioStatistic,
-    SLOPE_STATISTICS, Scalar, SlopeTable, TestTable, TheoryReference, TimeOf, ValueStatistic,
-    wrong,
+    At, Axis, BoundTable, CoefficientStatistic, FileError, Key, MediansTable, RatioStatistic, SLOPE_STATISTICS, Scalar,
+    SlopeTable, TestTable, TheoryReference, TimeOf, ValueStatistic, wrong,
 };
 use asobench_identification::names::{UnknownName, named_enum};
 use serde_json::{Map, Value};
@@ -279,14 +278,10 @@ impl TestTable {
 
     /// Returns what a test of this kind assumes.
     fn assumption(&self, kind: &TestKind, limit: Limit) -> Result<Option<Assumption>, FileError> {
-        let of_theory = |kind: &TestKind| {
-            kind.other()
-                .is_some_and(|to| TheoryReference::named(to).is_some())
-        };
+        let of_theory = |kind: &TestKind| kind.other().is_some_and(|to| TheoryReference::named(to).is_some());
         let (can_cap, can_have_kurtosis) = match kind {
             TestKind::Value { measure, statistic } => (
-                !measure.may_be_negative()
-                    && matches!(statistic, ValueStatistic::Mean | ValueStatistic::Rms),
+                !measure.may_be_negative() && matches!(statistic, ValueStatistic::Mean | ValueStatistic::Rms),
                 *statistic == ValueStatistic::Rms,
             ),
             TestKind::Ratio { statistic, .. } => (
@@ -298,10 +293,7 @@ impl TestTable {
         let [_, high] = limit.ends();
         match (self.cap, self.kurtosis) {
             (None, None) => Ok(None),
-            (Some(_), Some(_)) => wrong(
-                "kurtosis",
-                "with cap nothing is assumed; expected one of the two",
-            ),
+            (Some(_), Some(_)) => wrong("kurtosis", "with cap nothing is assumed; expected one of the two"),
             (Some(_), _) if !can_cap => wrong(
                 "cap",
                 "belongs to the mean or rms of an error; expected statistic = \"mean\" or \"rms\"",
@@ -310,23 +302,14 @@ impl TestTable {
                 "kurtosis",
                 "belongs to the rms of one output; expected statistic = \"rms\"",
             ),
-            (Some(cap), _)
-                if matches!(kind, TestKind::Value { .. })
-                    && !(cap > high.max(0.0))
-                    && high.is_finite() =>
-            {
+            (Some(cap), _) if matches!(kind, TestKind::Value { .. }) && !(cap > high.max(0.0)) && high.is_finite() => {
                 let message = format!("{cap}; expected a number above the limit, {high}");
                 wrong("cap", message)
             }
             (Some(cap), _) if cap > 0.0 && cap.is_finite() => Ok(Some(Assumption::Cap(cap))),
-            (_, Some(most)) if most >= 1.0 && most.is_finite() => {
-                Ok(Some(Assumption::Kurtosis(most)))
-            }
+            (_, Some(most)) if most >= 1.0 && most.is_finite() => Ok(Some(Assumption::Kurtosis(most))),
             (Some(cap), _) => wrong("cap", format!("{cap}; expected a number above 0")),
-            (_, Some(most)) => wrong(
-                "kurtosis",
-                format!("{most}; expected a number of at least 1"),
-            ),
+            (_, Some(most)) => wrong("kurtosis", format!("{most}; expected a number of at least 1")),
         }
     }
 
@@ -452,12 +435,8 @@ impl ClaimTest {
                 "statistic = \"share-above\", the share of estimates above the truth, can be judged"
             }
             TestKind::Slope(_) => "the slope of medians, or a test of cells, can be judged",
-            TestKind::Value { measure, .. } if measure.may_be_negative() => {
-                "a quantile or a share can be judged"
-            }
-            TestKind::Value { .. } => {
-                "a quantile, a share, or the same number with a cap can be judged"
-            }
+            TestKind::Value { measure, .. } if measure.may_be_negative() => "a quantile or a share can be judged",
+            TestKind::Value { .. } => "a quantile, a share, or the same number with a cap can be judged",
             _ => "the median ratio, or the same number with a cap, can be judged",
         }
     }
@@ -465,9 +444,7 @@ impl ClaimTest {
     /// Returns the unit of the test.
     pub fn unit(&self) -> TestUnit {
         match &self.kind {
-            TestKind::Cells { axis, from, to, .. } => {
-                TestUnit::Pair(*axis, from.clone(), to.clone())
-            }
+            TestKind::Cells { axis, from, to, .. } => TestUnit::Pair(*axis, from.clone(), to.clone()),
             TestKind::Slope(slope) => TestUnit::Family(slope.over, slope.from),
             _ => TestUnit::Cell,
         }
@@ -483,17 +460,13 @@ impl ClaimTest {
         match &self.kind {
             TestKind::Bound(bound) => vec![bound.measure],
             TestKind::Slope(slope) => vec![slope.measure],
-            TestKind::Value { measure, .. }
-            | TestKind::Wins { measure, .. }
-            | TestKind::Cells { measure, .. } => vec![*measure],
-            TestKind::Ratio {
-                measure,
-                measure_of_to,
-                ..
-            } => vec![*measure, *measure_of_to],
-            TestKind::Outcome(_) | TestKind::Coefficient { .. } | TestKind::Time { .. } => {
-                Vec::new()
+            TestKind::Value { measure, .. } | TestKind::Wins { measure, .. } | TestKind::Cells { measure, .. } => {
+                vec![*measure]
             }
+            TestKind::Ratio {
+                measure, measure_of_to, ..
+            } => vec![*measure, *measure_of_to],
+            TestKind::Outcome(_) | TestKind::Coefficient { .. } | TestKind::Time { .. } => Vec::new(),
         }
     }
 }
@@ -504,19 +477,14 @@ impl TestUnit {
         let Self::Pair(axis, from, to) = self else {
             return Vec::new();
         };
-        let all = settings
-            .get(axis)
-            .map(|values| values.values(axis.entry().count));
+        let all = settings.get(axis).map(|values| values.values(axis.entry().count));
         let mut others = all.unwrap_or_default();
         if !others.contains(from) {
             return Vec::new();
         }
         let asked = |value: &Scalar| to.as_ref().is_none_or(|to| to.contains(value));
         others.retain(|value| value != from && asked(value));
-        others
-            .into_iter()
-            .map(|value| (from.clone(), value))
-            .collect()
+        others.into_iter().map(|value| (from.clone(), value)).collect()
     }
 }
 
@@ -550,17 +518,10 @@ fn only_of(written: &Map<String, Value>, keys: &[&'static str]) -> Result<&'stat
 }
 
 /// Parses the name of a measure; `others` are further names to offer.
-fn measure<'a>(
-    key: &str,
-    name: &str,
-    others: impl IntoIterator<Item = &'a str>,
-) -> Result<Measure, FileError> {
+fn measure<'a>(key: &str, name: &str, others: impl IntoIterator<Item = &'a str>) -> Result<Measure, FileError> {
     name.parse::<Measure>().map_err(|_| {
         let names = Measure::ALL.iter().map(|measure| measure.name());
-        FileError::key(
-            key,
-            UnknownName::new(key, name, others.into_iter().chain(names)),
-        )
+        FileError::key(key, UnknownName::new(key, name, others.into_iter().chain(names)))
     })
 }
 

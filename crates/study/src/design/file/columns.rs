@@ -21,10 +21,7 @@ fn parts(name: &str) -> Option<(&str, &str)> {
 impl ExperimentFile {
     /// Returns the columns that settings and noises name, each with the key that names it.
     fn named_columns(&self) -> Vec<(String, String)> {
-        let axes = [
-            Some(&self.settings),
-            self.quick.as_ref().map(|quick| &quick.settings),
-        ];
+        let axes = [Some(&self.settings), self.quick.as_ref().map(|quick| &quick.settings)];
         let axes = axes.into_iter().flatten();
         let values = axes
             .filter_map(|axes| axes.get(&Key::Input))
@@ -34,32 +31,23 @@ impl ExperimentFile {
             Scalar::Number(_) => None,
         });
         let noises = self.noises.iter();
-        let noises = noises.filter_map(|(name, noise)| {
-            Some((format!("noises.{name}.residuals"), noise.residuals.clone()?))
-        });
-        inputs
-            .chain(noises)
-            .filter(|(_, name)| parts(name).is_some())
-            .collect()
+        let noises =
+            noises.filter_map(|(name, noise)| Some((format!("noises.{name}.residuals"), noise.residuals.clone()?)));
+        inputs.chain(noises).filter(|(_, name)| parts(name).is_some()).collect()
     }
 
     /// Reads the named columns that are not yet there. Their paths are relative to `folder`.
     pub(crate) fn read_columns(&mut self, folder: &Path) -> Result<(), FileError> {
         for (key, name) in self.named_columns() {
-            let Some((path, column)) = parts(&name).filter(|_| !self.columns.contains_key(&name))
-            else {
+            let Some((path, column)) = parts(&name).filter(|_| !self.columns.contains_key(&name)) else {
                 continue;
             };
             let path = folder.join(path);
-            let wrong =
-                |message: String| FileError::key(&key, format!("{}: {message}", path.display()));
+            let wrong = |message: String| FileError::key(&key, format!("{}: {message}", path.display()));
             let read = files::read_record(&path, None, &ReadOptions::column(column));
             let samples = read.map_err(|error| wrong(error.to_string()))?.record.y;
             if samples.len() > LONGEST {
-                return Err(wrong(format!(
-                    "{} samples; expected at most {LONGEST}",
-                    samples.len()
-                )));
+                return Err(wrong(format!("{} samples; expected at most {LONGEST}", samples.len())));
             }
             self.columns.insert(name, samples);
         }
@@ -82,11 +70,6 @@ impl ExperimentFile {
                 format!("'{name}' was not read; expected an experiment file beside it"),
             )
         };
-        Some(
-            self.columns
-                .get(name)
-                .map(Vec::as_slice)
-                .ok_or_else(missing),
-        )
+        Some(self.columns.get(name).map(Vec::as_slice).ok_or_else(missing))
     }
 }

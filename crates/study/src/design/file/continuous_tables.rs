@@ -93,10 +93,7 @@ fn error_limit() -> f64 {
 
 /// A filter that extends a regression.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "expected a pole in rad/s, or { delay = SECONDS }"
-)]
+#[serde(untagged, expecting = "expected a pole in rad/s, or { delay = SECONDS }")]
 pub enum FilterTable {
     /// The pole a of the lag a / (p + a), rad/s.
     Pole(f64),
@@ -140,9 +137,7 @@ impl SignalTable {
             match (&wave.file, wave.wave) {
                 (Some(file), WaveName::File) if wave.values.is_none() => {
                     let path = folder.join(file);
-                    let wrong = |message: String| {
-                        FileError::key(&place, format!("{}: {message}", path.display()))
-                    };
+                    let wrong = |message: String| FileError::key(&place, format!("{}: {message}", path.display()));
                     let text = files::read_named(&path, Kind::Signal);
                     let text = text.map_err(|e| wrong(e.to_string()))?;
                     let (interval, values) = samples(&text).map_err(wrong)?;
@@ -157,10 +152,7 @@ impl SignalTable {
 
 /// Parses a table `t,delta` with evenly spaced times from 0 on. Returns the interval and the values.
 fn samples(text: &str) -> Result<(f64, Vec<f64>), String> {
-    let lines = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| (i + 1, line.trim()));
+    let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
     let header = lines.next().map(|(_, line)| line.replace(' ', ""));
     if header.as_deref() != Some("t,delta") {
@@ -186,23 +178,16 @@ fn samples(text: &str) -> Result<(f64, Vec<f64>), String> {
     };
     let interval = second - first;
     if interval <= 0.0 {
-        return Err(format!(
-            "t = {second} after {first}; expected ascending times"
-        ));
+        return Err(format!("t = {second} after {first}; expected ascending times"));
     }
     for (k, (line, t, _)) in rows.iter().enumerate() {
         let due = k as f64 * interval;
         if (t - due).abs() > 1e-6 * interval {
             let expected = "expected evenly spaced times from 0 on";
-            return Err(format!(
-                "line {line}: t = {t} where {due} is due; {expected}"
-            ));
+            return Err(format!("line {line}: t = {t} where {due} is due; {expected}"));
         }
     }
-    Ok((
-        interval,
-        rows.into_iter().map(|(_, _, value)| value).collect(),
-    ))
+    Ok((interval, rows.into_iter().map(|(_, _, value)| value).collect()))
 }
 
 /// Returns the operators of a list of filters.

@@ -35,16 +35,12 @@ impl CourseTable {
         let last = match (self.at.first(), self.at.last()) {
             (Some(first), Some(last)) if *first > 0 && ascends => *last,
             _ => {
-                let message =
-                    "expected numbers of samples above 0, ascending, such as [50, 100, 200]";
+                let message = "expected numbers of samples above 0, ascending, such as [50, 100, 200]";
                 return wrong("at", message.to_owned());
             }
         };
         if !(self.bound > 0.0 && self.bound.is_finite()) {
-            return wrong(
-                "bound",
-                format!("{}; expected a number above 0", self.bound),
-            );
+            return wrong("bound", format!("{}; expected a number above 0", self.bound));
         }
         if self.from > last {
             let message = format!("{}; the last point of the course is {last}", self.from);

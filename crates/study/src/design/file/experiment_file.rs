@@ -3,9 +3,9 @@
 use crate::design::Measure;
 use crate::design::file::table::tables;
 use crate::design::file::{
-    Axis, BoundTable, ChangeTable, ClaimTable, ContinuousPlantTable, ContinuousTable, CourseTable,
-    CovariancesTable, Engine, FeedbackTable, InputTable, Key, MethodTable, Needs, NoiseTable,
-    ObserverTable, PlantTable, QuickTable, SignalTable, SlopeTable, StudyKind, TrialRule, list,
+    Axis, BoundTable, ChangeTable, ClaimTable, ContinuousPlantTable, ContinuousTable, CourseTable, CovariancesTable,
+    Engine, FeedbackTable, InputTable, Key, MethodTable, Needs, NoiseTable, ObserverTable, PlantTable, QuickTable,
+    SignalTable, SlopeTable, StudyKind, TrialRule, list,
 };
 use asobench_identification::names::named_enum;
 use std::collections::BTreeMap;

@@ -50,10 +50,7 @@ fn length(dimension: &Dimension) -> usize {
     dimension.first().map_or(1, |(_, values)| values.len())
 }
 
-fn dimensions(
-    settings: &BTreeMap<Key, Axis>,
-    zip: &[Vec<Key>],
-) -> Result<Vec<Dimension>, FileError> {
+fn dimensions(settings: &BTreeMap<Key, Axis>, zip: &[Vec<Key>]) -> Result<Vec<Dimension>, FileError> {
     let mut dimensions: Vec<Dimension> = Vec::new();
     let mut zipped: BTreeMap<Key, usize> = BTreeMap::new();
     for (i, group) in zip.iter().enumerate() {
@@ -97,9 +94,7 @@ fn cell(dimensions: &[Dimension], mut index: usize) -> Settings {
     for dimension in dimensions.iter().rev() {
         let step = index % length(dimension);
         index /= length(dimension);
-        let values = dimension
-            .iter()
-            .map(|(key, values)| (*key, values[step].clone()));
+        let values = dimension.iter().map(|(key, values)| (*key, values[step].clone()));
         cell.extend(values);
     }
     cell
@@ -107,26 +102,17 @@ fn cell(dimensions: &[Dimension], mut index: usize) -> Settings {
 
 /// Returns the pairs of cells, as indices, that differ only in one setting and those zipped with it. Its value is
 /// `from` in the first cell and `to` in the second.
-pub fn partners(
-    file: &ExperimentFile,
-    cells: &[&Settings],
-    axis: Key,
-    [from, to]: [&Scalar; 2],
-) -> Vec<[usize; 2]> {
+pub fn partners(file: &ExperimentFile, cells: &[&Settings], axis: Key, [from, to]: [&Scalar; 2]) -> Vec<[usize; 2]> {
     let group = file.zip.iter().find(|group| group.contains(&axis));
     let moves = |key: &Key| *key == axis || group.is_some_and(|group| group.contains(key));
     let others = |cell: &Settings| -> Vec<String> {
         let others = cell.iter().filter(|(key, _)| !moves(key));
-        others
-            .map(|(key, value)| format!("{key} = {value:?}"))
-            .collect()
+        others.map(|(key, value)| format!("{key} = {value:?}")).collect()
     };
     let with = |value: &Scalar| {
         let cells = cells.iter().enumerate();
         let found = cells.filter(|(_, cell)| cell.get(&axis) == Some(value));
-        found
-            .map(|(index, cell)| (others(cell), index))
-            .collect::<Vec<_>>()
+        found.map(|(index, cell)| (others(cell), index)).collect::<Vec<_>>()
     };
     let first: BTreeMap<Vec<String>, usize> = with(from).into_iter().rev().collect();
     let second = with(to).into_iter();
@@ -172,10 +158,7 @@ mod tests {
         assert_eq!(product.len(), 8);
         assert_eq!(text(&product)[..3], ["ar 1 18", "ar 1 98", "ar 2 18"]);
         let zipped = cells(&all, &[vec![Key::Window, Key::Eta]], &[]).unwrap();
-        assert_eq!(
-            text(&zipped),
-            ["ar 1 18", "ar 2 98", "white 1 18", "white 2 98"]
-        );
+        assert_eq!(text(&zipped), ["ar 1 18", "ar 2 98", "white 1 18", "white 2 98"]);
         let without = [settings(r#"{"noise": "white", "eta": [1, 3]}"#)];
         let left = cells(&all, &[vec![Key::Window, Key::Eta]], &without).unwrap();
         assert_eq!(text(&left), ["ar 1 18", "ar 2 98", "white 2 98"]);
@@ -188,17 +171,9 @@ mod tests {
             assert!(error.contains(part), "{error}");
         };
         let eta_window = [vec![Key::Eta, Key::Window]];
-        refused(
-            r#"{"eta": [1, 2], "window": [1, 2, 3]}"#,
-            &eta_window,
-            "equally many",
-        );
+        refused(r#"{"eta": [1, 2], "window": [1, 2, 3]}"#, &eta_window, "equally many");
         refused(r#"{"eta": [1, 2]}"#, &eta_window, "no list");
-        refused(
-            r#"{"eta": [1, 2]}"#,
-            &[vec![Key::Eta, Key::Eta]],
-            "is given twice",
-        );
+        refused(r#"{"eta": [1, 2]}"#, &[vec![Key::Eta, Key::Eta]], "is given twice");
         let thousand = r#"{"linspace": [1, 1000, 1000]}"#;
         let large = format!(r#"{{"eta": {thousand}, "amplitude": {thousand}, "x0": {thousand}}}"#);
         refused(&large, &[], "a grid of 1000000000 cells");

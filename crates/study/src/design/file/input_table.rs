@@ -93,9 +93,7 @@ impl InputTable {
                 let length = ((1_usize << register) - 1).saturating_mul(*clock);
                 is_short(length, PERIOD_LIMIT)?;
                 if !(low.is_finite() && high.is_finite() && low != high) {
-                    return Err(format!(
-                        "levels: [{low}, {high}]; expected two different numbers"
-                    ));
+                    return Err(format!("levels: [{low}, {high}]; expected two different numbers"));
                 }
                 let signs = periodic_input::prbs(*register, *clock);
                 let signs = signs.ok_or("clock: 0; expected at least 1 sample")?;
@@ -128,10 +126,7 @@ impl InputTable {
                 }
                 Ok(Some(periodic_input::steps(values, *hold)))
             }
-            Self::Sines {
-                amplitudes,
-                periods,
-            } => sines(amplitudes, periods).map(Some),
+            Self::Sines { amplitudes, periods } => sines(amplitudes, periods).map(Some),
             Self::Binary { .. } => Ok(None),
         }
     }
@@ -172,16 +167,12 @@ mod tests {
     #[test]
     fn tables_are_sequences() {
         let period = |text: &str| parsed(text).unwrap().period();
-        let u = period("law = 'prbs'\nregister = 3\nlevels = [0, 2]")
-            .unwrap()
-            .unwrap();
+        let u = period("law = 'prbs'\nregister = 3\nlevels = [0, 2]").unwrap().unwrap();
         assert_eq!((u.len(), u.iter().sum::<f64>()), (7, 8.0));
         let u = period("law = 'multisine'\nperiod = 64").unwrap().unwrap();
         let square: f64 = u.iter().map(|u| u * u).sum();
         assert!((square / 64.0 - 1.0).abs() < 1e-14);
-        let u = period("law = 'steps'\nvalues = [1, 0]\nhold = 2")
-            .unwrap()
-            .unwrap();
+        let u = period("law = 'steps'\nvalues = [1, 0]\nhold = 2").unwrap().unwrap();
         assert_eq!(u, [1.0, 1.0, 0.0, 0.0]);
         let u = period("law = 'sines'\namplitudes = [1, 2]\nperiods = [4, 6]")
             .unwrap()
@@ -193,20 +184,11 @@ mod tests {
         }
         assert_eq!(period("law = 'binary'\nfilter = 'low'"), Ok(None));
         for (text, part) in [
-            (
-                "law = 'prbs'\nregister = 19",
-                "register: 19; expected 2 to 18",
-            ),
+            ("law = 'prbs'\nregister = 19", "register: 19; expected 2 to 18"),
             ("law = 'prbs'\nregister = 18\nclock = 2", "at most 262144"),
             ("law = 'prbs'\nregister = 5\nclock = 0", "clock: 0"),
-            (
-                "law = 'prbs'\nregister = 5\nlevels = [1, 1]",
-                "two different numbers",
-            ),
-            (
-                "law = 'multisine'\nperiod = 20\nband = [0.01, 0.02]",
-                "no line",
-            ),
+            ("law = 'prbs'\nregister = 5\nlevels = [1, 1]", "two different numbers"),
+            ("law = 'multisine'\nperiod = 20\nband = [0.01, 0.02]", "no line"),
             (
                 "law = 'multisine'\nperiod = 20\nband = [0.5, 0.1]",
                 "the lower one first",
@@ -216,10 +198,7 @@ mod tests {
                 "law = 'sines'\namplitudes = [1]\nperiods = [4, 6]",
                 "as many amplitudes as periods",
             ),
-            (
-                "law = 'sines'\namplitudes = [1]\nperiods = [1]",
-                "at least 2 samples",
-            ),
+            ("law = 'sines'\namplitudes = [1]\nperiods = [1]", "at least 2 samples"),
             (
                 "law = 'sines'\namplitudes = [1, 1, 1]\nperiods = [1009, 1013, 1019]",
                 "at most 262144",
@@ -230,10 +209,7 @@ mod tests {
             assert!(error.contains(part), "{text}: {error}");
         }
         for (text, part) in [
-            (
-                "law = 'prbs'\nregister = 3\nclocks = 2",
-                "unknown field `clocks`",
-            ),
+            ("law = 'prbs'\nregister = 3\nclocks = 2", "unknown field `clocks`"),
             (
                 "law = 'chirp'",
                 "expected one of `prbs`, `multisine`, `sines`, `steps`, `binary`",

@@ -5,8 +5,7 @@ use crate::worker;
 use crate::worker::CommandOptions;
 use crate::worker::Program;
 use asobench_identification::estimator::{
-    EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, Needs, Output, inline_schema,
-    option_keys,
+    EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, Needs, Output, inline_schema, option_keys,
 };
 use asobench_identification::names::UnknownName;
 use asobench_identification::observer::ObserverKind;
@@ -158,8 +157,7 @@ impl schemars::JsonSchema for MethodTable {
                 "estimator": { "const": estimator.name(), "description": estimator.about() },
             });
             for option in estimator.options() {
-                let mut schema =
-                    json!({ "description": option.about, "anyOf": several(&option.schema) });
+                let mut schema = json!({ "description": option.about, "anyOf": several(&option.schema) });
                 if !option.default.is_null() {
                     schema["default"] = option.default.clone();
                 }
@@ -225,10 +223,7 @@ impl MethodTable {
         self.check_program(index)?;
         let mut combinations = vec![(self.base_name(), Map::new())];
         let observer = self.observer.iter().map(|value| ("observer", value));
-        let options = self
-            .options
-            .iter()
-            .map(|(key, value)| (key.as_str(), value));
+        let options = self.options.iter().map(|(key, value)| (key.as_str(), value));
         for (key, value) in options.chain(observer) {
             let Value::Array(values) = value else {
                 for (_, options) in &mut combinations {
@@ -284,10 +279,7 @@ impl MethodTable {
 
     /// Checks that the name of a method without an estimator is not that of one.
     fn check_name(&self, index: usize) -> Result<(), FileError> {
-        let named = self
-            .name
-            .as_deref()
-            .and_then(|name| name.parse::<EstimatorName>().ok());
+        let named = self.name.as_deref().and_then(|name| name.parse::<EstimatorName>().ok());
         match (self.estimator, named) {
             (None, Some(named)) if named != EstimatorName::default() => wrong(
                 format_args!("methods[{index}].estimator"),
@@ -306,8 +298,7 @@ impl MethodTable {
         let Some(program) = &self.program else {
             return self.check_name(index);
         };
-        let wrong =
-            |key: &str, message: &str| wrong(format_args!("methods[{index}].{key}"), message);
+        let wrong = |key: &str, message: &str| wrong(format_args!("methods[{index}].{key}"), message);
         if self.name.is_none() {
             return wrong("name", "expected a name for the method that 'command' is");
         }
@@ -348,9 +339,7 @@ impl MethodTable {
         let described = self.parse(index, alone).map(|options| options.describe());
         let written = described.ok().and_then(|mut options| options.remove(key));
         let value = written.as_ref().unwrap_or(value);
-        value
-            .as_str()
-            .map_or_else(|| value.to_string(), str::to_owned)
+        value.as_str().map_or_else(|| value.to_string(), str::to_owned)
     }
 
     pub(crate) fn base_name(&self) -> String {
@@ -406,10 +395,7 @@ impl MethodTable {
         if self.program.is_some() {
             return name;
         }
-        let output = self
-            .outputs()
-            .into_iter()
-            .find(|output| output.pass == pass);
+        let output = self.outputs().into_iter().find(|output| output.pass == pass);
         output.map_or(name, |output| output.estimator)
     }
 
@@ -458,13 +444,11 @@ impl MethodTable {
         let observer = text.parse::<ObserverKind>().at(&place)?;
         let known = self.estimator == Some(EstimatorName::Known);
         if observer == ObserverKind::KalmanVarying && !known {
-            let message =
-                "'kalman-varying' is an observer of estimator 'known' only; expected kalman";
+            let message = "'kalman-varying' is an observer of estimator 'known' only; expected kalman";
             return wrong(&place, message);
         }
         if let (ObserverKind::KalmanNamed(_), false) = (&observer, known) {
-            let message =
-                format!("'{observer}' is an observer of estimator 'known' only; expected kalman");
+            let message = format!("'{observer}' is an observer of estimator 'known' only; expected kalman");
             return wrong(&place, message);
         }
         if observer == ObserverKind::KalmanColoured && known {
@@ -477,11 +461,7 @@ impl MethodTable {
 
     /// Makes the method of a table from [`Self::expand`]; `index` is its place. `program` is the program that the
     /// method is, if it is one.
-    pub(crate) fn method(
-        &self,
-        index: usize,
-        program: Option<&Arc<Program>>,
-    ) -> Result<Method, FileError> {
+    pub(crate) fn method(&self, index: usize, program: Option<&Arc<Program>>) -> Result<Method, FileError> {
         let mut method = match program {
             Some(program) => worker::method(program),
             None => Method::named(&self.base_name(), self.parse(index, self.options.clone())?),
@@ -491,8 +471,7 @@ impl MethodTable {
         }
         if let Some(last) = self.last {
             if last == 0 || program.is_some() {
-                let message =
-                    format!("{last}; expected a number of samples above 0, of an estimator");
+                let message = format!("{last}; expected a number of samples above 0, of an estimator");
                 return wrong(format_args!("methods[{index}].last"), message);
             }
             method = method.on_last(last);

@@ -50,8 +50,7 @@ pub use observer_table::{FactorName, ObserverOptions, ObserverTable};
 pub use parse::schema;
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};
 pub use tables::{
-    CovariancesTable, FeedbackTable, NoiseTable, OutlierTable, PlantTable, QuickTable, SlopeTable,
-    StatesTable,
+    CovariancesTable, FeedbackTable, NoiseTable, OutlierTable, PlantTable, QuickTable, SlopeTable, StatesTable,
 };
 pub use test_table::{TestTable, TimeOf};
 

@@ -2,8 +2,8 @@
 
 use crate::design::Measure;
 use crate::design::file::{
-    BoundTable, ClaimTable, ClaimTest, CoefficientStatistic, ExperimentFile, Key, MediansTable,
-    Needs, RatioStatistic, SeriesTable, TestKind, TheoryReference,
+    BoundTable, ClaimTable, ClaimTest, CoefficientStatistic, ExperimentFile, Key, MediansTable, Needs, RatioStatistic,
+    SeriesTable, TestKind, TheoryReference,
 };
 
 /// Adds the items that the list does not have yet.
@@ -107,19 +107,11 @@ impl Needs {
                 // A bound of the file may apply to the cells of one claim only.
                 let claim = claim.single(Key::Claim);
                 let counted = |table: &BoundTable| {
-                    table.limits() == bound.limits()
-                        && (table.claim.is_none() || table.claim == claim)
+                    table.limits() == bound.limits() && (table.claim.is_none() || table.claim == claim)
                 };
                 if !file.bounds.iter().any(counted) {
                     let claim = claim.clone();
-                    push(
-                        &mut self.bounds,
-                        &[],
-                        BoundTable {
-                            claim,
-                            ..bound.clone()
-                        },
-                    );
+                    push(&mut self.bounds, &[], BoundTable { claim, ..bound.clone() });
                 }
             }
             TestKind::Wins { measure, to } => {
@@ -144,9 +136,8 @@ impl Needs {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.measures, &file.measures, *measure_of_to);
                 let of_theory = TheoryReference::named(to).is_some();
-                let is_joint = *statistic == RatioStatistic::Median
-                    || test.assumption.is_some()
-                    || measure != measure_of_to;
+                let is_joint =
+                    *statistic == RatioStatistic::Median || test.assumption.is_some() || measure != measure_of_to;
                 if is_joint && !of_theory {
                     push(&mut self.medians, &[], test.joint());
                 }

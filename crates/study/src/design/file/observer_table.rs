@@ -140,12 +140,7 @@ impl ObserverOptions {
 
 impl ObserverOptions {
     /// Makes the observer. Luenberger observers start from xi(0), as GPEBO does.
-    pub(crate) fn spec(
-        &self,
-        plant: &ContinuousPlant,
-        xi0: &[f64],
-        scale: f64,
-    ) -> Result<ObserverSpec, String> {
+    pub(crate) fn spec(&self, plant: &ContinuousPlant, xi0: &[f64], scale: f64) -> Result<ObserverSpec, String> {
         let n = plant.order();
         Ok(match self {
             ObserverOptions::Luenberger(options) => full_order(luenberger(options, plant)?, xi0),
@@ -183,10 +178,7 @@ impl ObserverOptions {
 }
 
 fn full_order(gain: Vec<f64>, xi0: &[f64]) -> ObserverSpec {
-    ObserverSpec::Luenberger {
-        gain,
-        x0: xi0.to_vec(),
-    }
+    ObserverSpec::Luenberger { gain, x0: xi0.to_vec() }
 }
 
 /// Returns the gain L.
@@ -206,11 +198,7 @@ fn luenberger(options: &LuenbergerOptions, plant: &ContinuousPlant) -> Result<Ve
 
 /// Makes the Kalman-Bucy filter: with a prior the time-varying one, which without process noise is least squares on
 /// theta; else the steady-state one, which is a full-order observer.
-fn kalman_bucy(
-    options: &KalmanBucyOptions,
-    plant: &ContinuousPlant,
-    xi0: &[f64],
-) -> Result<ObserverSpec, String> {
+fn kalman_bucy(options: &KalmanBucyOptions, plant: &ContinuousPlant, xi0: &[f64]) -> Result<ObserverSpec, String> {
     let r = options.measurement;
     match (intensities(options, plant)?, options.prior) {
         (None, None) => Err("expected 'process' above 0, Q or input, or 'prior'".to_owned()),
@@ -234,10 +222,7 @@ fn kalman_bucy(
 type Intensities = (Mat<f64>, Vec<f64>);
 
 /// Returns Q and S of a Kalman-Bucy filter; `None` without process noise.
-fn intensities(
-    options: &KalmanBucyOptions,
-    plant: &ContinuousPlant,
-) -> Result<Option<Intensities>, String> {
+fn intensities(options: &KalmanBucyOptions, plant: &ContinuousPlant) -> Result<Option<Intensities>, String> {
     let KalmanBucyOptions {
         process,
         intensity,
@@ -318,10 +303,7 @@ mod tests {
                 .map_err(|error| error.to_string())
                 .map(|_| ())
         };
-        assert_eq!(
-            of("name = \"g\"\nobserver = \"gradient\"\ngains = [1]"),
-            Ok(())
-        );
+        assert_eq!(of("name = \"g\"\nobserver = \"gradient\"\ngains = [1]"), Ok(()));
         for (lines, part) in [
             (
                 "observer = \"gradient\"\ngains = [1]\npole = 1",

@@ -1,8 +1,6 @@
 //! A part of a file: some of its methods, and what can be said of them alone.
 
-use crate::design::file::{
-    Axis, ClaimTable, ExperimentFile, FileError, MethodTable, StudyKind, wrong,
-};
+use crate::design::file::{Axis, ClaimTable, ExperimentFile, FileError, MethodTable, StudyKind, wrong};
 use crate::text::folded;
 use asobench_identification::estimator::EstimatorName;
 use asobench_identification::names::UnknownName;
@@ -46,10 +44,7 @@ impl ExperimentFile {
                 .iter()
                 .any(|name| of.iter().any(|own| folded(own) == folded(name)))
         };
-        self.methods = methods
-            .iter()
-            .filter_map(|method| method.part(&wanted))
-            .collect();
+        self.methods = methods.iter().filter_map(|method| method.part(&wanted)).collect();
         let of_kept: Vec<Vec<String>> = self.methods.iter().map(MethodTable::names).collect();
         let kept = of_observer.iter().filter(|of| wanted(of));
         let kept = texts(of_kept.iter().chain(kept));
@@ -84,8 +79,7 @@ impl ExperimentFile {
             several => left_out.push(format!("claims {} of other methods", listed(several))),
         }
         let mut of_table = of_observer.iter();
-        self.observers
-            .retain(|_| of_table.next().is_some_and(|of| wanted(of)));
+        self.observers.retain(|_| of_table.next().is_some_and(|of| wanted(of)));
         Ok((self, left_out))
     }
 }
@@ -174,14 +168,8 @@ mod tests {
     #[test]
     fn what_needs_other_methods_is_left_out_and_named() {
         let (file, left_out) = only(&["LS"]).unwrap();
-        assert_eq!(
-            (file.methods.len(), file.claims.len(), file.compare.len()),
-            (1, 1, 0)
-        );
-        let compared = [
-            "the comparison of iv(4) with ls",
-            "claim B, which compares with iv(4)",
-        ];
+        assert_eq!((file.methods.len(), file.claims.len(), file.compare.len()), (1, 1, 0));
+        let compared = ["the comparison of iv(4) with ls", "claim B, which compares with iv(4)"];
         assert_eq!(left_out, compared);
         assert!(crate::design::experiment::Experiment::new(file).is_ok());
         let (file, left_out) = only(&["iv(4)"]).unwrap();
@@ -195,29 +183,19 @@ mod tests {
             ]
         );
         let many = ["a", "b", "c", "d", "e"];
-        assert_eq!(
-            [listed(&many), listed(&many[..3])],
-            ["a, b, c and 2 more", "a, b, c"]
-        );
+        assert_eq!([listed(&many), listed(&many[..3])], ["a, b, c and 2 more", "a, b, c"]);
         let (file, left_out) = only(&["ls", "iv"]).unwrap();
-        assert_eq!(
-            (file.methods.len(), file.claims.len(), left_out.len()),
-            (2, 2, 0)
-        );
+        assert_eq!((file.methods.len(), file.claims.len(), left_out.len()), (2, 2, 0));
     }
 
     #[test]
     fn a_name_that_no_method_has_is_refused() {
         let error = only(&["oe"]).unwrap_err().to_string();
         assert!(
-            error.contains("an estimator, but no method of this file has it")
-                && error.contains("ls"),
+            error.contains("an estimator, but no method of this file has it") && error.contains("ls"),
             "{error}"
         );
         let error = only(&["lss"]).unwrap_err().to_string();
-        assert!(
-            error.contains("unknown method 'lss', did you mean 'ls'?"),
-            "{error}"
-        );
+        assert!(error.contains("unknown method 'lss', did you mean 'ls'?"), "{error}");
     }
 }

@@ -45,10 +45,7 @@ const TABLES: [(&str, &str); 6] = [
 
 /// The message of an unknown setting, with the settings of this kind of study alone.
 fn of_kind(message: &str, kind: StudyKind) -> Option<String> {
-    let given = message
-        .strip_prefix("unknown setting '")?
-        .split('\'')
-        .next()?;
+    let given = message.strip_prefix("unknown setting '")?.split('\'').next()?;
     let of_kind = Key::ALL.iter().filter(|key| key.is_of(kind));
     Some(UnknownName::new("setting", given, of_kind).to_string())
 }
@@ -76,8 +73,7 @@ impl ExperimentFile {
             FileError::Text {
                 line: before.matches('\n').count() + 1,
                 column: before[line_start..].chars().count() + 1,
-                message: of_kind(error.message(), kind_of(text))
-                    .unwrap_or_else(|| with_nearest(error.message())),
+                message: of_kind(error.message(), kind_of(text)).unwrap_or_else(|| with_nearest(error.message())),
             }
         })
     }
@@ -87,14 +83,8 @@ impl ExperimentFile {
     /// # Errors
     /// The error, with the file's name.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let json = path
-            .extension()
-            .is_some_and(|extension| extension == "json");
-        let kind = if json {
-            Kind::Manifest
-        } else {
-            Kind::Experiment
-        };
+        let json = path.extension().is_some_and(|extension| extension == "json");
+        let kind = if json { Kind::Manifest } else { Kind::Experiment };
         let read = match files::read_named(path, kind) {
             Ok(text) if path == Path::new("-") && text.trim().is_empty() => Err(FileError::Io(
                 "standard input is empty; expected an experiment file".to_owned(),
@@ -156,27 +146,20 @@ impl ExperimentFile {
             return Err(wrong(format!("'{}' is not a finite number", text.trim())));
         }
         let mut file = serde_json::to_value(self).map_err(|error| wrong(error.to_string()))?;
-        let top = file
-            .get(path.split('.').next().unwrap_or_default())
-            .is_some();
+        let top = file.get(path.split('.').next().unwrap_or_default()).is_some();
         let full = if top || path.contains('.') {
             path.to_owned()
         } else {
             if path.parse::<Key>().is_err() {
                 // The settings that this kind of study has.
                 let kind = self.kind();
-                let settings = Key::ALL
-                    .iter()
-                    .filter(|key| key.is_of(kind))
-                    .map(|key| key.name());
+                let settings = Key::ALL.iter().filter(|key| key.is_of(kind)).map(|key| key.name());
                 let keys = file
                     .as_object()
                     .into_iter()
                     .flat_map(|keys| keys.keys().map(String::as_str));
                 let all = settings.chain(keys);
-                return Err(wrong(
-                    UnknownName::new("setting or key", path, all).to_string(),
-                ));
+                return Err(wrong(UnknownName::new("setting or key", path, all).to_string()));
             }
             format!("settings.{path}")
         };
@@ -224,8 +207,7 @@ pub fn schema() -> Value {
     let settings: serde_json::Map<String, Value> = Key::ALL
         .iter()
         .map(|key| {
-            let mut setting =
-                serde_json::json!({ "$ref": "#/$defs/Axis", "description": key.about() });
+            let mut setting = serde_json::json!({ "$ref": "#/$defs/Axis", "description": key.about() });
             if let Some(default) = key.default() {
                 setting["default"] = serde_json::json!(default);
             }
@@ -239,8 +221,7 @@ pub fn schema() -> Value {
         "additionalProperties": false,
     });
     let measures = Measure::ALL.iter();
-    let measures =
-        measures.map(|of| serde_json::json!({ "const": of.name(), "description": of.about() }));
+    let measures = measures.map(|of| serde_json::json!({ "const": of.name(), "description": of.about() }));
     schema["$defs"]["Measure"] = serde_json::json!({ "oneOf": measures.collect::<Vec<_>>() });
     join_lines(&mut schema);
     schema
@@ -278,18 +259,12 @@ mod tests {
     #[test]
     fn mistakes_are_named_with_line_column_and_the_nearest_key() {
         for (text, parts) in [
-            (
-                "titel = \"x\"",
-                ["line 1, column 1", "did you mean 'title'"],
-            ),
+            ("titel = \"x\"", ["line 1, column 1", "did you mean 'title'"]),
             (
                 "seed = 1\n[settings]\netaa = 5",
                 ["line 3, column 1", "did you mean 'eta'"],
             ),
-            (
-                "[settings]\neta = true",
-                ["line 2, column 7", "expected a number"],
-            ),
+            ("[settings]\neta = true", ["line 2, column 7", "expected a number"]),
             ("[settings]\neta = []", ["line 2, column 7", "empty list"]),
             (
                 "[[methods]]\nsolvr = \"lu\"",
@@ -314,8 +289,7 @@ mod tests {
 
     #[test]
     fn keys_can_be_set() {
-        let file =
-            ExperimentFile::parse("[settings]\neta = 3\n[[methods]]\nsolver = \"lu\"").unwrap();
+        let file = ExperimentFile::parse("[settings]\neta = 3\n[[methods]]\nsolver = \"lu\"").unwrap();
         let set = |text: &str| file.set(text);
         let number = |x| Axis::One(Scalar::Number(x));
         assert_eq!(set("eta=5").unwrap().settings[&Key::Eta], number(5.0));
@@ -325,10 +299,7 @@ mod tests {
         );
         let white = Axis::One(Scalar::Text("white".to_owned()));
         assert_eq!(set("noise=white").unwrap().settings[&Key::Noise], white);
-        assert!(matches!(
-            set("eta=[1, 2]").unwrap().settings[&Key::Eta],
-            Axis::Many(_)
-        ));
+        assert!(matches!(set("eta=[1, 2]").unwrap().settings[&Key::Eta], Axis::Many(_)));
         assert_eq!(set("seed=7").unwrap().seed, 7);
         assert!(set("methods.0.solver=qr").unwrap() != file);
         for (text, part) in [

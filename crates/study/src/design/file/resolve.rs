@@ -1,9 +1,7 @@
 //! Writes out every default of a file, and refuses what belongs to another kind of study.
 
 use crate::design::Measure;
-use crate::design::file::{
-    Axis, ExperimentFile, FileError, Key, MethodTable, StudyKind, TrialRule, Unfinished, wrong,
-};
+use crate::design::file::{Axis, ExperimentFile, FileError, Key, MethodTable, StudyKind, TrialRule, Unfinished, wrong};
 
 impl ExperimentFile {
     /// Applies the changes of `[quick]` to the file.
@@ -97,12 +95,7 @@ impl ExperimentFile {
         if kind == StudyKind::Continuous {
             self.methods.clear();
             if self.measures == Self::default().measures {
-                self.measures = vec![
-                    Measure::RmsState,
-                    Measure::Theta,
-                    Measure::ThetaRms,
-                    Measure::StepError,
-                ];
+                self.measures = vec![Measure::RmsState, Measure::Theta, Measure::ThetaRms, Measure::StepError];
             }
         }
         for key in Key::ALL {

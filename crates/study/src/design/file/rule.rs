@@ -86,16 +86,13 @@ struct Written {
 impl Written {
     fn rule<E: Error>(self) -> Result<TrialRule, E> {
         let (minimum, maximum) = (self.minimum, self.maximum);
-        let of_claim =
-            self.output.is_none() && self.statistic.is_none() && self.relative_mcse.is_none();
+        let of_claim = self.output.is_none() && self.statistic.is_none() && self.relative_mcse.is_none();
         match self.until.parse::<Measure>() {
             Ok(until) => Ok(TrialRule::Until(Until {
                 until,
                 output: self.output.ok_or_else(|| E::missing_field("output"))?,
                 statistic: self.statistic.unwrap_or_default(),
-                relative_mcse: self
-                    .relative_mcse
-                    .ok_or_else(|| E::missing_field("relative_mcse"))?,
+                relative_mcse: self.relative_mcse.ok_or_else(|| E::missing_field("relative_mcse"))?,
                 minimum,
                 maximum,
             })),
@@ -137,17 +134,12 @@ impl TrialRule {
     /// Returns what is wrong with the rule, if anything.
     pub fn fault(&self) -> Option<String> {
         let (minimum, maximum) = self.extent();
-        if ![minimum, maximum]
-            .iter()
-            .all(|count| (1..=TRIAL_LIMIT).contains(count))
-        {
+        if ![minimum, maximum].iter().all(|count| (1..=TRIAL_LIMIT).contains(count)) {
             return Some(format!("must be 1 to {TRIAL_LIMIT}"));
         }
         match self {
             _ if minimum > maximum => Some("'minimum' is above 'maximum'".to_owned()),
-            Self::Until(until) if !(until.relative_mcse > 0.0) => {
-                Some("'relative_mcse' must be above 0".to_owned())
-            }
+            Self::Until(until) if !(until.relative_mcse > 0.0) => Some("'relative_mcse' must be above 0".to_owned()),
             _ => None,
         }
     }

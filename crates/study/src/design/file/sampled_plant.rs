@@ -39,9 +39,7 @@ impl PlantTable {
             delay: self.delay.unwrap_or(0.0),
             hold: Hold::from(hold),
         };
-        sampling
-            .polynomials(&num, &den)
-            .map_err(|error| error.to_string())
+        sampling.polynomials(&num, &den).map_err(|error| error.to_string())
     }
 
     /// Returns numerator and denominator in s, the highest power first.
@@ -53,10 +51,7 @@ impl PlantTable {
             (None, None, Some(poles)) => {
                 let gain = self.gain.ok_or("gain: expected a number beside poles")?;
                 let num = monic_of("zeros", self.zeros.as_deref().unwrap_or(&[]))?;
-                Ok([
-                    num.iter().map(|x| gain * x).collect(),
-                    monic_of("poles", poles)?,
-                ])
+                Ok([num.iter().map(|x| gain * x).collect(), monic_of("poles", poles)?])
             }
             _ => Err("expected num and den, or poles and gain (and zeros), beside Ts".to_owned()),
         }
@@ -80,18 +75,14 @@ fn monic_of(key: &str, roots: &[Scalar]) -> Result<Vec<f64>, String> {
             Scalar::Text(text) => text,
         };
         let found = parse_pole(&text.replace(' ', ""));
-        found.ok_or_else(|| {
-            format!("{key}: '{text}'; expected a number, or a text such as \"-1+2i\"")
-        })
+        found.ok_or_else(|| format!("{key}: '{text}'; expected a number, or a text such as \"-1+2i\""))
     };
     let roots = roots.iter().map(root).collect::<Result<Vec<_>, String>>()?;
     if let Some(alone) = unmatched_pole(&roots) {
         return Err(format!("{key}: {alone} without its conjugate"));
     }
     let rest = polynomial_from_poles(&roots);
-    Ok(std::iter::once(1.0)
-        .chain(rest.iter().map(|x| x.re))
-        .collect())
+    Ok(std::iter::once(1.0).chain(rest.iter().map(|x| x.re)).collect())
 }
 
 #[cfg(test)]
@@ -135,10 +126,7 @@ mod tests {
         for (text, part) in [
             ("num = [1]\nden = [1, 1]", "the sampling time Ts in seconds"),
             ("num = [1]\nden = [1, 1]\nTs = 1", "expected hold ="),
-            (
-                "num = [1]\nTs = 1",
-                "expected num and den, or poles and gain",
-            ),
+            ("num = [1]\nTs = 1", "expected num and den, or poles and gain"),
             (
                 "num = [1]\nden = [1, 1]\ngain = 2\nTs = 1",
                 "expected num and den, or poles",

@@ -215,10 +215,7 @@ impl PlantTable {
         let rows = [&self.a, &self.b, &self.h].into_iter().any(Option::is_some);
         if let Some(states) = &self.states {
             if polynomials || rows || self.is_in_s() {
-                return Err(
-                    "states beside polynomials, a, b, h or a plant in s; expected one of them"
-                        .to_owned(),
-                );
+                return Err("states beside polynomials, a, b, h or a plant in s; expected one of them".to_owned());
             }
             let plant = states.own()?.canonical();
             return plant.ok_or_else(|| "states: the sampled matrices are not finite".to_owned());
@@ -235,9 +232,7 @@ impl PlantTable {
                 sampled.plant_of_polynomials()
             }
             (false, true, false) => match (&self.a, &self.b, &self.h) {
-                (Some(a), Some(b), None) => {
-                    StateSpace::new(a.clone(), b.clone()).map_err(|e| e.to_string())
-                }
+                (Some(a), Some(b), None) => StateSpace::new(a.clone(), b.clone()).map_err(|e| e.to_string()),
                 (Some(a), None, Some(h)) => TransferFunction::new(a.clone(), h.clone())
                     .map(StateSpace::from)
                     .map_err(|e| e.to_string()),
@@ -259,9 +254,7 @@ impl PlantTable {
         let b = self.input_polynomial.as_deref().unwrap_or(&[]);
         let delay = b.iter().take_while(|b| **b == 0.0).count();
         if b.len() < 2 || delay == b.len() {
-            return Err(
-                "B: expected B = [0, b_1, ...] with a coefficient that is not 0".to_owned(),
-            );
+            return Err("B: expected B = [0, b_1, ...] with a coefficient that is not 0".to_owned());
         }
         if delay == 0 {
             return Err(format!(
@@ -331,14 +324,9 @@ impl NoiseTable {
         let polynomials = c.is_some() || d.is_some();
         let (numerator, denominator) = match (polynomials, numerator, denominator) {
             (true, None, None) => (monic("C", c.as_deref())?, monic("D", d.as_deref())?),
-            (false, Some(numerator), denominator) => {
-                (numerator, denominator.unwrap_or_else(|| vec![1.0]))
-            }
+            (false, Some(numerator), denominator) => (numerator, denominator.unwrap_or_else(|| vec![1.0])),
             (true, _, _) => {
-                return Err(
-                    "both C, D and numerator, denominator are given; expected one pair of them"
-                        .to_owned(),
-                );
+                return Err("both C, D and numerator, denominator are given; expected one pair of them".to_owned());
             }
             (false, None, None) if laws > 0 => (vec![1.0], vec![1.0]),
             (false, None, _) => {
@@ -419,21 +407,12 @@ mod tests {
     #[test]
     fn mistakes_in_a_plant_are_told() {
         for (text, part) in [
-            (
-                "A = [2, -1]\nB = [0, 1]",
-                "A: its leading coefficient is 2; expected 1",
-            ),
+            ("A = [2, -1]\nB = [0, 1]", "A: its leading coefficient is 2; expected 1"),
             ("A = []\nB = [0, 1]", "A: an empty list"),
-            (
-                "A = [1, -0.5]\nB = [1, 0.5]",
-                "B: its first number is 1; expected 0",
-            ),
+            ("A = [1, -0.5]\nB = [1, 0.5]", "B: its first number is 1; expected 0"),
             ("A = [1, -0.5]", "B: expected B = [0, b_1, ...]"),
             ("A = [1, -0.5]\nB = [0, 0]", "B: expected B = [0, b_1, ...]"),
-            (
-                "A = [1, -0.5]\nB = [0, 1]\na = [0.5]\nb = [1]",
-                "both the polynomials",
-            ),
+            ("A = [1, -0.5]\nB = [0, 1]\na = [0.5]\nb = [1]", "both the polynomials"),
             ("a = [0.5]", "either b or h"),
             ("x0 = [0]", "expected the polynomials"),
         ] {
@@ -448,10 +427,7 @@ mod tests {
         let same = noise("numerator = [1, 0.5]\ndenominator = [1, -0.9]").unwrap();
         assert_eq!(noise("C = [1, 0.5]\nD = [1, -0.9]").unwrap(), same);
         assert_eq!(same.clone().resolve().unwrap(), same);
-        assert_eq!(
-            noise("D = [1, -0.9]").unwrap().filter(),
-            (&[1.0][..], &[1.0, -0.9][..])
-        );
+        assert_eq!(noise("D = [1, -0.9]").unwrap().filter(), (&[1.0][..], &[1.0, -0.9][..]));
         for (text, part) in [
             ("C = [2, 1]", "C: its leading coefficient is 2"),
             ("C = [1]\nnumerator = [1]", "both"),

@@ -2,9 +2,7 @@
 
 use crate::design::Measure;
 use crate::design::file::table::tables;
-use crate::design::file::{
-    Axis, CoefficientStatistic, Key, RatioStatistic, SLOPE_STATISTICS, Scalar, ValueStatistic,
-};
+use crate::design::file::{Axis, CoefficientStatistic, Key, RatioStatistic, SLOPE_STATISTICS, Scalar, ValueStatistic};
 use asobench_identification::names::named_enum;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;

@@ -103,21 +103,14 @@ impl Footer {
                 }
             }
         }
-        if groups
-            .iter()
-            .any(|group: &Group| group.chunks.len() != chunks)
-        {
+        if groups.iter().any(|group: &Group| group.chunks.len() != chunks) {
             return Err("a group of rows has other columns than its schema");
         }
         let all = groups.iter().map(|group| group.rows);
         if all.fold(0, u64::saturating_add) != rows {
             return Err("its groups have other numbers of rows than it says");
         }
-        Ok(Self {
-            columns,
-            groups,
-            rows,
-        })
+        Ok(Self { columns, groups, rows })
     }
 }
 
@@ -260,9 +253,7 @@ fn chunk(thrift: &mut Thrift<'_>, end: u64) -> Found<Chunk> {
 fn pair<'a>(thrift: &mut Thrift<'a>) -> Found<(&'a [u8], &'a [u8])> {
     let mut own = [&[][..]; 2];
     thrift.fields(&mut |field, wire, thrift| match field {
-        1 | 2 => thrift
-            .binary(wire)
-            .map(|bytes| own[field as usize - 1] = bytes),
+        1 | 2 => thrift.binary(wire).map(|bytes| own[field as usize - 1] = bytes),
         _ => thrift.skip(wire),
     })?;
     let [key, value] = own;

@@ -163,9 +163,7 @@ pub(super) fn no_numbers(schema: &[u8], most: usize) -> Found<Vec<(String, &'sta
     };
     let names = || -> Result<_, Error> {
         let mut names = Vec::new();
-        if let Some(MessageHeaderRef::Schema(schema)) =
-            MessageRef::read_as_root(message)?.header()?
-        {
+        if let Some(MessageHeaderRef::Schema(schema)) = MessageRef::read_as_root(message)?.header()? {
             for field in schema.fields()?.into_iter().flatten().take(most) {
                 let field = field?;
                 let what = no_number(&field)?;
@@ -191,9 +189,7 @@ fn no_number(field: &FieldRef<'_>) -> Result<Option<&'static str>, Error> {
         }
     }
     Ok(match field.type_()? {
-        Some(
-            TypeRef::Int(_) | TypeRef::Bool(_) | TypeRef::FloatingPoint(_) | TypeRef::Decimal(_),
-        ) => None,
+        Some(TypeRef::Int(_) | TypeRef::Bool(_) | TypeRef::FloatingPoint(_) | TypeRef::Decimal(_)) => None,
         Some(TypeRef::Duration(_)) => Some("durations"),
         _ => Some("no numbers"),
     })

@@ -26,10 +26,7 @@ pub(super) fn count(bytes: &[u8], values: u64) -> Found<Pages> {
             .ok_or("a page is longer than its column")?;
         all.values = all.values.saturating_add(head.values);
         let dictionary = head.dictionary.saturating_mul(VALUE);
-        all.bytes = all
-            .bytes
-            .saturating_add(head.bytes)
-            .saturating_add(dictionary);
+        all.bytes = all.bytes.saturating_add(head.bytes).saturating_add(dictionary);
     }
     Ok(all)
 }

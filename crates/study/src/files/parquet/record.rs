@@ -42,11 +42,7 @@ impl ParquetText {
         let read = from.read_to_end(&mut bytes);
         read.map_err(|error| error.to_string())?;
         let table = Table::open(Cursor::new(bytes))?;
-        let names: Vec<String> = table
-            .columns()
-            .iter()
-            .map(|column| named(&column.name))
-            .collect();
+        let names: Vec<String> = table.columns().iter().map(|column| named(&column.name)).collect();
         let used = uses(&names.iter().map(String::as_str).collect::<Vec<_>>());
         let mut columns = used.len();
         for ((column, name), used) in table.columns().iter().zip(&names).zip(&used) {
@@ -88,9 +84,7 @@ impl ParquetText {
                 match (self.table.read(self.group, place)?, kind) {
                     (Values::Times(times), Kind::Time(clock)) => Cells::Times(times, clock),
                     (Values::Numbers(numbers), _) => Cells::Numbers(numbers),
-                    (texts, _) => {
-                        Cells::Texts(texts.texts().map(|text| text.map(quoted)).collect())
-                    }
+                    (texts, _) => Cells::Texts(texts.texts().map(|text| text.map(quoted)).collect()),
                 }
             } else {
                 Cells::Unused
@@ -112,12 +106,8 @@ impl ParquetText {
                 // Writing to a string cannot fail.
                 let written = match column {
                     Cells::Unused => Some(()),
-                    Cells::Numbers(numbers) => {
-                        numbers[row].map(|number| _ = write!(text, "{number:e}"))
-                    }
-                    Cells::Times(times, clock) => {
-                        times[row].map(|time| text += &shown(time, *clock))
-                    }
+                    Cells::Numbers(numbers) => numbers[row].map(|number| _ = write!(text, "{number:e}")),
+                    Cells::Times(times, clock) => times[row].map(|time| text += &shown(time, *clock)),
                     Cells::Texts(texts) => texts[row].as_ref().map(|own| text += own),
                 };
                 if written.is_none() {

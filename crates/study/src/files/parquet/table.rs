@@ -6,9 +6,7 @@ use super::kind::{Kind, Number};
 use super::page;
 use crate::files::quietly::quietly;
 use crate::text::visible;
-use polars_arrow::array::{
-    Array, BinaryViewArray, BooleanArray, FixedSizeBinaryArray, PrimitiveArray, Utf8ViewArray,
-};
+use polars_arrow::array::{Array, BinaryViewArray, BooleanArray, FixedSizeBinaryArray, PrimitiveArray, Utf8ViewArray};
 use polars_arrow::datatypes::Field;
 use polars_arrow::types::NativeType;
 use polars_parquet::parquet::compression::Compression;
@@ -50,9 +48,7 @@ impl<R: Read + Seek> Table<R> {
     /// In words: what is wrong with it.
     pub(crate) fn open(mut from: R) -> Result<Self, String> {
         const WHOLE: &str = "not a whole Parquet file; it begins and ends with PAR1";
-        let length = from
-            .seek(SeekFrom::End(0))
-            .map_err(|error| error.to_string())?;
+        let length = from.seek(SeekFrom::End(0)).map_err(|error| error.to_string())?;
         if length < 12 {
             return Err(WHOLE.to_owned());
         }
@@ -66,9 +62,7 @@ impl<R: Read + Seek> Table<R> {
             return Err(damaged("its footer is longer than the file"));
         }
         if size > FOOTER {
-            return Err(format!(
-                "a footer of {size} bytes; at most {FOOTER} are read"
-            ));
+            return Err(format!("a footer of {size} bytes; at most {FOOTER} are read"));
         }
         let start = length - 8 - size;
         let footer = bytes(&mut from, start..start + size)?;
@@ -108,10 +102,7 @@ impl<R: Read + Seek> Table<R> {
     /// # Errors
     /// In words: what is wrong with it.
     pub(crate) fn read(&mut self, group: usize, column: usize) -> Result<Values, String> {
-        let (group, column) = (
-            &self.footer.groups[group],
-            self.footer.columns[column].clone(),
-        );
+        let (group, column) = (&self.footer.groups[group], self.footer.columns[column].clone());
         if column.kind.types().is_none() {
             return Ok(Values::Numbers(Vec::new()));
         }
@@ -187,13 +178,7 @@ fn bytes(from: &mut (impl Read + Seek), place: Range<u64>) -> Result<Vec<u8>, St
 }
 
 /// Decodes the pages of a chunk.
-fn decoded(
-    pages: Vec<u8>,
-    chunk: &Chunk,
-    column: &Column,
-    rows: u64,
-    room: u64,
-) -> Result<Values, String> {
+fn decoded(pages: Vec<u8>, chunk: &Chunk, column: &Column, rows: u64, room: u64) -> Result<Values, String> {
     let first_line = |error: &dyn std::fmt::Display| {
         let text = error.to_string();
         damaged(text.lines().next().unwrap_or_default())
@@ -216,9 +201,7 @@ fn decoded(
     // Pages are counted before one of them is decoded.
     let found = page::count(&pages, rows).map_err(damaged)?;
     if found.values != rows {
-        return Err(damaged(
-            "its pages have other numbers of rows than its footer",
-        ));
+        return Err(damaged("its pages have other numbers of rows than its footer"));
     }
     if found.bytes > room {
         let (bytes, room) = (found.bytes, room >> 20);
@@ -228,8 +211,7 @@ fn decoded(
     }
     let longest = pages.len();
     let field = Field::new(column.name.as_str().into(), dtype, column.optional);
-    let pages =
-        PageReader::new_with_page_meta(Cursor::new(pages.into()), about, Vec::new(), longest);
+    let pages = PageReader::new_with_page_meta(Cursor::new(pages.into()), about, Vec::new(), longest);
     let pages = BasicDecompressor::new(pages, Vec::new());
     let arrays = column_iter_to_arrays(vec![pages], vec![&primitive], field, None);
     let (arrays, _) = arrays.map_err(|error| first_line(&error))?;
@@ -256,11 +238,7 @@ fn compression(codec: i64) -> Result<Compression, String> {
 
 /// The values of the arrays of a column; `None` if they are of another kind.
 fn gathered(arrays: &[Box<dyn Array>], kind: Kind) -> Option<Values> {
-    fn numbers<T: NativeType>(
-        array: &dyn Array,
-        to: &mut Vec<Option<f64>>,
-        cast: fn(T) -> f64,
-    ) -> Option<()> {
+    fn numbers<T: NativeType>(array: &dyn Array, to: &mut Vec<Option<f64>>, cast: fn(T) -> f64) -> Option<()> {
         let array = array.as_any().downcast_ref::<PrimitiveArray<T>>()?;
         to.extend(array.iter().map(|value| value.copied().map(cast)));
         Some(())
@@ -276,11 +254,7 @@ fn gathered(arrays: &[Box<dyn Array>], kind: Kind) -> Option<Values> {
         for array in arrays {
             let days = array.as_any().downcast_ref::<PrimitiveArray<i32>>();
             let whole = array.as_any().downcast_ref::<PrimitiveArray<i64>>();
-            all.extend(
-                days.into_iter()
-                    .flatten()
-                    .map(|value| value.copied().map(i64::from)),
-            );
+            all.extend(days.into_iter().flatten().map(|value| value.copied().map(i64::from)));
             all.extend(whole.into_iter().flatten().map(Option::<&_>::copied));
         }
         return Some(Values::Times(all));
@@ -301,19 +275,11 @@ fn gathered(arrays: &[Box<dyn Array>], kind: Kind) -> Option<Values> {
             Kind::Number(Number::F64) => numbers::<f64>(array, &mut all, |x| x)?,
             Kind::Number(Number::Decimal32(scale)) => {
                 let array = array.as_any().downcast_ref::<PrimitiveArray<i32>>()?;
-                all.extend(
-                    array
-                        .iter()
-                        .map(|value| decimal(i128::from(*value?), scale)),
-                );
+                all.extend(array.iter().map(|value| decimal(i128::from(*value?), scale)));
             }
             Kind::Number(Number::Decimal64(scale)) => {
                 let array = array.as_any().downcast_ref::<PrimitiveArray<i64>>()?;
-                all.extend(
-                    array
-                        .iter()
-                        .map(|value| decimal(i128::from(*value?), scale)),
-                );
+                all.extend(array.iter().map(|value| decimal(i128::from(*value?), scale)));
             }
             Kind::Number(Number::F16) => {
                 let array = array.as_any().downcast_ref::<FixedSizeBinaryArray>()?;
@@ -345,14 +311,8 @@ fn whole(bytes: &[u8], scale: u8) -> Option<f64> {
     let (high, low) = bytes.split_at(bytes.len().saturating_sub(16));
     let same = |first: &u8| (*first > 127) == is_negative;
     let fits = high.iter().all(|byte| *byte == sign) && low.first().is_none_or(same);
-    let number = low
-        .iter()
-        .fold(start, |all: i128, byte| (all << 8) | i128::from(*byte));
-    if fits {
-        decimal(number, scale)
-    } else {
-        Some(f64::NAN)
-    }
+    let number = low.iter().fold(start, |all: i128, byte| (all << 8) | i128::from(*byte));
+    if fits { decimal(number, scale) } else { Some(f64::NAN) }
 }
 
 /// A float of 16 bits.
@@ -390,9 +350,7 @@ impl Values {
     pub(crate) fn are(&self, other: &Self) -> bool {
         let bits = |value: &Option<f64>| value.map(f64::to_bits);
         let (own, others) = (self.numbers().iter(), other.numbers().iter());
-        self.len() == other.len()
-            && own.map(bits).eq(others.map(bits))
-            && self.texts().eq(other.texts())
+        self.len() == other.len() && own.map(bits).eq(others.map(bits)) && self.texts().eq(other.texts())
     }
 
     /// How many there are.

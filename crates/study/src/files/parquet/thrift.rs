@@ -62,10 +62,7 @@ impl<'a> Thrift<'a> {
     }
 
     /// Reads a structure. `each` is told the number and the type of each field, and reads its value or skips it.
-    pub(super) fn fields(
-        &mut self,
-        each: &mut dyn FnMut(i64, Wire, &mut Self) -> Found<()>,
-    ) -> Found<()> {
+    pub(super) fn fields(&mut self, each: &mut dyn FnMut(i64, Wire, &mut Self) -> Found<()>) -> Found<()> {
         self.depth += 1;
         if self.depth > DEEPEST {
             return Err("its footer is nested too deeply");
@@ -116,12 +113,7 @@ impl<'a> Thrift<'a> {
     }
 
     /// Reads the list of structures that a field is, at most `limit`: `each` reads one of them by [`Self::fields`].
-    pub(super) fn list(
-        &mut self,
-        wire: Wire,
-        limit: usize,
-        each: &mut dyn FnMut(&mut Self) -> Found<()>,
-    ) -> Found<()> {
+    pub(super) fn list(&mut self, wire: Wire, limit: usize, each: &mut dyn FnMut(&mut Self) -> Found<()>) -> Found<()> {
         if wire.0 != LIST {
             return Err(KIND);
         }

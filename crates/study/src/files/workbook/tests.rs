@@ -10,8 +10,7 @@ use zip::write::SimpleFileOptions;
 fn book(sheets: &[(&str, &str)], hidden: bool, properties: &str) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let mut part = |name: &str, text: &str| {
-        let deflated =
-            SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
+        let deflated = SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
         zip.start_file(name, deflated).unwrap();
         let text = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>{text}");
         io::Write::write_all(&mut zip, text.as_bytes()).unwrap();
@@ -21,11 +20,7 @@ fn book(sheets: &[(&str, &str)], hidden: bool, properties: &str) -> Vec<u8> {
     let package = "http://schemas.openxmlformats.org/package/2006";
     let (mut list, mut relations, mut types) = (String::new(), String::new(), String::new());
     for (i, (name, _)) in sheets.iter().enumerate() {
-        let state = if hidden && i == 0 {
-            " state=\"hidden\""
-        } else {
-            ""
-        };
+        let state = if hidden && i == 0 { " state=\"hidden\"" } else { "" };
         let _ = write!(
             list,
             "<sheet name=\"{name}\" sheetId=\"{0}\" r:id=\"rId{0}\"{state}/>",
@@ -60,9 +55,7 @@ fn book(sheets: &[(&str, &str)], hidden: bool, properties: &str) -> Vec<u8> {
     );
     part(
         "xl/workbook.xml",
-        &format!(
-            "<workbook xmlns=\"{main}\" xmlns:r=\"{office}\">{properties}<sheets>{list}</sheets></workbook>"
-        ),
+        &format!("<workbook xmlns=\"{main}\" xmlns:r=\"{office}\">{properties}<sheets>{list}</sheets></workbook>"),
     );
     part(
         "xl/_rels/workbook.xml.rels",
@@ -146,10 +139,7 @@ fn cells_are_what_their_program_shows() {
         &["e:#DIV/0!", "-"],
     ]);
     let error = record(&book(&[("Data", &sheet)], false, "")).unwrap_err();
-    assert!(
-        error.contains("line 6") && error.contains("missing"),
-        "{error}"
-    );
+    assert!(error.contains("line 6") && error.contains("missing"), "{error}");
 }
 
 /// Serial numbers of Excel: 45985.5853009259 is 2025-11-24 14:02:50, by Microsoft's "Date systems in Excel".
@@ -164,11 +154,7 @@ fn dates_times_and_durations_are_those_of_excel() {
         let bytes = book(&[("Data", &self::rows(&rows))], false, properties);
         (text(&bytes).unwrap(), record(&bytes).unwrap().times)
     };
-    let day = [
-        "1:45985.5853009259",
-        "1:45985.5853009838",
-        "1:45985.5853010417",
-    ];
+    let day = ["1:45985.5853009259", "1:45985.5853009838", "1:45985.5853010417"];
     let (found, step) = times(day, "");
     assert!(found.contains("2025-11-24T14:02:50,"), "{found}");
     assert!(found.contains("2025-11-24T14:02:50.005,"), "{found}");
@@ -196,12 +182,7 @@ fn the_first_worksheet_that_has_the_columns_or_the_one_that_is_named() {
         let table = read_record(&path, sheet, &ReadOptions::default());
         table.map_err(|error| error.to_string())
     };
-    let sheets = [
-        ("Empty", ""),
-        ("About", &about),
-        ("One", &one),
-        ("Two", &two),
-    ];
+    let sheets = [("Empty", ""), ("About", &about), ("One", &one), ("Two", &two)];
     let bytes = book(&sheets, false, "");
     let table = read("rig.xlsx", &bytes, None).unwrap();
     assert_eq!((table.record.u, table.record.y), (vec![1.0], vec![2.0]));
@@ -209,27 +190,13 @@ fn the_first_worksheet_that_has_the_columns_or_the_one_that_is_named() {
     let table = read("rig.XLSX", &bytes, Some("Two")).unwrap();
     assert_eq!((table.record.u, table.form.len()), (vec![3.0], 0));
     let error = read("rig.xlsx", &bytes, Some("two")).unwrap_err();
-    assert_eq!(
-        error,
-        "no worksheet 'two'; expected 'Empty', 'About', 'One', 'Two'"
-    );
+    assert_eq!(error, "no worksheet 'two'; expected 'Empty', 'About', 'One', 'Two'");
     // A worksheet with the columns is not passed over for its samples.
-    let error = read(
-        "rig.xlsx",
-        &book(&[("Gap", &gap), ("One", &one)], false, ""),
-        None,
-    );
-    assert!(
-        error
-            .unwrap_err()
-            .contains("line 3, column u: a sample is missing")
-    );
+    let error = read("rig.xlsx", &book(&[("Gap", &gap), ("One", &one)], false, ""), None);
+    assert!(error.unwrap_err().contains("line 3, column u: a sample is missing"));
     let hidden = book(&[("One", &one), ("Two", &two)], true, "");
     assert_eq!(read("rig.xlsx", &hidden, None).unwrap().record.u, [3.0]);
-    assert_eq!(
-        read("rig.xlsx", &hidden, Some("One")).unwrap().record.u,
-        [1.0]
-    );
+    assert_eq!(read("rig.xlsx", &hidden, Some("One")).unwrap().record.u, [1.0]);
     let error = read("rig.xlsx", &book(&sheets[..2], false, ""), None).unwrap_err();
     assert!(error.contains("operator"), "{error}");
     let error = read("rig.xlsx", &book(&sheets[..1], false, ""), None).unwrap_err();
@@ -242,10 +209,7 @@ fn the_first_worksheet_that_has_the_columns_or_the_one_that_is_named() {
 fn more_than_the_file_can_hold_is_refused_before_memory_is_taken() {
     let far = "<row r=\"1\"><c r=\"A1\"><v>1</v></c></row><row r=\"1048576\"><c r=\"XFD1048576\"><v>1</v></c></row>";
     let error = text(&book(&[("Data", far)], false, "")).unwrap_err();
-    assert_eq!(
-        error,
-        "too much for so short a file; expected at most 16 MiB unpacked"
-    );
+    assert_eq!(error, "too much for so short a file; expected at most 16 MiB unpacked");
     let beyond = "<row r=\"4294967290\"><c r=\"A4294967290\"><v>1</v></c></row>";
     let error = text(&book(&[("Data", beyond)], false, "")).unwrap_err();
     assert!(
@@ -254,20 +218,12 @@ fn more_than_the_file_can_hold_is_refused_before_memory_is_taken() {
     );
     let blank = " ".repeat(17 << 20);
     let error = text(&book(&[("Data", &blank)], false, "")).unwrap_err();
-    assert_eq!(
-        error,
-        "too much for so short a file; expected at most 16 MiB unpacked"
-    );
-    let back =
-        "<row r=\"2\"><c r=\"A2\"><v>1</v></c></row><row r=\"1\"><c r=\"A1\"><v>1</v></c></row>";
+    assert_eq!(error, "too much for so short a file; expected at most 16 MiB unpacked");
+    let back = "<row r=\"2\"><c r=\"A2\"><v>1</v></c></row><row r=\"1\"><c r=\"A1\"><v>1</v></c></row>";
     let error = text(&book(&[("Data", back)], false, "")).unwrap_err();
     assert_eq!(error, "row 1: cells are not in order");
     let old = [&[0xd0, 0xcf, 0x11, 0xe0, 0xa1, 0xb1][..], &[0; 600]].concat();
-    assert!(
-        text(&old)
-            .unwrap_err()
-            .contains("with a password, or of Excel 97")
-    );
+    assert!(text(&old).unwrap_err().contains("with a password, or of Excel 97"));
 }
 
 /// A word about the file, or the same cells.

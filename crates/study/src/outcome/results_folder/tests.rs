@@ -39,43 +39,28 @@ fn results_appear_whole_or_not_at_all() {
     results.write_manifest(manifest).unwrap();
     write(&mut results, "a.svg");
     results.publish(true).unwrap();
-    let mut names: Vec<_> = fs::read_dir(&path)
-        .unwrap()
-        .map(|f| f.unwrap().file_name())
-        .collect();
+    let mut names: Vec<_> = fs::read_dir(&path).unwrap().map(|f| f.unwrap().file_name()).collect();
     names.sort();
     assert_eq!(names, [".lock", "a.svg", "manifest.json"]);
     drop(results);
 
     let results = ResultsFolder::open(&path).unwrap();
-    assert!(matches!(
-        ResultsFolder::open(&path),
-        Err(FolderError::Busy(_))
-    ));
+    assert!(matches!(ResultsFolder::open(&path), Err(FolderError::Busy(_))));
     claim(&results, &design(1, 2)).unwrap();
-    let error = results
-        .check_design(&design(2, 3), &[])
-        .unwrap_err()
-        .to_string();
+    let error = results.check_design(&design(2, 3), &[]).unwrap_err().to_string();
     assert!(
         error.contains("(different: seed 1 there, 2 here, x.y 2 there, 3 here)"),
         "{error}"
     );
     fs::remove_file(path.join(MANIFEST)).unwrap();
-    let error = results
-        .check_design(&design(1, 3), &[])
-        .unwrap_err()
-        .to_string();
+    let error = results.check_design(&design(1, 3), &[]).unwrap_err().to_string();
     assert!(
         error.contains("(different: x.y 2 there, 3 here)"),
         "by the blocks: {error}"
     );
     fs::write(path.join("blocks/design.json"), r#"{"version": "99.0.0"}"#).unwrap();
     fs::write(path.join("summary.json"), b"{}").unwrap();
-    let error = results
-        .check_design(&design(1, 2), &[])
-        .unwrap_err()
-        .to_string();
+    let error = results.check_design(&design(1, 2), &[]).unwrap_err().to_string();
     assert!(error.contains("99.0.0, which is newer"), "{error}");
 }
 
@@ -85,10 +70,7 @@ fn results_without_a_manifest_are_refused() {
     let results = ResultsFolder::open(folder.path()).unwrap();
     for (name, _) in RESULTS {
         fs::write(folder.path().join(name), b"").unwrap();
-        let error = results
-            .check_design(&json!({}), &[])
-            .unwrap_err()
-            .to_string();
+        let error = results.check_design(&json!({}), &[]).unwrap_err().to_string();
         assert!(error.contains(&format!("holds {name} without")), "{error}");
         fs::remove_file(folder.path().join(name)).unwrap();
     }
@@ -97,12 +79,9 @@ fn results_without_a_manifest_are_refused() {
 
 /// Publishes a manifest and a summary of a design.
 fn publish(results: &mut ResultsFolder, design: &Value) {
-    results
-        .write("summary.json", Kind::Summary, OWN_SUMMARY)
-        .unwrap();
+    results.write("summary.json", Kind::Summary, OWN_SUMMARY).unwrap();
     let experiment = &design["experiment"];
-    let manifest =
-        json!({"program": "asobench", "version": design["version"], "experiment": experiment});
+    let manifest = json!({"program": "asobench", "version": design["version"], "experiment": experiment});
     results.write_manifest(manifest).unwrap();
     results.publish(true).unwrap();
 }
@@ -115,14 +94,8 @@ fn another_study_takes_the_place_at_the_end() {
     let path = folder.path();
     let mut results = ResultsFolder::open(path).unwrap();
     claim(&results, &design(1, 2)).unwrap();
-    fs::write(
-        path.join("blocks/c00000-0000000000-0000000001.block"),
-        b"asobench",
-    )
-    .unwrap();
-    results
-        .write("summary.parquet", Kind::Parquet, b"")
-        .unwrap();
+    fs::write(path.join("blocks/c00000-0000000000-0000000001.block"), b"asobench").unwrap();
+    results.write("summary.parquet", Kind::Parquet, b"").unwrap();
     publish(&mut results, &design(1, 2));
     fs::create_dir(path.join("timing")).unwrap();
     fs::write(path.join("timing/times.json"), br#"{"design":"1"}"#).unwrap();
@@ -132,10 +105,7 @@ fn another_study_takes_the_place_at_the_end() {
     let beside = results.replaced_beside().unwrap().unwrap();
     assert_eq!(beside, ["thesis.txt"]);
     let stored = || read_manifest(path).unwrap().unwrap()["experiment"]["seed"].clone();
-    assert_eq!(
-        (stored(), path.join("summary.parquet").exists()),
-        (1.into(), true)
-    );
+    assert_eq!((stored(), path.join("summary.parquet").exists()), (1.into(), true));
     publish(&mut results, &design(2, 3));
     assert_eq!(stored(), 2);
     let mut names: Vec<_> = files::list(path)
@@ -146,13 +116,7 @@ fn another_study_takes_the_place_at_the_end() {
     names.sort();
     assert_eq!(
         names,
-        [
-            ".lock",
-            "blocks",
-            "manifest.json",
-            "summary.json",
-            "thesis.txt"
-        ]
+        [".lock", "blocks", "manifest.json", "summary.json", "thesis.txt"]
     );
     assert_eq!(files::list(&path.join("blocks")).unwrap().len(), 1);
 }
@@ -187,10 +151,7 @@ fn what_is_not_listed_is_never_replaced() {
     let edited = [OWN_SUMMARY, b"\n"].concat();
     fs::write(path.join("summary.json"), edited).unwrap();
     let error = replace(&mut results).unwrap_err().to_string();
-    assert!(
-        error.contains("summary.json: not as manifest.json"),
-        "{error}"
-    );
+    assert!(error.contains("summary.json: not as manifest.json"), "{error}");
     fs::write(path.join("summary.json"), OWN_SUMMARY).unwrap();
     replace(&mut results).unwrap();
     // Nothing lists results without a manifest.

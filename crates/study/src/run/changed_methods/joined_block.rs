@@ -38,9 +38,7 @@ impl Change<'_> {
             let before = Content::decode(&bytes, &self.old, &span);
             let path = file.clone();
             let before = before.map_err(|reason| BlockError::Damaged { path, reason })?;
-            let of_engine = added
-                .iter()
-                .find(|(engine, ..)| *engine == self.engine(span.cell));
+            let of_engine = added.iter().find(|(engine, ..)| *engine == self.engine(span.cell));
             let parts = match of_engine {
                 Some((_, folder, there)) => Some(read_within(folder, there, &span)?),
                 None => None,
@@ -128,13 +126,7 @@ impl Change<'_> {
     }
 
     /// Adds comparisons, the jackknife's groups and series to a tally, from those of both studies.
-    fn with_shared(
-        &self,
-        tally: CellTally,
-        cell: usize,
-        before: &CellTally,
-        added: &CellTally,
-    ) -> Option<CellTally> {
+    fn with_shared(&self, tally: CellTally, cell: usize, before: &CellTally, added: &CellTally) -> Option<CellTally> {
         let of_added = self.added.as_ref().map(|[added, _]| added);
         let from = |source: Source| match source {
             Source::Old(at) => (before, at),
@@ -151,9 +143,7 @@ impl Change<'_> {
         };
         let groups = |measure: usize| {
             let groups = self.sources.iter().map(|source| from(*source));
-            groups
-                .map(|(tally, at)| tally.groups[measure][at].clone())
-                .collect()
+            groups.map(|(tally, at)| tally.groups[measure][at].clone()).collect()
         };
         let series = |(output, measure): (usize, _)| {
             let (tally, at) = from(self.sources[output]);
@@ -161,9 +151,7 @@ impl Change<'_> {
                 Source::Old(_) => &self.old,
                 Source::Added(_) => of_added?,
             };
-            let place = of
-                .series_of(&of.cells[cell])
-                .position(|other| other == (at, measure))?;
+            let place = of.series_of(&of.cells[cell]).position(|other| other == (at, measure))?;
             Some(tally.series[place].clone())
         };
         Some(CellTally {
@@ -180,11 +168,7 @@ impl Change<'_> {
 }
 
 /// Reads what a folder has of the trials of a span, which its blocks cover.
-fn read_within(
-    folder: &BlockFolder<'_>,
-    there: &[StoredBlock],
-    span: &Span,
-) -> Result<Content, BlockError> {
+fn read_within(folder: &BlockFolder<'_>, there: &[StoredBlock], span: &Span) -> Result<Content, BlockError> {
     let mut whole = Content {
         tally: CellTally::default(),
         rows: None,

@@ -84,11 +84,7 @@ impl Collection {
     ///
     /// # Errors
     /// If a folder or a block cannot be read.
-    pub fn from_folders(
-        folders: &[PathBuf],
-        experiment: &Experiment,
-        verify: bool,
-    ) -> Result<Self, BlockError> {
+    pub fn from_folders(folders: &[PathBuf], experiment: &Experiment, verify: bool) -> Result<Self, BlockError> {
         let mut found = Self {
             cells: vec![Vec::new(); experiment.cells.len()],
             ..Self::default()
@@ -114,16 +110,11 @@ impl Collection {
     }
 
     fn refuse(&mut self, path: &Path, why: &str) {
-        self.refused
-            .push(format!("{}: {why}, not taken", path.display()));
+        self.refused.push(format!("{}: {why}, not taken", path.display()));
     }
 
     /// Reads an object that a process wrote; `None` if there is none, or it is damaged.
-    fn object<T: DeserializeOwned>(
-        &mut self,
-        path: &Path,
-        kind: Kind,
-    ) -> Result<Option<T>, PathError> {
+    fn object<T: DeserializeOwned>(&mut self, path: &Path, kind: Kind) -> Result<Option<T>, PathError> {
         let Some(text) = files::read_own(path, kind)? else {
             return Ok(None);
         };
@@ -137,13 +128,7 @@ impl Collection {
     }
 
     /// Collects the blocks of one folder. Only the content of blocks tells whose they are if nothing beside them does.
-    fn take(
-        &mut self,
-        folder: &Path,
-        paths: &[PathBuf],
-        fingerprint: &str,
-        verify: bool,
-    ) -> Result<(), PathError> {
+    fn take(&mut self, folder: &Path, paths: &[PathBuf], fingerprint: &str, verify: bool) -> Result<(), PathError> {
         let spans = paths.iter().filter_map(|path| Some((path, span_of(path)?)));
         let spans: Vec<_> = spans.collect();
         if spans.is_empty() {
@@ -222,9 +207,7 @@ impl Collection {
         for (cell, of_cell) in self.cells.iter().enumerate() {
             for found in of_cell.iter().filter(|_| is_by_faer(experiment, cell)) {
                 let known = found.source.faer_instructions.as_deref();
-                *counts
-                    .entry(known.unwrap_or("unknown").to_owned())
-                    .or_default() += 1;
+                *counts.entry(known.unwrap_or("unknown").to_owned()).or_default() += 1;
             }
         }
         counts
@@ -248,8 +231,7 @@ impl Collection {
     /// Returns the blocks that cover most of a range of a cell's trials: ascending, and without overlap.
     pub(crate) fn cover(&self, cell: usize, trials: &Range<u64>) -> Vec<Found> {
         let of_cell = self.cells[cell].iter();
-        let inside = of_cell
-            .filter(|found| trials.start <= found.trials.start && found.trials.end <= trials.end);
+        let inside = of_cell.filter(|found| trials.start <= found.trials.start && found.trials.end <= trials.end);
         cover(inside.cloned().collect(), |found| &found.trials)
     }
 

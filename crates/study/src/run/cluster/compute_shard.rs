@@ -51,22 +51,14 @@ pub fn compute_shard(
     on_note: impl FnMut(&str),
 ) -> Result<(), ClusterError> {
     // Makes one level only: a shared folder that is missing on this machine is not created.
-    let within = folder
-        .parent()
-        .filter(|parent| !parent.as_os_str().is_empty());
+    let within = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
     if let Some(within) = within.filter(|parent| !files::is_there(parent)) {
         let what = "no such folder; expected one that the machines share";
         return Err(PathError::foreign(within, what).into());
     }
     let path = shard_folder(folder, index);
     files::make_folder(&path)?;
-    let missing = missing(
-        &plan.shards[index],
-        experiment,
-        &path,
-        options.threads,
-        on_note,
-    )?;
+    let missing = missing(&plan.shards[index], experiment, &path, options.threads, on_note)?;
     let trials = plan.trials_of_shard(index);
     let left: u64 = missing.iter().map(Span::len).sum();
     on_event(Event::Planned {
@@ -78,10 +70,7 @@ pub fn compute_shard(
     }
     let own = own_folder(plan, index, &path, process)?;
     let blocks = BlockFolder::at(own, experiment);
-    let mut spans: Vec<(u64, Vec<StoredBlock>)> = missing
-        .iter()
-        .map(|span| (span.len(), Vec::new()))
-        .collect();
+    let mut spans: Vec<(u64, Vec<StoredBlock>)> = missing.iter().map(|span| (span.len(), Vec::new())).collect();
     let work = Work {
         experiment,
         blocks: &blocks,
@@ -130,23 +119,14 @@ fn missing(
         let Span { cell, trials } = piece.clone();
         let covered = found.cover(cell, &trials);
         let missing = gaps(covered.iter().map(|found| found.trials.clone()), trials);
-        missing
-            .map(|trials| Span { cell, trials })
-            .collect::<Vec<Span>>()
+        missing.map(|trials| Span { cell, trials }).collect::<Vec<Span>>()
     };
     Ok(pieces.iter().flat_map(of_piece).collect())
 }
 
 /// Makes the folder of this process, with its `run.json`.
-fn own_folder(
-    plan: &ShardPlan,
-    index: usize,
-    folder: &Path,
-    process: &Process,
-) -> Result<PathBuf, PathError> {
-    let Process {
-        host, pid, begin, ..
-    } = process;
+fn own_folder(plan: &ShardPlan, index: usize, folder: &Path, process: &Process) -> Result<PathBuf, PathError> {
+    let Process { host, pid, begin, .. } = process;
     let mut path = folder.join(format!("{host}-{pid}-{begin}"));
     // Machines may share names and process IDs.
     let mut again = 1;

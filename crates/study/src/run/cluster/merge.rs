@@ -108,11 +108,7 @@ pub fn merge(
 }
 
 /// Writes to the folder of the results one block per cell and contiguous range of trials.
-fn fold(
-    campaign: &Campaign<'_>,
-    threads: usize,
-    stop: &AtomicBool,
-) -> Result<Vec<Vec<StoredBlock>>, ClusterError> {
+fn fold(campaign: &Campaign<'_>, threads: usize, stop: &AtomicBool) -> Result<Vec<Vec<StoredBlock>>, ClusterError> {
     let follows = |a: &StoredBlock, b: &StoredBlock| a.span.trials.end == b.span.trials.start;
     let of_cell = |of_cell: &Vec<StoredBlock>| -> Result<Vec<StoredBlock>, ClusterError> {
         go_on(stop)?;
@@ -148,12 +144,8 @@ fn one_kind(
     if options.mix_instructions {
         return Ok((None, names.join("+")));
     }
-    let counts = kinds
-        .iter()
-        .map(|(kind, count)| format!("{count} blocks with {kind}"));
-    Err(ClusterError::Instructions(
-        counts.collect::<Vec<String>>().join(", "),
-    ))
+    let counts = kinds.iter().map(|(kind, count)| format!("{count} blocks with {kind}"));
+    Err(ClusterError::Instructions(counts.collect::<Vec<String>>().join(", ")))
 }
 
 /// Returns how many trials each cell should have next by the rule of the file, and which of them are missing. Reads

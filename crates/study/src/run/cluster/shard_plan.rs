@@ -37,13 +37,7 @@ pub struct ShardPlan {
 impl ShardPlan {
     /// Makes a plan for the `missing` trials, in so many `shards`; in fewer if there are few trials. `trials` is the
     /// number wanted of each cell, `seconds` the time of all that is missing.
-    pub fn new(
-        experiment: &Experiment,
-        trials: Vec<u64>,
-        missing: &[Span],
-        seconds: f64,
-        shards: usize,
-    ) -> Self {
+    pub fn new(experiment: &Experiment, trials: Vec<u64>, missing: &[Span], seconds: f64, shards: usize) -> Self {
         let shards = dealt(missing, experiment.batch(), shards);
         Self {
             plan: "asobench".to_owned(),
@@ -81,13 +75,10 @@ impl ShardPlan {
             if json["checksum"].is_null() {
                 return Err("made by an older build of asobench; plan again".to_owned());
             }
-            files::unseal(&mut json, text.as_bytes())
-                .map_err(|error| format!("{error}; plan again"))?;
+            files::unseal(&mut json, text.as_bytes()).map_err(|error| format!("{error}; plan again"))?;
             let plan: Self = serde_json::from_value(json).map_err(|error| no_plan(&error))?;
             let file = ExperimentFile::from_json(&plan.experiment);
-            let experiment = file
-                .and_then(Experiment::new)
-                .map_err(|error| error.to_string())?;
+            let experiment = file.and_then(Experiment::new).map_err(|error| error.to_string())?;
             if plan.fingerprint != hexadecimal(experiment.fingerprint()) {
                 let other = "its experiment is not the one for which it was made; plan again";
                 return Err(other.to_owned());
@@ -107,19 +98,13 @@ impl ShardPlan {
     pub fn write(&self, path: &Path) -> Result<(), ClusterError> {
         let there = files::read_own(path, Kind::Plan)?;
         let there = there.and_then(|text| serde_json::from_slice::<Value>(&text).ok());
-        if there.is_some_and(|json| {
-            json["plan"] == "asobench" && json["fingerprint"] != *self.fingerprint
-        }) {
+        if there.is_some_and(|json| json["plan"] == "asobench" && json["fingerprint"] != *self.fingerprint) {
             return Err(ClusterError::Foreign {
                 path: path.to_owned(),
                 what: "the plan of another design",
             });
         }
-        Ok(files::replace(
-            path,
-            Kind::Plan,
-            files::sealed(self).as_bytes(),
-        )?)
+        Ok(files::replace(path, Kind::Plan, files::sealed(self).as_bytes())?)
     }
 
     /// Returns the design's fingerprint, in hexadecimal digits.
@@ -204,10 +189,7 @@ mod tests {
     fn every_trial_is_in_one_shard() {
         let spans = spans([(0, 0..1000), (1, 300..5000), (3, 0..1), (7, 10..90_000)]);
         let all: u64 = spans.iter().map(Span::len).sum();
-        for (shards, batch) in [1, 2, 3, 7, 100, 5000]
-            .into_iter()
-            .zip([1, 1, 100, 1, 7, 1])
-        {
+        for (shards, batch) in [1, 2, 3, 7, 100, 5000].into_iter().zip([1, 1, 100, 1, 7, 1]) {
             let dealt = dealt(&spans, batch, shards);
             assert!(dealt.len() <= shards);
             let mut pieces: Vec<&Span> = dealt.iter().flatten().collect();
@@ -215,16 +197,12 @@ mod tests {
             for span in &spans {
                 let mut of_cell = pieces.iter().filter(|piece| piece.cell == span.cell);
                 let end = of_cell.try_fold(span.trials.start, |end, piece| {
-                    let whole =
-                        piece.trials.end % batch == 0 || piece.trials.end == span.trials.end;
+                    let whole = piece.trials.end % batch == 0 || piece.trials.end == span.trials.end;
                     (piece.trials.start == end && whole).then_some(piece.trials.end)
                 });
                 assert_eq!(end, Some(span.trials.end), "{shards} shards, {span:?}");
             }
-            let most = dealt
-                .iter()
-                .map(|shard| shard.iter().map(Span::len).sum::<u64>())
-                .max();
+            let most = dealt.iter().map(|shard| shard.iter().map(Span::len).sum::<u64>()).max();
             let share = all as f64 / shards as f64;
             // A piece of 16 or so more than the others.
             assert!(
@@ -244,19 +222,11 @@ mod tests {
                     trials: 0..10_000,
                 });
                 let cells: Vec<Span> = cells.collect();
-                let cost = |piece: &Span| {
-                    piece.len() as f64
-                        * if piece.cell.is_multiple_of(windows) {
-                            10.0
-                        } else {
-                            1.0
-                        }
-                };
+                let cost =
+                    |piece: &Span| piece.len() as f64 * if piece.cell.is_multiple_of(windows) { 10.0 } else { 1.0 };
                 let all: f64 = cells.iter().map(cost).sum();
                 let dealt = dealt(&cells, 1, shards);
-                let costs = dealt
-                    .iter()
-                    .map(|shard| shard.iter().map(cost).sum::<f64>());
+                let costs = dealt.iter().map(|shard| shard.iter().map(cost).sum::<f64>());
                 let worst = costs.fold(0.0, f64::max) / (all / shards as f64);
                 assert!(worst < 1.35, "{windows} windows, {shards} shards: {worst}");
             }

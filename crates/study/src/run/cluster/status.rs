@@ -39,33 +39,21 @@ impl Status {
         let within = |piece: &Span| -> u64 {
             let gaps = &missing[piece.cell];
             let begun = gaps.partition_point(|gap| gap.end <= piece.trials.start);
-            let ends = |gap: &Range<u64>| {
-                (
-                    gap.start.max(piece.trials.start),
-                    gap.end.min(piece.trials.end),
-                )
-            };
-            let within = gaps[begun..]
-                .iter()
-                .map(ends)
-                .take_while(|(from, to)| from < to);
+            let ends = |gap: &Range<u64>| (gap.start.max(piece.trials.start), gap.end.min(piece.trials.end));
+            let within = gaps[begun..].iter().map(ends).take_while(|(from, to)| from < to);
             within.map(|(from, to)| to - from).sum()
         };
         let shards = plan.shards.iter().map(|pieces| PlaceStatus {
             wanted: pieces.iter().map(Span::len).sum(),
             missing: pieces.iter().map(within).sum(),
         });
-        let cells = plan
-            .trials
-            .iter()
-            .enumerate()
-            .map(|(cell, wanted)| PlaceStatus {
-                wanted: *wanted,
-                missing: within(&Span {
-                    cell,
-                    trials: 0..*wanted,
-                }),
-            });
+        let cells = plan.trials.iter().enumerate().map(|(cell, wanted)| PlaceStatus {
+            wanted: *wanted,
+            missing: within(&Span {
+                cell,
+                trials: 0..*wanted,
+            }),
+        });
         let (shards, cells): (Vec<_>, Vec<_>) = (shards.collect(), cells.collect());
         let sum = |places: &[PlaceStatus]| places.iter().map(|place| place.missing).sum::<u64>();
         let spans = missing.iter().enumerate();

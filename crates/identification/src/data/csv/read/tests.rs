@@ -52,10 +52,7 @@ fn units_may_stand_below_the_names() {
     assert_eq!(table("u;y\nV;\n1;2\n").record.y, [2.0]);
     assert!(error("u,y\nNaN,NaN\n1,2\n").contains("a sample is missing"));
     assert!(error("u,y\n1,x\n1,2\n").contains("'x' is not a finite number"));
-    assert_eq!(
-        table("t,u,y\ns,-,1/min\n0,1,2\n1,3,4\n").record.u,
-        [1.0, 3.0]
-    );
+    assert_eq!(table("t,u,y\ns,-,1/min\n0,1,2\n1,3,4\n").record.u, [1.0, 3.0]);
     for row in ["inf,1e400", "n.v.,n.v.", "-inf,-1e999"] {
         let cell = row.split(',').next().unwrap();
         let message = format!("line 2, column u: '{cell}' is not a finite number");
@@ -98,15 +95,9 @@ fn one_column_of_any_table() {
         ),
         ("y,u\n", "no samples after the header"),
         ("y,u\n1\n", "line 2: 1 cell, but the header has 2"),
-        (
-            "y,u\n1,nan\n",
-            "line 2, column u: a sample is missing ('nan')",
-        ),
+        ("y,u\n1,nan\n", "line 2, column u: a sample is missing ('nan')"),
     ] {
-        assert_eq!(
-            read_column(text.as_bytes(), "u").unwrap_err().to_string(),
-            message
-        );
+        assert_eq!(read_column(text.as_bytes(), "u").unwrap_err().to_string(), message);
     }
 }
 
@@ -121,10 +112,7 @@ fn refusals_name_line_and_column() {
     assert!(error("u,y\n").starts_with("no samples"));
     for last in ["0.4", "0.2", "0.1"] {
         let message = error(&format!("t,u,y\n0,1,2\n0.1,1,2\n0.2,1,3\n{last},1,2\n"));
-        assert!(
-            message.starts_with("line 5, column t: a step of "),
-            "{message}"
-        );
+        assert!(message.starts_with("line 5, column t: a step of "), "{message}");
     }
     assert!(error("t,time,u,y\n").starts_with("line 1: column 't' appears twice"));
     let long = "\0".repeat(LONGEST_LINE as usize + 1);
@@ -133,10 +121,7 @@ fn refusals_name_line_and_column() {
     assert!(error("u,y\n1,2\n3\n").starts_with("line 3: 1 cell, but the header has 2"));
     for cell in ["abc", "inf", "-infinity", "1e999", "1.234.5"] {
         let message = error(&format!("# c\nu,y\n1,2\n3,{cell}\n"));
-        assert_eq!(
-            message,
-            format!("line 4, column y: '{cell}' is not a finite number")
-        );
+        assert_eq!(message, format!("line 4, column y: '{cell}' is not a finite number"));
     }
     assert!(error("k,u,y\n0,1,1\n2,1,1\n").starts_with("line 3, column k: found 2, expected 1"));
 }
@@ -160,40 +145,24 @@ fn separators_and_decimals_are_recognised() {
     let plain = ReadOptions::default();
     for (text, form) in [
         ("u,y\n1.5,2\n-3,0.25\n", ""),
-        (
-            "u;y\n1,5;2\n-3;0,25\n",
-            "separated by semicolons, decimal commas",
-        ),
+        ("u;y\n1,5;2\n-3;0,25\n", "separated by semicolons, decimal commas"),
         ("u;y;\r\n1.5;2;\r\n-3;0.25;\r\n", "separated by semicolons"),
         (
             "sep=;\nu;y\n1,5;2\n-3;0,25\n",
             "separated by semicolons, decimal commas",
         ),
-        (
-            "u\ty\n1,5\t2\n-3\t0,25\n",
-            "separated by tabs, decimal commas",
-        ),
+        ("u\ty\n1,5\t2\n-3\t0,25\n", "separated by tabs, decimal commas"),
         ("  u   y\n 1.5 2\n-3 2.5e-1\n", "separated by blanks"),
-        (
-            "\"u\",\"y\"\n\"1,5\",\"2\"\n\"-3\",\"0,25\"\n",
-            "decimal commas",
-        ),
+        ("\"u\",\"y\"\n\"1,5\",\"2\"\n\"-3\",\"0,25\"\n", "decimal commas"),
         ("\u{feff}u,y\n1.5,2\n-3,0.25\n", "a byte order mark"),
-        (
-            "in,Output\n1.5,2\n-3,0.25\n",
-            "u is column 'in', y is column 'Output'",
-        ),
+        ("in,Output\n1.5,2\n-3,0.25\n", "u is column 'in', y is column 'Output'"),
         (
             "U [V];Y (K)\n1.5;2\n-3;0.25\n",
             "separated by semicolons, u is column 'U [V]', y is column 'Y (K)'",
         ),
     ] {
         let read = table(text.as_bytes(), &plain);
-        assert_eq!(
-            read,
-            (vec![1.5, -3.0], vec![2.0, 0.25], form.to_owned()),
-            "{text}"
-        );
+        assert_eq!(read, (vec![1.5, -3.0], vec![2.0, 0.25], form.to_owned()), "{text}");
     }
     let latin = b"u;Druck;y \xb0C\n1;7;2\n";
     assert_eq!(
@@ -206,9 +175,7 @@ fn separators_and_decimals_are_recognised() {
         "line 3, column u: '3.5', but earlier numbers have decimal commas"
     );
     let ambiguous = error("u,y\n1,5,2,5\n");
-    assert!(
-        ambiguous.starts_with("line 2: 4 cells, but the header has 2; numbers with decimal commas")
-    );
+    assert!(ambiguous.starts_with("line 2: 4 cells, but the header has 2; numbers with decimal commas"));
     assert!(error("u;y\n1.34,5;2\n").starts_with("line 2, column u: '1.34,5' is not"));
 }
 
@@ -258,22 +225,14 @@ fn columns_are_chosen_by_name_or_number() {
             "line 1: the unit of column 't (d)' is unknown; expected s, ms, us, min or h",
         ),
     ] {
-        assert_eq!(
-            read_table(text.as_bytes(), &options)
-                .unwrap_err()
-                .to_string(),
-            message
-        );
+        assert_eq!(read_table(text.as_bytes(), &options).unwrap_err().to_string(), message);
     }
     // A column that is no time, although its name says so.
     let none = ReadOptions {
         time: Some("none".to_owned()),
         ..chosen("u", "y")
     };
-    assert_eq!(
-        table(b"t,u,y\n0,1,2\n7,3,4\n9,5,6\n", &none).0,
-        [1.0, 3.0, 5.0]
-    );
+    assert_eq!(table(b"t,u,y\n0,1,2\n7,3,4\n9,5,6\n", &none).0, [1.0, 3.0, 5.0]);
 }
 
 #[test]

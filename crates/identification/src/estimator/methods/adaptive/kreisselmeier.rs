@@ -91,12 +91,7 @@ impl AdaptiveObserver for Kreisselmeier {
             }
         }
         self.filters.update(u, y);
-        for ((alpha, f), p) in self
-            .alpha
-            .iter_mut()
-            .zip(&self.settings.filter)
-            .zip(&self.p)
-        {
+        for ((alpha, f), p) in self.alpha.iter_mut().zip(&self.settings.filter).zip(&self.p) {
             *alpha = f - p;
         }
         self.state.fill(0.0);

@@ -1,16 +1,11 @@
 //! Adaptive observers as methods: their options, and an observer run over a whole window.
 
-use super::{
-    AdaptiveObserver, JointEkf, JointEkfSettings, Kreisselmeier, KreisselmeierSettings, Zhang,
-    ZhangSettings,
-};
+use super::{AdaptiveObserver, JointEkf, JointEkfSettings, Kreisselmeier, KreisselmeierSettings, Zhang, ZhangSettings};
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::method_kind::options;
 use crate::estimator::recursive::Diverged;
 use crate::estimator::recursive::batch::along;
-use crate::estimator::{
-    Estimator, FailureKind, MethodKind, OptionError, Pass, Problem, SetupError, Visit, Window,
-};
+use crate::estimator::{Estimator, FailureKind, MethodKind, OptionError, Pass, Problem, SetupError, Visit, Window};
 use crate::model::Units;
 use crate::names::named_enum;
 use crate::plant::canonical::{multiply_toeplitz, reverse_negated};
@@ -117,10 +112,7 @@ adaptive_options! {
 /// The coefficients f_1 ... f_n of a polynomial with n equal roots.
 fn filter(pole: f64, order: usize) -> Vec<f64> {
     let coefficients = polynomial_from_poles(&vec![c64::new(pole, 0.0); order]);
-    coefficients
-        .iter()
-        .map(|coefficient| coefficient.re)
-        .collect()
+    coefficients.iter().map(|coefficient| coefficient.re).collect()
 }
 
 fn kreisselmeier(options: &KreisselmeierOptions, order: usize) -> Kreisselmeier {
@@ -159,11 +151,7 @@ fn size(signal: &[f64], count: usize) -> f64 {
     let first = |from: usize| &signal[from..signal.len().min(from + count)];
     let some = |part: &[f64]| part.iter().any(|x| *x != 0.0);
     let begin = signal.iter().position(|x| *x != 0.0).unwrap_or_default();
-    let part = if some(first(0)) {
-        first(0)
-    } else {
-        first(begin)
-    };
+    let part = if some(first(0)) { first(0) } else { first(begin) };
     // In a unit near them no square overflows or vanishes.
     let unit = power_of_two(part.iter().fold(0.0, |most: f64, x| most.max(x.abs())));
     let squares: f64 = part.iter().map(|x| (x / unit) * (x / unit)).sum();
@@ -253,13 +241,7 @@ impl<O: AdaptiveObserver> Estimator for Adapted<O> {
         }
     }
 
-    fn run_along(
-        &mut self,
-        window: Window<'_>,
-        at: &[usize],
-        pass: &mut Pass,
-        visit: &mut Visit<'_>,
-    ) {
+    fn run_along(&mut self, window: Window<'_>, at: &[usize], pass: &mut Pass, visit: &mut Visit<'_>) {
         self.restart(window);
         let mut goes_on = true;
         along(window, at, pass, |(u, y), pass, k| {

@@ -131,12 +131,7 @@ fn consistent_at_twenty_thousand_samples() {
         let errors = found.iter().zip(TRUTH);
         errors.fold(0.0_f64, |m, (found, truth)| m.max((found - truth).abs()))
     };
-    assert!(
-        error(&open) > 4.0 * error(&white),
-        "{} {}",
-        error(&open),
-        error(&white)
-    );
+    assert!(error(&open) > 4.0 * error(&white), "{} {}", error(&open), error(&white));
 }
 
 /// Standard errors are those that 240 records show: the squares of the errors over them have a mean of 1 within four of
@@ -183,10 +178,7 @@ fn failures_are_typed() {
     for controller in [None, Some(controller())] {
         let options = clrivc(HYBRID, controller);
         let silent = [u.clone(), y.clone(), vec![0.0; 600]];
-        assert_eq!(
-            kind(estimate(options.clone(), &silent)),
-            Some(FailureKind::Singular)
-        );
+        assert_eq!(kind(estimate(options.clone(), &silent)), Some(FailureKind::Singular));
         let huge = [u.clone(), vec![f64::MAX; 600], r.clone()];
         assert_eq!(kind(estimate(options, &huge)), Some(FailureKind::NonFinite));
     }
@@ -194,10 +186,7 @@ fn failures_are_typed() {
     let wrong = clrivc(HYBRID, Some("-3000".parse().unwrap()));
     let wrong = kind(estimate(wrong, &[u, y, r]));
     assert_eq!(wrong, Some(FailureKind::UnstableInstruments));
-    let short = Shape {
-        order: 2,
-        window: 4,
-    };
+    let short = Shape { order: 2, window: 4 };
     assert!(ClrivcOptions::default().prepare(&short.into()).is_err());
     for (key, options) in [
         (

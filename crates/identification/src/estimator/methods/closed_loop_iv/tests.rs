@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::estimator::{
-    FailureKind, IndirectOptions, InstrumentSource, Iv4Options, JointOptions, MethodOptions, Pass,
-    Shape, SrivOptions, TwoStageOptions, Window,
+    FailureKind, IndirectOptions, InstrumentSource, Iv4Options, JointOptions, MethodOptions, Pass, Shape, SrivOptions,
+    TwoStageOptions, Window,
 };
 use crate::model::LinearModel;
 use crate::model::polynomial::{divide, filter};
@@ -102,11 +102,7 @@ fn plant_of(pass: &Pass) -> (Vec<f64>, Option<Vec<f64>>) {
     let orders = model.orders();
     let all: Vec<f64> = model.parameters().collect();
     let place: Vec<usize> = (orders.na..orders.na + 2)
-        .chain(if orders.na > 0 {
-            0..2
-        } else {
-            all.len() - 2..all.len()
-        })
+        .chain(if orders.na > 0 { 0..2 } else { all.len() - 2..all.len() })
         .collect();
     let errors = model.standard_errors();
     let taken = |of: &[f64]| place.iter().map(|i| of[*i]).collect::<Vec<f64>>();
@@ -147,10 +143,7 @@ fn hardly_any_noise_leaves_hardly_any_error() {
     let (found, errors) = plant_of(&pass);
     for ((found, truth), error) in found.iter().zip(TRUTH).zip(errors.expect("errors")) {
         assert!(error < 1e-6, "{error}");
-        assert!(
-            (found - truth).abs() < 4.0 * error,
-            "{found} {truth} {error}"
-        );
+        assert!((found - truth).abs() < 4.0 * error, "{found} {truth} {error}");
     }
 }
 
@@ -161,9 +154,7 @@ fn hardly_any_noise_leaves_hardly_any_error() {
 fn consistent_at_twenty_thousand_samples() {
     let coloured = record(0.5, COLOURED, 2, 20_000);
     let white = record(0.5, WHITE_IN_LOOP, 2, 20_000);
-    let of_indirect = plant_of(&estimate(indirect(), &coloured))
-        .1
-        .expect("errors");
+    let of_indirect = plant_of(&estimate(indirect(), &coloured)).1.expect("errors");
     let distance = |options: MethodOptions, record: &Loop| {
         let pass = estimate(options, record);
         assert_eq!(pass.failure, None);
@@ -182,11 +173,7 @@ fn consistent_at_twenty_thousand_samples() {
         JointOptions::default().into(),
     ] {
         let name = options.estimator();
-        let record = if name.name() == "indirect" {
-            &white
-        } else {
-            &coloured
-        };
+        let record = if name.name() == "indirect" { &white } else { &coloured };
         let distance = distance(options, record);
         assert!(distance < 1.0, "{name}: {distance}");
     }
@@ -200,10 +187,7 @@ fn consistent_at_twenty_thousand_samples() {
 #[test]
 fn standard_errors_are_those_of_many_records() {
     let trials = 100;
-    for (options, noise) in [
-        (clriv(Some(controller())), COLOURED),
-        (indirect(), WHITE_IN_LOOP),
-    ] {
+    for (options, noise) in [(clriv(Some(controller())), COLOURED), (indirect(), WHITE_IN_LOOP)] {
         let mut squares = [0.0; 4];
         for trial in 0..trials {
             let pass = estimate(options.clone(), &record(0.3, noise, 100 + trial, 800));
@@ -233,10 +217,7 @@ fn an_open_loop_is_one_without_feedback() {
         orders: Some("nb=2,nc=1,nd=1,nf=2".parse().unwrap()),
         stabilise: None,
     };
-    let (one, other) = (
-        estimate(riv, &open),
-        estimate(clriv(Some(controller())), &open),
-    );
+    let (one, other) = (estimate(riv, &open), estimate(clriv(Some(controller())), &open));
     assert_eq!(one.model, other.model);
 }
 
@@ -258,29 +239,18 @@ fn failures_are_typed() {
     let silent = [u.clone(), y.clone(), vec![0.0; 300]];
     for options in all() {
         let name = options.estimator();
-        assert_eq!(
-            kind(estimate(options, &silent)),
-            Some(FailureKind::Singular),
-            "{name}"
-        );
+        assert_eq!(kind(estimate(options, &silent)), Some(FailureKind::Singular), "{name}");
     }
     let huge = [u, vec![f64::MAX; 300], r];
     for options in all() {
         let name = options.estimator();
-        assert_eq!(
-            kind(estimate(options, &huge)),
-            Some(FailureKind::NonFinite),
-            "{name}"
-        );
+        assert_eq!(kind(estimate(options, &huge)), Some(FailureKind::NonFinite), "{name}");
     }
     // A controller that is not the loop's closes no stable loop around the model.
     let wrong = clriv(Some("-30".parse().unwrap()));
     let wrong = kind(estimate(wrong, &record(0.3, COLOURED, 4, 300)));
     assert_eq!(wrong, Some(FailureKind::UnstableInstruments));
-    let short = Shape {
-        order: 2,
-        window: 4,
-    };
+    let short = Shape { order: 2, window: 4 };
     for options in all() {
         assert!(options.prepare(&short.into()).is_err());
     }
@@ -294,10 +264,7 @@ fn failures_are_typed() {
         controller: Some(controller()),
         ..IndirectOptions::default()
     };
-    assert_eq!(
-        at_once.check().unwrap_err().key.as_deref(),
-        Some("controller")
-    );
+    assert_eq!(at_once.check().unwrap_err().key.as_deref(), Some("controller"));
 }
 
 /// In short records the long model by AIC costs little: half of the errors of f_1 are below 0.04 at N = 40, where one of

@@ -30,9 +30,7 @@ impl DeadTime {
 
 /// A text that is no dead time.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "dead time '{0}': expected seconds of at least 0, estimate, or a range of seconds LOW:HIGH to estimate on"
-)]
+#[error("dead time '{0}': expected seconds of at least 0, estimate, or a range of seconds LOW:HIGH to estimate on")]
 pub struct DeadTimeError(String);
 
 impl std::str::FromStr for DeadTime {

@@ -64,9 +64,7 @@ macro_rules! continuous {
                     if is_whole { samples.round() } else { samples }
                 };
                 let range = match self.dead_time {
-                    Some(DeadTime::Estimate(None)) => {
-                        Some([0.0, DeadTime::MOST_SAMPLES.min(window / 4) as f64])
-                    }
+                    Some(DeadTime::Estimate(None)) => Some([0.0, DeadTime::MOST_SAMPLES.min(window / 4) as f64]),
                     Some(DeadTime::Estimate(Some(range))) => Some(range.map(samples)),
                     Some(DeadTime::Known(_)) | None => None,
                 };
@@ -88,7 +86,12 @@ macro_rules! continuous {
 
         impl MethodKind for $options {
             fn check(&self) -> Result<(), OptionError> {
-                let Self { hold, dead_time, integrator, .. } = *self;
+                let Self {
+                    hold,
+                    dead_time,
+                    integrator,
+                    ..
+                } = *self;
                 check(self.orders, $noise, integrator)?;
                 if let (Some(_), Some(Orders { nk: 2.., .. })) = (dead_time, self.orders) {
                     return Err(OptionError::new(
@@ -96,9 +99,7 @@ macro_rules! continuous {
                         "expected no delay nk beside it: it is all of the dead time",
                     ));
                 }
-                let jumps = |orders: Orders| {
-                    hold == Hold::Zero && orders.nb > orders.nf + usize::from(integrator)
-                };
+                let jumps = |orders: Orders| hold == Hold::Zero && orders.nb > orders.nf + usize::from(integrator);
                 if matches!(dead_time, Some(DeadTime::Estimate(_))) && self.orders.is_some_and(jumps) {
                     return Err(OptionError::new(
                         "dead_time",
@@ -106,20 +107,16 @@ macro_rules! continuous {
                          of at most the degree of A(s), or the hold first-order",
                     ));
                 }
-                if integrator
-                    && self.initial == InitialCondition::Estimate
-                    && self.offset == OffsetChoice::Estimate
-                {
+                if integrator && self.initial == InitialCondition::Estimate && self.offset == OffsetChoice::Estimate {
                     return Err(OptionError::new(
                         "offset",
                         "the level of an integrator is in its state; expected initial or offset estimated, not both",
                     ));
                 }
                 match self.ts {
-                    Some(ts) if !(ts > 0.0 && ts.is_finite()) => Err(OptionError::new(
-                        "ts",
-                        "expected a number of seconds above 0",
-                    )),
+                    Some(ts) if !(ts > 0.0 && ts.is_finite()) => {
+                        Err(OptionError::new("ts", "expected a number of seconds above 0"))
+                    }
                     _ => Ok(()),
                 }
             }

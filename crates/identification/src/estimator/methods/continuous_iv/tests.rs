@@ -1,8 +1,6 @@
 use super::*;
 use crate::estimator::method_kind::MethodKind;
-use crate::estimator::{
-    ArxOptions, EstimatorName, MethodOptions, Pass, Progress, Shape, StmcbOptions,
-};
+use crate::estimator::{ArxOptions, EstimatorName, MethodOptions, Pass, Progress, Shape, StmcbOptions};
 use crate::fitted::Fitted;
 use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 use serde_json::Value;
@@ -42,19 +40,11 @@ fn simulated(of: &ContinuousModel, u: &[f64]) -> Vec<f64> {
 }
 
 fn rao_garnier() -> ContinuousModel {
-    model(
-        &[-6400.0, 1600.0],
-        &[1.0, 5.0, 408.0, 416.0, 1600.0],
-        0.01,
-        Hold::Zero,
-    )
+    model(&[-6400.0, 1600.0], &[1.0, 5.0, 408.0, 416.0, 1600.0], 0.01, Hold::Zero)
 }
 
 fn estimate(options: impl Into<MethodOptions>, order: usize, u: &[f64], y: &[f64]) -> Pass {
-    let shape = Shape {
-        order,
-        window: y.len(),
-    };
+    let shape = Shape { order, window: y.len() };
     let mut estimator = options.into().prepare(&shape.into()).expect("an estimator");
     let mut passes = [Pass::new(order)];
     estimator.estimate(Window::new(u, y, y.len()), &mut passes);
@@ -85,23 +75,15 @@ fn plants_are_recovered_without_noise() {
         (rao_garnier(), 1e-8),
         (late, 1e-9),
         (model(&[1.0, 1.0], &[1.0, 0.5, 1.0], 0.1, Hold::First), 1e-9),
-        (
-            model(&[0.5, 1.0, 3.0], &[1.0, 0.5, 1.0], 0.1, Hold::Zero),
-            1e-9,
-        ),
+        (model(&[0.5, 1.0, 3.0], &[1.0, 0.5, 1.0], 0.1, Hold::Zero), 1e-9),
         (model(&[1.0], &[1.0, 0.7], 1.5, Hold::Zero), 1e-9),
-        (
-            model(&[100.0, 2.0], &[1.0, 105.0, 500.0], 0.004, Hold::Zero),
-            1e-8,
-        ),
+        (model(&[100.0, 2.0], &[1.0, 105.0, 500.0], 0.004, Hold::Zero), 1e-8),
     ];
     for (trial, (truth, tolerance)) in truths.iter().enumerate() {
         let u = signs(trial as u64, 1000, 4);
         let y = simulated(truth, &u);
         // A record without noise does not tell a noise model: `rivc` has none here.
-        let SrivcOptions {
-            orders, hold, ts, ..
-        } = srivc(truth);
+        let SrivcOptions { orders, hold, ts, .. } = srivc(truth);
         let rivc = RivcOptions {
             orders,
             hold,
@@ -151,10 +133,7 @@ fn consistent_at_twenty_thousand_samples() {
         assert_eq!(pass.failure, None);
         let near = |found: Vec<f64>, truth: Vec<f64>, errors: Vec<f64>| {
             for ((found, truth), error) in found.iter().zip(truth).zip(errors) {
-                assert!(
-                    (found - truth).abs() < 4.0 * error,
-                    "{found} {truth} {error}"
-                );
+                assert!((found - truth).abs() < 4.0 * error, "{found} {truth} {error}");
             }
         };
         let continuous = &pass.continuous;
@@ -187,10 +166,7 @@ fn standard_errors_are_those_of_many_records() {
         }
     }
     for square in squares {
-        assert!(
-            (square - 1.0).abs() < 4.0 * (2.0 / trials as f64).sqrt(),
-            "{square}"
-        );
+        assert!((square - 1.0).abs() < 4.0 * (2.0 / trials as f64).sqrt(), "{square}");
     }
 }
 
@@ -226,11 +202,7 @@ fn fast_sampling_breaks_methods_in_discrete_time() {
             let pass = estimate(options, 4, &u, &y);
             let mut found = vec![0.0; n];
             pass.model.simulate(&u, &mut found);
-            let error = found
-                .iter()
-                .zip(&x)
-                .map(|(f, x)| (f - x).powi(2))
-                .sum::<f64>();
+            let error = found.iter().zip(&x).map(|(f, x)| (f - x).powi(2)).sum::<f64>();
             *good += usize::from((error / n as f64).sqrt() < 0.05 * size);
         }
     }
@@ -246,10 +218,7 @@ fn seconds_are_a_unit() {
     let u = signs(5, 500, 7);
     let y = simulated(&truth, &u);
     let of = |ts| {
-        let options = SrivcOptions {
-            ts,
-            ..srivc(&truth)
-        };
+        let options = SrivcOptions { ts, ..srivc(&truth) };
         estimate(options, 4, &u, &y)
     };
     let (one, other) = (of(None), of(Some(0.25)));
@@ -284,10 +253,7 @@ fn failures_are_typed() {
     assert_eq!(kind(&pass), Some(FailureKind::UnstablePredictor));
     let mut limits = 0;
     for trial in 0..40 {
-        let (u, y) = (
-            signs(trial, n, 1),
-            draw(InputLaw::Gaussian, trial, Purpose::Plant, n),
-        );
+        let (u, y) = (signs(trial, n, 1), draw(InputLaw::Gaussian, trial, Purpose::Plant, n));
         let pass = estimate(srivc(&rao_garnier()), 4, &u, &y);
         if kind(&pass) == Some(FailureKind::IterationLimit) {
             limits += 1;
@@ -296,10 +262,7 @@ fn failures_are_typed() {
         }
     }
     assert!(limits > 0);
-    let short = Shape {
-        order: 4,
-        window: 6,
-    };
+    let short = Shape { order: 4, window: 6 };
     let refused = srivc(&rao_garnier()).prepare(&short.into());
     assert!(matches!(refused, Err(SetupError::ShortRecord { .. })));
     for orders in [
@@ -442,11 +405,7 @@ fn covered(case: &Value, sd: f64, trials: u64) -> Vec<usize> {
         .map(|x| x - if case["offset"] == true { u[0] } else { 0.0 })
         .collect();
     let x = simulated(&plant, &about);
-    let d = if case["nd"] == 1 {
-        &[1.0, -0.4][..]
-    } else {
-        &[1.0]
-    };
+    let d = if case["nd"] == 1 { &[1.0, -0.4][..] } else { &[1.0] };
     let range = format!("{}:{}", (tau[0] - 3.0 * step).max(0.0), tau[0] + 3.2 * step);
     let mut hits = vec![0; truth.len()];
     for trial in 0..trials {
@@ -476,10 +435,7 @@ fn assert_covers(trials: u64) {
         println!("{name}: {hits:?} of {trials}");
         let (mean, spread) = (0.95 * trials as f64, (0.0475 * trials as f64).sqrt());
         for hit in hits {
-            assert!(
-                (hit as f64 - mean).abs() <= 4.0 * spread,
-                "{name}: {hit} of {trials}"
-            );
+            assert!((hit as f64 - mean).abs() <= 4.0 * spread, "{name}: {hit} of {trials}");
         }
     }
 }
@@ -518,12 +474,7 @@ fn dead_times_are_recovered_without_noise() {
         assert_eq!(pass.failure, None, "{dead_time}");
         let found = pass.continuous.dead_time;
         assert!((found - dead_time).abs() < 1e-7, "{found} {dead_time}");
-        assert_near(
-            "noise-free",
-            &pass.continuous.parameters(),
-            &truth.parameters(),
-            1e-6,
-        );
+        assert_near("noise-free", &pass.continuous.parameters(), &truth.parameters(), 1e-6);
         let range = DeadTime::Estimate(Some([0.26, 0.4]));
         let kind = estimate(with(range), 2, &u, &y).failure.map(|of| of.kind);
         assert_eq!(kind, Some(FailureKind::Boundary), "{dead_time}");
@@ -561,10 +512,7 @@ fn dead_times_that_cannot_be_are_refused() {
         dead_time: Some(DeadTime::Known(50.0)),
         ..options("nb=1,nf=1")
     };
-    let shape = Shape {
-        order: 1,
-        window: 50,
-    };
+    let shape = Shape { order: 1, window: 50 };
     let refused = known.prepare(&shape.into()).err();
     let expected = SetupError::LongDeadTime {
         seconds: 50.0,

@@ -112,13 +112,7 @@ macro_rules! eiv {
                 let settings: fn(&Self, Orders) -> (Noise, usize, bool) = $settings;
                 let (noise, earlier, present) = settings(self, orders);
                 let (window, start) = (problem.shape.window, self.initial_state);
-                let method = ErrorsInVariables::new(
-                    orders,
-                    noise,
-                    [earlier, usize::from(present)],
-                    start,
-                    window,
-                )?;
+                let method = ErrorsInVariables::new(orders, noise, [earlier, usize::from(present)], start, window)?;
                 Ok(Box::new(method))
             }
         }

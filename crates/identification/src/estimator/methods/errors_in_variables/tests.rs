@@ -17,10 +17,7 @@ fn record([v_y, v_u]: [f64; 2], trial: u64, n: usize) -> [Vec<f64>; 2] {
     let mut y = vec![0.0; n];
     filter(&[0.0, TRUTH[2], TRUTH[3]], &u, &mut y);
     divide(&[1.0, TRUTH[0], TRUTH[1]], &mut y);
-    let noises = [
-        (&mut y, v_y, Purpose::NoiseDrive),
-        (&mut u, v_u, Purpose::InputNoise),
-    ];
+    let noises = [(&mut y, v_y, Purpose::NoiseDrive), (&mut u, v_u, Purpose::InputNoise)];
     for (signal, variance, purpose) in noises {
         let noise = normal(trial, purpose, n);
         signal
@@ -75,11 +72,7 @@ fn the_plant_is_recovered_without_noise() {
         let pass = estimate(&options, &record);
         assert_eq!(pass.failure, None, "{}", options.estimator());
         for (found, truth) in pass.model.parameters().zip(TRUTH) {
-            assert!(
-                (found - truth).abs() < 1e-8,
-                "{}: {found} {truth}",
-                options.estimator()
-            );
+            assert!((found - truth).abs() < 1e-8, "{}: {found} {truth}", options.estimator());
         }
     }
 }
@@ -211,18 +204,12 @@ fn a_wrong_ratio_has_the_published_bias() {
         .into_iter()
         .zip([[0.793_470, 0.77439], [1.768_986, 1.8489]])
     {
-        assert!(
-            (found - limit).abs() < 4.0 * error,
-            "{found} {limit} {error}"
-        );
+        assert!((found - limit).abs() < 4.0 * error, "{found} {limit} {error}");
         // A record of 2000 samples has standard errors sqrt(10) times as large.
         assert!((published - limit).abs() < 4.0 * 10.0_f64.sqrt() * error);
     }
     for ([found, error], truth) in of(exact.into()).into_iter().zip([0.9, 0.8]) {
-        assert!(
-            (found - truth).abs() < 4.0 * error,
-            "{found} {truth} {error}"
-        );
+        assert!((found - truth).abs() < 4.0 * error, "{found} {truth} {error}");
     }
 }
 
@@ -237,10 +224,7 @@ fn failures_are_typed() {
         assert_eq!(kind(&silent), Some(FailureKind::Singular));
         let huge = estimate(&options, &[u.clone(), vec![f64::MAX; 200]]);
         assert_eq!(kind(&huge), Some(FailureKind::NonFinite));
-        let short = Shape {
-            order: 2,
-            window: 6,
-        };
+        let short = Shape { order: 2, window: 6 };
         assert!(matches!(
             options.prepare(&short.into()),
             Err(SetupError::ShortRecord { .. })
@@ -272,18 +256,12 @@ fn failures_are_typed() {
         input_noise: Some(1.0),
         ..BelsOptions::default()
     };
-    assert_eq!(
-        both.check().unwrap_err().key.as_deref(),
-        Some("input_noise")
-    );
+    assert_eq!(both.check().unwrap_err().key.as_deref(), Some("input_noise"));
     let negative = IvCompensatedOptions {
         output_noise: Some(-1.0),
         ..IvCompensatedOptions::default()
     };
-    assert_eq!(
-        negative.check().unwrap_err().key.as_deref(),
-        Some("output_noise")
-    );
+    assert_eq!(negative.check().unwrap_err().key.as_deref(), Some("output_noise"));
     let ratio = TlsOptions {
         ratio: Some(0.0),
         ..TlsOptions::default()

@@ -98,11 +98,7 @@ impl Bidiagonal {
         self.sum.resize(n - first, 0.0);
         let columns = || self.row.iter().enumerate();
         for (l, v) in columns() {
-            add(
-                *v,
-                &self.m[(first + l) * n + first..][..n - first],
-                &mut self.sum,
-            );
+            add(*v, &self.m[(first + l) * n + first..][..n - first], &mut self.sum);
         }
         for (l, v) in columns() {
             let column = &mut self.m[(first + l) * n + first..][..n - first];
@@ -194,12 +190,7 @@ pub(super) fn least(grid: impl Iterator<Item = f64>, mut f: impl FnMut(f64) -> f
     brent(low, points[i], high, f)
 }
 
-fn brent(
-    mut low: f64,
-    start: (f64, f64),
-    mut high: f64,
-    mut f: impl FnMut(f64) -> f64,
-) -> (f64, f64) {
+fn brent(mut low: f64, start: (f64, f64), mut high: f64, mut f: impl FnMut(f64) -> f64) -> (f64, f64) {
     let golden = (3.0 - 5.0_f64.sqrt()) / 2.0;
     // The least point, the second and the third.
     let (mut x, mut w, mut v) = (start, start, start);
@@ -214,19 +205,14 @@ fn brent(
         let p = (x.0 - v.0) * q - (x.0 - w.0) * r;
         let q = 2.0 * (q - r);
         let (p, q) = if q > 0.0 { (-p, q) } else { (p, -q) };
-        let parabola =
-            p.abs() < (q * before / 2.0).abs() && p > q * (low - x.0) && p < q * (high - x.0);
+        let parabola = p.abs() < (q * before / 2.0).abs() && p > q * (low - x.0) && p < q * (high - x.0);
         if parabola {
             (before, step) = (step, p / q);
         } else {
             before = if x.0 < middle { high - x.0 } else { low - x.0 };
             step = golden * before;
         }
-        let taken = if step.abs() >= REST {
-            step
-        } else {
-            REST.copysign(step)
-        };
+        let taken = if step.abs() >= REST { step } else { REST.copysign(step) };
         let u = x.0 + taken;
         let u = (u, f(u));
         if u.1 <= x.1 {

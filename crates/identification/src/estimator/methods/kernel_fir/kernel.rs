@@ -24,13 +24,7 @@ impl Kernel {
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`].
-    pub(super) fn factor(
-        self,
-        alpha: f64,
-        rho: f64,
-        n: usize,
-        l: &mut Vec<f64>,
-    ) -> Result<(), FailureKind> {
+    pub(super) fn factor(self, alpha: f64, rho: f64, n: usize, l: &mut Vec<f64>) -> Result<(), FailureKind> {
         l.clear();
         l.resize(n * n, 0.0);
         match self {
@@ -63,11 +57,7 @@ fn spline(alpha: f64, n: usize, l: &mut [f64]) -> Result<(), FailureKind> {
         if i > j {
             return 0.0;
         }
-        let step = if j + 1 < n {
-            time(j) - time(j + 1)
-        } else {
-            time(j)
-        };
+        let step = if j + 1 < n { time(j) - time(j + 1) } else { time(j) };
         let (root, since) = (step.sqrt(), time(i) - time(j));
         if second {
             return root / 2.0 * since;
@@ -78,11 +68,7 @@ fn spline(alpha: f64, n: usize, l: &mut [f64]) -> Result<(), FailureKind> {
     triangle.run(2 * n, |i, first, to| {
         for (row, to) in to.iter_mut().enumerate() {
             let row = first + row;
-            *to = if i < n {
-                entry(row / 2, row % 2 == 1, i)
-            } else {
-                0.0
-            };
+            *to = if i < n { entry(row / 2, row % 2 == 1, i) } else { 0.0 };
         }
     })?;
     let r = triangle.r();
@@ -118,15 +104,11 @@ mod tests {
                     for j in 0..n {
                         let product = |m: usize| l[m * n + i] * l[m * n + j];
                         let found: f64 = (0..n).map(product).sum();
-                        let of =
-                            |i, j| formula(*kernel, alpha, rho, i as f64 + 1.0, j as f64 + 1.0);
+                        let of = |i, j| formula(*kernel, alpha, rho, i as f64 + 1.0, j as f64 + 1.0);
                         let scale = (of(i, i) * of(j, j)).sqrt();
                         // Rounding grows with the number of terms.
                         let allowed = 40.0 * n as f64 * f64::EPSILON * scale;
-                        assert!(
-                            (found - of(i, j)).abs() <= allowed,
-                            "{kernel} {alpha} {i} {j}"
-                        );
+                        assert!((found - of(i, j)).abs() <= allowed, "{kernel} {alpha} {i} {j}");
                     }
                 }
             }

@@ -106,11 +106,7 @@ impl MethodKind for KernelFirOptions {
 
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = output_error(self.orders, problem.shape.order);
-        Ok(Box::new(KernelFir::new(
-            orders,
-            self,
-            problem.shape.window,
-        )?))
+        Ok(Box::new(KernelFir::new(orders, self, problem.shape.window)?))
     }
 }
 
@@ -144,20 +140,11 @@ impl KernelFir {
     ///
     /// # Errors
     /// [`SetupError::ShortRecord`] if there are not more equations than taps, or too few samples for the reduction.
-    pub fn new(
-        orders: Orders,
-        options: &KernelFirOptions,
-        window: usize,
-    ) -> Result<Self, SetupError> {
+    pub fn new(orders: Orders, options: &KernelFirOptions, window: usize) -> Result<Self, SetupError> {
         Self::of_taps(options.taps(orders, window), orders, options, window)
     }
 
-    fn of_taps(
-        n: usize,
-        orders: Orders,
-        options: &KernelFirOptions,
-        window: usize,
-    ) -> Result<Self, SetupError> {
+    fn of_taps(n: usize, orders: Orders, options: &KernelFirOptions, window: usize) -> Result<Self, SetupError> {
         let linear = Orders::arx(0, n, orders.nk);
         let rows = options.rows.unwrap_or(Rows::Prewindow);
         let lagged = Lagged::new(linear, linear.reach(), n + 1, rows, window)?;
@@ -258,9 +245,7 @@ impl KernelFir {
             return none;
         }
         self.bidiagonal.reduce(&self.m, &self.z);
-        let found = self
-            .bidiagonal
-            .best(self.rest, self.lagged.count as f64, variance);
+        let found = self.bidiagonal.best(self.rest, self.lagged.count as f64, variance);
         if found.value.is_nan() { none } else { found }
     }
 
@@ -276,11 +261,7 @@ impl KernelFir {
         let tuned = |t: f64| alpha(t).sqrt();
         let (begin, _) = least(grid, |t| self.evidence(alpha(t), tuned(t), variance).value);
         let near = || (-2..=2).map(|i| begin + f64::from(i));
-        let mut decay = |r: f64| {
-            least(near(), |t| {
-                self.evidence(alpha(t), r.tanh(), variance).value
-            })
-        };
+        let mut decay = |r: f64| least(near(), |t| self.evidence(alpha(t), r.tanh(), variance).value);
         let (r, _) = least((-3..=7).map(f64::from), |r| decay(r).1);
         let (t, _) = decay(r);
         (alpha(t), r.tanh())
@@ -289,11 +270,7 @@ impl KernelFir {
     /// Computes the response and its covariance; returns the condition of the final triangle.
     fn respond(&mut self, variance: Variance) -> Result<f64, FailureKind> {
         let (alpha, rho) = self.search(variance);
-        let Evidence {
-            value,
-            mu,
-            variance,
-        } = self.evidence(alpha, rho, variance);
+        let Evidence { value, mu, variance } = self.evidence(alpha, rho, variance);
         if !value.is_finite() {
             return Err(FailureKind::NonFinite);
         }

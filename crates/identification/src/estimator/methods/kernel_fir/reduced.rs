@@ -41,10 +41,7 @@ impl Reduced {
         response.simulate(u, &mut self.output);
         let noiseless = Window::new(u, &self.output, y.len());
         self.fit.estimate(noiseless, std::slice::from_mut(pass));
-        if pass
-            .failure
-            .is_some_and(|failure| !failure.kind.leaves_a_model())
-        {
+        if pass.failure.is_some_and(|failure| !failure.kind.leaves_a_model()) {
             return;
         }
         pass.model.simulate(u, &mut self.output);
@@ -60,18 +57,11 @@ impl Reduced {
         }
     }
 
-    fn covariance(
-        &mut self,
-        response: &LinearModel,
-        u: &[f64],
-        model: &mut LinearModel,
-    ) -> Result<(), FailureKind> {
+    fn covariance(&mut self, response: &LinearModel, u: &[f64], model: &mut LinearModel) -> Result<(), FailureKind> {
         let Orders { nb, nf, nk, .. } = self.orders;
         let (d, n) = (nb + nf, self.taps);
         self.gradient.run(model, u)?;
-        let OutputGradient {
-            of_b, of_f, psi, ..
-        } = &self.gradient;
+        let OutputGradient { of_b, of_f, psi, .. } = &self.gradient;
         let h = &mut self.h;
         lagged_products(of_b, u, (nk, nb), (nk, n), |i, j, value| {
             h[j * d + i] = value;

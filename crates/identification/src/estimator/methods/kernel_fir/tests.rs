@@ -13,10 +13,7 @@ fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
 
 /// `y = B/F u + sd e`.
 fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<f64>) {
-    let (u, e) = (
-        normal(trial, Purpose::Input, n),
-        normal(trial, Purpose::Plant, n),
-    );
+    let (u, e) = (normal(trial, Purpose::Input, n), normal(trial, Purpose::Plant, n));
     let mut y = vec![0.0; n];
     truth.simulate(&u, &mut y);
     y.iter_mut().zip(&e).for_each(|(y, e)| *y += sd * e);
@@ -51,41 +48,24 @@ fn taps_and_intervals_of_another_program() {
         };
         let (u, y) = (less_mean(&record.u), less_mean(&record.y));
         let options = KernelFirOptions {
-            orders: Some(Orders::arx(
-                0,
-                number("taps") as usize,
-                number("nk") as usize,
-            )),
+            orders: Some(Orders::arx(0, number("taps") as usize, number("nk") as usize)),
             kernel: text("kernel").parse().unwrap(),
             noise_variance: text("noise_variance").parse().unwrap(),
             ..KernelFirOptions::default()
         };
         let pass = estimate(&options, 1, &u, &y);
-        let name = format!(
-            "{} {} {}",
-            text("file"),
-            text("kernel"),
-            text("noise_variance")
-        );
+        let name = format!("{} {} {}", text("file"), text("kernel"), text("noise_variance"));
         assert_eq!(pass.failure, None, "{name}");
         let near = |what: &str, found: &[f64], expected: &[f64], allowed: f64| {
             let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             for (found, expected) in found.iter().zip(expected) {
                 let error = (found - expected).abs() / largest;
-                assert!(
-                    error < allowed,
-                    "{name} {what}: {found} {expected} ({error:e})"
-                );
+                assert!(error < allowed, "{name} {what}: {found} {expected} ({error:e})");
             }
         };
         near("s^2", &[pass.model.noise_variance], &[number("s2")], 1e-5);
         near("g", &pass.model.b[pass.model.delay..], &numbers("g"), 1e-5);
-        near(
-            "se",
-            &pass.model.standard_errors().unwrap(),
-            &numbers("se"),
-            1e-5,
-        );
+        near("se", &pass.model.standard_errors().unwrap(), &numbers("se"), 1e-5);
     }
 }
 
@@ -111,16 +91,11 @@ fn a_record_without_noise_gives_its_model() {
             };
             let pass = estimate(&options, order, &u, &y);
             // Without noise the reduction ends at rounding, where its search may not see that it has settled.
-            let left = pass
-                .failure
-                .is_none_or(|failure| failure.kind.leaves_a_model());
+            let left = pass.failure.is_none_or(|failure| failure.kind.leaves_a_model());
             assert!(left, "{orders} {kernel}: {:?}", pass.failure);
             assert_eq!(pass.progress, Progress::InitialState, "{orders} {kernel}");
             for (found, truth) in pass.model.parameters().zip(&theta) {
-                assert!(
-                    (found - truth).abs() < 1e-7,
-                    "{orders} {kernel}: {found} {truth}"
-                );
+                assert!((found - truth).abs() < 1e-7, "{orders} {kernel}: {found} {truth}");
             }
         }
     }
@@ -153,10 +128,7 @@ fn the_bound_at_twenty_thousand_samples() {
         efficient.estimate(Window::new(&u, &y, u.len()), &mut passes);
         let bound = passes[0].model.standard_errors().unwrap();
         for (i, (found, truth)) in pass.model.parameters().zip(truth.parameters()).enumerate() {
-            assert!(
-                (found - truth).abs() < 4.0 * errors[i],
-                "{kernel}: {found} {truth}"
-            );
+            assert!((found - truth).abs() < 4.0 * errors[i], "{kernel}: {found} {truth}");
             let ratio = errors[i] / bound[i];
             assert!((0.9..1.1).contains(&ratio), "{kernel}: {ratio}");
         }
@@ -240,9 +212,7 @@ fn short_noisy_records_gain() {
 #[test]
 fn what_cannot_be_estimated_is_typed() {
     let (u, zero) = (normal(5, Purpose::Input, 60), vec![0.0; 60]);
-    let kind = |options: &KernelFirOptions, u: &[f64], y: &[f64]| {
-        estimate(options, 1, u, y).failure.unwrap().kind
-    };
+    let kind = |options: &KernelFirOptions, u: &[f64], y: &[f64]| estimate(options, 1, u, y).failure.unwrap().kind;
     let options = KernelFirOptions::default();
     assert_eq!(kind(&options, &u, &zero), FailureKind::Singular);
     assert_eq!(kind(&options, &zero, &u), FailureKind::Singular);
@@ -265,10 +235,7 @@ fn what_cannot_be_estimated_is_typed() {
         ..complete
     };
     assert_eq!(estimate(&likelihood, 1, &sine, &u).failure, None);
-    let short = Shape {
-        order: 4,
-        window: 8,
-    };
+    let short = Shape { order: 4, window: 8 };
     let error = options.prepare(&short.into()).err().unwrap().to_string();
     assert!(error.contains("too short for orders"), "{error}");
     for (orders, taps, part) in [
@@ -317,10 +284,7 @@ fn the_length_follows_the_record() {
             pass.model.f
         );
         let pass = estimate(cut.as_ref(), 1, &u, &y);
-        assert_eq!(
-            pass.failure.map(|failure| failure.kind),
-            Some(FailureKind::Implausible)
-        );
+        assert_eq!(pass.failure.map(|failure| failure.kind), Some(FailureKind::Implausible));
         assert!(pass.model.covariance.is_empty());
     }
 }

@@ -23,10 +23,7 @@ fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
 
 /// `A y = B u + C e`, e of this standard deviation.
 fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<f64>) {
-    let (u, e) = (
-        normal(trial, Purpose::Input, n),
-        normal(trial, Purpose::NoiseDrive, n),
-    );
+    let (u, e) = (normal(trial, Purpose::Input, n), normal(trial, Purpose::NoiseDrive, n));
     let (mut y, mut v) = (vec![0.0; n], vec![0.0; n]);
     truth.simulate(&u, &mut y);
     filter(&truth.c, &e, &mut v);
@@ -39,11 +36,7 @@ fn second_order() -> LinearModel {
     plant("na=2,nb=2,nc=2", &[-1.5, 0.7, 1.0, 0.5, 0.6, 0.2])
 }
 
-const STARTS: [SubspaceStart; 3] = [
-    SubspaceStart::Cva,
-    SubspaceStart::Ssarx,
-    SubspaceStart::ParsimK,
-];
+const STARTS: [SubspaceStart; 3] = [SubspaceStart::Cva, SubspaceStart::Ssarx, SubspaceStart::ParsimK];
 
 /// `reference.py` minimises the same sum in state space; from each subspace model the search ends there.
 #[test]
@@ -177,10 +170,7 @@ fn what_cannot_be_estimated_is_typed() {
     let y: Vec<f64> = (0..60).map(difference).collect();
     let found = kind(&options(1, 1, SubspaceStart::Cva), &y);
     assert_eq!(found, Some(FailureKind::Boundary));
-    let short = Shape {
-        order: 4,
-        window: 12,
-    };
+    let short = Shape { order: 4, window: 12 };
     assert!(PemOptions::default().prepare(&short.into()).is_err());
     let late = options(2, 2, SubspaceStart::Cva);
     assert_eq!(late.check().unwrap_err().key.as_deref(), Some("orders"));

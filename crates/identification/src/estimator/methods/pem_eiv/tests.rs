@@ -49,12 +49,7 @@ fn the_minimum_of_the_dense_likelihood() {
     let second = (
         "nb=2,nf=2,nk=1",
         record(&[0.0, 1.0, 0.5], &[1.0, -1.5, 0.7], [0.3, 1.0]),
-        vec![
-            0.875_038_581_1,
-            0.611_435_931_6,
-            -1.520_351_796_2,
-            0.709_003_526_3,
-        ],
+        vec![0.875_038_581_1, 0.611_435_931_6, -1.520_351_796_2, 0.709_003_526_3],
         [0.074_898_898_9, 1.365_061_408_6],
     );
     assert!((first.1[1][N - 1] + 3.338_969_002_487_95).abs() < 1e-10);
@@ -66,17 +61,11 @@ fn the_minimum_of_the_dense_likelihood() {
         let pass = fitted(&options, &record);
         assert_eq!(pass.failure, None, "{orders}");
         for (found, expected) in pass.model.parameters().zip(&theta) {
-            assert!(
-                (found - expected).abs() < 1e-6,
-                "{orders}: {found} {expected}"
-            );
+            assert!((found - expected).abs() < 1e-6, "{orders}: {found} {expected}");
         }
         let found = pass.noise_variances.unwrap();
         for (found, expected) in found.iter().zip([s_y, s_u]) {
-            assert!(
-                (found / expected - 1.0).abs() < 1e-5,
-                "{orders}: {found} {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 1e-5, "{orders}: {found} {expected}");
         }
         assert_eq!(pass.model.covariance.len(), theta.len().pow(2));
     }
@@ -88,10 +77,7 @@ fn no_noise_is_a_border() {
     let exact = record(&[0.0, 0.8], &[1.0, -0.9], [0.0, 0.7]);
     let failure = fitted(&PemEivOptions::default(), &exact).failure;
     let kind = failure.map(|failure| failure.kind);
-    assert!(
-        matches!(kind, None | Some(FailureKind::Boundary)),
-        "{kind:?}"
-    );
+    assert!(matches!(kind, None | Some(FailureKind::Boundary)), "{kind:?}");
     let zeros = [vec![0.0; N], vec![0.0; N]];
     assert!(fitted(&PemEivOptions::default(), &zeros).failure.is_some());
 }

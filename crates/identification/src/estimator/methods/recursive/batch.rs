@@ -62,16 +62,8 @@ impl<R: RecursiveEstimator> Estimator for Batch<R> {
         }
     }
 
-    fn run_along(
-        &mut self,
-        window: Window<'_>,
-        at: &[usize],
-        pass: &mut Pass,
-        visit: &mut Visit<'_>,
-    ) {
-        let Self {
-            recursion, model, ..
-        } = self;
+    fn run_along(&mut self, window: Window<'_>, at: &[usize], pass: &mut Pass, visit: &mut Visit<'_>) {
+        let Self { recursion, model, .. } = self;
         recursion.restart();
         along(window, at, pass, |sample, pass, k| {
             let (u, y) = sample;

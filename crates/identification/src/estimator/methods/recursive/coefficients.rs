@@ -80,11 +80,7 @@ mod tests {
         let numbers: Coefficients = "-1.5, 0.7,1e-20".parse().unwrap();
         assert_eq!(numbers.numbers(), [-1.5, 0.7, 1e-20]);
         assert_eq!(numbers.to_string().parse(), Ok(numbers));
-        for (text, part) in [
-            ("1,x", "such as -1.5"),
-            ("", "such as"),
-            ("1,inf", "finite"),
-        ] {
+        for (text, part) in [("1,x", "such as -1.5"), ("", "such as"), ("1,inf", "finite")] {
             let error = text.parse::<Coefficients>().unwrap_err();
             assert!(error.contains(part), "{text}: {error}");
         }

@@ -37,11 +37,7 @@ impl Elimination {
     /// matrix leaves numbers that are not finite.
     pub(crate) fn solve(&mut self, d: usize, matrix: &[f64], right: &mut [f64]) {
         let Self { few, rows, .. } = self;
-        let groups = if right.len() == d {
-            (d + 1).div_ceil(LANES)
-        } else {
-            0
-        };
+        let groups = if right.len() == d { (d + 1).div_ceil(LANES) } else { 0 };
         with_fma(
             #[inline(always)]
             || match groups {
@@ -120,12 +116,7 @@ fn subtract(from: &mut [f64], factor: f64, of: &[f64]) {
 /// [`Elimination::solve_many`] of few unknowns and one right-hand side, whose rows are in G groups of lanes; the
 /// same bits.
 #[inline(always)]
-fn solve_few<const G: usize>(
-    few: &mut [Lanes],
-    scales: &mut [f64],
-    matrix: &[f64],
-    right: &mut [f64],
-) {
+fn solve_few<const G: usize>(few: &mut [Lanes], scales: &mut [f64], matrix: &[f64], right: &mut [f64]) {
     let d = right.len();
     let (rows, scales) = (&mut few.as_chunks_mut::<G>().0[..d], &mut scales[..d]);
     for ((row, left), right) in rows.iter_mut().zip(matrix.chunks_exact(d)).zip(&*right) {
@@ -241,8 +232,7 @@ mod tests {
                 let mut expected = found.clone();
                 elimination.solve(d, &matrix, &mut found);
                 elimination.solve_many(d, &matrix, &mut expected);
-                let same =
-                    |(x, y): (&f64, &f64)| x.to_bits() == y.to_bits() || x.is_nan() && y.is_nan();
+                let same = |(x, y): (&f64, &f64)| x.to_bits() == y.to_bits() || x.is_nan() && y.is_nan();
                 assert!(found.iter().zip(&expected).all(same), "{matrix:?}");
             }
         }

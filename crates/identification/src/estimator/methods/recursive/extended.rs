@@ -29,9 +29,7 @@ impl RecursiveOptions for RelsOptions {
 
     fn check_own(&self) -> Result<(), OptionError> {
         let message = match self.orders {
-            Some(Orders { nd, nf, .. }) if nd + nf > 0 => {
-                "expected na, nb, nc, nk; the model has no D, F"
-            }
+            Some(Orders { nd, nf, .. }) if nd + nf > 0 => "expected na, nb, nc, nk; the model has no D, F",
             Some(Orders { na: 0, nb: 0, .. }) => "expected an na or nb of at least 1",
             _ => return Ok(()),
         };

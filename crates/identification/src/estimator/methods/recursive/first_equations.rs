@@ -139,8 +139,7 @@ impl FirstEquations {
         inverse.fill(0.0);
         (0..d).for_each(|i| inverse[i * d + i] = 1.0);
         self.elimination.solve(d, product, inverse);
-        let [product, inverse] =
-            [&*product, inverse].map(|of| MatRef::from_row_major_slice(of, d, d));
+        let [product, inverse] = [&*product, inverse].map(|of| MatRef::from_row_major_slice(of, d, d));
         let scales = &mut self.equilibration;
         let condition = scales
             .of(product)

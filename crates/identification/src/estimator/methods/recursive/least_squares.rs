@@ -189,9 +189,7 @@ impl RecursiveMethod for LeastSquares {
         let (sum, weights) = match &self.memory {
             Memory::Root(root) => (root.residual_sum(), root.weights()),
             Memory::Covariance {
-                residual_sum,
-                weights,
-                ..
+                residual_sum, weights, ..
             } => (*residual_sum, *weights),
         };
         weights.variance(sum, theta.len())

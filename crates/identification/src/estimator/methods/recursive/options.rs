@@ -3,9 +3,7 @@
 use super::batch::Batch;
 use super::{Coefficients, RecursiveEstimator, RecursiveSettings};
 use crate::estimator::initial_state_choice::StartState;
-use crate::estimator::{
-    Estimator, MethodKind, OptionError, OptionUnits, Problem, SetupError, enough_equations,
-};
+use crate::estimator::{Estimator, MethodKind, OptionError, OptionUnits, Problem, SetupError, enough_equations};
 use crate::model::Orders;
 
 /// Defines the options of a recursive estimator: its orders, those of its own, those of the methods that least squares
@@ -170,10 +168,7 @@ impl<O: RecursiveOptions> MethodKind for O {
 }
 
 /// Makes the settings of options for models of these orders.
-fn settings<O: RecursiveOptions>(
-    options: &O,
-    problem: &Problem<'_>,
-) -> Result<RecursiveSettings, SetupError> {
+fn settings<O: RecursiveOptions>(options: &O, problem: &Problem<'_>) -> Result<RecursiveSettings, SetupError> {
     let (orders, given) = (options.orders(problem.shape.order), options.given());
     let d = orders.parameters();
     let mut settings = RecursiveSettings::new(orders);

@@ -44,14 +44,7 @@ pub(super) fn polynomials(orders: Orders, theta: &[f64]) -> [&[f64]; 5] {
 
 impl Predictor {
     pub(super) fn new(orders: Orders) -> Self {
-        let Orders {
-            na,
-            nb,
-            nc,
-            nd,
-            nf,
-            nk,
-        } = orders;
+        let Orders { na, nb, nc, nd, nf, nk } = orders;
         let of = |length: usize| vec![0.0; length];
         Self {
             orders,
@@ -103,14 +96,7 @@ impl Predictor {
 
     /// Fills phi(k) and psi(k).
     pub(super) fn regressors(&self, phi: &mut [f64], psi: &mut [f64]) {
-        let Orders {
-            na,
-            nb,
-            nc,
-            nd,
-            nf,
-            nk,
-        } = self.orders;
+        let Orders { na, nb, nc, nd, nf, nk } = self.orders;
         let fill = |to: &mut [f64], [y, u, eps, v, w]: [&[f64]; 5]| {
             let parts = [
                 (na, y, -1.0),
@@ -127,21 +113,14 @@ impl Predictor {
             }
         };
         fill(phi, [&self.y, &self.u, &self.eps, &self.v, &self.w]);
-        fill(
-            psi,
-            [&self.y_c, &self.u_f, &self.eps_c, &self.v_c, &self.w_f],
-        );
+        fill(psi, [&self.y_c, &self.u_f, &self.eps_c, &self.v_c, &self.w_f]);
     }
 
     /// Fills the regressors of `F y = B u + e`, or of `A y = B u + e` if there is an A, at their places among all.
     pub(super) fn linear_regressors(&self, phi: &mut [f64]) {
         let Orders { na, nb, nk, .. } = self.orders;
         phi.fill(0.0);
-        let first = if na > 0 {
-            0
-        } else {
-            phi.len() - self.orders.nf
-        };
+        let first = if na > 0 { 0 } else { phi.len() - self.orders.nf };
         let count = if na > 0 { na } else { self.orders.nf };
         for (to, y) in phi[first..first + count].iter_mut().zip(&self.y) {
             *to = -y;

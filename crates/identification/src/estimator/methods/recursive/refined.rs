@@ -117,8 +117,7 @@ impl Refined {
             phi[nb..].copy_from_slice(&self.filtered_outputs);
             self.z[nb..].copy_from_slice(&self.filtered_auxiliary);
             let lambda = shared.forgetting.next();
-            self.update
-                .take(&self.z, phi, filtered, lambda, &mut shared.theta);
+            self.update.take(&self.z, phi, filtered, lambda, &mut shared.theta);
         } else {
             phi[..nb].copy_from_slice(&self.inputs[nk..]);
             phi[nb..].copy_from_slice(&self.outputs);

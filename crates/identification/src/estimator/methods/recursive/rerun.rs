@@ -1,9 +1,7 @@
 //! A whole estimate made anew after every so many samples: the honest rival of a recursion.
 
 use super::{Diverged, RecursiveEstimator};
-use crate::estimator::{
-    Estimator, FailureKind, Method, MethodOptions, Pass, Progress, SetupError, Shape, Window,
-};
+use crate::estimator::{Estimator, FailureKind, Method, MethodOptions, Pass, Progress, SetupError, Shape, Window};
 use crate::model::Orders;
 
 /// The samples that each estimate is made from.
@@ -55,10 +53,7 @@ impl Rerun {
         let orders = orders.unwrap_or(Orders::arx(order, order, 1));
         let method = Method::named("rerun", options);
         let (RerunWindow::Growing(least) | RerunWindow::Sliding(least)) = window;
-        let shape = Shape {
-            order,
-            window: least,
-        };
+        let shape = Shape { order, window: least };
         shape.check()?;
         let prepared = method.prepare(shape)?;
         let sliding = matches!(window, RerunWindow::Sliding(_)).then_some(prepared);

@@ -74,12 +74,7 @@ impl Start {
 
     /// Hands the information to the recursion that goes on. A parameter that was not estimated gets `P = p0`, or
     /// without p0 the one that makes its standard deviation 1.
-    pub(super) fn hand_over(
-        &self,
-        settings: &RecursiveSettings,
-        theta: &[f64],
-        to: &mut SquareRoot,
-    ) {
+    pub(super) fn hand_over(&self, settings: &RecursiveSettings, theta: &[f64], to: &mut SquareRoot) {
         let weight = match settings.p0 {
             Some(p0) => 1.0 / p0.sqrt(),
             None => self.deviation(),

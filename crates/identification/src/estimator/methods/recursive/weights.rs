@@ -34,10 +34,6 @@ impl Weights {
     /// few.
     pub(super) fn variance(self, sum: f64, d: usize) -> f64 {
         let freedom = self.sum - d as f64 * self.ratio();
-        if freedom > 0.0 {
-            sum / freedom
-        } else {
-            f64::NAN
-        }
+        if freedom > 0.0 { sum / freedom } else { f64::NAN }
     }
 }

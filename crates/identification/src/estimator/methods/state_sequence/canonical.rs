@@ -24,12 +24,7 @@ impl Canonical {
 
     /// Correlates the past with `y(t+i) - sum_j h_j (y or u)(t+i-j)`, j up to i, h being the predictor of an ARX model:
     /// what is left is the state's.
-    pub(super) fn predicted(
-        u: &[f64],
-        y: &[f64],
-        s: usize,
-        high: &LinearModel,
-    ) -> Result<Self, FailureKind> {
+    pub(super) fn predicted(u: &[f64], y: &[f64], s: usize, high: &LinearModel) -> Result<Self, FailureKind> {
         Self::new(u, y, s, 0, |t, i| {
             let lags = |c: &[f64]| c.len().min(i + 1);
             let of_y = (0..lags(&high.a)).map(|j| high.a[j] * y[t + i - j]);
@@ -48,28 +43,23 @@ impl Canonical {
     ) -> Result<Self, FailureKind> {
         let count = columns(s, y.len());
         let mut reduction = Reduction::new(inputs + 3 * s, count, 0);
-        reduction.run(
-            count,
-            |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
-                for row in 0..z.nrows() {
-                    let t = s + first + row;
-                    for i in 0..inputs {
-                        z[(row, i)] = u[t + i];
-                    }
-                    for i in 0..s {
-                        z[(row, inputs + i)] = y[t - 1 - i];
-                        z[(row, inputs + s + i)] = u[t - 1 - i];
-                        z[(row, inputs + 2 * s + i)] = future(t, i);
-                    }
+        reduction.run(count, |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
+            for row in 0..z.nrows() {
+                let t = s + first + row;
+                for i in 0..inputs {
+                    z[(row, i)] = u[t + i];
                 }
-            },
-        )?;
+                for i in 0..s {
+                    z[(row, inputs + i)] = y[t - 1 - i];
+                    z[(row, inputs + s + i)] = u[t - 1 - i];
+                    z[(row, inputs + 2 * s + i)] = future(t, i);
+                }
+            }
+        })?;
         let r = reduction.r();
         // Without W: the past Z is R_22, the future Y is (R_23; R_33).
         let rest = 3 * s;
-        let part = |first: usize, count: usize| {
-            Mat::from_fn(rest, count, |i, j| r[(inputs + i, inputs + first + j)])
-        };
+        let part = |first: usize, count: usize| Mat::from_fn(rest, count, |i, j| r[(inputs + i, inputs + first + j)]);
         let past = Whitened::of(part(0, 2 * s).as_ref())?;
         let future = Whitened::of(part(2 * s, s).as_ref())?;
         let product = future.basis.transpose() * &past.basis;
@@ -98,9 +88,7 @@ impl Canonical {
             criterion.value(logarithm.exp(), self.count, n * (3 * s - n))
         };
         let orders = 1..=most;
-        orders
-            .min_by(|a, b| value(*a).total_cmp(&value(*b)))
-            .unwrap_or(1)
+        orders.min_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(1)
     }
 
     /// Returns the n rows of J.
@@ -125,11 +113,7 @@ impl Whitened {
         let n = x.ncols();
         let scales: Vec<f64> = (0..n).map(|j| x.col(j).norm_l2()).collect();
         let inverse = |j: usize| {
-            if scales[j] > 0.0 {
-                scales[j].recip()
-            } else {
-                0.0
-            }
+            if scales[j] > 0.0 { scales[j].recip() } else { 0.0 }
         };
         let scaled = Mat::from_fn(x.nrows(), n, |i, j| x[(i, j)] * inverse(j));
         let svd = scaled.thin_svd().map_err(|_| FailureKind::NonFinite)?;

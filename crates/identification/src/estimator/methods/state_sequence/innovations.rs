@@ -93,10 +93,7 @@ impl Innovations {
         let closed = Mat::from_fn(n, n, |i, l| next[i][l]);
         let a = Mat::from_fn(n, n, |i, l| next[i][l] + next[i][of_y] * output[l]);
         let d = if direct { output[of_u] } else { 0.0 };
-        let b: Vec<f64> = next
-            .iter()
-            .map(|next| next[of_u] + next[of_y] * d)
-            .collect();
+        let b: Vec<f64> = next.iter().map(|next| next[of_u] + next[of_y] * d).collect();
         characteristic(&a, &mut model.a)?;
         characteristic(&closed, &mut model.c)?;
         numerator(&a, &b, &output[..n], d, model);

@@ -20,9 +20,7 @@ use crate::estimator::null_space::long_autoregression;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::order_choice::Criterion;
 use crate::estimator::reflection::Stabilise;
-use crate::estimator::{
-    Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window,
-};
+use crate::estimator::{Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 use canonical::Canonical;
 pub(super) use innovations::Innovations;
@@ -175,12 +173,7 @@ impl StateSequence {
     ///
     /// # Errors
     /// [`SetupError::ShortHankel`] if the Hankel matrices have fewer columns than rows.
-    fn new(
-        orders: Orders,
-        rows: Option<usize>,
-        future: Future,
-        window: usize,
-    ) -> Result<Self, SetupError> {
+    fn new(orders: Orders, rows: Option<usize>, future: Future, window: usize) -> Result<Self, SetupError> {
         block_rows(rows, orders.na, window)?;
         Ok(Self {
             orders,
@@ -194,12 +187,7 @@ impl StateSequence {
         })
     }
 
-    fn find(
-        &mut self,
-        u: &[f64],
-        y: &[f64],
-        pass: &mut Pass,
-    ) -> Result<(LinearModel, f64), FailureKind> {
+    fn find(&mut self, u: &[f64], y: &[f64], pass: &mut Pass) -> Result<(LinearModel, f64), FailureKind> {
         let Orders { na: most, nk, .. } = self.orders;
         let high = match (self.future, self.rows) {
             (Future::Projected, Some(_)) => None,

@@ -38,10 +38,7 @@ fn normal(trial: u64, purpose: Purpose, n: usize) -> Vec<f64> {
 
 /// `A y = B u + C e`, e of this standard deviation.
 fn record(truth: &LinearModel, sd: f64, trial: u64, n: usize) -> (Vec<f64>, Vec<f64>) {
-    let (u, e) = (
-        normal(trial, Purpose::Input, n),
-        normal(trial, Purpose::NoiseDrive, n),
-    );
+    let (u, e) = (normal(trial, Purpose::Input, n), normal(trial, Purpose::NoiseDrive, n));
     let (mut y, mut v) = (vec![0.0; n], vec![0.0; n]);
     truth.simulate(&u, &mut y);
     crate::model::polynomial::filter(&truth.c, &e, &mut v);
@@ -124,16 +121,10 @@ fn a_record_without_noise_gives_its_plant() {
         ];
         for (method, options) in methods.iter().enumerate() {
             let pass = estimate(options.as_ref(), order, &u, &y);
-            assert_eq!(
-                (pass.failure, pass.progress),
-                (None, Progress::InitialState)
-            );
+            assert_eq!((pass.failure, pass.progress), (None, Progress::InitialState));
             let found = pass.model.a[1..].iter().chain(&pass.model.b[nk..]);
             for (found, truth) in found.zip(&theta) {
-                assert!(
-                    (found - truth).abs() < 1e-7,
-                    "{order} {nk} {method}: {found} {truth}"
-                );
+                assert!((found - truth).abs() < 1e-7, "{order} {nk} {method}: {found} {truth}");
             }
         }
     }
@@ -201,19 +192,9 @@ fn what_cannot_be_estimated_is_typed() {
     let (mut impulse, mut response) = (vec![0.0; 60], vec![0.0; 60]);
     impulse[0] = 1.0;
     plant("na=1,nb=1", &[-0.5, 1.0]).simulate(&impulse, &mut response);
-    let silent = estimate(
-        options(Future::Predicted, 1, 1, None).as_ref(),
-        1,
-        &impulse,
-        &response,
-    );
+    let silent = estimate(options(Future::Predicted, 1, 1, None).as_ref(), 1, &impulse, &response);
     assert_eq!(silent.failure.unwrap().kind, FailureKind::RankDeficient);
-    let of = |y: &[f64]| {
-        estimate(parsim(1, 1, Some(3)).as_ref(), 1, &u, y)
-            .failure
-            .unwrap()
-            .kind
-    };
+    let of = |y: &[f64]| estimate(parsim(1, 1, Some(3)).as_ref(), 1, &u, y).failure.unwrap().kind;
     assert_eq!(of(&zero), FailureKind::RankDeficient);
     let mut huge = u.clone();
     (huge[3], huge[4]) = (f64::MAX, f64::MAX);
@@ -223,18 +204,9 @@ fn what_cannot_be_estimated_is_typed() {
     let (u, y) = record(&truth, 0.0, 9, 200);
     let pass = estimate(options(Future::Projected, 2, 1, None).as_ref(), 2, &u, &y);
     assert_eq!(pass.failure.unwrap().kind, FailureKind::RankDeficient);
-    let short = CvaOptions::default().prepare(
-        &Shape {
-            order: 4,
-            window: 20,
-        }
-        .into(),
-    );
+    let short = CvaOptions::default().prepare(&Shape { order: 4, window: 20 }.into());
     let error = short.err().unwrap().to_string();
-    assert!(
-        error.contains("with 5 block rows is too short for order 4"),
-        "{error}"
-    );
+    assert!(error.contains("with 5 block rows is too short for order 4"), "{error}");
 }
 
 /// An unstable model of a growing record is reflected if that is wanted, and its B is fitted to it.
@@ -260,10 +232,7 @@ fn models_are_stable_by_an_option() {
 fn predictor_forms_serve_in_feedback() {
     let truth = plant("na=2,nb=2,nc=2", &[-1.5, 0.7, 1.0, 0.5, 0.6, 0.2]);
     let n = 20_000;
-    let (r, e) = (
-        normal(8, Purpose::Input, n),
-        normal(8, Purpose::NoiseDrive, n),
-    );
+    let (r, e) = (normal(8, Purpose::Input, n), normal(8, Purpose::NoiseDrive, n));
     let (mut u, mut y) = (vec![0.0; n], vec![0.0; n]);
     for k in 0..n {
         let at = |x: &[f64], lag: usize| k.checked_sub(lag).map_or(0.0, |k| x[k]);

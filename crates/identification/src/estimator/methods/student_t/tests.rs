@@ -67,11 +67,7 @@ fn the_minimum_of_scipy() {
     let first = record(&[1.0], &[0.0, 0.8], &[1.0], &[1.0, -0.9], 0.3);
     assert!((first[1][N - 1] - 0.424_471_470_524_489_64).abs() < 1e-12);
     let orders = "nb=1,nf=1,nk=1";
-    let given = (
-        &[0.799_828_503_6, -0.905_330_647_8][..],
-        0.156_809_449_1,
-        3.0,
-    );
+    let given = (&[0.799_828_503_6, -0.905_330_647_8][..], 0.156_809_449_1, 3.0);
     check(orders, &first, Some(3.0), given);
     let free = (
         &[0.799_172_870_5, -0.905_366_758_2][..],
@@ -97,12 +93,7 @@ fn the_minimum_of_scipy() {
         0.507_379_353_3,
         -0.477_123_231_6,
     ];
-    check(
-        orders,
-        &second,
-        None,
-        (&theta, 0.061_038_875_8, 2.433_603_596),
-    );
+    check(orders, &second, None, (&theta, 0.061_038_875_8, 2.433_603_596));
 }
 
 #[test]
@@ -116,9 +107,5 @@ fn mistakes_are_told() {
         assert_eq!(options.check().unwrap_err().key.as_deref(), Some(key));
     }
     let zeros = vec![0.0; 30];
-    assert!(
-        fitted(&PemTOptions::default(), &zeros, &zeros)
-            .failure
-            .is_some()
-    );
+    assert!(fitted(&PemTOptions::default(), &zeros, &zeros).failure.is_some());
 }

@@ -14,9 +14,7 @@ fn plant(order: usize, nk: usize) -> LinearModel {
         ..Orders::default()
     };
     let mut model = LinearModel::zero(orders);
-    let poles: Vec<_> = (0..order)
-        .map(|i| faer::c64::new(0.8 - 0.25 * i as f64, 0.0))
-        .collect();
+    let poles: Vec<_> = (0..order).map(|i| faer::c64::new(0.8 - 0.25 * i as f64, 0.0)).collect();
     for (f, coefficient) in model.f[1..].iter_mut().zip(polynomial_from_poles(&poles)) {
         *f = coefficient.re;
     }
@@ -47,15 +45,9 @@ fn a_record_without_noise_gives_its_model() {
             let mut passes = [Pass::new(order)];
             method.estimate(Window::new(&u, &y, N), &mut passes);
             let [pass] = passes;
-            assert_eq!(
-                (pass.failure, pass.progress),
-                (None, Progress::InitialState)
-            );
+            assert_eq!((pass.failure, pass.progress), (None, Progress::InitialState));
             for (found, expected) in pass.model.parameters().zip(truth.parameters()) {
-                assert!(
-                    (found - expected).abs() < 1e-9,
-                    "{order} {nk}: {found} {expected}"
-                );
+                assert!((found - expected).abs() < 1e-9, "{order} {nk}: {found} {expected}");
             }
             let values = &pass.singular_values;
             assert!(values[order] < 1e-10 * values[0], "{values:?}");
@@ -78,10 +70,7 @@ fn units_of_a_reading_are_taken_back() {
         reading: Some(SubspaceReading::Sippy),
         ..MoespOptions::default()
     };
-    let shape = Shape {
-        order: 2,
-        window: N,
-    };
+    let shape = Shape { order: 2, window: N };
     let mut method = options.prepare(&shape.into()).unwrap();
     let mut passes = [Pass::new(2)];
     method.estimate(Window::new(&u, &y, N), &mut passes);

@@ -132,10 +132,7 @@ fn plants_are_recovered_without_noise() {
             ];
             for (found, truth) in plant {
                 for (found, truth) in found.iter().zip(&truth) {
-                    assert!(
-                        (found - truth).abs() < most,
-                        "{orders} {nk}: {found} {truth}"
-                    );
+                    assert!((found - truth).abs() < most, "{orders} {nk}: {found} {truth}");
                 }
             }
         }
@@ -187,11 +184,7 @@ fn a_record_without_a_stable_solution_leaves_a_reflected_model() {
     assert_eq!(kind, Some(FailureKind::IterationLimit));
     assert!(!pass.unstable && pass.model.covariance.is_empty());
     let variance = y[..98].iter().map(|y| y * y).sum::<f64>() / 98.0;
-    assert!(
-        pass.loss > 287.86 && pass.loss < variance,
-        "{} {variance}",
-        pass.loss
-    );
+    assert!(pass.loss > 287.86 && pass.loss < variance, "{} {variance}", pass.loss);
 }
 
 /// Records that determine nothing, and one too short.
@@ -202,10 +195,7 @@ fn what_cannot_be_estimated_is_typed() {
     let pass = estimate(&wnsf(truth.orders()), 2, &[0.0; 200], &y);
     let kind = pass.failure.map(|failure| failure.kind);
     assert_eq!(kind, Some(FailureKind::RankDeficient));
-    let short = Shape {
-        order: 2,
-        window: 12,
-    };
+    let short = Shape { order: 2, window: 12 };
     let refused = wnsf(truth.orders()).prepare(&short.into()).err();
     assert!(matches!(refused, Some(SetupError::ShortRecord { .. })));
 }
