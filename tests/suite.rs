@@ -354,7 +354,7 @@ fn every_method_has_its_results() {
 #[test]
 fn every_method_begins_in_every_scenario() {
     let contests = [Division::Orders, Division::Structure, Division::Open];
-    let contests = contests.map(|of| Suite::of(None, Some(of), Tier::Standard, &[]).unwrap());
+    let contests = contests.map(|of| Suite::of(Some("2.0"), Some(of), Tier::Standard, &[]).unwrap());
     for suite in contests.into_iter().chain([earlier(Division::Closed, Tier::Full, &[])]) {
         let all = Competitor::of(suite.division);
         for study in &suite.studies {
@@ -536,7 +536,7 @@ fn a_contest_tells_what_it_says() {
     let table = ExperimentFile::parse(program).unwrap().methods.remove(0);
     let own = [Competitor::Own(Box::new(table))];
     let told = |contest: Division, study: &str| {
-        let suite = Suite::of(None, Some(contest), Tier::Standard, &[study.to_owned()]).unwrap();
+        let suite = Suite::of(Some("2.0"), Some(contest), Tier::Standard, &[study.to_owned()]).unwrap();
         let (experiment, _) = suite.studies[0].experiment(&own, 1).unwrap();
         let method = serde_json::to_value(&experiment.unwrap().file.methods[0]).unwrap();
         method["orders"].as_str().unwrap().to_owned()
@@ -553,7 +553,7 @@ fn a_contest_tells_what_it_says() {
 /// In open loop nobody is given the input without its measurement noise.
 #[test]
 fn the_reference_of_an_open_loop_is_the_measured_input() {
-    let suite = Suite::new(Tier::Standard, &["P25-eiv".to_owned()]).unwrap();
+    let suite = Suite::of(Some("2.0"), None, Tier::Standard, &["P25-eiv".to_owned()]).unwrap();
     let arx = [Competitor::Estimator(EstimatorName::Arx)];
     let experiment = suite.studies[0].experiment(&arx, 1).unwrap().0.unwrap();
     let cell = experiment.cells[0].discrete().unwrap();
@@ -567,7 +567,7 @@ fn the_reference_of_an_open_loop_is_the_measured_input() {
 /// 1 - 1.5 q^-1 + 0.7 q^-2 with 1 + 0.5 q^-1, which has most scenarios, as much as any other.
 #[test]
 fn weights_are_by_plant() {
-    let suite = Suite::new(Tier::Standard, &[]).unwrap();
+    let suite = Suite::of(Some("2.0"), None, Tier::Standard, &[]).unwrap();
     let mut plants: BTreeMap<(bool, &str), f64> = BTreeMap::new();
     for of in suite.scenarios() {
         *plants.entry((of.is_bank, &of.plant)).or_default() += of.weight;
@@ -612,7 +612,7 @@ fn weights_are_by_plant() {
 /// runs of PEM with new inputs) has mean d 1.041(21) with the record's own F and 1.569(40) with the stationary one.
 #[test]
 fn d_of_short_resonant_records_has_its_law() {
-    let suite = Suite::new(Tier::Standard, &["P06-white".to_owned()]).unwrap();
+    let suite = Suite::of(Some("2.0"), None, Tier::Standard, &["P06-white".to_owned()]).unwrap();
     let laws = law(&suite.studies[0], 300, 2).unwrap();
     let own = &laws[0];
     assert!((own.mean[0] - 1.041).abs() < 4.0 * own.mean[1], "{own:?}");

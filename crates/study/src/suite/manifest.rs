@@ -59,11 +59,13 @@ impl Tier {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
-    /// The edition that was asked for, the newest if none was.
+    /// The edition that was asked for, the current one if none was.
     #[serde(skip)]
     pub edition: String,
     /// All editions, the first one first. Each has the scenarios of those before it.
     pub editions: Vec<String>,
+    /// The edition that a command takes which names none; a later one is a draft.
+    pub current: String,
     /// The first edition with contests, weights by plant, and the information of each record.
     pub contests: String,
     /// The seed of all records.
@@ -123,7 +125,7 @@ impl Manifest {
             let entry = entry.map_err(|error| format!("suite/bank.jsonl: {error}"))?;
             manifest.studies.push(entry);
         }
-        manifest.edition = manifest.editions.last().cloned().unwrap_or_default();
+        manifest.edition.clone_from(&manifest.current);
         Ok(manifest)
     }
 

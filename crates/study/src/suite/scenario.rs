@@ -123,7 +123,7 @@ impl Suite {
         Self::of(None, None, tier, only)
     }
 
-    /// Makes a contest of a tier, of an edition or the newest one; without one `orders`, or `closed` of editions 1.
+    /// Makes a contest of a tier, of an edition or the current one; without one `orders`, or `closed` of editions 1.
     /// `only`: systems, studies or scenarios; all if empty.
     ///
     /// # Errors
@@ -135,8 +135,8 @@ impl Suite {
         only: &[String],
     ) -> Result<Self, SuiteError> {
         let mut manifest = Manifest::read().map_err(SuiteError::Manifest)?;
-        let newest = manifest.edition.clone();
-        manifest = manifest.of_edition(edition.unwrap_or(&newest))?;
+        let current = manifest.current.clone();
+        manifest = manifest.of_edition(edition.unwrap_or(&current))?;
         let known = if manifest.has_contests() {
             &[Division::Orders, Division::Structure, Division::Open][..]
         } else {
