@@ -2,7 +2,7 @@
 
 use super::report::{Estimate, Report};
 use crate::diagnosis::LoopVerdict;
-use crate::estimator::{Method, Pass, Problem, Shape, Window, initial_numbers};
+use crate::estimator::{Method, Pass, Problem, Shape, Window};
 use crate::metric::tails::chi_square_above;
 use crate::text::rounded;
 use asobench_identification::Fitted;
@@ -98,8 +98,7 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
         .filter(allowed)
         .filter_map(|of| {
             let found = fit(estimate, report, of)?;
-            let count = of.numbers(&found, report) as f64
-                - (last.pass.fitted_numbers() - last.pass.model.orders().parameters()) as f64;
+            let count = found.pass.start_numbers as f64 - last.pass.start_numbers as f64;
             let inflation = inflation(&found, of, report)?;
             let likelihood = samples * (last.pass.loss / found.pass.loss).ln() / inflation;
             // A start that the offset replaces costs nothing.
@@ -136,17 +135,6 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
 }
 
 impl Addition {
-    /// The numbers that are fitted beside the parameters.
-    fn numbers(&self, found: &Fitted, report: &Report) -> usize {
-        let of_record = usize::from(self.offset)
-            + if self.start {
-                initial_numbers(found.pass.model.orders())
-            } else {
-                0
-            };
-        of_record * report.runs().count()
-    }
-
     /// u as the model sees it.
     fn input(&self, report: &Report) -> Vec<f64> {
         let u = &report.record.u[..report.window];
