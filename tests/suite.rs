@@ -370,21 +370,15 @@ fn every_method_begins_in_every_scenario() {
     }
 }
 
-/// Every scenario of an edition is what it was when the edition was made.
+/// Every scenario of an edition is what it was when the edition was made. A draft has no checksums yet.
 #[test]
 fn the_editions_are_frozen() {
-    let editions = Suite::new(Tier::Full, &[]).unwrap().manifest.editions;
-    assert_eq!(editions, ["1.0", "1.1", "2.0"]);
-    for edition in &editions {
+    let manifest = Suite::new(Tier::Full, &[]).unwrap().manifest;
+    assert_eq!(manifest.editions, ["1.0", "1.1", "2.0"]);
+    assert_eq!(manifest.current, "1.1");
+    for edition in &manifest.editions[..2] {
         let suite = Suite::of(Some(edition), None, Tier::Full, &[]).unwrap();
-        let lines = suite.scenarios().map(|of| {
-            let weight = if suite.manifest.has_contests() {
-                format!(" {:.6}", of.weight)
-            } else {
-                String::new()
-            };
-            format!("{} {} {}{weight}\n", of.content, of.name, of.free)
-        });
+        let lines = suite.scenarios().map(|of| format!("{} {} {}\n", of.content, of.name, of.free));
         let here: String = lines.collect();
         let frozen = std::fs::read_to_string(root(&format!("suite/{edition}.txt"))).unwrap();
         assert_eq!(
