@@ -330,6 +330,7 @@ fn refused(key: &str) -> Vec<Value> {
         "forgetting" | "early_forgetting" => vec![json!(0.0), json!(-0.5), json!(1.001)],
         "memory" => vec![json!(-0.1), json!(1.001)],
         "pole" => vec![json!(-1.0), json!(1.0)],
+        "freedom" => vec![json!(2.0), json!(101.0)],
         "gamma" => vec![json!(0.0), json!(2.0)],
         // Variances.
         "output_noise" | "input_noise" | "state_noise" | "parameter_noise" | "ridge" => {

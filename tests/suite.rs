@@ -378,7 +378,9 @@ fn the_editions_are_frozen() {
     assert_eq!(manifest.current, "1.1");
     for edition in &manifest.editions[..2] {
         let suite = Suite::of(Some(edition), None, Tier::Full, &[]).unwrap();
-        let lines = suite.scenarios().map(|of| format!("{} {} {}\n", of.content, of.name, of.free));
+        let lines = suite
+            .scenarios()
+            .map(|of| format!("{} {} {}\n", of.content, of.name, of.free));
         let here: String = lines.collect();
         let frozen = std::fs::read_to_string(root(&format!("suite/{edition}.txt"))).unwrap();
         assert_eq!(

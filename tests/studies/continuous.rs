@@ -193,7 +193,11 @@ fn what_cannot_be() {
             ["observers[0] (luenberger)", "'gain', 'poles' and 'bandwidth'"],
         ),
         ("prior = 4", "", ["observers[1] (kalman-bucy)", "'prior'"]),
-        ("prior = 4", "process = -1", ["observers[1] (kalman-bucy)", "Q"]),
+        (
+            "prior = 4",
+            "process = -1",
+            ["observers[1] (kalman-bucy)", "expected an intensity"],
+        ),
         ("step = 0.05", "step = 0", ["step: 0", "above 0"]),
         ("step = 0.05", "step = 7", ["step of 7 s", "horizon of 6 s"]),
         ("step = 0.05", "step = 1e-12", ["steps", "at most 1e7"]),

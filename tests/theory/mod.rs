@@ -96,5 +96,5 @@ fn quick_trials_are_the_first_trials_of_the_full_study() {
             );
         }
     }
-    assert_eq!(files, 44);
+    assert_eq!(files, 45);
 }

@@ -11,6 +11,7 @@ pub use verdict::Verdict;
 
 use super::markup::{address, escape};
 use super::plot::{self, Picture};
+use asobench_study::files::PAGE_MAKER;
 
 const CSS: &str = include_str!("html/page.css");
 const JS: &str = include_str!("html/page.js");
@@ -80,7 +81,7 @@ impl Page {
             .collect();
         let figures = plot::STYLE;
         format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n{PAGE_MAKER}\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src \
              'unsafe-inline'; script-src 'sha256-{JS_HASH}'; img-src data:\">\n\

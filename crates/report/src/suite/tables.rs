@@ -466,13 +466,13 @@ impl<'a> Tables<'a> {
         type Number = fn(&Score) -> CellText;
         let kinds: [(&str, &str, &str, Number); 2] = [
             (
-                "efficiency",
+                "efficiency-by-difficulty",
                 "Relative efficiency by difficulty",
                 "Relative efficiency of the median run, by what is hard",
                 |of| efficient(of.efficiency[0]),
             ),
             (
-                "failures",
+                "failures-by-difficulty",
                 "Failure rates by difficulty",
                 "Failure rate, %, by what is hard",
                 |of| cell(of.lost, 100.0),

@@ -11,6 +11,9 @@ pub const SIMULATED: &str = "simulated.md";
 /// Its first line.
 pub const SIMULATED_TITLE: &str = "# What was simulated\n";
 
+/// A line of every page, by which it is known.
+pub const PAGE_MAKER: &str = "<meta name=\"generator\" content=\"asobench\">";
+
 /// The first line of every LaTeX table.
 pub const LATEX_TITLE: &str = "% Table of an asobench report; in the preamble: \\usepackage{booktabs}\n";
 
@@ -205,7 +208,13 @@ impl Kind {
                     || text.starts_with("%PDF-") && text.contains("/Creator (asobench)")
                     || text.starts_with("<svg ") && text.contains(" class=\"asoplot\" ")
             }
-            Self::Page => text.starts_with("<!DOCTYPE html>") && text.contains("<title>asobench report"),
+            Self::Page => {
+                // Pages of 0.2.0 are told by their title.
+                let told = [PAGE_MAKER, "<title>asobench report"]
+                    .iter()
+                    .any(|words| text.contains(words));
+                text.starts_with("<!DOCTYPE html>") && told
+            }
             Self::Verdicts => text.starts_with("# Verdicts\n\n| claim | what it says | verdict | experiment |\n"),
             Self::Table => text
                 .split_once("\r\n")

@@ -20,7 +20,7 @@ mod seal;
 mod staged;
 mod workbook;
 
-pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
+pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, PAGE_MAKER, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
 pub use numbers::numbers_as_parquet;
 use parquet::ParquetText;
 pub(crate) use parquet::{Column, Table, Values};

@@ -261,12 +261,16 @@ impl Likelihood<'_> {
         (gradient, information)
     }
 
-    /// Whether a variance of noise has gone to 0.
-    fn is_at_the_border(&self, at: &Point) -> bool {
+    /// The variances of the noises in u and y; 0 where one has gone to nothing.
+    fn noises(&self, at: &Point) -> [f64; 2] {
         let Window { u, y, .. } = self.window;
         let variances = &at.theta[at.theta.len() - VARIANCES..];
-        let [s_u, s_y] = [1, 2].map(|i| y.len() as f64 * libm::exp(variances[i]));
-        s_u < NOTHING * dot(u, u) || s_y < NOTHING * dot(y, y)
+        let noise = |logarithm: f64, signal: &[f64]| {
+            let variance = libm::exp(logarithm);
+            let is_something = variance * signal.len() as f64 >= NOTHING * dot(signal, signal);
+            if is_something { variance } else { 0.0 }
+        };
+        [noise(variances[1], u), noise(variances[2], y)]
     }
 
     /// Searches from a point; returns its end, and why it is no minimum.
@@ -300,7 +304,7 @@ impl Likelihood<'_> {
                 None if distance < FLAT => return (at, None),
                 None => break,
             }
-            if self.is_at_the_border(&at) {
+            if self.noises(&at).contains(&0.0) {
                 return (at, Some(FailureKind::Boundary));
             }
         }
@@ -395,8 +399,7 @@ impl NoisyInput {
     ) -> Result<(), FailureKind> {
         let (size, count) = (at.theta.len(), at.errors.len());
         let parameters = size - VARIANCES;
-        let variances = [1, 2].map(|i| libm::exp(at.theta[parameters + i]));
-        let [s_u, s_y] = variances;
+        let [s_u, s_y] = likelihood.noises(at);
         pass.noise_variances = Some([s_y, s_u]);
         let errors = at.errors.iter().enumerate();
         let squares = errors.map(|(k, e)| (at.root.at(k, k) * e).powi(2));

@@ -9,7 +9,7 @@ fn made(levels: &str) -> Study {
     let methods = ["mine", "oe", "bj"].map(|name| format!("[[methods]]\nname = \"{name}\"\nestimator = \"ls\"\n"));
     study(&format!(
         "measures = [\"e_a\"]\n[settings]\nplant = [\"nikolov2023\", \"other\"]\neta = {levels}\n\
-         [plants.other]\nA = [1, -0.5]\nB = [0, 1]\n{}",
+         [plants.other]\nA = [1, -0.5, 0, 0, 0, 0, 0.01]\nB = [0, 1]\n{}",
         methods.concat()
     ))
 }
