@@ -464,7 +464,9 @@ pub(super) fn medians(study: &Study, of: Measure) -> Option<LongTable> {
         });
     }
     let is_ratio = of.entry().scale == measure::Scale::Log;
-    if of.entry().better != Better::Neither {
+    if of.entry().better == Better::Neither {
+        columns = trials_of(columns);
+    } else {
         let heading = if is_ratio { "next / best" } else { "next - best" };
         columns = columns.number(heading, "", |cell| {
             let ranked = find(cell).map_or(&[][..], |ranked| &ranked.methods);
@@ -494,6 +496,16 @@ pub(super) fn medians(study: &Study, of: Measure) -> Option<LongTable> {
         .unless_empty()
 }
 
+/// With a column of the trials of each cell; by its heading files of these tables are known.
+fn trials_of<'a, I>(columns: Columns<'a, I>) -> Columns<'a, I>
+where
+    I: Iterator<Item = &'a CellSummary> + Clone,
+{
+    columns.number("trials of a cell", "", |cell| {
+        CellText::number(cell.trials.to_string(), cell.trials as f64)
+    })
+}
+
 /// The lost trials in per cent: a row for each cell, a column for each method; `None` if no trial was lost.
 pub(super) fn lost_table(study: &Study) -> Option<LongTable> {
     let labels = lead_outputs(study);
@@ -517,7 +529,7 @@ pub(super) fn lost_table(study: &Study) -> Option<LongTable> {
     }
     let caption = "Lost trials in per cent: failed, or with an unstable model; in parentheses the standard error of \
         the last digit.";
-    columns.table(caption, last).unless_empty()
+    trials_of(columns).table(caption, last).unless_empty()
 }
 
 #[cfg(test)]

@@ -237,7 +237,11 @@ const PLOTTERS: &str = "<svg width=\"900\" height=\"980\" viewBox=\"0 0 900 980\
 
 /// The header of a report's table contains at least one of these texts. Builds before the columns `measure` called them
 /// `figure`.
-const TABLES: [&str; 29] = [
+const TABLES: [&str; 32] = [
+    // Tables with a column for each method.
+    ",next / best",
+    ",next - best",
+    ",trials of a cell",
     "output,measure,trials,failed,unstable,",
     "output,figure,trials,failed,unstable,",
     "failed (%),unstable (%)",

@@ -313,7 +313,7 @@ impl Scorer {
         for (measure, value) in values {
             row[measure] = value;
         }
-        if let Some(test) = Whiteness::of(innovations, 0) {
+        if tested && let Some(test) = Whiteness::of(innovations, 0) {
             row[Measure::InnovationsWhite] = test.p_value;
         }
         Ok(())
