@@ -94,7 +94,13 @@ impl CellObserver {
     ) -> Result<(), FailureKind> {
         let y = &pass.less_offset(0, y);
         match self {
-            Self::Luenberger(observer) => observer.run(model, u, y, |k, x| visit(k, x, y[k] - x[0])),
+            Self::Luenberger(observer) => observer.run(
+                model,
+                u,
+                y,
+                #[inline(always)]
+                |k, x| visit(k, x, y[k] - x[0]),
+            ),
             Self::Gpebo(observer) => observer.run(model, u, y, |k, x| visit(k, x, y[k] - x[0])),
             Self::Known(Ok(filter)) => {
                 let (gains, n) = (Arc::clone(filter.kalman.shared_gains()), filter.model.states);

@@ -275,39 +275,30 @@ impl Scorer {
         let (from, curve, states) = (self.from, &mut self.curve, &record.states);
         let (tested, innovations) = (self.wanted.innovations, &mut self.innovations);
         innovations.clear();
-        let mut score = |k: usize, x_hat: &[f64]| {
-            // The length of xhat is a constant for small orders.
-            let n = x_hat.len();
-            let x = &states[k * n..(k + 1) * n];
-            let curve = curve.get_mut(k);
-            if k >= from {
-                let square = errors.add(x, x_hat);
-                if let Some(error) = curve {
-                    *error = square.sqrt();
-                }
-            } else if let Some(error) = curve {
-                *error = StateError::default().add(x, x_hat).sqrt();
-            }
-        };
-        let (observer, [u, y]) = (&mut self.observers[method], [&record.u, &record.y]);
-        // Innovations that nobody asks for are not computed.
-        if tested {
-            observer.run(pass, model, u, y, |k, x_hat, e| {
-                if k >= from {
+        self.observers[method].run(
+            pass,
+            model,
+            &record.u,
+            &record.y,
+            #[inline(always)]
+            |k, x_hat, e| {
+                if tested && k >= from {
                     innovations.push(e);
                 }
-                score(k, x_hat);
-            })?;
-        } else {
-            observer.run(
-                pass,
-                model,
-                u,
-                y,
-                #[inline(always)]
-                |k, x_hat, _| score(k, x_hat),
-            )?;
-        }
+                // The length of xhat is a constant for small orders.
+                let n = x_hat.len();
+                let x = &states[k * n..(k + 1) * n];
+                let curve = curve.get_mut(k);
+                if k >= from {
+                    let square = errors.add(x, x_hat);
+                    if let Some(error) = curve {
+                        *error = square.sqrt();
+                    }
+                } else if let Some(error) = curve {
+                    *error = StateError::default().add(x, x_hat).sqrt();
+                }
+            },
+        )?;
         let values = [
             (Measure::ExMax, errors.maximum()),
             (Measure::ExRms, errors.rms()),
