@@ -88,7 +88,8 @@ class Studies(unittest.TestCase):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             results = self.run_methods([curious], trials=5, settings=settings, feedbacks=feedbacks)
-        self.assertEqual(told[:5], [(2, 3, 0, 0, 0, 2, 6, 98, 1.0, "closed", trial) for trial in range(5)])
+        # The order is that of what was asked for, max(na, nb + nk - 1), not that of the plant.
+        self.assertEqual(told[:5], [(2, 3, 0, 0, 0, 2, 4, 98, 1.0, "closed", trial) for trial in range(5)])
         for u, y, r, _ in records:
             np.testing.assert_allclose(u, r - 0.4 * y, rtol=0, atol=1e-12)
         self.assertEqual(len({seed for *_, seed in records[:5]}), 5)
