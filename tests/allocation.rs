@@ -1,5 +1,5 @@
-//! A trial allocates nothing once its worker has warmed up. A program of its own: a program has one allocator, and this one
-//! counts.
+//! A trial allocates nothing once its worker has warmed up. A program of its own: a program has one allocator, and this
+//! one counts.
 
 #[path = "common/counting.rs"]
 mod counting;
@@ -59,8 +59,8 @@ fn a_trial_allocates_nothing() {
         let discrete = Measure::ALL
             .iter()
             .filter(|measure| measure.is_of(asobench::study::file::StudyKind::Discrete));
-        // Lanes do not have the distances d and d_g, predictions ahead and innovations. d_g takes room for the states of
-        // any model, predictions for their errors, innovations for their correlations.
+        // Lanes do not have the distances d and d_g, predictions ahead and innovations. d_g takes room for the states
+        // of any model, predictions for their errors, innovations for their correlations.
         let distances = [
             Measure::Distance,
             Measure::ResponseDistance,

@@ -295,7 +295,8 @@ fn the_identity_of_an_own_method_is_part_of_the_design() {
 /// coordinates to compare, and is nearly the plant by its response.
 #[test]
 fn arx_is_measured_as_its_structure_allows() {
-    let text = "[course]\nat = [500]\n[settings]\neta = 1\nwindow = 500\n[[methods]]\nestimator = \"ls\"\nsolver = \"qr\"\n\
+    let text = "[course]\nat = [500]\n[settings]\neta = 1\nwindow = 500\n[[methods]]\nestimator = \"ls\"\n\
+                solver = \"qr\"\n\
                 [[methods]]\nestimator = \"arx\"\n\
                 orders = [{ na = 6, nb = 6, nk = 1 }, \"na=8,nb=7,nk=1\", \"na=8,nb=8,nk=0\"]";
     let file = ExperimentFile::parse(text).expect("a valid file");

@@ -23,7 +23,8 @@ pub(super) fn typed(folder: &Path, line: &str) -> Output {
     shell.output().expect("a shell")
 }
 
-const STUDY: &str = "trials = 20\nmeasures = [\"e_a\", \"e_b\"]\n[settings]\nwindow = [40, 98]\nnoise = \"white\"\neta = 10\n\
+const STUDY: &str = "trials = 20\nmeasures = [\"e_a\", \"e_b\"]\n[settings]\nwindow = [40, 98]\nnoise = \"white\"\n\
+    eta = 10\n\
     [[methods]]\nestimator = \"arx\"\n";
 
 /// A folder with a record and a study.

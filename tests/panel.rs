@@ -124,8 +124,8 @@ fn the_table_fits_a_screen_and_pictures_need_one_model() {
     }
 }
 
-/// Of a model without noise model predictions at every horizon are the simulation; of others they lie between one step and
-/// the simulation.
+/// Of a model without noise model predictions at every horizon are the simulation; of others they lie between one step
+/// and the simulation.
 #[test]
 fn predictions_further_ahead() {
     let folder = folder();

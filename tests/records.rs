@@ -561,7 +561,8 @@ fn a_record_about_an_operating_point() {
         let text = oe(&moved, flags);
         text.split_whitespace().collect::<Vec<_>>().join(" ")
     };
-    // The means are no equilibrium. With what the hint advises the model is that about the equilibrium, and no hint is left.
+    // The means are no equilibrium. With what the hint advises the model is that about the equilibrium, and no hint is
+    // left.
     let means = ["--detrend", "mean"];
     assert!(words(&means).contains("--offset estimate the noise variance is"));
     let fitted = [&means[..], &["--offset", "estimate"]].concat();

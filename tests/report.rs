@@ -20,7 +20,8 @@ fn done(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-const OWN: &str = "title = \"x0 & <more>\"\ntrials = 40\ncurves = true\nparameters = true\nmeasures = [\"e_a\", \"e_b\"]\n[settings]\nwindow = [98, 198, 400]\n\
+const OWN: &str = "title = \"x0 & <more>\"\ntrials = 40\ncurves = true\nparameters = true\nmeasures = [\"e_a\", \"e_b\"]\n\
+    [settings]\nwindow = [98, 198, 400]\n\
     [[slopes]]\nfigure = \"e_a\"\nover = \"window\"\n[[bounds]]\nfigure = \"e_a\"\nbelow = 0.1\n";
 
 /// White noise: e_a of least squares is far from 10 and from 1e-9 in every trial.
@@ -185,8 +186,8 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     for name in &latex {
         check_latex(name, &text(name));
     }
-    // Of each study overview and bounds, of one slopes, of the other two claims; the verdicts; of three measures medians
-    // by cells and methods.
+    // Of each study overview and bounds, of one slopes, of the other two claims; the verdicts; of three measures
+    // medians by cells and methods.
     assert_eq!(latex.len(), 2 + 2 + 1 + 2 + 1 + 3, "{latex:?}");
     compile(folder.path(), &latex.iter().map(|name| text(name)).collect::<Vec<_>>());
     for name in latex {

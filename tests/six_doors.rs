@@ -1,6 +1,6 @@
-//! The doors by which foreign bytes come in: records as CSV, Parquet and workbook, experiment files, manifest and summary,
-//! blocks, and replies of workers. Whatever comes is taken, or refused in one line that names the file, soon and in
-//! little memory. Nothing panics.
+//! The doors by which foreign bytes come in: records as CSV, Parquet and workbook, experiment files, manifest and
+//! summary, blocks, and replies of workers. Whatever comes is taken, or refused in one line that names the file, soon
+//! and in little memory. Nothing panics.
 //!
 //! `ASOBENCH_FUZZ_SECONDS=3600 cargo test --release --test it six_doors -- --ignored --nocapture` spends an hour at all
 //! doors in turn. A failure tells its file and seed and keeps the input; `ASOBENCH_FUZZ_DOOR=study.toml` and
@@ -223,7 +223,8 @@ fn workbook(sheet: &[u8]) -> Vec<u8> {
         (
             "xl/workbook.xml",
             format!(
-                "<workbook xmlns=\"{MAIN}\" xmlns:r=\"{OFFICE}\"><sheets><sheet name=\"a\" sheetId=\"1\" r:id=\"rId1\"/>\
+                "<workbook xmlns=\"{MAIN}\" xmlns:r=\"{OFFICE}\"><sheets>\
+             <sheet name=\"a\" sheetId=\"1\" r:id=\"rId1\"/>\
                  </sheets></workbook>"
             ),
         ),
@@ -251,8 +252,11 @@ fn worksheet() -> Vec<u8> {
     };
     let rows: String = (2..62).map(row).collect();
     let main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
-    format!("<worksheet xmlns=\"{main}\"><dimension ref=\"A1:B61\"/><sheetData><row r=\"1\">{head}</row>{rows}</sheetData></worksheet>")
-        .into_bytes()
+    format!(
+        "<worksheet xmlns=\"{main}\"><dimension ref=\"A1:B61\"/><sheetData><row r=\"1\">{head}</row>{rows}</sheetData>\
+         </worksheet>"
+    )
+    .into_bytes()
 }
 
 /// A table of u and y with compressed pages.

@@ -20,8 +20,8 @@ use std::time::Instant;
 mod pilot;
 mod plants;
 
-/// Check an experiment file; print the grid's size, and time, memory and room on disk, estimated from a few trials. Of a
-/// folder of results: check that its files are unchanged.
+/// Check an experiment file; print the grid's size, and time, memory and room on disk, estimated from a few trials. Of
+/// a folder of results: check that its files are unchanged.
 #[derive(clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]

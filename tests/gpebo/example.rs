@@ -92,8 +92,8 @@ fn the_example_ranks_as_the_paper_says() {
     assert_eq!(summary.observers[1].excitation.frozen_at, [None, None]);
 }
 
-/// The text on Eq. (14): with |d| small, three terms of the series of exp(d) come close to its value. In the example the
-/// filtered d = k / (p + k) dbar of Eq. (11), whose largest value is the sketch's, leaves them within 2 %.
+/// The text on Eq. (14): with |d| small, three terms of the series of exp(d) come close to its value. In the example
+/// the filtered d = k / (p + k) dbar of Eq. (11), whose largest value is the sketch's, leaves them within 2 %.
 #[test]
 fn three_terms_of_the_series_are_close() {
     let (step, mut last, mut d) = (1e-3_f64, [0.0; 2], [0.0_f64; 2]);

@@ -11,8 +11,8 @@ fn study(change: impl Fn(String) -> String) -> Experiment {
     Experiment::new(file).unwrap()
 }
 
-/// scipy 1.17.1: with `F = expm(A Ts)`, Qd by `quad` of `expm(A t) Q expm(A t).T`, `P = solve_discrete_are(F.T, C.T, Qd,
-/// [[R]], s=S)` and `O = [C; C F]` the trace of `O P O.T` is the mean square of the steady filter's error.
+/// scipy 1.17.1: with `F = expm(A Ts)`, Qd by `quad` of `expm(A t) Q expm(A t).T`, `P = solve_discrete_are(F.T, C.T,
+/// Qd, [[R]], s=S)` and `O = [C; C F]` the trace of `O P O.T` is the mean square of the steady filter's error.
 #[test]
 fn the_error_of_the_filter_is_that_of_scipys_riccati_equation() {
     let experiment = study(|text| text);
@@ -103,7 +103,8 @@ fn units_of_the_states_do_not_matter() {
 fn discrete_states_and_noise_on_the_input() {
     let text = "measures = [\"rms_x\"]\n[plants.own]\na = [-0.7, 1.5]\nb = [1.0, 2.0]\nx0 = [1.0, -2.0]\n\
                 [plants.same.states]\nA = [[0, 1], [-0.7, 1.5]]\nB = [1, 2]\nC = [1, 0]\n\
-                [plants.turned]\nx0 = [-1.0, 2.0]\n[plants.turned.states]\nA = [[1, 1], [-0.2, 0.5]]\nB = [1, 1]\nC = [1, 0]\n\
+                [plants.turned]\nx0 = [-1.0, 2.0]\n[plants.turned.states]\nA = [[1, 1], [-0.2, 0.5]]\nB = [1, 1]\n\
+                    C = [1, 0]\n\
                 [covariances.motor]\ninput = 0.25\nR = 0.09\n\
                 [settings]\nplant = \"PLANT\"\nnoise = \"white\"\nx0 = X0\nETA\nwindow = 20\nhorizon = 60\n\
                 [[methods]]\nestimator = \"known\"\nobserver = \"kalman\"";

@@ -29,7 +29,8 @@ fn cells_of(numbers: &[Vec<String>], id: &str, study: &str) -> String {
     counts.filter_map(count).collect::<Vec<_>>().join(", ")
 }
 
-/// The papers' sentences have the verdicts and cells of the committed tables: "`C2` (`nikolov2023`): does not hold (1 fail)".
+/// The papers' sentences have the verdicts and cells of the committed tables: "`C2` (`nikolov2023`): does not hold (1
+/// fail)".
 #[test]
 fn the_verdicts_of_the_papers_sentences_are_the_committed_ones() {
     let (page, claims) = (read("docs/reproduce.md"), read("results/report/claims.md"));

@@ -1,6 +1,7 @@
-//! Simulated records as engineers have them (`bank/`: step tests, tanks, motors, heat exchangers, arms, drift, loops, direct
-//! terms, outliers, gaps, fast and slow sampling, units), made by another program, with their truths and the standard
-//! errors of a fit of the right structure. Whoever does what the hints of `asobench estimate` say ends at the truth.
+//! Simulated records as engineers have them (`bank/`: step tests, tanks, motors, heat exchangers, arms, drift, loops,
+//! direct terms, outliers, gaps, fast and slow sampling, units), made by another program, with their truths and the
+//! standard errors of a fit of the right structure. Whoever does what the hints of `asobench estimate` say ends at the
+//! truth.
 
 use crate::common::asobench_in;
 use serde::Deserialize;
@@ -32,7 +33,7 @@ const TAKEN: [&str; 6] = [
 /// Hints are followed so often.
 const STEPS: usize = 6;
 
-/// What `estimate` says: its only estimate, if there is one, and its advice, warnings first.
+/// The answer of `estimate`: its only estimate, if there is one, and its advice, warnings first.
 fn ask(folder: &Path, flags: &[String]) -> (Option<Value>, Vec<String>) {
     let mut arguments = vec!["estimate", "record.csv", "--format", "json"];
     arguments.extend(flags.iter().map(String::as_str));

@@ -6,7 +6,8 @@ use super::{Place, assert_same, stderr, stdout, succeeds};
 const COURSES: &str = r#"
 trials = 60
 store = "trials"
-measures = ["rms_x", "e_theta", "e_theta_rms", "t_reach", "t_settle", "t_frozen", "adaptation", "excitation", "dbar_max", "step_error", "step_order"]
+measures = ["rms_x", "e_theta", "e_theta_rms", "t_reach", "t_settle",
+            "t_frozen", "adaptation", "excitation", "dbar_max", "step_error", "step_order"]
 compare = [["proposed", "gradient"]]
 
 [continuous]

@@ -185,8 +185,8 @@ fn under(place: &Place, word: &str, arguments: &[&str]) -> Output {
 }
 
 /// The files of a study, what theory says of it, and models of a record, are the same bytes under each instruction set:
-/// those of lanes and of theory on every machine, those of continuous time where the platform's sine is the same, those of
-/// faer on this one, as it chooses its own.
+/// those of lanes and of theory on every machine, those of continuous time where the platform's sine is the same, those
+/// of faer on this one, as it chooses its own.
 #[test]
 fn every_instruction_set_leaves_the_same_bytes() {
     let place = place();

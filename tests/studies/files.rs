@@ -540,7 +540,8 @@ fn plants_that_change() {
 #[test]
 fn a_boolean_option_is_read_back() {
     let place = Place::new();
-    let study = "trials = 2\nmeasures = [\"e_g\"]\n[settings]\nplant = \"mine\"\nnoise = \"white\"\neta = 5\nwindow = 400\n\
+    let study = "trials = 2\nmeasures = [\"e_g\"]\n[settings]\nplant = \"mine\"\nnoise = \"white\"\neta = 5\n\
+                 window = 400\n\
                  [plants.mine]\nA = [1, -1.8, 0.82]\nB = [0, 0.1, 0.1]\n[[methods]]\nestimator = \"srivc\"\n\
                  orders = \"nb=2,nf=2,nk=1\"\nts = 0.1\nintegrator = false\n";
     place.write("study.toml", study.as_bytes());

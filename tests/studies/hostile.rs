@@ -357,7 +357,8 @@ fn words_and_lists_have_an_end() {
 #[test]
 fn a_replay_needs_one_cell() {
     let place = Place::new();
-    let text = "trials = 2\nmeasures = [\"e_a\"]\n[settings]\nclaim = [\"C2\", \"1\", \"a:b\"]\neta = [5, 10]\nplant = \"p\"\n\
+    let text = "trials = 2\nmeasures = [\"e_a\"]\n[settings]\nclaim = [\"C2\", \"1\", \"a:b\"]\neta = [5, 10]\n\
+                plant = \"p\"\n\
                 horizon = 110\n[plants.p]\na = [-0.7, 1.5]\nb = [1.0, 0.5]\n[[methods]]\nname = \"m pass \
                 7\"\niterations = 1\n";
     place.write("cells.toml", text.as_bytes());

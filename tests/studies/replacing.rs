@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A study that keeps its trials; [`OTHER`] keeps none, and has other cells.
 const FIRST: &str = "trials = 40\nseed = 1\nstore = \"trials\"\nmeasures = [\"e_a\"]\n[settings]\neta = [2, 10]\n\
                      window = 18\n[[methods]]\nestimator = \"ls\"\n\
-                     [[claims]]\nid = \"c1\"\ntext = \"Small.\"\ntest = { value = \"e_a\", of = \"ls\", below = 9 }\n";
+                     [[claims]]\nid = \"c1\"\ntext = \"Small.\"\n\
+                     test = { value = \"e_a\", of = \"ls\", below = 9 }\n";
 const OTHER: &str = "trials = 60\nseed = 2\nmeasures = [\"e_a\"]\n[settings]\neta = 5\nwindow = 50\n[[methods]]\n\
                      iterations = 1\n\
                      [[claims]]\nid = \"c2\"\ntext = \"Large.\"\ntest = { value = \"e_a\", of = \"iv(1)\", below = 9 }\n";
@@ -103,7 +104,7 @@ fn a_foreign_folder_stays_as_it_is() {
     }
 }
 
-/// In a folder of results, files of others stay and are named; with one of them in the place of a result, or among the
+/// In a folder of results, files of others stay and are named; with one of them in place of a result, or among the
 /// blocks, nothing is replaced.
 #[test]
 fn what_is_not_listed_stays_and_is_said() {
@@ -222,7 +223,7 @@ fn a_busy_folder_is_refused() {
     succeeds(&place.run(&OVERWRITE));
 }
 
-/// Fewer trials replace more, and a study that was to replace another and was stopped goes on with the same command;
+/// Fewer trials replace more, and a study that was to replace another and was stopped continues with the same command;
 /// the results before stay readable, and their command finds them whole.
 #[test]
 fn a_stopped_replacement_goes_on() {

@@ -3,11 +3,11 @@
 //!     cargo run --release -p asobench-identification --features json --example defaults -- \
 //!         BANK ESTIMATOR TRIALS [OPTION=VALUE,...]...
 //!
-//! BANK is `a`, on which defaults were chosen, or `b`, on which they are shown; `a3` is one plant of it. Each variant of the options is a line: for
-//! each length the share of models that are off by more than six bounds or missing, and the rms of the others over the
-//! bound. The distance of a model is that of its output without noise from the true one, `sqrt(sum (y - y0)^2 / (d s^2))`
-//! with d parameters and noise of variance s^2, which tends to 1 for an efficient method; with a noise model, that of its
-//! prediction errors from the true ones.
+//! BANK is `a`, on which defaults were chosen, or `b`, on which they are shown; `a3` is one plant of it. Each variant
+//! of the options is a line: for each length the share of models that are off by more than six bounds or missing, and
+//! the rms of the others over the bound. The distance of a model is that of its output without noise from the true one,
+//! `sqrt(sum (y - y0)^2 / (d s^2))` with d parameters and noise of variance s^2, which tends to 1 for an efficient
+//! method; with a noise model, that of its prediction errors from the true ones.
 
 use asobench_identification::estimator::{EstimatorName, Method, Pass, Progress, Shape, Window};
 use asobench_identification::model::polynomial::{divide, filter, multiply};

@@ -21,8 +21,8 @@ pub enum FailureKind {
     NotRun,
     /// An iteration did not converge.
     NoConvergence,
-    /// A search ended at the border of stability, or of a range that was given, where the criterion still falls; the best
-    /// model so far is there.
+    /// A search ended at the border of stability, or of a range that was given, where the criterion still falls; the
+    /// best model so far is there.
     Boundary,
     /// A search took all its iterations, or no step helped; the best model so far is there.
     IterationLimit,

@@ -1,4 +1,4 @@
-//! What the registry says of estimators, for Python's signatures and docs.
+//! The registry's words on estimators, for Python's signatures and docs.
 
 use asobench_identification::estimator::{EstimatorName, MethodOptions};
 use asobench_identification::observer::Gain;

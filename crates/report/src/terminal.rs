@@ -52,8 +52,8 @@ pub fn verdicts(study: &Study) -> String {
     lines.chain(tested).collect()
 }
 
-/// The verdicts on one screen: as [`verdicts`] if that fits, otherwise a line for each claim that is decided and a count
-/// of the others.
+/// The verdicts on one screen: as [`verdicts`] if that fits, otherwise a line for each claim that is decided and a
+/// count of the others.
 pub fn short_verdicts(study: &Study) -> String {
     let all = verdicts(study);
     if all.lines().count() <= LINES {

@@ -83,8 +83,8 @@ pub fn share(met: Share) -> String {
     }
 }
 
-/// A share in per cent with its binomial standard error: `9(3)`, and `1(1)` for one trial of 100; `0` and `100` where no
-/// trial or every trial counts, which have none.
+/// A share in per cent with its binomial standard error: `9(3)`, and `1(1)` for one trial of 100; `0` and `100` where
+/// no trial or every trial counts, which have none.
 pub(crate) fn per_cent(of: Share) -> String {
     match of.count {
         _ if of.total == 0 => "-".to_owned(),

@@ -131,16 +131,17 @@ fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
         _ => format!("; so have lines {}", named.join(", ")),
     };
     Some(format!(
-        "sample k = {}{line} has a residual of {} robust standard deviations, as none of {} normal numbers has (1 %){others}: \
-         an outlier, or a model that misses something there; with the cell left empty, --missing equations fits without it",
+        "sample k = {}{line} has a residual of {} robust standard deviations, as none of {} normal numbers has \
+         (1 %){others}: an outlier, or a model that misses something there; with the cell left empty, \
+         --missing equations fits without it",
         first.sample,
         rounded(first.deviations, 3),
         estimate.last().residuals.as_ref()?.rows
     ))
 }
 
-/// An input that moves together with y: a direct term, where the delay of the model is the smallest one after that, or a
-/// controller.
+/// An input that moves together with y: a direct term, where the delay of the model is the smallest one after that, or
+/// a controller.
 fn direct(estimate: &Estimate, report: &Report) -> Option<String> {
     let sentence = match report.feedback?.verdict() {
         LoopVerdict::AtOnce if estimate.last().fitted.model.delay == 1 => {

@@ -14,7 +14,7 @@ pub(super) const LEVEL: f64 = 1e-3;
 /// Samples of the longest record of which it is asked: each addition is a fit of its own.
 const MOST: usize = 100_000;
 
-/// What may be fitted beside the model.
+/// A parameter that may be fitted beside the model.
 #[derive(Clone, Copy)]
 struct Addition {
     flags: &'static str,
@@ -57,7 +57,7 @@ const ADDITIONS: [Addition; 4] = {
     ]
 };
 
-/// What is to be fitted beside the model.
+/// The parameters to be fitted beside the model.
 pub(super) struct Advice {
     /// Whether a start is among it, of a method that can fit one.
     pub(super) start: bool,
@@ -68,8 +68,8 @@ pub(super) struct Advice {
 }
 
 /// Returns the advice on a start, an offset, or both, by which the same method has a lower loss than by chance: the
-/// likelihood ratio, over the factor by which residuals of this colour inflate the square of a mean, is beyond the point
-/// of chi-square. Of several the one of the lowest BIC is named. `None` where the method has no such options.
+/// likelihood ratio, over the factor by which residuals of this colour inflate the square of a mean, is beyond the
+/// point of chi-square. Of several the one of the lowest BIC is named. `None` where the method has no such options.
 pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
     let last = &estimate.last().fitted;
     let fitted = |key: &str| Some(estimate.options.get(key)?.as_str()? == "estimate");

@@ -136,9 +136,9 @@ fn of_times(LikeTimes { column, gaps }: LikeTimes) -> String {
         _ => format!("{count} steps that are longer than the others, the first"),
     };
     format!(
-        "warning: column {column}, which is not used, has {steps} before line {line}: samples are missing, and the model \
-         takes them as consecutive; --time {column} --missing equations leaves out what touches a gap, longest-run takes \
-         the longest part without one"
+        "warning: column {column}, which is not used, has {steps} before line {line}: samples are missing, and the \
+         model takes them as consecutive; --time {column} --missing equations leaves out what touches a gap, \
+         longest-run takes the longest part without one"
     )
 }
 
@@ -181,8 +181,8 @@ fn ways_on(error: &RecordError) -> Cow<'static, str> {
         }
         RecordError::RepeatedColumn { .. } => "; --input, --output and --time choose one by its number",
         RecordError::Missing { .. } | RecordError::Gap { .. } => {
-            "; --missing longest-run takes the longest part without a gap, --missing equations leaves out the equations that \
-             touch one"
+            "; --missing longest-run takes the longest part without a gap, --missing equations leaves out the \
+             equations that touch one"
         }
         RecordError::Thousands { .. } | RecordError::MixedDecimals { .. } => {
             "; --decimal point or --decimal comma says which mark separates decimals"

@@ -32,8 +32,8 @@ fn check(arguments: &Arguments) -> Result<(), Error> {
     }
 }
 
-/// Reads the further records, and subtracts from each file its own trend. They follow each other in the report's record,
-/// each part between gaps by itself.
+/// Reads the further records, and subtracts from each file its own trend. They follow each other in the report's
+/// record, each part between gaps by itself.
 pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> Result<Report, Error> {
     check(arguments)?;
     check_order(orders)?;
@@ -99,7 +99,8 @@ fn subtract(arguments: &Arguments, found: &mut Recognised) -> Result<(), Error> 
     let detrend = arguments.record.detrend;
     if detrend == Detrend::Linear && !found.segments.is_empty() {
         return Err(Error::Input(
-            "--detrend linear: a record with gaps has no line through its samples' numbers; expected mean, first or none"
+            "--detrend linear: a record with gaps has no line through its samples' numbers; expected mean, \
+             first or none"
                 .to_owned(),
         ));
     }

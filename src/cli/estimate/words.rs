@@ -129,8 +129,8 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
             })
         }
         FailureKind::Boundary if estimate.name.takes("dead_time") => Some(
-            "the dead time lies at an end of its range, beyond which the loss falls: a wider --dead-time LOW:HIGH; there \
-             are no standard errors",
+            "the dead time lies at an end of its range, beyond which the loss falls: a wider --dead-time LOW:HIGH; \
+             there are no standard errors",
         ),
         FailureKind::Boundary => Some(
             "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard \

@@ -37,8 +37,8 @@ pub struct ProcessSettings {
     /// Standard deviation q of every component of the process noise, `w(k) ~ N(0, q^2 I)`, in the states' units; 0 for
     /// none. Open loop only.
     pub process_noise: f64,
-    /// Instead of [`Self::process_noise`]: white noise with these covariances, in the states' coordinates and units. With
-    /// R the measurement noise is white and of that variance, whatever the level. Open loop only.
+    /// Instead of [`Self::process_noise`]: white noise with these covariances, in the states' coordinates and units.
+    /// With R the measurement noise is white and of that variance, whatever the level. Open loop only.
     pub state_noise: Option<StateNoise>,
     /// The feedback that closes the loop.
     pub feedback: Feedback,
@@ -267,7 +267,8 @@ impl Process {
     /// = 0 ... N-1, or with a controller in the part before the record.
     ///
     /// Plant, r, f and the input-measurement noise depend on seed and trial alone, not on eta, window or horizon (which
-    /// only truncates them; and with [`LevelOver::WindowAlone`] f is zero after the window). A diverging loop gives values that are not finite.
+    /// only truncates them; and with [`LevelOver::WindowAlone`] f is zero after the window). A diverging loop gives
+    /// values that are not finite.
     ///
     /// # Panics
     /// If the window is longer than the horizon.

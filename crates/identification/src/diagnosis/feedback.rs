@@ -19,7 +19,7 @@ const MOST: usize = 20_000;
 /// The share of the squares of y beside its past that u(k) leaves where it tells y(k): one per cent of y's size.
 const TOLD: f64 = 1e-4;
 
-/// What a record says of feedback, by p-values of F tests at 1 % that future inputs help to predict y(k) beside its
+/// The signs of feedback in a record: p-values of F tests at 1 % that future inputs help to predict y(k) beside its
 /// past.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FeedbackTest {

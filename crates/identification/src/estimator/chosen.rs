@@ -14,9 +14,9 @@ named_enum! {
     OrderRule, "rule for the order" {
         /// Schwarz's criterion, `N ln V + d ln N` (the default).
         Bic = "bic",
-        /// Akaike's for few samples, `N ln V + 2 d + 2 d (d + 1)/(N - d - 1)`. Of `oe`, `armax` and `bj` it takes orders
-        /// that are too large, at N = 1,000 too: a pair of pole and zero near the circle that nearly cancel fits the
-        /// noise, a search finds the best place for it, and no criterion of Akaike counts that.
+        /// Akaike's for few samples, `N ln V + 2 d + 2 d (d + 1)/(N - d - 1)`. Of `oe`, `armax` and `bj` it takes
+        /// orders that are too large, at N = 1,000 too: a pair of pole and zero near the circle that nearly cancel fits
+        /// the noise, a search finds the best place for it, and no criterion of Akaike counts that.
         Aicc = "aicc",
         /// Akaike's, `N ln V + 2 d`.
         Aic = "aic",
@@ -215,8 +215,8 @@ mod tests {
         assert!(bic >= 7 && bic >= aicc && aicc >= aic, "{right:?}");
     }
 
-    /// Records that begin far from rest: each order is judged by the errors of its model of the first part, whose states
-    /// go on from there, and the least errors choose.
+    /// Records that begin far from rest: each order is judged by the errors of its model of the first part, whose
+    /// states go on from there, and the least errors choose.
     #[test]
     fn cross_validation_carries_the_start_on() {
         const N: usize = 200;

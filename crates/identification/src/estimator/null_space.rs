@@ -42,9 +42,9 @@ pub(super) struct HighOrder {
 /// The equations of a high-order model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Equations {
-    /// Those of all samples, with zeros before the record.
+    /// One for each sample, with zeros before the record.
     Prewindow,
-    /// Those whose samples are all in the record.
+    /// Only the equations whose samples are all in the record.
     Complete,
     /// The same with a constant.
     WithConstant,

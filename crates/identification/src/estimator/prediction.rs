@@ -41,8 +41,8 @@ pub fn prediction_errors(model: &LinearModel, u: &[f64], y: &[f64], window: usiz
     Some((0, e))
 }
 
-/// Returns [`prediction_errors`] of predictions `horizon` steps ahead, which know u up to k and y up to k - horizon, and
-/// the first sample that counts.
+/// Returns [`prediction_errors`] of predictions `horizon` steps ahead, which know u up to k and y up to k - horizon,
+/// and the first sample that counts.
 ///
 /// With `C/(A D) = sum g_i q^-i` they are `sum_(i < horizon) g_i e(k - i)`. Where the predictor has a start, the first
 /// samples are predicted from it, over fewer steps.

@@ -31,8 +31,8 @@ pub trait Iteration: Send {
     /// Why it did not come to rest.
     fn find(&mut self, window: Window<'_>, steps: &mut usize, condition: &mut f64) -> Result<(), FailureKind>;
 
-    /// Computes the model's noise variance, and its covariance if the iteration came to rest. Returns the sum of squared
-    /// prediction errors.
+    /// Computes the model's noise variance, and its covariance if the iteration came to rest. Returns the sum of
+    /// squared prediction errors.
     ///
     /// # Errors
     /// Why there is no model or no covariance.

@@ -109,8 +109,8 @@ impl Fitted {
     ///
     /// Where `noise` is not known, [`ObserverKind::Kalman`] and [`ObserverKind::KalmanColoured`] identify it on the
     /// record u, y: process noise rho r I and measurement noise of variance r, by maximum likelihood
-    /// ([`Kalman::identified`]). The colour is C / (A D) of the model. A known noise gives an observer with placed poles
-    /// the covariance of its errors, `P = F P F' + Q + r g g'` with F = A - g c'.
+    /// ([`Kalman::identified`]). The colour is C / (A D) of the model. A known noise gives an observer with placed
+    /// poles the covariance of its errors, `P = F P F' + Q + r g g'` with F = A - g c'.
     ///
     /// # Errors
     /// [`ObservationError`].
@@ -239,8 +239,8 @@ impl Fitted {
 /// adapted.
 ///
 /// # Errors
-/// [`ObservationError::Setup`], or [`ObservationError::Failed`] if a number is not finite, or the method has no state of
-/// its own.
+/// [`ObservationError::Setup`], or [`ObservationError::Failed`] if a number is not finite, or the method has no state
+/// of its own.
 ///
 /// # Panics
 /// If u and y differ in length.

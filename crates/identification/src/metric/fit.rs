@@ -10,8 +10,8 @@ use std::ops::Range;
 pub struct Fit {
     /// FIT with yhat simulated from x0, using u only.
     pub simulated: f64,
-    /// FIT with yhat predicted one step ahead, using y up to k - 1, from the start of [`super::prediction_errors`], or from
-    /// rest where x0 is 0; NaN if there is no start.
+    /// FIT with yhat predicted one step ahead, using y up to k - 1, from the start of [`super::prediction_errors`], or
+    /// from rest where x0 is 0; NaN if there is no start.
     pub one_step: f64,
     /// FIT with yhat predicted [`FitModel::horizon`] steps ahead, using y up to k - horizon; `None` for one step.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -87,8 +87,8 @@ pub fn fit(model: FitModel<'_>, u: &[f64], y: &[f64], window: usize, range: Rang
     }
 }
 
-/// Returns the FIT over a range of samples with y predicted `horizon` samples ahead; NaN if there is no start. The first
-/// `window` samples determine the start of the predictor.
+/// Returns the FIT over a range of samples with y predicted `horizon` samples ahead; NaN if there is no start. The
+/// first `window` samples determine the start of the predictor.
 ///
 /// # Panics
 /// If u and y differ in length, or the window or the range reaches beyond them.

@@ -417,8 +417,8 @@ impl Among<'_> {
     /// The q-quantile: type 7 of Hyndman and Fan (1996), on the order statistics to the sketch's resolution. NaN if
     /// there are no values.
     ///
-    /// The MCSE is that of [`Quantile::mcse`], but at least half the width of the value's bin over 1.96. If the values are denser than the bins, the bin limits the
-    /// accuracy.
+    /// The MCSE is that of [`Quantile::mcse`], but at least half the width of the value's bin over 1.96. If the values
+    /// are denser than the bins, the bin limits the accuracy.
     ///
     /// # Panics
     /// In debug builds, if q is not in [0, 1].

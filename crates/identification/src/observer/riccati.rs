@@ -178,9 +178,9 @@ pub fn care(a: MatRef<'_, f64>, c: &[f64], q: MatRef<'_, f64>, r: f64) -> Result
     })
 }
 
-/// Solves the same for correlated noises, `E[w(t) v(t')] = s delta(t - t')`, s n numbers: `A P + P A' + Q - (P c + s) r^-1
-/// (P c + s)' = 0` with the gain `L = (P c + s) / r`. It is [`care`] of `A - s c' / r` and `Q - s s' / r`, whose gain is
-/// `L - s / r`.
+/// Solves the same for correlated noises, `E[w(t) v(t')] = s delta(t - t')`, s n numbers: `A P + P A' + Q - (P c + s)
+/// r^-1 (P c + s)' = 0` with the gain `L = (P c + s) / r`. It is [`care`] of `A - s c' / r` and `Q - s s' / r`, whose
+/// gain is `L - s / r`.
 ///
 /// # Errors
 /// As for [`care`], and [`RiccatiError::Indefinite`] for `Q - s s' / r`.

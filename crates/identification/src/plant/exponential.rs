@@ -30,8 +30,8 @@ const FIRST_COEFFICIENT: f64 = 116.447_004_251_763;
 
 /// Computes `e^A` of a square matrix by scaling and squaring with the [13/13] Pade approximant:
 /// `e^A = D r(D^-1 A D / 2^s)^(2^s) D^-1`. D are the units of [`balance`], so that the states' units do not matter.
-/// s is the smallest integer for which `4.25 2^s` is at least `min(max(d_6, d_8), max(d_8, d_10))`, `d_p = ||A^p||^(1/p)`,
-/// and more where the approximant's own rounding asks for it.
+/// s is the smallest integer for which `4.25 2^s` is at least `min(max(d_6, d_8), max(d_8, d_10))`, with
+/// `d_p = ||A^p||^(1/p)`, and more where the approximant's own rounding asks for it.
 ///
 /// If an entry of A is not finite, all entries are NaN. If `e^A` overflows, entries are infinite or NaN. Source: A. H.
 /// Al-Mohy, N. J. Higham, A new scaling and squaring algorithm for the matrix exponential, SIAM J. Matrix Anal. Appl.

@@ -4,8 +4,8 @@ use super::balance::{balance, in_units, norm_1, power_of_two};
 use super::{ContinuousPlant, StateSpace, eigenvalues, exponential, polynomial_from_poles};
 use faer::{Mat, MatRef, Scale};
 
-/// The plant `z(k+1) = A z(k) + b u(k)`, `y(k) = c'z(k)` in any coordinates z (n). The canonical state is `x = O z`, O the
-/// observability matrix `c'; c'A; ...; c'A^(n-1)`: for `c'A^n = a'O` (Cayley and Hamilton).
+/// The plant `z(k+1) = A z(k) + b u(k)`, `y(k) = c'z(k)` in any coordinates z (n). The canonical state is `x = O z`, O
+/// the observability matrix `c'; c'A; ...; c'A^(n-1)`: for `c'A^n = a'O` (Cayley and Hamilton).
 #[derive(Clone, Debug)]
 pub struct OwnStates {
     a: Mat<f64>,
@@ -83,13 +83,13 @@ impl OwnStates {
     }
 }
 
-/// Returns `int_0^T e^(A t) Q e^(A't) dt` (n x n), the covariance of white noise of intensity Q after a sampling time T,
-/// exactly symmetric.
+/// Returns `int_0^T e^(A t) Q e^(A't) dt` (n x n), the covariance of white noise of intensity Q after a sampling time
+/// T, exactly symmetric.
 ///
-/// `exp([-A, Q; 0, A'] h) = [., G; 0, F']` has `F G`, the integral over h (C. F. Van Loan, Computing integrals involving the
-/// matrix exponential, IEEE Trans. Automatic Control 23 (1978) 395-404). The first block grows as fast as the plant
-/// decays, so h is T / 2^k with a norm of `A h` below 1, in units of the states in which A is balanced; then the integral
-/// over 2h is that over h plus `F (.) F'`, which rounds nothing away.
+/// `exp([-A, Q; 0, A'] h) = [., G; 0, F']` has `F G`, the integral over h (C. F. Van Loan, Computing integrals
+/// involving the matrix exponential, IEEE Trans. Automatic Control 23 (1978) 395-404). The first block grows as fast as
+/// the plant decays, so h is T / 2^k with a norm of `A h` below 1, in units of the states in which A is balanced; then
+/// the integral over 2h is that over h plus `F (.) F'`, which rounds nothing away.
 ///
 /// # Panics
 /// If A and Q are not square and of one size.
@@ -131,8 +131,8 @@ mod tests {
     use faer::mat;
 
     /// mpmath 1.3, 40 digits: `quad(lambda t: (expm(A t) Q expm(A t).T)[i, j], linspace(0, T, 9))`: a lightly damped
-    /// pair, a motor, a double integrator, and a stiff plant with an unstable mode, whose exp(-A T) is 1e86. In other units
-    /// of the states too.
+    /// pair, a motor, a double integrator, and a stiff plant with an unstable mode, whose exp(-A T) is 1e86. In other
+    /// units of the states too.
     #[test]
     fn van_loans_integral_as_mpmath() {
         let cases = [

@@ -8,8 +8,8 @@ use faer::{Mat, MatRef};
 /// White Gaussian noise of `x(k+1) = A x(k) + b u(k) + w(k)`, `y(k) = c'x(k) + v(k)`: `Q = E[w w']` (n x n),
 /// `R = E[v v]`, `S = E[w v]` (n), in units of the states and of y. Without R, v is of another source and S = 0.
 ///
-/// It is drawn as `w = L z + (S / sqrt R) f`, `v = sqrt(R) f` with independent white z (n) and f of variance 1 and `L L' =
-/// Q - S S' / R`.
+/// It is drawn as `w = L z + (S / sqrt R) f`, `v = sqrt(R) f` with independent white z (n) and f of variance 1 and `L
+/// L' = Q - S S' / R`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateNoise {
     /// L, n x n.
@@ -58,8 +58,8 @@ impl StateNoiseError {
 }
 
 impl StateNoise {
-    /// Makes the noise of covariances in any coordinates. Q may be singular; it counts as symmetric where entries differ
-    /// by 1e-12 of their size, and as semidefinite up to rounding, in any units of the states.
+    /// Makes the noise of covariances in any coordinates. Q may be singular; it counts as symmetric where entries
+    /// differ by 1e-12 of their size, and as semidefinite up to rounding, in any units of the states.
     ///
     /// # Errors
     /// [`StateNoiseError`].
@@ -137,8 +137,8 @@ impl StateNoise {
         self.cross.iter().map(|cross| cross * deviation).collect()
     }
 
-    /// Returns the variance of c'x under w alone, for the canonical plant of order n in whose coordinates w is; `None` of
-    /// an unstable plant.
+    /// Returns the variance of c'x under w alone, for the canonical plant of order n in whose coordinates w is; `None`
+    /// of an unstable plant.
     pub fn output_variance(&self, plant: &StateSpace) -> Option<f64> {
         let columns = self.factor.col_iter().map(|c| c.iter().copied().collect());
         let columns = columns.chain([self.cross.clone()]);
@@ -172,9 +172,9 @@ impl StateNoise {
     }
 }
 
-/// Returns the lower triangular L (n x n) with `L L' = M` for a symmetric M >= 0 that may be singular: Cholesky's method,
-/// where a pivot that is rounding of the diagonal's entry in `sizes` leaves a column of zeros. `None` if M is indefinite.
-/// A change of units by powers of two changes L by them alone.
+/// Returns the lower triangular L (n x n) with `L L' = M` for a symmetric M >= 0 that may be singular: Cholesky's
+/// method, where a pivot that is rounding of the diagonal's entry in `sizes` leaves a column of zeros. `None` if M is
+/// indefinite. A change of units by powers of two changes L by them alone.
 fn semidefinite_factor(m: MatRef<'_, f64>, sizes: &[f64]) -> Option<Mat<f64>> {
     let n = m.nrows();
     let rounding = 16.0 * n as f64 * f64::EPSILON;

@@ -38,8 +38,8 @@ impl NoiseLaw {
     /// The Fisher information of one number about a shift of it, `E[(f' / f)^2]` with f the density: 1 for normal
     /// numbers,
     /// `nu (nu + 1) / ((nu - 2) (nu + 3))` for Student's t (Lange, Little and Taylor, *Robust statistical modeling
-    /// using the t distribution*, JASA 84, 1989), an integral for contamination. `None` for given numbers, which have no
-    /// density.
+    /// using the t distribution*, JASA 84, 1989), an integral for contamination. `None` for given numbers, which have
+    /// no density.
     pub fn information(&self) -> Option<f64> {
         match self {
             Self::Gaussian => Some(1.0),
@@ -521,8 +521,8 @@ mod tests {
         }
     }
 
-    /// Against adaptive quadrature (scipy.integrate.quad to 1e-13 over the square of the slope of f over f, f the mixture
-    /// of variance 1); the variance of a sample within four standard errors.
+    /// Against adaptive quadrature (scipy.integrate.quad to 1e-13 over the square of the slope of f over f, f the
+    /// mixture of variance 1); the variance of a sample within four standard errors.
     #[test]
     fn contaminated_numbers_have_their_density() {
         for (share, scale, expected) in [(0.05, 10.0, 5.385_506_003_637_427), (0.1, 5.0, 2.713_806_666_871_938)] {

@@ -142,7 +142,8 @@ impl Matrix {
     /// not end.
     ///
     /// Source: H. Bowdler, R. S. Martin, C. Reinsch and J. H. Wilkinson, *The QR and QL algorithms for symmetric
-    /// matrices*, Numerische Mathematik 11 (1968): Householder's reduction to a tridiagonal matrix, then QL with shifts.
+    /// matrices*, Numerische Mathematik 11 (1968): Householder's reduction to a tridiagonal matrix, then QL with
+    /// shifts.
     pub fn symmetric_eigenvalues(&self) -> Option<Vec<f64>> {
         let (mut diagonal, mut beside) = tridiagonal(self);
         ql(&mut diagonal, &mut beside).then_some(diagonal)

@@ -6,8 +6,8 @@ use asobench_identification::fit;
 use asobench_identification::model::Orders;
 use serde_json::Value;
 
-/// Both are of one record, whose third pole tells next to nothing: `oe` ends 2e-6 above its lowest minimum, `bj` in another
-/// one, 7e-4 above it. 99 % would be one case.
+/// Both are of one record, whose third pole tells next to nothing: `oe` ends 2e-6 above its lowest minimum, `bj` in
+/// another one, 7e-4 above it. 99 % would be one case.
 const MISSED: usize = 2;
 
 /// A record, and the lowest minimum of each structure.

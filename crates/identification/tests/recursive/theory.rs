@@ -107,10 +107,10 @@ fn exact_after_two_equations_for_each_order() {
     }
 }
 
-/// One order too many without noise: `(1 + c/q) A` and `(1 + c/q) B` fit for every c. Nothing is determined with an exact
-/// start, also where poles are near the unit circle and rounding is large. With p0 the criterion is regular, and of those
-/// that fit its minimum is the nearest to theta0, as p0 grows: off by at most `|theta - theta0| / (p0 s)`, s the least of
-/// the other eigenvalues of Phi'Phi, here above 1.
+/// One order too many without noise: `(1 + c/q) A` and `(1 + c/q) B` fit for every c. Nothing is determined with an
+/// exact start, also where poles are near the unit circle and rounding is large. With p0 the criterion is regular, and
+/// of those that fit its minimum is the nearest to theta0, as p0 grows: off by at most `|theta - theta0| / (p0 s)`, s
+/// the least of the other eigenvalues of Phi'Phi, here above 1.
 #[test]
 fn one_order_too_many_without_noise() {
     let truth = model("na=2,nb=2", &[-1.5, 0.7, 1.0, 0.5]);

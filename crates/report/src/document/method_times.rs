@@ -90,8 +90,8 @@ pub(super) fn errors_and_times(study: &Study) -> Option<Drawn> {
         (median.value.is_finite() && median.value > 0.0).then_some(point)
     });
     plots.extend(row(time_axis(), &|cell, method, at| time_of(study, cell, method, at)));
-    let what = "Above the median errors of each method at its last pass, with 95 % intervals; below its median times on \
-                one thread, with quartiles. Times depend on the machine that ran the study.";
+    let what = "Above the median errors of each method at its last pass, with 95 % intervals; below its median times \
+                on one thread, with quartiles. Times depend on the machine that ran the study.";
     let (subject, over) = (subject(measure), over(&layout));
     let title = format!("{}: {subject} and time{over}", study.title());
     let sharing = Sharing { x: true, y: false };

@@ -19,8 +19,8 @@ const REACH: f64 = 1.0 - 1.0 / 7.0;
 const WIDEST: f64 = 0.27;
 /// The most lines of a name.
 const LINES: usize = 2;
-/// The farthest that a name is moved, as a share of the panel's height; farther where so many names would be a legend in
-/// which no reader finds a line.
+/// The farthest that a name is moved, as a share of the panel's height; farther where so many names would be a legend
+/// in which no reader finds a line.
 const FARTHEST: f64 = 0.25;
 const MANY: usize = 6;
 const FARTHEST_OF_MANY: f64 = 0.6;

@@ -34,8 +34,8 @@ macro_rules! inks {
     };
 }
 
-// The first six light ones for series are those of Okabe and Ito; `tests` holds the first seven of both schemes apart for
-// colour-blind readers. Further series differ by dashes and markers, too.
+// The first six light ones for series are those of Okabe and Ito; `tests` holds the first seven of both schemes apart
+// for colour-blind readers. Further series differ by dashes and markers, too.
 inks! {
     "ink" "#1b1f24" "#e4e6ea"
     "paper" "#ffffff" "#16181d"
@@ -88,7 +88,7 @@ mod tests {
 
     type Vector = [f64; 3];
 
-    /// What readers without red, green or blue cones see, of linear RGB: Machado, Oliveira and Fernandes, A
+    /// Linear RGB as readers without red, green or blue cones see it: Machado, Oliveira and Fernandes, A
     /// physiologically-based model for simulation of color vision deficiency, IEEE TVCG 15 (2009), table 1, severity 1.
     const READERS: [[Vector; 3]; 4] = [
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],

@@ -32,8 +32,8 @@ impl SettingsReader<'_> {
         Ok(all)
     }
 
-    /// Returns the noise of a table of `[covariances]` in the coordinates in which the plant is simulated; `place` is where
-    /// it is named.
+    /// Returns the noise of a table of `[covariances]` in the coordinates in which the plant is simulated; `place` is
+    /// where it is named.
     pub(crate) fn state_noise(
         &self,
         place: impl std::fmt::Display,
@@ -66,8 +66,8 @@ impl SettingsReader<'_> {
 }
 
 impl CovariancesTable {
-    /// Returns Q (n x n) as it is given, for a plant with this input vector; or the key that is wrong, none if it is more
-    /// than one, and the reason.
+    /// Returns Q (n x n) as it is given, for a plant with this input vector; or the key that is wrong, none if it is
+    /// more than one, and the reason.
     pub(crate) fn noise(&self, b: &[f64]) -> Result<Mat<f64>, (&'static str, String)> {
         let n = b.len();
         let variance = |key, given: f64, expected: &str| {

@@ -76,9 +76,9 @@ impl CellObserver {
         Ok(Self::Luenberger(observer))
     }
 
-    /// Calls `visit(k, xhat(k), e(k))` for k = 0 ... K-1; xhat(k) uses data up to k - 1. e(k) is the innovation, y(k) less
-    /// its prediction from the same data, of a filter that knows the plant over its standard deviation. `model` is that of
-    /// the pass, with the state to start from.
+    /// Calls `visit(k, xhat(k), e(k))` for k = 0 ... K-1; xhat(k) uses data up to k - 1. e(k) is the innovation, y(k)
+    /// less its prediction from the same data, of a filter that knows the plant over its standard deviation. `model` is
+    /// that of the pass, with the state to start from.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`] if the state overflows, [`FailureKind::NoFilter`] if there is no filter. The states
@@ -280,8 +280,8 @@ fn known_filter(cell: &DiscreteCell, kind: &ObserverKind) -> Result<Result<Box<F
     }
 }
 
-/// Makes the steady-state Kalman filter of a model whose measurement noise is white, or `C / (A D) e` of the model `A y =
-/// B/F u + C/D e` of a pass, with the process noise that is the most likely in a window.
+/// Makes the steady-state Kalman filter of a model whose measurement noise is white, or `C / (A D) e` of the model `A y
+/// = B/F u + C/D e` of a pass, with the process noise that is the most likely in a window.
 fn identified_filter(
     coloured: Option<&Pass>,
     model: ObservedModel<'_>,

@@ -144,8 +144,8 @@ named_table! {
             in_lanes: true,
             ..PLAIN
         },
-        /// FIT of the record's output predicted `ahead` samples ahead (setting), over the same k as e_x_max, per cent. The
-        /// prediction knows u up to k and y up to k - ahead, and has the model of the noise.
+        /// FIT of the record's output predicted `ahead` samples ahead (setting), over the same k as e_x_max, per cent.
+        /// The prediction knows u up to k and y up to k - ahead, and has the model of the noise.
         FitAhead = "fit_ahead": Entry {
             label: "FIT of predictions",
             unit: "%",
@@ -167,9 +167,10 @@ named_table! {
             in_lanes: true,
             ..PLAIN
         },
-        /// p-value of the test by Ljung and Box's statistic over 25 lags that the observer's innovations y(k) - yhat(k) are
-        /// white, over the same k as e_x_max, of time-varying filters over their standard deviations. Of white ones it is
-        /// uniform from 0 to 1, to the order of 25 over the number of samples; null of fewer than four samples, or of a model of another order.
+        /// p-value of the test by Ljung and Box's statistic over 25 lags that the observer's innovations y(k) - yhat(k)
+        /// are white, over the same k as e_x_max, of time-varying filters over their standard deviations. Of white ones
+        /// it is uniform from 0 to 1, to the order of 25 over the number of samples; null of fewer than four samples,
+        /// or of a model of another order.
         InnovationsWhite = "p_white": Entry {
             label: "p-value of white innovations",
             better: Better::Neither,

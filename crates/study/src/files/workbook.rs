@@ -23,8 +23,8 @@ const HEADER: usize = 30;
 const DAMAGED: &str = "a damaged workbook";
 
 /// An Excel workbook, whose worksheets are read as CSV: a line for each row up to the last one with a cell, so that its
-/// number is the row's. Numbers have all their digits and an exponent, so that a point is that of decimals; errors stand
-/// as the program shows them, dates and times in ISO 8601, durations in seconds.
+/// number is the row's. Numbers have all their digits and an exponent, so that a point is that of decimals; errors
+/// stand as the program shows them, dates and times in ISO 8601, durations in seconds.
 pub(super) struct Workbook {
     book: Xlsx<Cursor<Vec<u8>>>,
     /// The bytes that may come out of the file.

@@ -1,8 +1,8 @@
 //! Looks at the results of a study: how often its claims were judged, and what each look may spend of their level.
 //!
 //! Whoever extends a study until its claims are decided judges them several times. If each time had the full level, the
-//! chance of a wrong verdict would add up. So every look has a share of the level, and all shares together are at most 1
-//! (Bonferroni), whatever follows: the first rule of a folder sets nine tenths of the level aside, every further one
+//! chance of a wrong verdict would add up. So every look has a share of the level, and all shares together are at most
+//! 1 (Bonferroni), whatever follows: the first rule of a folder sets nine tenths of the level aside, every further one
 //! half of what is left. A rule with several numbers of trials at which it may stop divides its part by their number. A
 //! file with `looks = K` divides what is left into equal parts for the looks up to the K-th, and leaves nothing for
 //! later ones. The share of a look that was made is stored, and counts whatever the file says later.

@@ -75,7 +75,8 @@ impl Delivery for Computed {
 }
 
 /// The progress of a span, and its tallies that wait to be written. Tallies of neighbouring trials are put together, so
-/// that a span becomes one file. Spans stay apart: what they are for, such as a block to be replaced, may need each alone.
+/// that a span becomes one file. Spans stay apart: what they are for, such as a block to be replaced, may need each
+/// alone.
 struct Waiting {
     span: Span,
     left: u64,

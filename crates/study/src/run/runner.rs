@@ -43,8 +43,8 @@ const BLOCKS_OF_A_THREAD: u64 = 4;
 /// A block that takes longer is delivered as far as it is computed; the rest follows as another block.
 const LONGEST: Duration = Duration::from_secs(5);
 
-/// Whether the time of a block is up. Once it is, it stays so: if a clock went back, and some trials were computed after
-/// all, a block would have the tally of more trials than rows.
+/// Whether the time of a block is up. Once it is, it stays so: if a clock went back, and some trials were computed
+/// after all, a block would have the tally of more trials than rows.
 #[derive(Default)]
 struct TimeUp(bool);
 

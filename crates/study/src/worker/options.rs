@@ -13,7 +13,7 @@ const LONGEST: f64 = 1e6;
 const MOST_WORKERS: u64 = 1024;
 
 named_enum! {
-    /// What a program may know about a cell besides its records.
+    /// A fact that a program may know about a cell besides its records.
     Told, "thing to be told" {
         /// The noise level and the noise filter.
         Noise = "noise",

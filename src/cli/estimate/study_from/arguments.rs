@@ -41,7 +41,7 @@ pub(in crate::cli) struct Arguments {
     /// The input of the trials: fixed (the record's own) or spectrum (drawn anew with its spectrum)
     #[arg(long, value_name = "WHAT", default_value_t)]
     pub(super) trial_input: InputOf,
-    /// What the noise is drawn from: parametric (Gaussian numbers) or residual (the record's residuals)
+    /// The source of the noise: parametric (Gaussian numbers) or residual (the record's residuals)
     #[arg(long, value_name = "WHAT", default_value_t)]
     pub(super) bootstrap: Bootstrap,
     /// K(q) of u = -K(q) y + r, where the record was taken in closed loop: a gain or c_0,c_1,.../1,d_1,...

@@ -193,7 +193,8 @@ fn check_loop(arguments: &Arguments, feedback: Option<FeedbackTest>) -> Result<(
             words::chance(test.p_value)
         )),
         None => Err(format!(
-            "this input cannot tell an open from a closed loop, nor can a record without noise or with few samples; {WAYS}"
+            "this input cannot tell an open from a closed loop, nor can a record without noise or with few samples; \
+             {WAYS}"
         )),
     }
 }

@@ -248,8 +248,8 @@ fn write_claims(text: &mut String, case: &Case, methods: &Methods) -> fmt::Resul
         writeln!(
             text,
             "\n[[claims]]\nid = \"{id}-{name}\"\n\
-             text = \"{label}: 40 to 60 % of the estimates of every coefficient are above the truth, as they are where the \
-             bias is within a quarter of the spread; {claim}.\"\nsource = \
+             text = \"{label}: 40 to 60 % of the estimates of every coefficient are above the truth, as they are where \
+             the bias is within a quarter of the spread; {claim}.\"\nsource = \
              \"own\"\n\
              test = {test}"
         )?;
@@ -269,11 +269,11 @@ fn write_claims(text: &mut String, case: &Case, methods: &Methods) -> fmt::Resul
             writeln!(
                 text,
                 "\n[[claims]]\nid = \"samples\"\n\
-                 text = \"The e_g of {own} falls with the square root of N: four times the samples halve the error of a \
-                 typical trial.\"\n\
+                 text = \"The e_g of {own} falls with the square root of N: four times the samples halve the error of \
+                 a typical trial.\"\n\
                  source = \"own\"\n\
-                 test = {{ cells = \"e_g\", of = \"{own}\", axis = \"window\", from = {n}, to = {}, between = [0.43, 0.58] \
-                 }}",
+                 test = {{ cells = \"e_g\", of = \"{own}\", axis = \"window\", from = {n}, to = {}, \
+                 between = [0.43, 0.58] }}",
                 4 * n
             )?;
         }

@@ -37,8 +37,8 @@ pub fn uses(header: &[&str], options: &ReadOptions) -> Vec<bool> {
 }
 
 /// Reads a record from a table. Cells are separated by commas, semicolons, tabs or blanks, and decimals by points or
-/// commas, as all its lines show. The memory used is that of the text, the columns and times. A column of times shows that
-/// the samples are equally spaced, up to the rounding of the printed times and a hundredth of the step.
+/// commas, as all its lines show. The memory used is that of the text, the columns and times. A column of times shows
+/// that the samples are equally spaced, up to the rounding of the printed times and a hundredth of the step.
 ///
 /// # Errors
 /// [`RecordError`], with line and column.

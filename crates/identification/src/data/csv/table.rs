@@ -39,6 +39,7 @@ pub struct Table {
 pub struct LikeTimes {
     /// Its name.
     pub column: String,
-    /// How many of its steps are longer than the others, and the line after the first of them: samples are missing there.
+    /// How many of its steps are longer than the others, and the line after the first of them: samples are missing
+    /// there.
     pub gaps: Option<(usize, u64)>,
 }

@@ -16,9 +16,9 @@ use crate::model::Orders;
 options! {
     /// The options of `clriv`: [`RefinedIv`] whose instruments have the input of the loop without noise instead of u.
     ///
-    /// With a known controller that input is `F M/(F M + B N) r` of each pass's model; without, what of u follows from r in
-    /// a long model `A u = B r + e`. Both are consistent whatever the noise; where C/D holds its colour and the controller
-    /// is known, the covariance `s^2 (Z'Z)^-1` is that of optimal instruments.
+    /// With a known controller that input is `F M/(F M + B N) r` of each pass's model; without, what of u follows from
+    /// r in a long model `A u = B r + e`. Both are consistent whatever the noise; where C/D holds its colour and the
+    /// controller is known, the covariance `s^2 (Z'Z)^-1` is that of optimal instruments.
     pub struct ClrivOptions {
         /// Orders nb, nc, nd, nf and the delay nk, such as nb=2,nc=1,nd=1,nf=2,nk=1; by default nb = nc = nd = nf = the
         /// setting `order`, nk = 1.

@@ -142,8 +142,8 @@ impl MethodKind for PemOptions {
 }
 
 /// Searches from the model of another method too. Where a search has the orders of an innovations form that is `ssarx`,
-/// which takes no inputs or noise to be white, and reaches minima that no linear start of `armax` does. Where it has those
-/// of Box and Jenkins and ends at no minimum, as on fast-sampled plants, it is `riv`.
+/// which takes no inputs or noise to be white, and reaches minima that no linear start of `armax` does. Where it has
+/// those of Box and Jenkins and ends at no minimum, as on fast-sampled plants, it is `riv`.
 pub(super) fn with_other(mut search: PredictionError, orders: Orders, problem: &Problem<'_>) -> PredictionError {
     let Orders { na, nc, nd, nf, nk, .. } = orders;
     let is_refuge = na == 0 && nf > 0 && nc + nd > 0;

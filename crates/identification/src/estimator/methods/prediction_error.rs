@@ -170,8 +170,8 @@ structure!(
 structure!(
     GeneralOptions,
     "The options of `general`, `A y = B/F u + C/D e`.",
-    "Orders na, nb, nc, nd, nf of any structure and the delay nk, such as na=1,nb=2,nc=1,nf=1,nk=1; by default nb = nf = \
-     the setting `order`, nk = 1.",
+    "Orders na, nb, nc, nd, nf of any structure and the delay nk, such as na=1,nb=2,nc=1,nf=1,nk=1; by default nb = nf \
+     = the setting `order`, nk = 1.",
     |orders| (orders.na + orders.nb == 0).then_some("expected na or nb of at least 1, nc, nd, nf, nk"),
     |n| Orders {
         nb: n,

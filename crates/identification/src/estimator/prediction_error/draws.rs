@@ -17,8 +17,8 @@ pub(super) fn draw(polynomial: &mut [f64], random: &mut Stream) {
     }
 }
 
-/// Draws a polynomial with real zeros whose distances from 1 lie between 2^-13 and 1/2, as often in each octave: zeros of a
-/// plant that is sampled fast.
+/// Draws a polynomial with real zeros whose distances from 1 lie between 2^-13 and 1/2, as often in each octave: zeros
+/// of a plant that is sampled fast.
 pub(super) fn draw_slow(polynomial: &mut [f64], random: &mut Stream) {
     let mut zero = || {
         let octave = (random.next_u64() % 12) as i32;

@@ -23,8 +23,8 @@ pub(super) enum Kind {
     SteiglitzMcBride,
     /// With `B/F u` instead of y in the instruments.
     Refined,
-    /// The same from least squares for signals through `1/(1 - SLOW q^-1)^n` instead: noise hides a plant that is sampled
-    /// fast from the signals themselves.
+    /// The same from least squares for signals through `1/(1 - SLOW q^-1)^n` instead: noise hides a plant that is
+    /// sampled fast from the signals themselves.
     Slow,
 }
 

@@ -49,9 +49,9 @@ named_enum! {
 /// The parameters of a record beside those of the model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Beside {
-    /// Those of its start.
+    /// The parameters of its start.
     pub initial: InitialCondition,
-    /// That of its output's constant.
+    /// The constant of its output.
     pub offset: OffsetChoice,
 }
 

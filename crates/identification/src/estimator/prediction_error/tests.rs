@@ -227,7 +227,7 @@ fn what_cannot_be_identified_is_typed() {
 /// One record, and two.
 const RUNS: [&[usize]; 2] = [&[N], &[90, N - 90]];
 
-/// What may be fitted beside the parameters.
+/// The choices of start and offset that are fitted beside the parameters.
 fn beside(orders: Orders) -> [OfRecord; 4] {
     let initial = initial_numbers(orders);
     let all = [(false, 0), (false, initial), (true, 0), (true, initial)];

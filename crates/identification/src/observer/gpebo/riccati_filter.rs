@@ -4,8 +4,8 @@
 //! system: `X' = -A'X + C C'Y / r`, `Y' = Q X + A Y` from X = I, Y = P(t) gives `P(t + h) = Y X^-1`, and
 //! `p' = -A'p + C C'x / r - C y / r`, `x' = Q p + A x + B u` from p = 0, x = xhat(t) gives
 //! `xhat(t + h) = x - P(t + h) p`. For `x - P p - xhat` obeys a homogeneous equation. Started anew in each step,
-//! nothing grows. Noises with a common intensity S are reduced to this: A - S C'/r and Q - S S'/r for A and Q, and S y / r
-//! drives xhat. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
+//! nothing grows. Noises with a common intensity S are reduced to this: A - S C'/r and Q - S S'/r for A and Q, and S y
+//! / r drives xhat. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
 
 use super::matrices::add_product;
 use super::observer_spec::ObserverSpec;

@@ -434,8 +434,8 @@ fn placements_as_mpmath_in_any_units() {
     }
 }
 
-/// scipy 1.17.1, numpy: `solve_discrete_are(F.T, h, Q, [[r]], s=s)` and `solve_continuous_are(A.T, c, Q, [[r]], s=s)` with
-/// their gains; also in other units of states and y.
+/// scipy 1.17.1, numpy: `solve_discrete_are(F.T, h, Q, [[r]], s=s)` and `solve_continuous_are(A.T, c, Q, [[r]], s=s)`
+/// with their gains; also in other units of states and y.
 #[test]
 fn cross_covariances_of_both_equations_as_scipy() {
     let f = mat![[1.1, 0.4, 0.0], [0.0, 0.6, 0.2], [0.1, 0.0, -0.5]];

@@ -1,5 +1,6 @@
-//! The information of records against reference values: power series in ball arithmetic of 256 bits, whose every printed
-//! digit is right, and second differences of the likelihood with 700 bits; of t-distributed errors by quadrature.
+//! The information of records against reference values: power series in ball arithmetic of 256 bits, whose every
+//! printed digit is right, and second differences of the likelihood with 700 bits; of t-distributed errors by
+//! quadrature.
 
 use super::*;
 use crate::estimator::{MethodOptions, Pass, PemEivOptions, PemTOptions, SearchStarts, Shape, Window};

@@ -31,7 +31,7 @@ const SAYS: [(&str, &str, usize); 4] = [
 struct Mark<'a> {
     cell: &'a JudgedCell,
     number: &'a JudgedNumber,
-    /// What the number says by itself.
+    /// The answer of the number by itself: "pass", "fail" or "open".
     says: &'static str,
     value: f64,
     /// At the level of the cell, so that it excludes the limit where the cell is certain. Ends may be infinite.
@@ -72,7 +72,7 @@ fn groups(claim: &Judged) -> Vec<Vec<usize>> {
     groups
 }
 
-/// What a number says of its cell: "pass" or "fail" where its interval lies on one side of every limit, else "open".
+/// The answer of one number to the claim in its cell: "pass" or "fail" where its interval lies on one side of every limit, else "open".
 fn says(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber) -> &'static str {
     if cell.numbers.len() == 1 || !["pass", "fail", "open"].contains(&cell.says) {
         return cell.says;

@@ -87,8 +87,8 @@ fn one_level_is_as_good_as_the_steps() {
 }
 
 /// The normal law for the logarithm of times: 1.95996 standard errors at 2.5 %. Clopper and Pearson: of 10 trials 0 are
-/// below 1 - 0.025^(1/10) = 0.30850, and 5 are from 0.18709 to 0.81291. A cell that fails by one of two numbers compares
-/// each at half the level: at 1.25 % it is 2.24140 standard errors.
+/// below 1 - 0.025^(1/10) = 0.30850, and 5 are from 0.18709 to 0.81291. A cell that fails by one of two numbers
+/// compares each at half the level: at 1.25 % it is 2.24140 standard errors.
 #[test]
 fn intervals_by_hand() {
     let time = Known::Time { value: 2.0, error: 0.2 };

@@ -1,5 +1,5 @@
-//! Error rates of exact tests by enumeration: the sum of the chances of all outcomes that give a wrong verdict. There is
-//! no error of a simulation in them.
+//! Error rates of exact tests by enumeration: the sum of the chances of all outcomes that give a wrong verdict. There
+//! is no error of a simulation in them.
 
 use crate::claim::cuts::median_below;
 use crate::claim::known::{Known, Range};

@@ -37,8 +37,8 @@ fn file(family: bool, claims: usize, more: &str) -> ExperimentFile {
     ExperimentFile::parse(&text).unwrap()
 }
 
-/// A study with a count of failed trials in each cell. The cells have the first `common` trials in common, so they depend
-/// on each other; in every other one those fail that do not fail here if `opposite`.
+/// A study with a count of failed trials in each cell. The cells have the first `common` trials in common, so they
+/// depend on each other; in every other one those fail that do not fail here if `opposite`.
 fn study(truths: &[Truth], repetition: u64, common: u64, opposite: bool) -> Summary {
     let mut random = stream(3, repetition, Purpose::Input);
     // Trials in words of 32, each bit of which fails with chance one half.
@@ -151,8 +151,8 @@ fn the_smallest_level_is_that_of_all() {
     assert!(!alone[0].line.contains("Corrected"));
 }
 
-/// 708 of 1,504 fail: p = 0.0124, so it holds by itself, and not as one of three. Its number of trials is then that of a
-/// smaller level.
+/// 708 of 1,504 fail: p = 0.0124, so it holds by itself, and not as one of three. Its number of trials is then that of
+/// a smaller level.
 #[test]
 fn a_claim_that_is_certain_alone_may_be_open_in_a_family() {
     let cells = [708, 752, 752].into_iter().enumerate();

@@ -14,9 +14,9 @@ use crate::outcome::summary::{BoundSummary, OutputShare};
 use asobench_identification::metric::tails::{binomial_at_least, binomial_at_most, normal_point};
 use std::sync::LazyLock;
 
-/// Makes three cells with the noise levels 10, 20 and 30 and 1,000 trials each. The median ratio of "new" to "old" is as
-/// given, with an error of a hundredth of it: the standard deviation of the logarithms is 0.01 sqrt(1000 * 2 / pi). So
-/// many trials of "new" fail.
+/// Makes three cells with the noise levels 10, 20 and 30 and 1,000 trials each. The median ratio of "new" to "old" is
+/// as given, with an error of a hundredth of it: the standard deviation of the logarithms is 0.01 sqrt(1000 * 2 / pi).
+/// So many trials of "new" fail.
 fn three(ratios: [f64; 3], failures: [u64; 3]) -> Summary {
     static POINTS: LazyLock<Vec<f64>> = LazyLock::new(|| {
         let points = (0..1000).map(|i| normal_point((f64::from(i) + 0.5) / 1000.0));

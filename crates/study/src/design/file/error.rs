@@ -12,7 +12,7 @@ pub enum FileError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What is wrong.
+        /// The fault, and the form that was expected.
         message: String,
     },
     /// A wrong value of a key.
@@ -20,7 +20,7 @@ pub enum FileError {
     Key {
         /// The key's path.
         key: String,
-        /// What is wrong.
+        /// The fault, and the form that was expected.
         message: String,
     },
     /// The file cannot be read.

@@ -11,7 +11,7 @@ use asobench_identification::names::named_enum;
 use std::collections::BTreeMap;
 
 named_enum! {
-    /// What a study keeps.
+    /// The results that a study keeps.
     Store, "store" {
         /// Exact sums, counts and quantile sketches of every measure (the default).
         Summaries = "summaries",
@@ -21,7 +21,7 @@ named_enum! {
 }
 
 named_enum! {
-    /// What becomes of trials whose search for the lowest minimum left a model that is not at one (status `boundary` or
+    /// The fate of trials whose search for the lowest minimum left a model that is not at one (status `boundary` or
     /// `iteration-limit`).
     Unfinished, "treatment" {
         /// They are failures, and lost (the default).
@@ -34,9 +34,9 @@ named_enum! {
 named_enum! {
     /// Whose Fisher information d and d_g are measured with.
     InformationOf, "information" {
-        /// That of a stationary record (the default); along an input that is the same in every trial, from rest.
+        /// The information of a stationary record (the default); along an input that is the same in every trial, from rest.
         Stationary = "stationary",
-        /// That of each record from rest, with its own input or reference.
+        /// The information of each record from rest, with its own input or reference.
         Record = "record",
     }
 }
@@ -126,7 +126,8 @@ tables! {
         inputs?: BTreeMap<String, InputTable>,
         /// Noise filters by name.
         noises: BTreeMap<String, NoiseTable>,
-        /// Covariances of noise in the states and in the output by name, for `process_noise` and `observer = "kalman:NAME"`.
+        /// Covariances of noise in the states and in the output by name, for `process_noise` and `observer =
+        /// "kalman:NAME"`.
         covariances?: BTreeMap<String, CovariancesTable>,
         /// In a resolved file: the columns of CSV files that `input` and the noises name, by these names.
         columns?: BTreeMap<String, Vec<f64>>,

@@ -32,7 +32,7 @@ tables! {
         measure_of_to: Measure,
     }
 
-    /// What claims need of a run.
+    /// The needs of claims: the results that a run must keep for them.
     pub struct Needs: Default {
         /// Measures.
         measures?: Vec<Measure>,

@@ -70,11 +70,11 @@ tables! {
         sampling_time?: Option<f64>,
     }
 
-    /// Covariances of white Gaussian noise: w in the plant's states, x(k+1) = A x(k) + b u(k) + w(k), and v in its output,
-    /// y(k) = C x(k) + v(k). The states are those of `[plants.NAME.states]`; of other plants x, with x_1 = y.
+    /// Covariances of white Gaussian noise: w in the plant's states, x(k+1) = A x(k) + b u(k) + w(k), and v in its
+    /// output, y(k) = C x(k) + v(k). The states are those of `[plants.NAME.states]`; of other plants x, with x_1 = y.
     pub struct CovariancesTable: Default {
-        /// E[w w'], n rows of n numbers; of a plant sampled from its own states the intensity in continuous time, of which
-        /// Van Loan's integral is taken.
+        /// E[w w'], n rows of n numbers; of a plant sampled from its own states the intensity in continuous time, of
+        /// which Van Loan's integral is taken.
         #[serde(rename = "Q")]
         process?: Option<Vec<Vec<f64>>>,
         /// Instead of `Q`: n numbers, Q = variance G G'.
@@ -176,7 +176,7 @@ tables! {
         from: f64,
     }
 
-    /// What `--quick` changes.
+    /// The changes that `--quick` makes.
     pub struct QuickTable {
         /// Trials in each cell.
         trials: u64,

@@ -90,7 +90,7 @@ impl TestTable {
 }
 
 named_enum! {
-    /// What part of a method is timed.
+    /// The part of a method that is timed.
     TimeOf, "time" {
         /// The whole estimate, with all passes.
         Estimate = "estimate",

@@ -35,8 +35,8 @@ impl ParquetText {
     /// Opens a table. `uses` tells by the names which columns are used.
     ///
     /// # Errors
-    /// If it is no Parquet table, a column that is used has no numbers, times or texts, or it claims more than its length
-    /// can hold.
+    /// If it is no Parquet table, a column that is used has no numbers, times or texts, or it claims more than its
+    /// length can hold.
     pub fn open(mut from: impl Read, uses: impl Fn(&[&str]) -> Vec<bool>) -> Result<Self, String> {
         let mut bytes = Vec::new();
         let read = from.read_to_end(&mut bytes);

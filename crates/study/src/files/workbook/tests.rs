@@ -33,8 +33,8 @@ fn book(sheets: &[(&str, &str)], hidden: bool, properties: &str) -> Vec<u8> {
         );
         let _ = write!(
             types,
-            "<Override PartName=\"/xl/worksheets/sheet{}.xml\" ContentType=\"application/vnd.openxmlformats-officedocument.\
-             spreadsheetml.worksheet+xml\"/>",
+            "<Override PartName=\"/xl/worksheets/sheet{}.xml\" ContentType=\"application/vnd.openxmlformats-\
+             officedocument.spreadsheetml.worksheet+xml\"/>",
             i + 1
         );
     }
@@ -49,8 +49,8 @@ fn book(sheets: &[(&str, &str)], hidden: bool, properties: &str) -> Vec<u8> {
     part(
         "_rels/.rels",
         &format!(
-            "<Relationships xmlns=\"{package}/relationships\"><Relationship Id=\"rId1\" Type=\"{office}/officeDocument\" \
-             Target=\"xl/workbook.xml\"/></Relationships>"
+            "<Relationships xmlns=\"{package}/relationships\"><Relationship Id=\"rId1\" \
+             Type=\"{office}/officeDocument\" Target=\"xl/workbook.xml\"/></Relationships>"
         ),
     );
     part(
@@ -78,7 +78,8 @@ fn book(sheets: &[(&str, &str)], hidden: bool, properties: &str) -> Vec<u8> {
     zip.finish().unwrap().into_inner()
 }
 
-/// A row from cells: `s:` before a text, `e:` before an error, `1:` to `3:` before a number with this style, `-` for none.
+/// A row from cells: `s:` before a text, `e:` before an error, `1:` to `3:` before a number with this style, `-` for
+/// none.
 fn row(number: usize, cells: &[&str]) -> String {
     let cells = cells
         .iter()

@@ -57,7 +57,7 @@ named_enum! {
     TuningUnits, "units" {
         /// The sizes of the record's first samples (the default).
         Record = "record",
-        /// Those of the data.
+        /// The units of the data.
         Given = "given",
     }
 }

@@ -267,8 +267,8 @@ fn failures_are_typed() {
     assert_eq!(at_once.check().unwrap_err().key.as_deref(), Some("controller"));
 }
 
-/// In short records the long model by AIC costs little: half of the errors of f_1 are below 0.04 at N = 40, where one of
-/// an order of a twentieth of the samples left 0.156.
+/// In short records the long model by AIC costs little: half of the errors of f_1 are below 0.04 at N = 40, where one
+/// of an order of a twentieth of the samples left 0.156.
 #[test]
 fn short_records_of_a_loop() {
     let orders = Some("nb=2,nf=2,nk=1".parse().unwrap());

@@ -446,7 +446,8 @@ fn intervals_of_dead_times_cover() {
 }
 
 #[test]
-#[ignore = "1,200 searches, a minute: cargo test --release -p asobench-identification --features json four_hundred -- --ignored"]
+#[ignore = "1,200 searches, a minute: cargo test --release -p asobench-identification --features json four_hundred \
+            -- --ignored"]
 fn intervals_of_dead_times_cover_in_four_hundred_records() {
     assert_covers(400);
 }

@@ -270,8 +270,8 @@ fn failures_are_typed() {
     assert!(y.len() == 200);
 }
 
-/// Weighted and with twelve earlier inputs the sum keeps few minima far from the truth: three of 60 records of N = 1000 end there. A
-/// variance below 0 is a status, and the variances are near the true ones.
+/// Weighted and with twelve earlier inputs the sum keeps few minima far from the truth: three of 60 records of N = 1000
+/// end there. A variance below 0 is a status, and the variances are near the true ones.
 #[test]
 fn second_minima_are_rare() {
     let variances = [4.0, 0.3];

@@ -253,8 +253,8 @@ fn what_cannot_be_estimated_is_typed() {
     }
 }
 
-/// A pole at 0.985 by default: the taps, and those of the FIR model of `wnsf`, are doubled until they hold the response, and
-/// both find the pole. With 60 taps the model is too fast, and that is its status.
+/// A pole at 0.985 by default: the taps, and those of the FIR model of `wnsf`, are doubled until they hold the
+/// response, and both find the pole. With 60 taps the model is too fast, and that is its status.
 #[test]
 fn the_length_follows_the_record() {
     let truth = plant("nb=1,nf=1", &[0.02, -0.985]);

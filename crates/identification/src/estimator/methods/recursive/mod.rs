@@ -58,8 +58,8 @@ pub trait RecursiveEstimator: Send {
     /// Returns the orders of the model.
     fn orders(&self) -> Orders;
 
-    /// Takes u(k) and y(k), k = 0, 1, ... Where theta(k) is not `wanted`, a method that does not need it itself may leave
-    /// theta as it was.
+    /// Takes u(k) and y(k), k = 0, 1, ... Where theta(k) is not `wanted`, a method that does not need it itself may
+    /// leave theta as it was.
     ///
     /// # Errors
     /// [`Diverged`] if a number is not finite. From then on every call returns the same, and theta must not be used.

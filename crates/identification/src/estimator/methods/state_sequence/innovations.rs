@@ -100,8 +100,8 @@ impl Innovations {
         Ok(condition)
     }
 
-    /// Takes a model for the pass, with its loss, from rest or from the start that is best for each: the predictor's for
-    /// the loss, and x0, as stage 6 finds it, for the output.
+    /// Takes a model for the pass, with its loss, from rest or from the start that is best for each: the predictor's
+    /// for the loss, and x0, as stage 6 finds it, for the output.
     ///
     /// # Errors
     /// [`FailureKind::NonFinite`]; as for [`fit_numerator`].

@@ -44,17 +44,17 @@ macro_rules! innovations_options {
                 /// The order n and the delay nk, 0 (D is estimated) or 1, such as n=4,nk=0; by default n is the setting
                 /// `order`, nk = 1.
                 pub orders: Option<Orders>,
-                /// Block rows s of the future and of the past, more than n; by default twice the order of `A y = B u + e`
-                /// by AIC, as far as the record allows.
+                /// Block rows s of the future and of the past, more than n; by default twice the order of `A y = B u +
+                /// e` by AIC, as far as the record allows.
                 pub block_rows: Option<usize>,
-                /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over the
-                /// last third of a model of the first two).
+                /// Chooses the order, from 1 to that of `orders`: bic, aicc, aic, fpe, cross-validation (errors over
+                /// the last third of a model of the first two).
                 pub choose: Option<OrderRule>,
                 $($own)*
                 /// The treatment of an unstable A: none (the default), reflect (its eigenvalues into the unit circle).
                 pub stabilise: Stabilise,
-                /// The signals before the record: zero, or estimate, which finds the best start of the model (A, B and C
-                /// do not depend on it).
+                /// The signals before the record: zero, or estimate, which finds the best start of the model (A, B and
+                /// C do not depend on it).
                 pub initial: InitialCondition,
             }
         }

@@ -98,8 +98,8 @@ fn what_cannot_be_is_refused() {
     assert!(error.contains("at least 89 samples"), "{error}");
 }
 
-/// A slow input to a lightly damped plant: the weighting by default is as close to y as the best of the three, whose own
-/// can be far off.
+/// A slow input to a lightly damped plant: the weighting by default is as close to y as the best of the three, whose
+/// own can be far off.
 #[test]
 fn the_weighting_follows_the_record() {
     let n = 1400;
