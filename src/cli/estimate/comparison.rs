@@ -1,16 +1,39 @@
 //! Several models of a record in one table, best first.
 
-use super::report::{Estimate, Report};
+use super::report::{Estimate, PartReport, Report};
 use crate::estimator::Criterion;
 use crate::metric::Fit;
 use crate::text::{shell_word, wrap};
 use std::cmp::Ordering;
 use std::fmt::{self, Write};
 
-/// The FIT that counts: on the samples for validation; on the window where there are none.
-fn fit(estimate: &Estimate) -> Option<Fit> {
+/// The FIT that counts: on the samples for validation; on the window where there are none; of several records together.
+fn fit(estimate: &Estimate, report: &Report) -> Option<Fit> {
+    if !estimate.parts.is_empty() {
+        return Some(fit_of_all(&estimate.parts, report));
+    }
     let fits = estimate.fit.as_ref()?;
     Some(fits.validation.unwrap_or(fits.window))
+}
+
+/// The FIT of several records together: `100 (1 - sqrt(sum e^2 / sum (y - mean of its record)^2))`.
+pub(super) fn fit_of_all(parts: &[PartReport], report: &Report) -> Fit {
+    let runs = report.runs();
+    let together = |fit: &dyn Fn(&Fit) -> f64| {
+        let squares = runs.iter().zip(parts).map(|(run, part)| {
+            let y = &report.record.y[run.clone()];
+            let mean = y.iter().sum::<f64>() / y.len() as f64;
+            let spread: f64 = y.iter().map(|y| (y - mean).powi(2)).sum();
+            (spread * (1.0 - fit(&part.fit) / 100.0).powi(2), spread)
+        });
+        let (left, spread) = squares.fold((0.0, 0.0), |(left, all), (e, of)| (left + e, all + of));
+        100.0 * (1.0 - (left / spread).sqrt())
+    };
+    Fit {
+        simulated: together(&|fit| fit.simulated),
+        one_step: together(&|fit| fit.one_step),
+        ahead: None,
+    }
 }
 
 /// Whether samples are left for validation.
@@ -28,17 +51,18 @@ pub(super) fn bic(estimate: &Estimate, report: &Report) -> Option<f64> {
 }
 
 /// The better of two comes first: by FIT of the simulated output on samples that the models have not seen; where there
-/// are none, by BIC.
+/// are none, by BIC. Unstable models come last.
 pub(super) fn is_better(a: &Estimate, b: &Estimate, report: &Report) -> Ordering {
     let merit = |estimate: &Estimate| {
         let merit = if is_validated(report) {
-            fit(estimate).map(|fit| fit.simulated)
+            fit(estimate, report).map(|fit| fit.simulated)
         } else {
             bic(estimate, report).map(|bic| -bic)
         };
         merit.filter(|merit| merit.is_finite()).unwrap_or(f64::NEG_INFINITY)
     };
-    merit(b).total_cmp(&merit(a))
+    let unstable = |estimate: &Estimate| estimate.last().fitted.pass.unstable;
+    unstable(a).cmp(&unstable(b)).then(merit(b).total_cmp(&merit(a)))
 }
 
 /// Whether the residuals are white; `None` where they are not tested.
@@ -78,7 +102,7 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
             Some(fit) if fit.abs() < 1e3 => format!("{fit:.2}"),
             Some(fit) => format!("{fit:.0e}"),
         };
-        let fit = fit(estimate);
+        let fit = fit(estimate, report);
         writeln!(
             text,
             "{:<names$} {:<shapes$} {:>6} {:>6} {:>10} {:<6} {}",
@@ -106,7 +130,7 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
         );
         text.push_str(&wrap(&line, 80, ""));
     }
-    let best = ranked.first().and_then(|of| fit(of));
+    let best = ranked.first().and_then(|of| fit(of, report));
     if !best.is_some_and(|fit| fit.simulated > 0.0) {
         text.push_str(&wrap(USELESS, 80, ""));
     }
@@ -141,7 +165,7 @@ fn reason(report: &Report, ranked: &[&Estimate]) -> String {
     let ahead = match ranked {
         [first, second, ..] => {
             let numbers = if is_validated(report) {
-                let of = |estimate: &Estimate| fit(estimate).map(|fit| fit.simulated);
+                let of = |estimate: &Estimate| fit(estimate, report).map(|fit| fit.simulated);
                 of(first).zip(of(second)).map(|(a, b)| (a - b, 2, " %"))
             } else {
                 let of = |estimate: &Estimate| bic(estimate, report);

@@ -1,5 +1,6 @@
 //! Hints on a record: an integrator, a start that is not at rest, a step.
 
+use super::comparison;
 use super::levels::LEVEL;
 use super::report::{Estimate, Report};
 use crate::cli::output::note;
@@ -16,7 +17,7 @@ const NEAR_ONE: f64 = 2e-3;
 /// Returns the hints for an estimate, as sentences without a full stop; the first is that `of_start`.
 pub(super) fn of(estimate: &Estimate, report: &Report, of_start: Option<String>) -> Vec<String> {
     if !report.parts.is_empty() {
-        return of_start.into_iter().collect();
+        return of_start.into_iter().chain(coloured(estimate)).collect();
     }
     // A model without its start or level misses much of the record.
     let hints = [
@@ -95,14 +96,18 @@ pub(super) fn warn_of_offset(report: &Report, methods: &[EstimatorName]) {
 
 /// Standard errors for white prediction errors beside errors that are not white.
 fn coloured(estimate: &Estimate) -> Option<String> {
-    let white = estimate.last().residuals.as_ref()?.white?;
+    let has_errors = !estimate.last().fitted.model.covariance.is_empty();
+    if comparison::white(estimate)? || !has_errors {
+        return None;
+    }
+    let why = "the standard errors assume white prediction errors, which these are not";
+    if estimate.name == EstimatorName::Srivc {
+        return Some(format!("{why}: --estimator rivc models the noise"));
+    }
     // Without a choice they assume it too.
     let chosen = estimate.options.get("covariance").and_then(Value::as_str);
     let is_assumed = estimate.name.takes("covariance") && chosen.unwrap_or("white") == "white";
-    let has_errors = !estimate.last().fitted.model.covariance.is_empty();
-    (!white.passed && is_assumed && has_errors).then(|| {
-        "the standard errors assume white prediction errors, which these are not: --covariance robust".to_owned()
-    })
+    is_assumed.then(|| format!("{why}: --covariance robust"))
 }
 
 /// Outliers that are named beside the largest.
@@ -130,10 +135,18 @@ fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
         1 => format!("; so has line {}", named[0]),
         _ => format!("; so have lines {}", named.join(", ")),
     };
+    let mut options = estimate.options.clone();
+    options.retain(|_, value| !value.is_null());
+    let equations = estimate.name.parse(options).is_ok_and(|options| options.takes_runs());
+    let way = if equations {
+        "--missing equations fits without it"
+    } else {
+        "--missing longest-run takes the longest part without it"
+    };
     Some(format!(
         "sample k = {}{line} has a residual of {} robust standard deviations, as none of {} normal numbers has \
          (1 %){others}: an outlier, or a model that misses something there; with the cell left empty, \
-         --missing equations fits without it",
+         {way}",
         first.sample,
         rounded(first.deviations, 3),
         estimate.last().residuals.as_ref()?.rows

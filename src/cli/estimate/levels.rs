@@ -114,7 +114,7 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
         String::new()
     };
     let why = match of {
-        Addition { from_first: true, .. } => "the record begins at rest, but not at zero",
+        Addition { from_first: true, .. } => "the record fits better as one that begins at rest, but not at zero",
         Addition {
             start: true,
             offset: true,

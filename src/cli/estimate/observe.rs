@@ -225,8 +225,8 @@ impl Observed<'_> {
         };
         let mut numbers = Vec::new();
         if let Some(observer) = self.observer.as_ref().filter(|of| !of.gain.is_empty()) {
-            numbers.push(("gain", all(&observer.gain)));
-            numbers.push(("its poles", observer.poles.iter().map(pole).collect()));
+            numbers.push(("observer gain", all(&observer.gain)));
+            numbers.push(("observer poles", observer.poles.iter().map(pole).collect()));
         }
         if let Some(noise) = self.noise() {
             numbers.push(("Q, by rows", all(&rows(&noise.process).concat())));
@@ -259,6 +259,21 @@ impl Observed<'_> {
         format!("{white}; mean square {}{expected}", rounded(square, 4))
     }
 
+    /// The next thing to try with this observer; `None` where it does what it can.
+    fn remark(&self) -> Option<&'static str> {
+        if self.noise().is_some_and(|of| of.process.norm_max() == 0.0) {
+            return Some(
+                "no noise in the states: this observer is the model alone, and its bands leave out the errors of the \
+                 model and of its start; --estimator armax, bj or n4sid models such noise, --process-covariance and \
+                 --measurement-variance state it",
+            );
+        }
+        let is_placed = matches!(self.choice, Choice::OfModel(ObserverKind::Luenberger(_)));
+        let coloured = self.states.white.is_some_and(|white| !white.passed);
+        (is_placed && coloured)
+            .then_some("--observer kalman weighs the model against the noise; its innovations are white if both hold")
+    }
+
     fn text(&self) -> String {
         let Self { report, .. } = self;
         let estimate = self.estimate();
@@ -279,7 +294,12 @@ impl Observed<'_> {
             text += &wrap(&unit, 80, "");
         }
         text.extend([format!("\n{}\n", words::heading(estimate))]);
-        for hint in &estimate.hints {
+        // No standard errors are printed here.
+        for hint in estimate
+            .hints
+            .iter()
+            .filter(|hint| !hint.starts_with("the standard errors"))
+        {
             text += &wrap(&format!("  {:<18} {hint}", "hint"), 80, &" ".repeat(21));
         }
         let model = &estimate.last().fitted.model;
@@ -305,7 +325,11 @@ impl Observed<'_> {
         text += &wrap(&format!("\nobserver {}", self.about()), 80, "  ");
         for (name, values) in self.numbers() {
             let widest = values.iter().map(|cell| cell.chars().count()).max();
-            let each = if widest > Some(13) { 2 } else { 4 };
+            let each = match self.states.order {
+                _ if widest > Some(13) => 2,
+                n @ 2..=4 if values.len() == n * n => n,
+                _ => 4,
+            };
             for (i, line) in values.chunks(each).enumerate() {
                 let name = if i == 0 { name } else { "" };
                 let cells: Vec<String> = line.iter().map(|cell| format!("{cell:>13}")).collect();
@@ -319,6 +343,9 @@ impl Observed<'_> {
         );
         if !self.states.deviations.is_empty() {
             text += &wrap(&format!("  {:<18} {}", "bands", BANDS), 80, &" ".repeat(21));
+        }
+        if let Some(remark) = self.remark() {
+            text += &wrap(&format!("  {:<18} {remark}", "hint"), 80, &" ".repeat(21));
         }
         text.extend([format!("\n{}", wrap(&self.form(), 80, ""))]);
         text
@@ -402,6 +429,9 @@ impl Observed<'_> {
                 .map(|(name, values)| (name, values.join(", ")));
             section.settings(&numbers.collect::<Vec<_>>());
             section.paragraph(&format!("Innovations: {}.", self.innovations()));
+            if let Some(remark) = self.remark() {
+                section.paragraph(&format!("{}.", words::capitalised(remark)));
+            }
             let bands = if self.states.deviations.is_empty() {
                 String::new()
             } else {

@@ -165,7 +165,7 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
     }
     if !options.has("orders") {
         let Some(Given::Span(order)) = *order else {
-            return bad(format!("{ORDERS_EXPECTED}; --order 1:8 compares"));
+            return bad(format!("{ORDERS_EXPECTED}; asobench estimate compares orders"));
         };
         if let Some((order, delay)) = ranges(arguments) {
             refuse("--states", arguments.states.is_some())?;

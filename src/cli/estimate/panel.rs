@@ -5,7 +5,7 @@ use super::load::load;
 use super::one_estimator::estimate;
 use super::record;
 use super::report::{Estimate, Report};
-use super::scan::scan;
+use super::scan::scan_from_start;
 use super::span::{Given, Span};
 use super::{comparison, hints, orders, words};
 use crate::cli::error::Error;
@@ -94,7 +94,8 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         }
     }
     rows.sort_by(|a, b| comparison::is_better(&a.estimate, &b.estimate, &report));
-    if !arguments.options.has("offset") {
+    // A method that can fit an offset says whether the record asks for one.
+    if !chosen.iter().any(|method| method.takes("offset")) {
         hints::warn_of_offset(&report, &chosen);
     }
     let panel = Panel {
@@ -155,7 +156,9 @@ fn row(
         (order.last, one(nk))
     };
     let options = arguments.options.taken_by(method);
-    let of_orders = scan(report, (method, options), Span { last, ..order }, delay)?;
+    let start_is_free = arguments.options.start_is_free(method);
+    let span = Span { last, ..order };
+    let (of_orders, _) = scan_from_start(report, (method, options), [span, delay], start_is_free)?;
     let Some((n, nk)) = of_orders.chosen(Criterion::Bic) else {
         return Ok(None);
     };
@@ -241,6 +244,10 @@ impl Panel<'_> {
             return Ok(());
         };
         text.push_str(&comparison::hints(&best.estimate));
+        if !best.method.takes("offset") {
+            let can_fit = self.rows.iter().find(|row| row.method.takes("offset"));
+            text.push_str(&can_fit.map_or_else(String::new, |row| comparison::hints(&row.estimate)));
+        }
         if best.n == order.last && order.is_range() {
             writeln!(
                 text,

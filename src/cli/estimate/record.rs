@@ -31,7 +31,8 @@ impl Recognised {
         }
         let (path, parts) = (path.display(), self.segments.len());
         Err(Error::Input(format!(
-            "{path}: {parts} parts between gaps, but {flag} needs one; expected --missing longest-run"
+            "{path}: {parts} parts between gaps, but {flag} needs one; expected --missing longest-run, or one \
+             model of all parts: asobench estimate with --estimator oe and --order n"
         )))
     }
 }
@@ -159,7 +160,7 @@ fn ways_on(error: &RecordError) -> Cow<'static, str> {
         let names: Vec<&str> = names.collect();
         let is_time = |name: &str| {
             let name = name.to_lowercase();
-            name.starts_with("zeit") || name.starts_with("time")
+            name.starts_with("zeit") || name.starts_with("time") || name.split(['_', '(', '[', ' ']).next() == Some("t")
         };
         let (time, signals) = match names.as_slice() {
             [time, signals @ ..] if is_time(time) && signals.len() == 2 => (Some(*time), signals),

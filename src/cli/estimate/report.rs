@@ -87,10 +87,13 @@ impl Report {
         any.then(|| self.trends.map(|trend| trend.times(self.unit)))
     }
 
-    /// Returns the time of a sample of the record, seconds; its number where times are unknown.
+    /// Returns the time of a sample of the record, seconds, to 13 digits; its number where times are unknown.
     pub(super) fn time(&self, k: usize) -> f64 {
-        self.clock
-            .map_or(k as f64, |Clock { start, step }| start + k as f64 * step)
+        self.clock.map_or(k as f64, |Clock { start, step }| {
+            let time = start + k as f64 * step;
+            // 2999 steps of 0.01 s are 29.99 s.
+            format!("{time:.12e}").parse().unwrap_or(time)
+        })
     }
 
     /// Returns the unit of frequencies.

@@ -2,6 +2,7 @@
 
 mod picture;
 
+use super::comparison::fit_of_all;
 use super::flags::OptionFlags;
 use super::hints;
 use super::levels::{Advice, levels};
@@ -56,7 +57,7 @@ pub(super) struct Scan {
 }
 
 /// Runs the models of all orders and delays on a record.
-pub(super) fn scan(
+fn scan(
     report: &Report,
     (estimator, given): (EstimatorName, Map<String, Value>),
     order: Span,
@@ -236,7 +237,7 @@ impl Row {
             self.window_fit = finite(fits.window.simulated);
             self.validation_fit = fits.validation.and_then(|fit| finite(fit.simulated));
         } else {
-            self.window_fit = finite(fit_of_all(&parts(&fitted, at_rest, report), report));
+            self.window_fit = finite(fit_of_all(&parts(&fitted, at_rest, report), report).simulated);
         }
         Ok(())
     }
@@ -248,19 +249,6 @@ impl Row {
         }
         json!({ "n": self.n, "nk": nk, "orders": self.orders.to_string() })
     }
-}
-
-/// The FIT of several records together: `100 (1 - sqrt(sum e^2 / sum (y - mean of its record)^2))`.
-fn fit_of_all(parts: &[PartReport], report: &Report) -> f64 {
-    let runs = report.runs();
-    let squares = runs.iter().zip(parts).map(|(run, part)| {
-        let y = &report.record.y[run.clone()];
-        let mean = y.iter().sum::<f64>() / y.len() as f64;
-        let spread: f64 = y.iter().map(|y| (y - mean).powi(2)).sum();
-        (spread * (1.0 - part.fit.simulated / 100.0).powi(2), spread)
-    });
-    let (left, spread) = squares.fold((0.0, 0.0), |(left, all), (e, of)| (left + e, all + of));
-    100.0 * (1.0 - (left / spread).sqrt())
 }
 
 impl Scan {
@@ -287,18 +275,22 @@ impl Scan {
 
     /// Returns the model that BIC chooses, for hints on its start.
     fn of_bic(&self, report: &Report) -> Option<Estimate> {
-        if self.estimator == EstimatorName::Arx || !report.parts.is_empty() {
+        if self.estimator == EstimatorName::Arx {
             return None;
         }
         let row = &self.rows[self.best[place_of(Criterion::Bic)]?];
         let options = of_order(self.estimator, &self.given, row.n, row.orders.nk).ok()?;
         let order = row.orders.order();
         let described = options.describe();
+        let lengths = report.lengths();
         let shape = Shape {
             order,
             window: report.window,
         };
-        let prepared = Method::named(self.estimator.name(), options).prepare(shape);
+        let prepared = Method::named(self.estimator.name(), options).prepare(Problem {
+            runs: &lengths,
+            ..shape.into()
+        });
         let mut passes = [Pass::new(order)];
         let window = Window::new(&report.record.u, &report.record.y, report.window);
         prepared.ok()?.estimate(window, &mut passes);

@@ -18,7 +18,7 @@ const ADAPTIVE: [EstimatorName; 3] = [
     EstimatorName::JointEkf,
 ];
 
-/// Fit a model to a record and observe its states: the gain, its poles, and xhat(k) with bands
+/// Fit a model to a record and observe its states: the observer's gain and poles, xhat(k) with bands
 #[derive(clap::Args)]
 #[command(
     after_help = "All options, those of each estimator too: asobench observe --help",

@@ -197,8 +197,8 @@ const SHOWN: usize = 4;
 /// The choice that no column holds times.
 const NO_TIME: &str = "none";
 
-/// Returns the place of a column that is chosen by its name or its number. The name may be without its unit, and in
-/// capitals or not, where it is the only one.
+/// Returns the place of a column that is chosen by its name or its number. The name may be without its unit, such as
+/// `Speed` for `Speed [rpm]` and `speed_rpm`, and in capitals or not, where it is the only one.
 fn place(column: &str, header: Option<&[&str]>, count: usize, line: u64) -> Result<usize, RecordError> {
     let header = header.unwrap_or_default();
     let mut named = header.iter().enumerate().filter(|(_, cell)| **cell == column);
@@ -212,12 +212,21 @@ fn place(column: &str, header: Option<&[&str]>, count: usize, line: u64) -> Resu
         return Ok(place);
     }
     let known = known_as(column);
-    let alike = |(_, cell): &(usize, &&str)| known_as(cell) == known;
-    let mut alike = header.iter().enumerate().filter(alike);
-    match (column.parse(), alike.next(), alike.next()) {
-        (Ok(number @ 1..), ..) if number <= count => Ok(number - 1),
-        (_, Some((place, _)), None) => Ok(place),
-        (_, Some(_), Some(_)) => Err(RecordError::AmbiguousColumn {
+    let begins = |cell: &str| {
+        cell.strip_prefix(known.as_str())
+            .is_some_and(|rest| rest.starts_with(['_', ' ', '/']))
+    };
+    let alike = |begins: &dyn Fn(&str) -> bool| -> Vec<usize> {
+        let all = header.iter().enumerate();
+        let alike = all.filter(|(_, cell)| known_as(cell) == known || begins(&known_as(cell)));
+        alike.map(|(place, _)| place).collect()
+    };
+    let whole = alike(&|_| false);
+    let found = if whole.is_empty() { alike(&begins) } else { whole };
+    match (column.parse(), found.as_slice()) {
+        (Ok(number @ 1..), _) if number <= count => Ok(number - 1),
+        (_, [place]) => Ok(*place),
+        (_, [_, _, ..]) => Err(RecordError::AmbiguousColumn {
             line,
             column: column.to_owned(),
         }),

@@ -188,6 +188,11 @@ fn columns_are_chosen_by_name_or_number() {
         (vec![1.0, 4.0, 7.0], vec![3.0, 6.0, 9.0])
     );
     assert_eq!(read.times, Some([0.0, 0.01]));
+    // The unit may be left off, in brackets or behind a mark, where one column is left.
+    let text = b"t_s;Spannung_V;Drehzahl_1/min;Drehzahl_soll\n0;1;2;3\n1;4;5;6\n";
+    assert_eq!(table(text, &chosen("spannung", "4")).1, [3.0, 6.0]);
+    assert!(read_table(&text[..], &chosen("Spannung", "Drehzahl")).is_err());
+    assert!(read_table(&text[..], &chosen("Spann", "4")).is_err());
     // Without a header, by number alone.
     let bare = chosen("2", "1");
     assert_eq!(
