@@ -119,6 +119,22 @@ impl Study {
         })
     }
 
+    /// Returns the words by which a text can cite the results: the program, the study with the fingerprint of its
+    /// design, which is the same for whoever has the same experiment file, and the source.
+    pub(super) fn citation(&self) -> String {
+        let design = Experiment::new(self.file.clone()).map(|of| files::checksum(of.design().to_string().as_bytes()));
+        let design = design.map_or_else(|_| String::new(), |design| format!(", design {design}"));
+        let source = self.revision.as_deref();
+        let source = source.map_or_else(String::new, |revision| format!(", revision {revision}"));
+        format!(
+            "asobench {}{source}: study \"{}\"{design}, seed {}, {} trials.",
+            self.version,
+            self.title(),
+            self.file.seed,
+            grouped(self.trials())
+        )
+    }
+
     /// Judges the claims of another file with these results. Claims that were not part of the run are marked.
     ///
     /// # Errors

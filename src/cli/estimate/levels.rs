@@ -15,7 +15,7 @@ pub(super) const LEVEL: f64 = 1e-3;
 const MOST: usize = 100_000;
 
 /// A parameter that may be fitted beside the model.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Addition {
     flags: &'static str,
     start: bool,
@@ -70,7 +70,8 @@ pub(super) struct Advice {
 /// Returns the advice on a start, an offset, or both, by which the same method has a lower loss than by chance: the
 /// likelihood ratio, over the factor by which residuals of this colour inflate the square of a mean, is beyond the
 /// point of chi-square. Of several the one of the lowest BIC is named. `None` where the method has no such options.
-pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
+/// `tried` keeps the fits for a second question about the same method, orders and record.
+pub(super) fn levels(estimate: &Estimate, report: &Report, tried: &mut Tried) -> Option<Advice> {
     let last = &estimate.last().fitted;
     let fitted = |key: &str| Some(estimate.options.get(key)?.as_str()? == "estimate");
     let (start, offset) = (fitted("initial")?, fitted("offset").unwrap_or(false));
@@ -97,7 +98,7 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
         .iter()
         .filter(allowed)
         .filter_map(|of| {
-            let found = fit(estimate, report, of)?;
+            let found = tried.fit(estimate, report, *of)?;
             let count = found.pass.start_numbers as f64 - last.pass.start_numbers as f64;
             let inflation = inflation(&found, of, report)?;
             let likelihood = samples * (last.pass.loss / found.pass.loss).ln() / inflation;
@@ -132,6 +133,21 @@ pub(super) fn levels(estimate: &Estimate, report: &Report) -> Option<Advice> {
             of.flags, variances[1], variances[0]
         ),
     })
+}
+
+/// The fits of a method with additions.
+#[derive(Default)]
+pub(super) struct Tried(Vec<(Addition, Option<Fitted>)>);
+
+impl Tried {
+    fn fit(&mut self, estimate: &Estimate, report: &Report, of: Addition) -> Option<Fitted> {
+        if let Some((_, found)) = self.0.iter().find(|(tried, _)| *tried == of) {
+            return found.clone();
+        }
+        let found = fit(estimate, report, &of);
+        self.0.push((of, found.clone()));
+        found
+    }
 }
 
 impl Addition {

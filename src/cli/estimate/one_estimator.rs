@@ -3,7 +3,7 @@
 use super::arguments::Arguments;
 use super::flags::{OptionFlags, flag_of};
 use super::hints;
-use super::levels::{Advice, levels};
+use super::levels::{Advice, Tried, levels};
 use super::orders::delayed;
 use super::report::{Clock, Estimate, Fits, Observed, PartReport, PassReport, Report, Samples, Validation};
 use crate::cli::error::Error;
@@ -76,7 +76,8 @@ pub(super) fn estimate(arguments: &Arguments, name: EstimatorName, report: &Repo
     let start_told = arguments.options.start_is_free(name);
     let mut found = run(arguments, options.clone(), (name, shift), report)?;
     found.start_told = start_told;
-    let mut advice = levels(&found, report);
+    let mut tried = Tried::default();
+    let mut advice = levels(&found, report, &mut tried);
     if let Some(Advice { chance, .. }) = advice.as_ref().filter(|of| of.start && start_told) {
         let mut with_start = found.options.clone();
         with_start.retain(|_, value| !value.is_null());
@@ -84,7 +85,7 @@ pub(super) fn estimate(arguments: &Arguments, name: EstimatorName, report: &Repo
         let mut begun = run(arguments, parse(&with_start)?, (name, shift), report)?;
         begun.start_told = true;
         begun.start_chance = Some(*chance);
-        advice = levels(&begun, report);
+        advice = levels(&begun, report, &mut tried);
         found = begun;
     }
     let of_start = advice.map(|advice| advice.sentence);

@@ -5,7 +5,7 @@ mod picture;
 use super::comparison::fit_of_all;
 use super::flags::OptionFlags;
 use super::hints;
-use super::levels::{Advice, levels};
+use super::levels::{Advice, Tried, levels};
 use super::one_estimator::{fits, parts, pass_report};
 use super::orders::delayed;
 use super::report::{Estimate, PartReport, Report};
@@ -111,13 +111,15 @@ pub(super) fn scan_from_start(
     let Some(chosen) = found.of_bic(report) else {
         return Ok((found, None));
     };
-    let mut advice = levels(&chosen, report);
+    let mut advice = levels(&chosen, report, &mut Tried::default());
     if start_is_free && advice.as_ref().is_some_and(|of: &Advice| of.start) {
         let mut given = given;
         OptionFlags::estimate_start(&mut given);
         found = scan(report, (estimator, given), order, delay)?;
         found.start_told = true;
-        advice = found.of_bic(report).and_then(|of| levels(&of, report));
+        advice = found
+            .of_bic(report)
+            .and_then(|of| levels(&of, report, &mut Tried::default()));
     }
     let hint = advice.map(|advice| advice.sentence);
     Ok((found, hint.or_else(|| hints::fixed_start(&chosen, report))))

@@ -149,6 +149,8 @@ fn experiment(section: &mut Section, study: &Study, files: &mut Files, on_step: 
     section.heading("To run it again");
     let (command, folder) = study.command();
     section.code(&format!("{command}\nasobench report {folder}"));
+    section.heading("How to cite this");
+    section.paragraph(&study.citation());
 }
 
 /// The answer in sentences, with the medians of the first measure and the lost trials in tables as papers have them:
