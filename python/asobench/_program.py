@@ -26,7 +26,9 @@ def program() -> str:
     beside = Path(sysconfig.get_path("scripts"), "asobench")
     found = os.environ.get("ASOBENCH") or (str(beside) if beside.exists() else shutil.which("asobench"))
     if not found:
-        raise FileNotFoundError("the program asobench: expected it on the path, or its name in ASOBENCH")
+        raise FileNotFoundError(
+            "the program asobench: expected it on the path, or its name in ASOBENCH; cargo install --path . builds it"
+        )
     return found
 
 
