@@ -8,7 +8,7 @@ use super::hints;
 use super::levels::{Advice, Tried, levels};
 use super::one_estimator::{fits, parts, pass_report};
 use super::orders::delayed;
-use super::report::{Estimate, PartReport, Report};
+use super::report::{Estimate, Report};
 use super::span::Span;
 use super::words;
 use crate::cli::error::Error;

@@ -189,8 +189,7 @@ estimators! {
     Rivc = "rivc": continuous_iv::RivcOptions,
     /// Refined instrumental variables for a closed loop, with instruments from the reference: the Box-Jenkins model.
     Clriv = "clriv": closed_loop_iv::ClrivOptions,
-    /// Refined instrumental variables in continuous time for a closed loop: B(s)/A(s), C/D, instruments from the
-    /// reference.
+    /// Refined instrumental variables in continuous time for a loop: B(s)/A(s), C/D, instruments from the reference.
     Clrivc = "clrivc": closed_loop_continuous::ClrivcOptions,
     /// Two-stage method for a closed loop: the reference's part of u, then the output-error model from it.
     TwoStage = "two-stage": two_stage::TwoStageOptions,
@@ -220,8 +219,7 @@ estimators! {
     General = "general": prediction_error::GeneralOptions,
     /// Maximum likelihood with errors of Student's t, for heavy tails and outliers: any model A, B, C, D, F.
     PemT = "pem-t": student_t::PemTOptions,
-    /// Maximum likelihood for errors in variables: B/F, white Gaussian input and noises in u and y, variances
-    /// estimated.
+    /// Maximum likelihood for errors in variables: B/F, white Gaussian input, noises in u and y; estimates variances.
     PemEiv = "pem-eiv": pem_eiv::PemEivOptions,
     /// Subspace method with past inputs and outputs as instruments (PO-MOESP).
     Moesp = "moesp": subspace::MoespOptions,
