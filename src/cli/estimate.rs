@@ -12,6 +12,7 @@ use one_estimator::estimate;
 use orders::{orders, ranges};
 use outputs::{write_drawings, write_states};
 use report::Report;
+use scan::StartChoice;
 use serde_json::json;
 use span::Span;
 use std::process::ExitCode;
@@ -111,8 +112,12 @@ fn tables(arguments: &Arguments, mut report: Report, (order, delay): (Span, Span
     let (mut scans, mut hints) = (Vec::new(), Vec::new());
     for &estimator in &estimators {
         let options = arguments.options.taken_by(estimator);
-        let is_free = arguments.options.start_is_free(estimator);
-        let (scan, hint) = scan::scan_from_start(&report, (estimator, options), [order, delay], is_free)?;
+        let start = if arguments.options.start_is_free(estimator) {
+            StartChoice::Free
+        } else {
+            StartChoice::Given
+        };
+        let (scan, hint) = scan::scan_from_start(&report, (estimator, options), [order, delay], start)?;
         scans.push(scan);
         hints.push(hint);
     }

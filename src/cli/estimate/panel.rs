@@ -5,7 +5,7 @@ use super::load::load;
 use super::one_estimator::estimate;
 use super::record;
 use super::report::{Estimate, Report};
-use super::scan::scan_from_start;
+use super::scan::{StartChoice, scan_from_start};
 use super::span::{Given, Span};
 use super::{comparison, hints, orders, words};
 use crate::cli::error::Error;
@@ -86,9 +86,9 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     let orders = Orders::arx(order.last, order.last, delay.last);
     let mut report = load(&arguments, orders, recognised)?;
     let nk = delay_of(&report, delay);
-    let (mut rows, mut without) = (Vec::new(), Vec::new());
+    let (mut rows, mut without, mut begun) = (Vec::new(), Vec::new(), false);
     for &method in &chosen {
-        match row(&mut arguments, &mut report, method, (order, nk), is_default)? {
+        match row(&mut arguments, &mut report, method, (order, nk), is_default, &mut begun)? {
             Some(row) => rows.push(row),
             None => without.push(method.name()),
         }
@@ -137,13 +137,15 @@ fn delay_of(report: &Report, delay: Span) -> usize {
     best.map_or(delay.first, |(_, nk)| nk)
 }
 
-/// Fits a method at the order that BIC chooses; `None` if no order gives a model.
+/// Fits a method at the order that BIC chooses; `None` if no order gives a model. `begun` says whether a method before
+/// has found that the record does not begin at rest.
 fn row(
     arguments: &mut Arguments,
     report: &mut Report,
     method: EstimatorName,
     (order, nk): (Span, usize),
     is_default: bool,
+    begun: &mut bool,
 ) -> Result<Option<Row>, Error> {
     let one = |number| Span {
         first: number,
@@ -156,9 +158,14 @@ fn row(
         (order.last, one(nk))
     };
     let options = arguments.options.taken_by(method);
-    let start_is_free = arguments.options.start_is_free(method);
+    let start = match arguments.options.start_is_free(method) {
+        false => StartChoice::Given,
+        true if *begun => StartChoice::Told,
+        true => StartChoice::Free,
+    };
     let span = Span { last, ..order };
-    let (of_orders, _) = scan_from_start(report, (method, options), [span, delay], start_is_free)?;
+    let (of_orders, _) = scan_from_start(report, (method, options), [span, delay], start)?;
+    *begun |= of_orders.start_is_told();
     let Some((n, nk)) = of_orders.chosen(Criterion::Bic) else {
         return Ok(None);
     };

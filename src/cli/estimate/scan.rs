@@ -99,24 +99,39 @@ fn scan(
     })
 }
 
+/// Whether the start of the record is for the program to choose.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum StartChoice {
+    Given,
+    Free,
+    /// Another method has found that the record does not begin at rest.
+    Told,
+}
+
 /// Runs the models as [`scan`], and once more with the start of the record where the model that BIC chooses does not
-/// begin at rest and `start_is_free`. Returns the hint on the start, too.
+/// begin at rest and the start is free. Returns the hint on the start, too.
 pub(super) fn scan_from_start(
     report: &Report,
     (estimator, given): (EstimatorName, Map<String, Value>),
     [order, delay]: [Span; 2],
-    start_is_free: bool,
+    start: StartChoice,
 ) -> Result<(Scan, Option<String>), Error> {
+    let from_start = |mut given: Map<String, Value>| {
+        OptionFlags::estimate_start(&mut given);
+        let mut found = scan(report, (estimator, given), order, delay)?;
+        found.start_told = true;
+        Ok::<Scan, Error>(found)
+    };
+    if start == StartChoice::Told {
+        return Ok((from_start(given)?, None));
+    }
     let mut found = scan(report, (estimator, given.clone()), order, delay)?;
     let Some(chosen) = found.of_bic(report) else {
         return Ok((found, None));
     };
     let mut advice = levels(&chosen, report, &mut Tried::default());
-    if start_is_free && advice.as_ref().is_some_and(|of: &Advice| of.start) {
-        let mut given = given;
-        OptionFlags::estimate_start(&mut given);
-        found = scan(report, (estimator, given), order, delay)?;
-        found.start_told = true;
+    if start == StartChoice::Free && advice.as_ref().is_some_and(|of: &Advice| of.start) {
+        found = from_start(given)?;
         advice = found
             .of_bic(report)
             .and_then(|of| levels(&of, report, &mut Tried::default()));
@@ -254,6 +269,11 @@ impl Row {
 }
 
 impl Scan {
+    /// Whether the models have their start because the record does not begin at rest.
+    pub(super) fn start_is_told(&self) -> bool {
+        self.start_told
+    }
+
     /// Returns the order and the delay that a criterion chooses.
     pub(super) fn chosen(&self, criterion: Criterion) -> Option<(usize, usize)> {
         let row = &self.rows[self.best[place_of(criterion)]?];
