@@ -136,8 +136,8 @@ pub(super) struct Predictor {
     scaled: Vec<f64>,
     pub(super) psi: Triangle,
     normal: System,
-    /// A signal of the second derivatives.
-    second: Vec<f64>,
+    /// The signals of the second derivatives.
+    seconds: Vec<Vec<f64>>,
     equilibration: Equilibration,
     column: Vec<f64>,
     influence: Influence,
@@ -174,7 +174,7 @@ impl Predictor {
             scaled: Vec::new(),
             psi: Triangle::new(n),
             normal: System::default(),
-            second: signal(true),
+            seconds: Vec::new(),
             equilibration: Equilibration::new(n, n),
             column: vec![0.0; n],
             influence: Influence::default(),
