@@ -3,7 +3,7 @@
 //! Source: T. Soderstrom, P. Stoica and B. Friedlander, *An indirect prediction error method for system
 //! identification*, Automatica 27 (1991).
 
-use super::output_error_iteration::output_errors;
+use super::output_error_iteration::{output_error, output_errors};
 use super::riv::{RefinedIv, RivOptions};
 use crate::data::OutputFeedback;
 use crate::estimator::instruments::TwoStages;
@@ -30,12 +30,7 @@ options! {
 
 impl IndirectOptions {
     fn orders(&self, setting: usize) -> Orders {
-        self.orders.unwrap_or(Orders {
-            nb: setting,
-            nf: setting,
-            nk: 1,
-            ..Orders::default()
-        })
+        output_error(self.orders, setting)
     }
 
     /// Returns the controller's numerator and denominator.

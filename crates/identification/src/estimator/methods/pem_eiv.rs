@@ -15,6 +15,7 @@
 //!
 //! Source: T. Soderstrom, *Errors-in-Variables Methods in System Identification*, 2018, chapter 9.
 
+use super::output_error_iteration::output_error;
 use crate::estimator::band::BandRoot;
 use crate::estimator::lag_sums::dot;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
@@ -64,23 +65,15 @@ impl MethodKind for PemEivOptions {
     }
 
     fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(self.orders.unwrap_or(Orders {
-            nb: setting,
-            nf: setting,
-            nk: 1,
-            ..Orders::default()
-        }))
+        Some(output_error(self.orders, setting))
     }
 
     fn needs(&self) -> Needs {
-        Needs {
-            plant: self.starts == SearchStarts::Truth,
-            ..Needs::default()
-        }
+        self.starts.needs()
     }
 
     fn option_units(&self) -> OptionUnits {
-        OptionUnits::Gain.only_if(self.starts == SearchStarts::Truth)
+        self.starts.option_units()
     }
 
     fn begins_at_rest(&self) -> bool {

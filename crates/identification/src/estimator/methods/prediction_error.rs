@@ -62,14 +62,11 @@ macro_rules! structure {
             }
 
             fn needs(&self) -> Needs {
-                Needs {
-                    plant: self.starts == SearchStarts::Truth,
-                    ..Needs::default()
-                }
+                self.starts.needs()
             }
 
             fn option_units(&self) -> OptionUnits {
-                OptionUnits::Gain.only_if(self.starts == SearchStarts::Truth)
+                self.starts.option_units()
             }
 
             fn begins_at_rest(&self) -> bool {

@@ -14,6 +14,7 @@
 //! JASA 84 (1989); for s C. Liu, D. B. Rubin and Y. N. Wu, *Parameter expansion to accelerate EM*, Biometrika 85
 //! (1998).
 
+use super::output_error_iteration::output_error;
 use super::pem::with_other;
 use crate::estimator::covariance::Covariance;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
@@ -69,23 +70,15 @@ impl MethodKind for PemTOptions {
     }
 
     fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(self.orders.unwrap_or(Orders {
-            nb: setting,
-            nf: setting,
-            nk: 1,
-            ..Orders::default()
-        }))
+        Some(output_error(self.orders, setting))
     }
 
     fn needs(&self) -> Needs {
-        Needs {
-            plant: self.starts == SearchStarts::Truth,
-            ..Needs::default()
-        }
+        self.starts.needs()
     }
 
     fn option_units(&self) -> OptionUnits {
-        OptionUnits::Gain.only_if(self.starts == SearchStarts::Truth)
+        self.starts.option_units()
     }
 
     fn begins_at_rest(&self) -> bool {

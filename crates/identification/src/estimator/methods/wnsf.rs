@@ -3,6 +3,7 @@
 //! Source: M. Galrinho, C. R. Rojas, H. Hjalmarsson, "Parametric identification using weighted null-space fitting",
 //! IEEE Trans. Automatic Control 64 (2019), 2798-2813.
 
+use super::output_error_iteration::output_error;
 use crate::estimator::covariance::Covariance;
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::lag_sums::check_squares;
@@ -64,12 +65,7 @@ impl MethodKind for WnsfOptions {
     }
 
     fn model_orders(&self, setting: usize) -> Option<Orders> {
-        Some(self.orders.unwrap_or(Orders {
-            nb: setting,
-            nf: setting,
-            nk: 1,
-            ..Orders::default()
-        }))
+        Some(output_error(self.orders, setting))
     }
 
     fn begins_at_rest(&self) -> bool {

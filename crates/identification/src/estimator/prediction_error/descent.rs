@@ -239,7 +239,7 @@ impl Descent {
             } else {
                 0
             };
-            if creeps >= MOST_CREEPS && self.is_at_the_border() {
+            if creeps >= MOST_CREEPS && self.ends_at_the_border() {
                 return Err(FailureKind::Boundary);
             }
         }
@@ -250,14 +250,22 @@ impl Descent {
         Err(self.outcome())
     }
 
-    fn is_at_the_border(&mut self) -> bool {
-        self.predictor.set(&self.theta);
+    /// Whether zeros of C or F are near the border of stability.
+    pub(super) fn is_at_the_border(&mut self, theta: &[f64]) -> bool {
+        self.predictor.set(theta);
         self.predictor.exceeds(BORDER)
+    }
+
+    fn ends_at_the_border(&mut self) -> bool {
+        let theta = std::mem::take(&mut self.theta);
+        let ends = self.is_at_the_border(&theta);
+        self.theta = theta;
+        ends
     }
 
     /// Why a search ends without a minimum.
     fn outcome(&mut self) -> FailureKind {
-        if self.is_at_the_border() {
+        if self.ends_at_the_border() {
             FailureKind::Boundary
         } else {
             FailureKind::IterationLimit

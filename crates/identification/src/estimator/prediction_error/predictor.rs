@@ -4,17 +4,17 @@
 //! 10.3): `D/C y` for A, `v = D/(C F) u` for B, `e/C` for C, `w/C` for D, `B v/F` for F, with `w = A y - B/F u` and y
 //! less its offset, if it has one. Its column is `-A D/C` of a step.
 
+mod judged;
+mod second;
+
 use super::kernels::{Triangle, divide, divide_each, filter};
-use crate::estimator::covariance::{Covariance, Influence};
+use crate::estimator::covariance::Influence;
 use crate::estimator::lag_sums::dot;
 use crate::estimator::lag_sums::{System, lagged_products};
-use crate::estimator::offset::leading_block;
 use crate::estimator::reflection::stable;
-use crate::estimator::regression::covariance_of_triangle;
-use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::solver::rank::Equilibration;
 use crate::estimator::{FailureKind, Runs};
 use crate::model::{LinearModel, Orders};
-use faer::Mat;
 use std::ops::Range;
 
 /// How psi's triangle is computed.
@@ -136,8 +136,8 @@ pub(super) struct Predictor {
     scaled: Vec<f64>,
     pub(super) psi: Triangle,
     normal: System,
-    /// A signal of the second derivatives.
-    second: Vec<f64>,
+    /// The signals of the second derivatives.
+    seconds: Vec<Vec<f64>>,
     equilibration: Equilibration,
     column: Vec<f64>,
     influence: Influence,
@@ -174,7 +174,7 @@ impl Predictor {
             scaled: Vec::new(),
             psi: Triangle::new(n),
             normal: System::default(),
-            second: signal(true),
+            seconds: Vec::new(),
             equilibration: Equilibration::new(n, n),
             column: vec![0.0; n],
             influence: Influence::default(),
@@ -463,177 +463,5 @@ impl Predictor {
         self.psi.take(&normal);
         self.normal = normal;
         reached == width
-    }
-
-    /// Computes the lower triangle of half the Hessian of the sum, `psi'psi + sum e(k) e''(k)`, at the last
-    /// [`Self::linearise`].
-    ///
-    /// A second derivative with respect to c is the first divided by -C, twice that if both are of C; the same with F
-    /// for what has F in its denominator; with respect to d it is the first without D. Each depends on the sum of both
-    /// delays alone. With respect to the offset and a it is -D/C of a step, with respect to the offset and d -A/C of
-    /// it.
-    pub(super) fn hessian(&mut self, to: &mut Mat<f64>) {
-        let r = self.psi.r();
-        for j in 0..r.ncols() {
-            for i in j..r.ncols() {
-                to[(i, j)] = (0..=j).map(|l| r[(l, i)] * r[(l, j)]).sum();
-            }
-        }
-        let pairs = [
-            (A, C),
-            (B, C),
-            (C, C),
-            (D, C),
-            (F, C),
-            (OFFSET, C),
-            (INITIAL, C),
-            (OFFSET, A),
-            (OFFSET, D),
-            (A, D),
-            (B, D),
-            (F, D),
-            (B, F),
-            (F, F),
-            (INITIAL, F),
-        ];
-        let counts = self.blocks().map(|(_, count, ..)| count);
-        let all = |of: usize| counts[of] * self.records_of(of);
-        let places: [usize; 7] = std::array::from_fn(|of| (0..of).map(all).sum());
-        let mut second = std::mem::take(&mut self.second);
-        for (one, other) in pairs {
-            if counts[one] == 0 || counts[other] == 0 {
-                continue;
-            }
-            let LinearModel { a, b, c, d, f, .. } = &self.model;
-            let (runs, blocks) = (&self.runs, self.blocks());
-            let (signal, _, delay, mut factor) = blocks[one];
-            let with_delay = delay + blocks[other].2;
-            match (one, other) {
-                (_, C | F) => {
-                    second.copy_from_slice(signal);
-                    let by = if other == C { c } else { f };
-                    if one >= OFFSET {
-                        divide(by, &mut second);
-                    } else {
-                        divide_in(runs, by, &mut second);
-                    }
-                    factor *= if one == other { -2.0 } else { -1.0 };
-                }
-                (OFFSET, _) => {
-                    let step = vec![1.0; second.len()];
-                    filter(if other == A { d } else { a }, &step, &mut second);
-                    divide(c, &mut second);
-                }
-                (A, _) => {
-                    second.copy_from_slice(&self.y);
-                    divide_in(runs, c, &mut second);
-                }
-                (B, _) => {
-                    second.copy_from_slice(&self.u);
-                    divide_in(runs, c, &mut second);
-                }
-                _ => {
-                    filter_in(runs, b, &self.u, &mut second);
-                    divide_in(runs, c, &mut second);
-                    divide_in(runs, f, &mut second);
-                }
-            }
-            let last = counts[one] + counts[other] - 1;
-            let records = self.records_of(one);
-            for (record, lag) in (0..records).flat_map(|of| (0..last).map(move |lag| (of, lag))) {
-                let runs = self.runs.iter().enumerate();
-                let runs = runs.filter(|(i, _)| one < OFFSET || *i == record);
-                let value = runs.map(|(_, run)| {
-                    let late = self.e[run.clone()].get(with_delay + lag..);
-                    let late = late.unwrap_or_default();
-                    let start = if one >= OFFSET { 0 } else { run.start };
-                    dot(late, &second[start..start + late.len()])
-                });
-                let value = factor * value.sum::<f64>();
-                let first = places[one] + record * counts[one];
-                for i in (lag + 1).saturating_sub(counts[other])..counts[one].min(lag + 1) {
-                    let (row, column) = (first + i, places[other] + lag - i);
-                    if one == other {
-                        if row >= column {
-                            to[(row, column)] += value;
-                        }
-                    } else {
-                        to[(row.max(column), row.min(column))] += value;
-                    }
-                }
-            }
-        }
-        self.second = second;
-    }
-
-    /// Returns `|| Q'e || / || e ||`, at the last [`Self::linearise`].
-    pub(super) fn decrement(&self, sum: f64) -> f64 {
-        let top = self.psi.top();
-        (top.iter().map(|x| x * x).sum::<f64>() / sum).sqrt()
-    }
-
-    /// Returns the largest cosine between e and a column of psi, at the last [`Self::linearise`].
-    pub(super) fn scaled_gradient(&self, sum: f64) -> f64 {
-        let (r, top) = (self.psi.r(), self.psi.top());
-        let cosine = |j: usize| {
-            let column = (0..=j).map(|i| (r[(i, j)], top[i]));
-            let (product, square) = column.fold((0.0, 0.0), |(p, s), (r, e)| (p + r * e, s + r * r));
-            if square > 0.0 {
-                (product / (square * sum).sqrt()).abs()
-            } else {
-                0.0
-            }
-        };
-        (0..self.width()).map(cosine).fold(0.0, f64::max)
-    }
-
-    /// Returns `psi'e`, at the last [`Self::linearise`].
-    pub(super) fn gradient(&self, to: &mut [f64]) {
-        let (r, top) = (self.psi.r(), self.psi.top());
-        for (j, to) in to.iter_mut().enumerate() {
-            *to = (0..=j).map(|i| r[(i, j)] * top[i]).sum();
-        }
-    }
-
-    /// Returns the condition of psi's triangle with its columns scaled.
-    ///
-    /// # Errors
-    /// [`FailureKind::NotIdentifiable`] if `psi'psi` is singular up to rounding.
-    pub(super) fn condition(&mut self) -> Result<f64, FailureKind> {
-        let singular = |_| FailureKind::NotIdentifiable;
-        let r = self.psi.r();
-        self.equilibration.of_columns(r).map_err(singular)?;
-        let columns = &self.equilibration.columns;
-        let condition = triangular_condition(r, columns, &mut self.column).map_err(singular)?;
-        check_rank_of_columns(condition, self.column.len()).map_err(singular)?;
-        Ok(condition)
-    }
-
-    /// Computes the covariance of the parameters and the offsets at the last linearisation. For white prediction errors
-    /// it is `variance (psi'psi)^-1`; otherwise it follows from each sample's contribution to theta,
-    /// `-(psi'psi)^-1 psi(k) e(k)`.
-    pub(super) fn covariance(&mut self, kind: Covariance, variance: f64, to: &mut Vec<f64>) {
-        let all = self.width();
-        if kind == Covariance::White {
-            covariance_of_triangle(self.psi.r(), variance, &mut self.column, to);
-        } else {
-            let mut influence = std::mem::take(&mut self.influence);
-            let (r, columns) = (self.psi.r(), self.columns());
-            influence.clear();
-            for (i, run) in self.runs.iter().enumerate() {
-                for (k, e) in self.e[run.clone()].iter().enumerate() {
-                    influence.push(all, *e, |row| {
-                        for (psi, column) in row.iter_mut().zip(&columns) {
-                            let signal = column.within(i, run).filter(|_| k >= column.delay);
-                            *psi = signal.map_or(0.0, |x| column.sign * x[k - column.delay]);
-                        }
-                    });
-                }
-            }
-            influence.solve_normal(r);
-            influence.covariance(kind, to);
-            self.influence = influence;
-        }
-        leading_block(to, all, all - self.initial);
     }
 }

@@ -118,7 +118,8 @@ impl Search {
         self.found.clear();
         self.unfinished = None;
         let mut failed = FailureKind::NotIdentifiable;
-        let (mut searches, mut iterations) = (0, 0);
+        let (mut drawn, mut searches, mut iterations) = (0, 0, 0);
+        let mut agree = true;
         self.starts.begin(gain);
         let mut models = given.iter();
         loop {
@@ -142,20 +143,30 @@ impl Search {
             let found = self.descent.run_watched(u, y, start, NEAR, &mut screen);
             iterations += found.iterations;
             let stopped = screen.stopped;
-            searches += usize::from(given.is_none() && self.starts.was_drawn());
+            drawn += usize::from(given.is_none() && self.starts.was_drawn());
+            searches += usize::from(given.is_none());
+            agree &= stopped == Some(Stopped::Merged) || found.failure.is_none();
             if stopped.is_none() {
                 if let Some(kind) = found.failure {
                     failed = kind;
                 }
                 self.keep(found);
             }
-            if is_enough(searches, self.found.len()) {
+            if agree && self.is_agreed(searches) || is_enough(drawn, self.found.len()) {
                 break;
             }
         }
         let mut result = self.finish(u, y, failed);
         result.iterations += iterations;
         result
+    }
+
+    /// Whether the independent starts, which settled at minima, did so at one inside the border.
+    fn is_agreed(&mut self, searches: usize) -> bool {
+        let [minimum] = self.found.as_slice() else {
+            return false;
+        };
+        self.starts.are_enough(searches, &minimum.theta) && !self.descent.is_at_the_border(&minimum.theta)
     }
 
     /// Keeps the end of a search if it is new.
@@ -219,4 +230,49 @@ impl Search {
 fn is_enough(searches: usize, minima: usize) -> bool {
     let (n, w) = (searches as f64, minima as f64);
     w > 0.0 && n > w + 2.0 && w * (n - 1.0) / (n - w - 2.0) < w + MISSED
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::Runs;
+    use crate::estimator::prediction_error::predictor::OfRecord;
+    use crate::estimator::test_setup::{normal, plant};
+    use crate::model::Orders;
+    use crate::signal::Purpose;
+
+    /// Where the independent starts agree, the search ends at the minimum that all starts find, after far fewer
+    /// linearisations.
+    #[test]
+    fn independent_starts_that_agree_are_enough() {
+        let truth = plant("nb=2,nf=2,nk=1", &[1.0, 0.5, -1.5, 0.7]);
+        for (orders, n) in [("nb=2,nf=2", 98), ("nb=2,nf=2", 998), ("na=2,nb=2,nc=2", 998)] {
+            let orders: Orders = format!("{orders},nk=1").parse().unwrap();
+            let descent = || Descent::new(orders, OfRecord::default(), Runs::new(&[n]));
+            let starts = || Starts::new(orders, 16, n);
+            let mut short = Search::new(starts(), descent(), n);
+            let mut whole = Search::new(starts().all(), descent(), n);
+            let mut linearisations = [0; 2];
+            for trial in 0..20 {
+                let u = normal(64, trial, Purpose::Input, n);
+                let mut y = vec![0.0; n];
+                truth.simulate(&u, &mut y);
+                let noise = normal(64, trial, Purpose::NoiseDrive, n);
+                y.iter_mut().zip(noise).for_each(|(y, noise)| *y += 0.4 * noise);
+                let found = [&mut short, &mut whole].map(|search| search.run(&u, &y, 1.0, &[]));
+                assert!(
+                    found[0].failure.is_none() && found[1].failure.is_none(),
+                    "{orders} {trial}"
+                );
+                assert!(found[0].sum <= found[1].sum * (1.0 + 1e-9), "{orders} {trial}");
+                for (all, found) in linearisations.iter_mut().zip(found) {
+                    *all += found.iterations;
+                }
+            }
+            assert!(
+                3 * linearisations[0] < linearisations[1],
+                "{orders}: {linearisations:?}"
+            );
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! The option `starts`: where searches begin.
 
+use crate::estimator::method_kind::{Needs, OptionUnits};
 #[cfg(feature = "json")]
 use serde::{Deserialize, Deserializer};
 use serde::{Serialize, Serializer};
@@ -27,6 +28,19 @@ pub enum SearchStarts {
 }
 
 impl SearchStarts {
+    /// The true plant is needed if it is the only start.
+    pub(in crate::estimator) fn needs(self) -> Needs {
+        Needs {
+            plant: self == Self::Truth,
+            ..Needs::default()
+        }
+    }
+
+    /// The true plant has a gain.
+    pub(in crate::estimator) fn option_units(self) -> OptionUnits {
+        OptionUnits::Gain.only_if(self == Self::Truth)
+    }
+
     /// Returns the largest number of random starts for a record of N samples.
     pub(in crate::estimator) fn random(self, window: usize) -> usize {
         let share = SHORT as f64 / window.max(SHORT) as f64;

@@ -1,7 +1,7 @@
 //! Against the dense likelihood, minimised by scipy: reference.py.
 
 use super::*;
-use crate::estimator::Shape;
+use crate::estimator::test_setup::estimate;
 use crate::model::polynomial::divide;
 
 const N: usize = 150;
@@ -27,15 +27,7 @@ fn record(b: &[f64], f: &[f64], noise: [f64; 2]) -> [Vec<f64>; 2] {
 
 fn fitted(options: &PemEivOptions, [u, y]: &[Vec<f64>; 2]) -> Pass {
     options.check().unwrap();
-    let shape = Shape {
-        order: 1,
-        window: u.len(),
-    };
-    let mut estimator = options.prepare(&shape.into()).unwrap();
-    let mut pass = Pass::new(1);
-    let window = Window { u, y, r: u };
-    estimator.estimate(window, std::slice::from_mut(&mut pass));
-    pass
+    estimate(options, 1, u, y)
 }
 
 #[test]

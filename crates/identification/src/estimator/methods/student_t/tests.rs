@@ -1,7 +1,7 @@
 //! Against scipy: reference.py.
 
 use super::*;
-use crate::estimator::Shape;
+use crate::estimator::test_setup::estimate;
 use crate::model::polynomial::{divide, filter};
 
 const N: usize = 300;
@@ -27,15 +27,7 @@ fn record(a: &[f64], b: &[f64], c: &[f64], f: &[f64], gain: f64) -> [Vec<f64>; 2
 
 fn fitted(options: &PemTOptions, u: &[f64], y: &[f64]) -> Pass {
     options.check().unwrap();
-    let shape = Shape {
-        order: 1,
-        window: u.len(),
-    };
-    let mut estimator = options.prepare(&shape.into()).unwrap();
-    let mut pass = Pass::new(1);
-    let window = Window { u, y, r: u };
-    estimator.estimate(window, std::slice::from_mut(&mut pass));
-    pass
+    estimate(options, 1, u, y)
 }
 
 /// The minimum by scipy: theta, s^2 and nu.
