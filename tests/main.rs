@@ -26,6 +26,7 @@ mod meant_commands;
 mod meant_values;
 mod observe;
 mod observers;
+mod pages;
 mod panel;
 mod paper;
 mod pictures;

@@ -1,5 +1,6 @@
 //! Functions shared by the tests that start the program.
 
+pub mod browser;
 pub mod counting;
 
 use std::path::Path;

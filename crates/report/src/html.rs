@@ -16,7 +16,7 @@ use asobench_study::files::PAGE_MAKER;
 const CSS: &str = include_str!("html/page.css");
 const JS: &str = include_str!("html/page.js");
 /// The base64 of the SHA-256 of what stands between the tags of the page's one script: a browser runs no other.
-const JS_HASH: &str = "SuWn2J1aER/3u1Is3vXwn7inQrvSJcNxQjrSuChBTz8=";
+const JS_HASH: &str = "ah6Ar5lfnulANw02omloEd9g6Ibt3q99k/gvEc4AL30=";
 
 /// A page of sections with a table of contents.
 #[derive(Clone, Debug)]
@@ -200,17 +200,17 @@ impl Section {
     pub fn figure(&mut self, picture: &Picture, caption: &str) {
         self.figures += 1;
         let (number, caption) = (self.figures, inline(caption));
-        let wide = inline_svg(&picture.wide.svg());
+        let wide = picture.wide.inline_svg();
         let (first, second) = match &picture.narrow {
             Some(narrow) => {
-                let narrow = inline_svg(&narrow.svg());
-                let second = format!("<div class=\"narrow\">\n{narrow}\n</div>\n");
+                let narrow = narrow.inline_svg();
+                let second = format!("<div class=\"narrow\">\n{narrow}</div>\n");
                 ("class=\"broad\"".to_owned(), second)
             }
             None => (scrolled(&format!("Figure {number}")), String::new()),
         };
         self.add(&[&format!(
-            "<figure>\n<div {first}>\n{wide}\n</div>\n{second}\
+            "<figure>\n<div {first}>\n{wide}</div>\n{second}\
              <figcaption><b>Figure {number}.</b> {caption}</figcaption>\n</figure>\n"
         )]);
     }
@@ -263,11 +263,6 @@ impl Section {
 /// The attributes of a part that scrolls by itself.
 fn scrolled(label: &str) -> String {
     format!("class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"{label}\"")
-}
-
-/// An SVG document for a page, which contains its style once.
-fn inline_svg(svg: &str) -> String {
-    svg.replace(plot::STYLE, "").trim_end().to_owned()
 }
 
 /// Escapes a text and turns pairs of backticks into code.

@@ -435,6 +435,11 @@ impl Study {
         format!("asobench replay {folder} cell={cell}:{trial}{consent}")
     }
 
+    /// The command that replays a trial of an output: the first failed one, if there is one.
+    pub(crate) fn replay_of(&self, cell: &CellSummary, output: Option<&OutputSummary>) -> String {
+        self.replay_command(cell.cell, output.and_then(first_failed).unwrap_or(0))
+    }
+
     /// The flag that lets a command start the study's programs, if it has some.
     fn consent(&self) -> &'static str {
         let mut methods = self.file.methods.iter();
@@ -483,6 +488,11 @@ fn name(folder: &Path) -> String {
     let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let name = folder.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
+}
+
+/// The first failed trial of an output.
+pub(crate) fn first_failed(output: &OutputSummary) -> Option<u64> {
+    output.outcomes.failed_trials.values().flatten().min().copied()
 }
 
 /// The values of some settings of a cell, in words.

@@ -264,6 +264,7 @@ fn markdown_line(cells: impl Iterator<Item = String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::markup::elements;
 
     fn table() -> Table {
         let columns = vec![
@@ -280,6 +281,20 @@ mod tests {
         table.row([CellText::text("a|b *c* `d` e_a <b>"), CellText::number("-", f64::NAN)]);
         table.row([CellText::text(""), CellText::number("3.2e-13", 3.2e-13)]);
         table
+    }
+
+    #[test]
+    fn html_is_escaped_and_sorts_by_value() {
+        let html = table().html(3);
+        let cells = elements(&html).unwrap();
+        assert_eq!(cells.iter().filter(|name| *name == "td").count(), 9);
+        assert!(html.contains("<b>Table 3.</b> P(A|B) &lt; 1 &amp; more"));
+        assert!(html.contains("<td class=\"n\">0.0879(5)</td>"));
+        assert!(html.contains("<td class=\"n\">-</td>"));
+        assert!(reads_as_number("3.21(4)e-13") && reads_as_number("98"));
+        assert!(!reads_as_number("tail") && !reads_as_number(""));
+        assert!(html.contains("e_a &lt;b&gt;</td>"));
+        assert!(html.contains("<a href=\"#c%222\">"));
     }
 
     #[test]

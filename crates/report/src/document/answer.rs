@@ -123,12 +123,12 @@ impl Lead {
     }
 }
 
-fn with_unit(value: &str, unit: &str) -> String {
+pub(super) fn with_unit(value: &str, unit: &str) -> String {
     format!("{value} {unit}").trim_end().to_owned()
 }
 
 /// "at eta = 2 %, N = 98", or "in the one cell".
-fn at(cell: &CellSummary, keys: &[Key]) -> String {
+pub(super) fn at(cell: &CellSummary, keys: &[Key]) -> String {
     match place(cell, keys).as_str() {
         "" => "in the one cell".to_owned(),
         place => format!("at {place}"),

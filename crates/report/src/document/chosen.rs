@@ -1,5 +1,6 @@
 //! One figure of a study, with the measure, statistic, setting along x and outputs that are asked for.
 
+use super::answer::with_unit;
 use super::figure::{Drawn, Figure, estimate, is_shown, left_out, quantile_note, series_of, y_axis};
 use super::layout::{Form, Layout, x_of};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
@@ -10,6 +11,7 @@ use crate::plot::{Drawing, Plot, Point, Scale, Series, Style};
 use crate::results::Study;
 use asobench_identification::metric::Statistic;
 use asobench_identification::names::UnknownName;
+use asobench_identification::number::uncertain;
 use asobench_study::study::file::Key;
 use asobench_study::study::{CellSummary, Measure};
 use asobench_study::text::folded;
@@ -238,6 +240,7 @@ pub(super) fn over_setting(study: &Study, chosen: &Chosen, few: u64) -> Result<D
         end: end.as_deref().unwrap_or_default(),
         series: series_of(&outputs, style),
         points: &|i, cell, at| point(i, cell, at).into_iter().collect(),
+        value: &|i, cell| value(study, cell, &outputs[i].1, (measure, chosen.statistic)),
         guides: &|cells, plot| {
             let plot = if of_medians {
                 let plot = theory(study, &layout, measure, cells, plot);
@@ -261,6 +264,15 @@ pub(super) fn over_setting(study: &Study, chosen: &Chosen, few: u64) -> Result<D
     }
     .draw(study);
     drawn.ok_or_else(|| format!("nothing to draw: no output has {measure} in two cells or more"))
+}
+
+/// "median e_a 0.0889(6)"; a median where no statistic is asked for.
+fn value(study: &Study, cell: &CellSummary, label: &str, (of, asked): (Measure, Option<Statistic>)) -> String {
+    let statistic = asked.unwrap_or(Statistic::Q50);
+    let found = study.statistics(cell, label, of).map(|all| statistic.of(all));
+    let number = found.map_or_else(String::new, |found| uncertain(found.value, found.mcse));
+    let number = with_unit(&number, of.entry().unit);
+    format!("{} {} {number}", statistic.title(), of.label())
 }
 
 /// Adds the points from elsewhere to the panel of some cells.

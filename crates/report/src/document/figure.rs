@@ -1,12 +1,14 @@
 //! A figure of a study: its specification, and the one way in which it is drawn.
 
+use super::answer::at;
 use super::layout::{Form, Layout, panel_title, sheet};
 use crate::folder::Files;
 use crate::html::Section;
-use crate::plot::{Course, Picture, Plot, PlotAxis, Point, Scale, Series, Style};
+use crate::plot::{Course, Picture, Plot, PlotAxis, Point, Scale, Series, Style, points};
 use crate::results::{Study, place};
 use asobench_identification::metric::{Quantile, Share, Z};
 use asobench_study::study::{CellSummary, Measure, measure};
+use asobench_study::text::{grouped, rounded, visible};
 
 /// A figure with its file name.
 #[derive(Clone, Debug)]
@@ -66,6 +68,8 @@ pub(super) struct Figure<'a> {
     /// The note beside the points of a series in a cell, where there is room; left out where the point before has the
     /// same.
     pub notes: &'a dyn Fn(usize, &CellSummary) -> String,
+    /// The value of a point in words; where they are empty, those of the y axis with the interval.
+    pub value: &'a dyn Fn(usize, &CellSummary) -> String,
     /// The width and the columns.
     pub form: Form,
     /// Changes the panels together, and says whether they are worth drawing.
@@ -91,6 +95,7 @@ impl<'a> Figure<'a> {
             points: &|_, _, _| Vec::new(),
             guides: &|_, plot| plot,
             notes: &|_, _| String::new(),
+            value: &|_, _| String::new(),
             form: Form::default(),
             finish: &|_| true,
         }
@@ -106,7 +111,12 @@ impl<'a> Figure<'a> {
             plot.series.clone_from(&self.series);
             for (i, series) in plot.series.iter_mut().enumerate() {
                 for cell in &cells {
-                    let points = (self.points)(i, cell, layout.at(study, cell));
+                    let mut points = (self.points)(i, cell, layout.at(study, cell));
+                    // A step has two points and no marker.
+                    for point in points.iter_mut().filter(|_| series.style != Style::Steps) {
+                        point.hint = Some(series.hints.len());
+                        series.hints.push(self.hint(study, (i, &series.label), cell, point));
+                    }
                     let note = (self.notes)(i, cell);
                     series.notes.extend(points.iter().map(|_| note.clone()));
                     series.points.extend(points);
@@ -116,6 +126,10 @@ impl<'a> Figure<'a> {
             (self.guides)(&cells, plot)
         };
         let mut plots: Vec<Plot> = layout.panels.iter().map(panel).collect();
+        if points(&plots).count() > HINTS {
+            let series = plots.iter_mut().flat_map(|plot| &mut plot.series);
+            series.for_each(|series| series.hints.clear());
+        }
         if !(self.finish)(&mut plots) {
             return None;
         }
@@ -144,6 +158,38 @@ impl<'a> Figure<'a> {
     }
 }
 
+impl Figure<'_> {
+    /// The method and the cell of a point, its value, its trials, and in a second line the command that replays one.
+    fn hint(&self, study: &Study, (i, label): (usize, &str), cell: &CellSummary, point: &Point) -> String {
+        let along = self.x.as_ref().map_or_else(String::new, |axis| match &axis.scale {
+            Scale::Categories(names) => names
+                .get(point.x as usize)
+                .map_or_else(String::new, |name| format!(", {name}")),
+            _ => format!(", {} {}", axis.label, rounded(point.x, 4)),
+        });
+        let at = at(cell, &study.varying());
+        let value = match (self.value)(i, cell) {
+            words if words.is_empty() => {
+                let [y, low, high] = [point.y, point.low, point.high].map(|value| rounded(value, 3));
+                let interval = if point.low.is_nan() {
+                    String::new()
+                } else {
+                    format!(" [{low}, {high}]")
+                };
+                format!("{} {y}{interval}", self.y.label)
+            }
+            words => words,
+        };
+        let output = study.output(cell, label);
+        let lost = match output.map_or(0, |output| output.outcomes.lost_trials().0) {
+            0 => String::new(),
+            lost => format!(", {} lost", grouped(lost)),
+        };
+        let words = format!("{label} {at}{along}: {value}; {} trials{lost}", grouped(cell.trials));
+        format!("{}\n{}", visible(words), visible(study.replay_of(cell, output)))
+    }
+}
+
 /// Empties each text that is the same as the one before.
 fn only_changes(notes: &mut [String]) {
     for i in (1..notes.len()).rev() {
@@ -152,6 +198,9 @@ fn only_changes(notes: &mut [String]) {
         }
     }
 }
+
+/// A figure with more points has no words on them: they would make most of a page.
+const HINTS: usize = 300;
 
 /// Whose coefficients a table or figure has: in the state space `a` is not that of A(q).
 pub(super) const WHOSE: &str = "a_i is the paper's, in the last row of the companion matrix: minus the coefficient of \

@@ -38,7 +38,7 @@ impl CellText {
 
 impl Table {
     /// The table as HTML with sortable columns; `number` is its number on the page.
-    pub(super) fn html(&self, number: usize) -> String {
+    pub(crate) fn html(&self, number: usize) -> String {
         // A short table is printed on one page; a long one may break between rows.
         let long = if self.rows.len() > 30 { " long" } else { "" };
         // Short names in the first column stay in view where the table scrolls.
@@ -74,37 +74,4 @@ fn head(column: &Column) -> String {
     };
     let title = escape(&column.title);
     format!("<th scope=\"col\"{class}><button type=\"button\">{title}{unit}</button></th>")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::markup::elements;
-
-    #[test]
-    fn html_is_escaped_and_sorts_by_value() {
-        let columns = vec![
-            Column::text("estimator"),
-            Column::number("median, e_a", "%"),
-            Column::text("verdict"),
-        ];
-        let mut table = Table::new("P(A|B) < 1 & more", columns);
-        table.row([
-            CellText::text("LS, \"plain\"\nsolve").link("#c\"2"),
-            CellText::number("0.0879(5)", 0.087_912_345_678_9),
-            CellText::verdict(Verdict::DoesNotHold),
-        ]);
-        table.row([CellText::text("e_a <b>"), CellText::number("-", f64::NAN)]);
-        table.row([CellText::text(""), CellText::number("3.2e-13", 3.2e-13)]);
-        let html = table.html(3);
-        let cells = elements(&html).unwrap();
-        assert_eq!(cells.iter().filter(|name| *name == "td").count(), 9);
-        assert!(html.contains("<b>Table 3.</b> P(A|B) &lt; 1 &amp; more"));
-        assert!(html.contains("<td class=\"n\">0.0879(5)</td>"));
-        assert!(html.contains("<td class=\"n\">-</td>"));
-        assert!(reads_as_number("3.21(4)e-13") && reads_as_number("98"));
-        assert!(!reads_as_number("tail") && !reads_as_number(""));
-        assert!(html.contains("e_a &lt;b&gt;</td>"));
-        assert!(html.contains("<a href=\"#c%222\">"));
-    }
 }

@@ -4,7 +4,7 @@
 //! [`FontTransform::Rotate270`], is drawn at 45 degrees.
 
 use super::metrics;
-use super::scene::{Anchor, Drawing, Form, Kind, Mark, Paint, Pixel, Text as Label};
+use super::scene::{Anchor, Drawing, Form, Kind, Mark, Paint, Part, Pixel, Text as Label};
 use plotters::coord::Shift;
 use plotters::element::{Drawable, PointCollection};
 use plotters::prelude::*;
@@ -226,10 +226,27 @@ impl Canvas {
     pub(super) fn clipped(&self, area: [f64; 4], draw: impl FnOnce() -> Drawn) -> Drawn {
         let [left, top, right, bottom] = area;
         let area = [left, top, right - left, bottom - top].map(px);
-        self.marks.add(Mark::Clip(area));
+        self.between(Mark::Clip(area), Mark::Unclip, draw)
+    }
+
+    /// Draws with `draw` a part of the series with this number in the legend, or what is of none.
+    pub(super) fn part_of(&self, part: Part, number: Option<usize>, draw: impl FnOnce() -> Drawn) -> Drawn {
+        match number {
+            Some(number) => self.between(Mark::Group(part, number), Mark::Ungroup, draw),
+            None => draw(),
+        }
+    }
+
+    fn between(&self, first: Mark, last: Mark, draw: impl FnOnce() -> Drawn) -> Drawn {
+        self.marks.add(first);
         draw()?;
-        self.marks.add(Mark::Unclip);
+        self.marks.add(last);
         Ok(())
+    }
+
+    /// Gives a place its words.
+    pub(super) fn hint(&self, at: Pixel, words: &str) {
+        self.marks.add(Mark::Hint(at, words.to_owned()));
     }
 
     /// The finished picture. Without a description, the title is one.

@@ -5,6 +5,7 @@ use super::backend::{Canvas, Drawn, Marks, TICK, plain, px};
 use super::inks::{FAINT, GRID, TEXT};
 use super::legend::{Legend, Look};
 use super::metrics::{self, NOTE};
+use super::scene::Part;
 use super::thin::{envelope, thin};
 use super::{Course, Plot, Point, Scale, Series, Style};
 use plotters::prelude::*;
@@ -80,6 +81,7 @@ impl<'a> Chart<'a> {
         self.shade()?;
         let (offsets, half) = self.berths();
         let last = self.plot.series.len().saturating_sub(1).max(1);
+        let number = |series: &Series| legend.number(&series.label);
         for (i, (series, offset)) in self.plot.series.iter().zip(offsets.iter().copied()).enumerate() {
             let look = legend.look(&series.label);
             let pen = Pen {
@@ -90,10 +92,14 @@ impl<'a> Chart<'a> {
                 offset,
                 half,
             };
-            self.canvas.clipped(cut, || pen.lines(series))?;
-            if beside(series) || series.style == Style::Marks {
-                pen.markers(&series.points)?;
-            }
+            self.canvas.part_of(Part::Points, number(series), || {
+                self.canvas.clipped(cut, || pen.lines(series))?;
+                if beside(series) || series.style == Style::Marks {
+                    pen.markers(&series.points)?;
+                }
+                pen.hints(series);
+                Ok(())
+            })?;
         }
         // On top, so that a wide band does not hide them.
         self.canvas.clipped(cut, || {
@@ -103,11 +109,11 @@ impl<'a> Chart<'a> {
                 ends.map_or(Ok(()), |ends| self.canvas.line(ends, style))
             })
         })?;
-        self.notes(&offsets)
+        self.notes(&offsets, number)
     }
 
     /// Writes the notes of points where they hide no marker and no other note.
-    fn notes(&self, offsets: &[i32]) -> Drawn {
+    fn notes(&self, offsets: &[i32], number: impl Fn(&Series) -> Option<usize>) -> Drawn {
         let middle = |point: &Point, offset: i32| {
             self.x.coordinate(point.x).and(self.y.coordinate(point.y))?;
             let (x, y) = self.context.backend_coord(&(point.x, point.y));
@@ -144,7 +150,8 @@ impl<'a> Chart<'a> {
                     taken.push(place);
                     let at = (f64::midpoint(place[0], place[2]), place[1] + 1.0);
                     let text = std::slice::from_ref(note);
-                    self.canvas.text(text, &plain(NOTE), HPos::Center, at)?;
+                    let draw = || self.canvas.text(text, &plain(NOTE), HPos::Center, at).map(drop);
+                    self.canvas.part_of(Part::Points, number(series), draw)?;
                 }
             }
         }
@@ -407,13 +414,24 @@ impl Pen<'_> {
         median.map_or(Ok(()), |median| self.cross(median, half, style))
     }
 
-    fn markers(&self, points: &[Point]) -> Drawn {
+    /// The points inside the axes, with their places.
+    fn inside<'p>(&self, points: &'p [Point]) -> impl Iterator<Item = (&'p Point, Place)> {
         let (x, y) = (&self.chart.x, &self.chart.y);
-        let mut inside = points.iter().filter(|point| x.holds(point.x) && y.holds(point.y));
-        inside.try_for_each(|point| {
-            let place = self.place(point.x, point.y);
-            place.map_or(Ok(()), |place| self.look.marker(self.chart.canvas, place))
-        })
+        let inside = points.iter().filter(move |point| x.holds(point.x) && y.holds(point.y));
+        inside.filter_map(move |point| Some((point, self.place(point.x, point.y)?)))
+    }
+
+    fn markers(&self, points: &[Point]) -> Drawn {
+        let mut inside = self.inside(points);
+        inside.try_for_each(|(_, place)| self.look.marker(self.chart.canvas, place))
+    }
+
+    fn hints(&self, series: &Series) {
+        for (point, place) in self.inside(&series.points) {
+            if let Some(words) = point.hint.and_then(|hint| series.hints.get(hint)) {
+                self.chart.canvas.hint(place, words);
+            }
+        }
     }
 }
 

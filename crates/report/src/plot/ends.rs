@@ -10,6 +10,7 @@ use super::axis::Span;
 use super::backend::{Canvas, Drawn, TICK, at, plain};
 use super::legend::Legend;
 use super::metrics::{LINE, widest, wrap};
+use super::scene::Part;
 use super::{Course, Plot, Series, Style};
 use plotters::style::text_anchor::HPos;
 
@@ -122,10 +123,12 @@ impl<'a> Ends<'a> {
                 (right + LEAD - 8.0, of.middle),
                 (right + LEAD - 4.0, of.middle),
             ];
-            canvas.line(course.map(at), legend.lead(of.name))?;
             let half = (of.height() - (LINE - 0.72) * TICK) / 2.0;
             let place = (right + LEAD, of.middle - half);
-            canvas.text(&of.text, &plain(TICK), HPos::Left, place)?;
+            canvas.part_of(Part::Name, legend.number(of.name), || {
+                canvas.line(course.map(at), legend.lead(of.name))?;
+                canvas.text(&of.text, &plain(TICK), HPos::Left, place).map(drop)
+            })?;
         }
         Ok(())
     }

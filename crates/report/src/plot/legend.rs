@@ -3,6 +3,7 @@
 use super::backend::{Canvas, Drawn, LABEL, at, plain};
 use super::inks::{COLOURS, PAPER, reference_ink, series_ink};
 use super::metrics::{widest, wrap};
+use super::scene::Part;
 use super::{Plot, Style};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
@@ -129,10 +130,14 @@ impl<'a> Legend<'a> {
         Self { series, references }
     }
 
+    /// The number of a series.
+    pub(super) fn number(&self, label: &str) -> Option<usize> {
+        self.series.iter().position(|(other, ..)| *other == label)
+    }
+
     /// The look of a series.
     pub(super) fn look(&self, label: &str) -> Look {
-        let known = self.series.iter().find(|(other, ..)| *other == label);
-        known.map_or(Look(0), |(_, _, look, _)| *look)
+        self.number(label).map_or(Look(0), |number| self.series[number].2)
     }
 
     /// The style of a reference line.
@@ -153,13 +158,11 @@ impl<'a> Legend<'a> {
     pub(super) fn draw(&self, canvas: &Canvas, top: f64, elsewhere: impl Fn(&str) -> bool) -> Drawn<f64> {
         const SAMPLE: f64 = 40.0;
         const TEXT: f64 = SAMPLE + 8.0;
-        let series = self
-            .series
-            .iter()
-            .map(|(label, style, look, solid)| (*label, Some((*style, *look, *solid))));
+        let series = self.series.iter().enumerate();
+        let series = series.map(|(number, (label, ..))| (*label, Some(number)));
         let references = self.references.iter().map(|label| (*label, None));
         let (mut x, mut y, mut end) = (EDGE, top, top);
-        for (label, look) in series
+        for (label, number) in series
             .chain(references)
             .filter(|(label, _)| !label.is_empty() && !elsewhere(label))
         {
@@ -169,13 +172,18 @@ impl<'a> Legend<'a> {
                 (x, y) = (EDGE, end);
             }
             let (left, height) = at((x, y + 11.0));
-            match look {
-                Some((style, look, solid)) => {
-                    look.sample(style, solid, canvas, (left + 200, height))?;
+            let mut text = 0.0;
+            canvas.part_of(Part::Name, number, || {
+                match number {
+                    Some(number) => {
+                        let (_, style, look, solid) = self.series[number];
+                        look.sample(style, solid, canvas, (left + 200, height))?;
+                    }
+                    None => canvas.line([(left, height), (left + 400, height)], self.reference(label))?,
                 }
-                None => canvas.line([(left, height), (left + 400, height)], self.reference(label))?,
-            }
-            let text = canvas.text(&lines, &plain(LABEL), HPos::Left, (x + TEXT, y + 5.2))?;
+                text = canvas.text(&lines, &plain(LABEL), HPos::Left, (x + TEXT, y + 5.2))?;
+                Ok(())
+            })?;
             x += width + 22.0;
             end = f64::max(end, y + text + 2.8);
         }

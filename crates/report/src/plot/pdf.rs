@@ -118,6 +118,7 @@ impl Page {
             Mark::Unclip => {
                 self.content.restore_state();
             }
+            Mark::Group(..) | Mark::Ungroup | Mark::Hint(..) => {}
         }
         Ok(())
     }

@@ -29,6 +29,28 @@ pub(super) enum Mark {
     Clip([i32; 4]),
     /// The end of a clip.
     Unclip,
+    /// The marks up to `Ungroup` are of a series, which a page can hide.
+    Group(Part, usize),
+    /// The end of a group.
+    Ungroup,
+    /// A place that has words on a page.
+    Hint(Pixel, String),
+}
+
+impl Mark {
+    /// Whether it is for the script of a page alone.
+    pub(super) fn is_for_pages(&self) -> bool {
+        matches!(self, Self::Group(..) | Self::Ungroup | Self::Hint(..))
+    }
+}
+
+/// A part of a series, known by its number in the legend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// Its name, with the sample beside it.
+    Name,
+    /// What is drawn of its points.
+    Points,
 }
 
 /// The form of a shape.

@@ -68,6 +68,8 @@ pub struct Point {
     pub high: f64,
     /// First and third quartile, for [`Style::Boxes`].
     pub quartiles: [f64; 2],
+    /// The place of its words in [`Series::hints`].
+    pub hint: Option<usize>,
 }
 
 impl Point {
@@ -84,6 +86,7 @@ impl Point {
             low,
             high,
             quartiles: [f64::NAN; 2],
+            hint: None,
         }
     }
 
@@ -142,6 +145,8 @@ pub struct Series {
     pub slot: Option<usize>,
     /// A short text beside each point, drawn where there is room for it; empty where there is none.
     pub notes: Vec<String>,
+    /// Words on points, which a page shows when a reader points at one.
+    pub hints: Vec<String>,
 }
 
 impl Series {
@@ -153,6 +158,7 @@ impl Series {
             points,
             slot: None,
             notes: Vec::new(),
+            hints: Vec::new(),
         }
     }
 

@@ -1,13 +1,23 @@
 //! A picture as an SVG document.
 
 use super::inks::{INKS, STYLE, dashes};
-use super::scene::{Anchor, Drawing, Form, Kind, Mark, Paint, Pixel, Text};
+use super::scene::{Anchor, Drawing, Form, Kind, Mark, Paint, Part, Pixel, Text};
 use crate::markup::escape;
 use std::fmt::Write as _;
 
 impl Drawing {
     /// The picture as an SVG document whose colours are classes, with a title and a description for assistive software.
     pub fn svg(&self) -> String {
+        let body = body(self.marks.iter().filter(|mark| !mark.is_for_pages()));
+        self.document(&format!("{STYLE}\n"), &body)
+    }
+
+    /// The same for a page, which has the style once: values with words, and series that its script can hide.
+    pub(crate) fn inline_svg(&self) -> String {
+        self.document("", &body(self.marks.iter()))
+    }
+
+    fn document(&self, style: &str, body: &str) -> String {
         let [width, height] = self.size;
         let [wide, high] = self.size.map(|length| {
             if self.for_print {
@@ -17,19 +27,18 @@ impl Drawing {
             }
         });
         let [title, description] = [&self.title, &self.description].map(|text| escape(text));
-        let body = body(&self.marks);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"asoplot\" role=\"img\" \
              aria-label=\"{title}\" width=\"{wide}\" height=\"{high}\" viewBox=\"0 0 {width} \
              {height}\">\n\
-             <title>{title}</title>\n<desc>{description}</desc>\n{STYLE}\n\
+             <title>{title}</title>\n<desc>{description}</desc>\n{style}\
              <rect class=\"f paper\" width=\"{width}\" height=\"{height}\"/>\n{body}</svg>\n",
         )
     }
 }
 
 /// The elements of all marks. Lines that follow each other and look the same are one path.
-fn body(marks: &[Mark]) -> String {
+fn body<'a>(marks: impl Iterator<Item = &'a Mark>) -> String {
     const END: &str = "\"/>\n";
     let mut body = String::new();
     let mut pen = String::new();
@@ -59,6 +68,13 @@ fn body(marks: &[Mark]) -> String {
                 )
             }
             Mark::Unclip => "</svg>".to_owned(),
+            Mark::Group(Part::Name, number) => format!("<g data-name=\"{number}\">"),
+            Mark::Group(Part::Points, number) => format!("<g data-of=\"{number}\">"),
+            Mark::Ungroup => "</g>".to_owned(),
+            Mark::Hint((x, y), words) => {
+                let ([x, y], words) = ([*x, *y].map(tenths), escape(words));
+                format!("<circle class=\"p\" cx=\"{x}\" cy=\"{y}\" r=\"8\"><title>{words}</title></circle>")
+            }
         };
         body += &element;
         body.push('\n');
