@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
-/// What a page says of itself in a frame of some width, to the page around it: [`measured`].
+/// A script by which a page in a frame of some width tells its measures to the page around it: [`measured`].
 const MEASURE: &str = r##"<script>
 addEventListener("load", () => {
   const tables = [...document.querySelectorAll(".wide > table")].map((table) => {
@@ -27,7 +27,8 @@ addEventListener("load", () => {
   const sorted = [...table.tBodies[0].rows].map((row) => parseFloat(row.cells[column].textContent));
   const top = (id) => document.getElementById(id).getBoundingClientRect().top + scrollY;
   const page = document.documentElement;
-  parent.postMessage({ width: innerWidth, over: page.scrollWidth - page.clientWidth, tables, sorted, words: top("words") }, "*");
+  const over = page.scrollWidth - page.clientWidth;
+  parent.postMessage({ width: innerWidth, over, tables, sorted, words: top("words") }, "*");
 });
 </script></body>"##;
 
@@ -85,7 +86,7 @@ fn document(browser: &str, folder: &Path, file: &str) -> String {
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-/// What the page says of itself at both widths.
+/// The measures of the page at both widths.
 fn measured(browser: &str, folder: &Path, page: &str) -> Vec<serde_json::Value> {
     // The policy of the page forbids other scripts than its own, such as that which measures.
     let (before, rest) = page.split_once("script-src '").expect("a policy");
