@@ -11,7 +11,7 @@ pub struct SuitePage<'a> {
     pub methods: &'a [MethodResults],
     /// The method that is measured against the others, if there is one.
     pub newcomer: Option<&'a str>,
-    /// Those of the methods that others have computed, with where they are from.
+    /// The methods that others have computed, with where they are from.
     pub contributed: &'a [Contribution],
     /// Whether the reports of the studies are beside the page.
     pub has_studies: bool,

@@ -20,8 +20,8 @@ named_enum! {
 }
 
 named_enum! {
-    /// What methods are told. Editions 1 have the divisions `closed` and `open`; from 2.0 on there are the contests
-    /// `orders`, `structure` and `open`.
+    /// The knowledge that methods are given. Editions 1 have the divisions `closed` and `open`; from 2.0 on there are
+    /// the contests `orders`, `structure` and `open`.
     Division, "contest" {
         /// Editions 1: the orders of the truth.
         Closed = "closed",
@@ -72,6 +72,8 @@ pub struct Manifest {
     pub seed: u64,
     /// Trials of a scenario in each tier. The trials of a smaller tier are the first of a larger one.
     pub trials: BTreeMap<Tier, u64>,
+    /// The same in editions with contests, where it is another number.
+    pub contest_trials: BTreeMap<Tier, u64>,
     /// Trials of a plant of the bank in each tier.
     pub bank_trials: BTreeMap<Tier, u64>,
     /// The studies.
@@ -162,7 +164,9 @@ impl Manifest {
     /// Returns the number of trials of a scenario in a tier, or of a plant of the bank.
     pub fn trials_of(&self, tier: Tier, is_bank: bool) -> u64 {
         let trials = if is_bank { &self.bank_trials } else { &self.trials };
-        trials.get(&tier).copied().unwrap_or(0)
+        let own = self.contest_trials.get(&tier);
+        let own = own.filter(|_| !is_bank && self.has_contests());
+        own.or_else(|| trials.get(&tier)).copied().unwrap_or(0)
     }
 }
 

@@ -4,7 +4,8 @@
 //! A scenario is one cell of an ordinary experiment: a system of `suite/NAME.toml` with the settings of
 //! `suite/suite.toml` and one N, or a plant of the bank, `suite/bank.jsonl`. The score of a run is the measure d,
 //! `(theta_hat - theta)' F (theta_hat - theta) / p` with the Fisher information F of the record, in editions 1 of the
-//! scenario ([`asobench_identification::theory::FisherInformation`]); a lost run is infinitely far. No number depends on who else takes part.
+//! scenario ([`asobench_identification::theory::FisherInformation`]); a lost run is infinitely far. No number depends
+//! on who else takes part.
 
 mod archive;
 mod competitor;
@@ -30,7 +31,7 @@ pub use results::{
     METHODS, MethodResults, ResultsError, STUDIES, ScenarioResults, collect, declined, of_folder, shipped,
 };
 pub use scenario::{Made, Scenario, Suite, SuiteError, SuiteStudy, ideal_weights};
-pub use score::{Estimated, NEAR, Ranks, Score, efficiency, ideal_share, ranks, score, score_by, share_within};
+pub use score::{Estimated, Ranks, Score, efficiency, ideal_share, ranks, score, score_by, share_within};
 pub use times::{MethodTimes, REFERENCE, ScenarioTimes, TIME_LIMIT, Times, time};
 
 /// The name under which the prediction error method started at the truth stands in results.

@@ -16,8 +16,6 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 const RESAMPLES: usize = 200;
 /// So many standard errors make a difference from the bound certain.
 const CERTAIN: f64 = 4.0;
-/// From this efficiency on a method is near the bound.
-pub const NEAR: f64 = 0.5;
 
 /// A number with its Monte-Carlo standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,8 +39,6 @@ pub struct Score {
     pub coverage: Option<Estimated>,
     /// The median FIT on fresh data, per cent, 0 where it is below.
     pub fit: Estimated,
-    /// In how many scenarios the efficiency of a typical run is at least [`NEAR`].
-    pub near: usize,
     /// Whether d is certainly smaller than the bound allows, in some scenario or over all: more runs below the bound's
     /// median than chance has.
     pub is_below: bool,
@@ -134,10 +130,6 @@ pub fn score_by(of: &[(&Scenario, &ScenarioResults)], weight: impl Fn(&Scenario)
         }
         average(&each)
     });
-    let typical = |(of, results): &&(&Scenario, &ScenarioResults)| {
-        let d = sample_quantile(&mut results.distances().collect::<Vec<_>>(), VALUES[0]);
-        quantile(&of.weights, VALUES[0]).powi(2) / d >= NEAR
-    };
     let lost = of.iter();
     let lost = lost.map(|(_, results)| (results.lost_runs(), results.d.len()));
     let lost: Vec<(usize, usize)> = lost.collect();
@@ -153,7 +145,6 @@ pub fn score_by(of: &[(&Scenario, &ScenarioResults)], weight: impl Fn(&Scenario)
         efficiency: efficiencies,
         coverage: has_intervals.then(|| average(&covered)),
         fit: average(&weights().zip(fits).collect::<Vec<_>>()),
-        near: of.iter().filter(typical).count(),
         is_below: is_below(of),
     }
 }
@@ -217,8 +208,8 @@ fn coverage(results: &ScenarioResults) -> Estimated {
     Estimated { value, error }
 }
 
-/// The weighted mean of the shares of successes in each scenario. Its standard error is at least what one run more makes of it,
-/// so that none and all are not certain.
+/// The weighted mean of the shares of successes in each scenario. Its standard error is at least what one run more makes
+/// of it, so that none and all are not certain.
 fn share(counts: &[(usize, usize)], weights: impl Iterator<Item = f64>) -> Estimated {
     let each = counts.iter().map(|(count, runs)| {
         let (value, runs) = (*count as f64 / *runs as f64, *runs as f64);
