@@ -50,7 +50,7 @@ pub struct Seen {
     pub console: Vec<String>,
 }
 
-/// What a browser makes of a file in a scheme, "light" or "dark".
+/// The document that a browser makes of a file in a scheme, "light" or "dark".
 pub fn seen(browser: &str, folder: &Path, file: &str, scheme: &str) -> Seen {
     let output = Command::new(browser)
         .args([
@@ -88,7 +88,7 @@ pub fn with_script(page: &str, script: &str) -> String {
     open.replace("</body>", &format!("<script>\n{script}</script></body>"))
 }
 
-/// What `script` says of a page of a folder at both widths, as `parent.postMessage`: in the order of [`WIDTHS`].
+/// The answers of `script` on a page of a folder at both widths, as `parent.postMessage`: in the order of [`WIDTHS`].
 pub fn frames(browser: &str, folder: &Path, page: &str, script: &str) -> Vec<serde_json::Value> {
     let page = std::fs::read_to_string(folder.join(page)).expect("a page");
     std::fs::write(folder.join("measured.html"), with_script(&page, script)).expect("written");

@@ -4,7 +4,7 @@
 use crate::common::browser::{browser, frames, seen};
 use crate::common::done_in;
 
-/// What a page says of itself in a frame of some width.
+/// The words of a page on itself in a frame of some width.
 const MEASURE: &str = r##"
 addEventListener("load", () => {
   const tables = [...document.querySelectorAll(".wide > table")].map((table) => {

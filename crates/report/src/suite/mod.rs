@@ -11,7 +11,7 @@ use asobench_study::suite::{Division, REFERENCE, RecordedFits, TIME_LIMIT};
 use asobench_study::text::grouped;
 pub use subject::SuitePage;
 use tables::Tables;
-pub use tables::{SuiteTable, about_loss, law_table, recorded as recorded_tables};
+pub use tables::{SuiteTable, about_loss, recorded as recorded_tables};
 
 /// The rows of the first table; the others stand below.
 const FIRST: usize = 10;

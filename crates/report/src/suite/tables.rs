@@ -5,6 +5,9 @@ mod newcomer;
 mod ranking;
 mod scenarios;
 
+pub use newcomer::about_loss;
+pub use scenarios::recorded;
+
 use super::subject::SuitePage;
 use crate::table::{CellText, Column, Table};
 use asobench_identification::number::uncertain_within;

@@ -11,7 +11,7 @@ const ALIKE: usize = 2;
 
 impl Tables<'_> {
     /// Which method to use when, where that is certain.
-    pub(super) fn claims(&self) -> Vec<String> {
+    pub(in crate::suite) fn claims(&self) -> Vec<String> {
         self.groups.iter().filter_map(|of| self.claim(of)).collect()
     }
 
