@@ -20,8 +20,8 @@ fn done(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("UTF-8")
 }
 
-const OWN: &str = "title = \"x0 & <more>\"\ntrials = 40\ncurves = true\nparameters = true\nmeasures = [\"e_a\", \"e_b\"]\n\
-    [settings]\nwindow = [98, 198, 400]\n\
+const OWN: &str = "title = \"x0 & <more>\"\ntrials = 40\ncurves = true\nparameters = true\n\
+    measures = [\"e_a\", \"e_b\"]\n[settings]\nwindow = [98, 198, 400]\n\
     [[slopes]]\nfigure = \"e_a\"\nover = \"window\"\n[[bounds]]\nfigure = \"e_a\"\nbelow = 0.1\n";
 
 /// White noise: e_a of least squares is far from 10 and from 1e-9 in every trial.

@@ -15,7 +15,8 @@ const FIRST: &str = "trials = 40\nseed = 1\nstore = \"trials\"\nmeasures = [\"e_
                      test = { value = \"e_a\", of = \"ls\", below = 9 }\n";
 const OTHER: &str = "trials = 60\nseed = 2\nmeasures = [\"e_a\"]\n[settings]\neta = 5\nwindow = 50\n[[methods]]\n\
                      iterations = 1\n\
-                     [[claims]]\nid = \"c2\"\ntext = \"Large.\"\ntest = { value = \"e_a\", of = \"iv(1)\", below = 9 }\n";
+                     [[claims]]\nid = \"c2\"\ntext = \"Large.\"\n\
+                     test = { value = \"e_a\", of = \"iv(1)\", below = 9 }\n";
 
 /// The studies, and the results of the first in `out`.
 fn prepared() -> Place {

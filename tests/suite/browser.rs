@@ -24,7 +24,8 @@ addEventListener("load", () => {
   const sorted = [...table.tBodies[0].rows].map((row) => parseFloat(row.cells[column].textContent));
   const top = (id) => document.getElementById(id).getBoundingClientRect().top + scrollY;
   const page = document.documentElement;
-  parent.postMessage({ width: innerWidth, over: page.scrollWidth - page.clientWidth, tables, sorted, words: top("words") }, "*");
+  const over = page.scrollWidth - page.clientWidth;
+  parent.postMessage({ width: innerWidth, over, tables, sorted, words: top("words") }, "*");
 });
 "##;
 

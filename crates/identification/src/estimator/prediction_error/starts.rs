@@ -29,8 +29,9 @@ const SLOW: f64 = 0.98;
 /// Starts with random zeros of F near 1. One in three finds what other starts miss.
 const SLOW_DRAWS: usize = 8;
 
-/// Independent starts that agree are enough for at least so many samples times the cube of the order. In shorter records
-/// they agree on minima that are not the lowest: of 366 hard records on three, of orders 4 and 6 with up to 500 samples.
+/// Independent starts that agree are enough for at least so many samples times the cube of the order. In shorter
+/// records they agree on minima that are not the lowest: of 366 hard records on three, of orders 4 and 6 with up to 500
+/// samples.
 const ENOUGH: usize = 12;
 
 /// Weighted solutions of null-space fitting.
@@ -223,8 +224,8 @@ impl Starts {
         matches!(self.recipes[self.turn - 1], Recipe::Drawn(number) if number % kinds == 0)
     }
 
-    /// Returns whether the independent starts end here, each of which led to one of the `searches`, so that a minimum of
-    /// all is enough: noise does not hide its plant from them, as it does one that is sampled fast.
+    /// Returns whether the independent starts end here, each of which led to one of the `searches`, so that a minimum
+    /// of all is enough: noise does not hide its plant from them, as it does one that is sampled fast.
     pub(super) fn are_enough(&mut self, searches: usize, minimum: &[f64]) -> bool {
         let end = self.theta.len();
         let (a, f) = (&minimum[..self.orders.na], &minimum[end - self.orders.nf..end]);

@@ -72,7 +72,8 @@ fn groups(claim: &Judged) -> Vec<Vec<usize>> {
     groups
 }
 
-/// The answer of one number to the claim in its cell: "pass" or "fail" where its interval lies on one side of every limit, else "open".
+/// The answer of one number to the claim in its cell: "pass" or "fail" where its interval lies on one side of every
+/// limit, else "open".
 fn says(claim: &Judged, cell: &JudgedCell, number: &JudgedNumber) -> &'static str {
     if cell.numbers.len() == 1 || !["pass", "fail", "open"].contains(&cell.says) {
         return cell.says;

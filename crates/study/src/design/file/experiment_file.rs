@@ -34,7 +34,8 @@ named_enum! {
 named_enum! {
     /// Whose Fisher information d and d_g are measured with.
     InformationOf, "information" {
-        /// The information of a stationary record (the default); along an input that is the same in every trial, from rest.
+        /// The information of a stationary record (the default); along an input that is the same in every trial, from
+        /// rest.
         Stationary = "stationary",
         /// The information of each record from rest, with its own input or reference.
         Record = "record",
