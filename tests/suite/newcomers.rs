@@ -1,5 +1,5 @@
-//! The errors of newcomers: they are told before a long run, and with their reasons. The workers need Python; where there
-//! is none, these tests say so and pass.
+//! The errors of newcomers: they are told before a long run, and with their reasons. The workers need Python; where
+//! there is none, these tests say so and pass.
 
 use super::root;
 use crate::common::{asobench_in as asobench, done_in, stderr, stdout};

@@ -22,7 +22,8 @@ pub(super) struct Arguments {
     #[command(flatten)]
     part: Part,
     /// Runs of each scenario
-    #[arg(long, value_name = "R", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(10..=1_000_000))]
+    #[arg(long, value_name = "R", default_value_t = 1000)]
+    #[arg(value_parser = clap::value_parser!(u64).range(10..=1_000_000))]
     runs: u64,
     /// Threads [default: one per processor]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]

@@ -128,8 +128,8 @@ pub(super) fn started(experiment: Experiment, path: &Path, consent: &Consent) ->
     Ok(experiment)
 }
 
-/// Runs the method on the first record of each study, a record in a message. One at least must leave a model; two faults
-/// of a program without one end the test.
+/// Runs the method on the first record of each study, a record in a message. One at least must leave a model; two
+/// faults of a program without one end the test.
 fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, consent: &Consent) -> Result<(), Error> {
     let mut found: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     let mut at_work: Option<Experiment> = None;

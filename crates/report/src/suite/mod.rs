@@ -11,7 +11,7 @@ use asobench_study::suite::{Division, REFERENCE, RecordedFits, TIME_LIMIT};
 use asobench_study::text::grouped;
 pub use subject::SuitePage;
 use tables::Tables;
-pub use tables::{SuiteTable, about_loss, law_table, recorded as recorded_tables};
+pub use tables::{SuiteTable, about_loss, recorded as recorded_tables};
 
 /// The rows of the first table; the others stand below.
 const FIRST: usize = 10;
@@ -214,7 +214,8 @@ fn words(section: &mut Section, of: &SuitePage<'_>) {
         )
     };
     let lost = format!(
-        "the share of runs that are lost: a lost run fails, {unfinished}; its d is infinite, and it stays in every denominator"
+        "the share of runs that are lost: a lost run fails, {unfinished}; its d is infinite, and it stays in every \
+         denominator"
     );
     let all = [
         ("d", distance),

@@ -14,6 +14,9 @@ use asobench_study::suite::{
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+pub use newcomer::about_loss;
+pub use scenarios::recorded;
+
 /// Digits of a number.
 const DIGITS: i32 = 4;
 /// Efficiencies below it are not told apart.

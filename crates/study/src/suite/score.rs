@@ -208,8 +208,8 @@ fn coverage(results: &ScenarioResults) -> Estimated {
     Estimated { value, error }
 }
 
-/// The weighted mean of the shares of successes in each scenario. Its standard error is at least what one run more makes
-/// of it, so that none and all are not certain.
+/// The weighted mean of the shares of successes in each scenario. Its standard error is at least what one run more
+/// makes of it, so that none and all are not certain.
 fn share(counts: &[(usize, usize)], weights: impl Iterator<Item = f64>) -> Estimated {
     let each = counts.iter().map(|(count, runs)| {
         let (value, runs) = (*count as f64 / *runs as f64, *runs as f64);

@@ -11,7 +11,7 @@ const ALIKE: usize = 2;
 
 impl Tables<'_> {
     /// Which method to use when, where that is certain.
-    pub(super) fn claims(&self) -> Vec<String> {
+    pub(in crate::suite) fn claims(&self) -> Vec<String> {
         self.groups.iter().filter_map(|of| self.claim(of)).collect()
     }
 
@@ -54,9 +54,9 @@ impl Tables<'_> {
     }
 }
 
-/// In how many runs of some scenarios, which have equal weights, the first method is nearer to the truth than the second
-/// one, less in how many it is farther, in standard errors of equal methods (McNemar's, by scenario), so that a few runs
-/// are not certain.
+/// In how many runs of some scenarios, which have equal weights, the first method is nearer to the truth than the
+/// second one, less in how many it is farther, in standard errors of equal methods (McNemar's, by scenario), so that a
+/// few runs are not certain.
 fn lead(first: &MethodResults, second: &MethodResults, members: &BTreeSet<usize>) -> f64 {
     let alone = |of: &MethodResults, i: usize| MethodResults {
         scenarios: vec![of.scenarios[i].clone()],
@@ -88,8 +88,8 @@ mod tests {
         }
     }
 
-    /// By hand: n wins of n are n / sqrt(n) standard errors of equal methods; with 4 and 16 runs in two scenarios of equal
-    /// weight 2 / sqrt(1/4 + 1/16).
+    /// By hand: n wins of n are n / sqrt(n) standard errors of equal methods; with 4 and 16 runs in two scenarios of
+    /// equal weight 2 / sqrt(1/4 + 1/16).
     #[test]
     fn a_lead_is_in_errors_of_equal_methods() {
         let near = method(&[(4, 1.0), (16, 1.0)]);

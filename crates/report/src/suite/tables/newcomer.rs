@@ -20,7 +20,7 @@ pub fn about_loss(reason: &str) -> Option<&'static str> {
 
 impl Tables<'_> {
     /// The newcomer beside each other method, on the same records.
-    pub(super) fn against(&self) -> Option<SuiteTable> {
+    pub(in crate::suite) fn against(&self) -> Option<SuiteTable> {
         let newcomer = self.of.newcomer?;
         let is_it = |method: &&MethodResults| method.method == newcomer;
         let own = self.of.methods.iter().find(is_it)?;
@@ -51,7 +51,7 @@ impl Tables<'_> {
     }
 
     /// Where the newcomer lost runs, and why; `None` without any.
-    pub(super) fn own_losses(&self) -> Option<SuiteTable> {
+    pub(in crate::suite) fn own_losses(&self) -> Option<SuiteTable> {
         let newcomer = self.of.newcomer?;
         let own = self.of.methods.iter().find(|of| of.method == newcomer)?;
         let columns = vec![

@@ -1,6 +1,6 @@
 //! The tables that rank methods: over all scenarios, in those that they are for, and by difficulty.
 
-use super::{Group, Tables, SuiteTable, beside, cell, count, efficient, none, percent, with_headings};
+use super::{SuiteTable, Tables, beside, cell, count, efficient, none, percent, with_headings};
 use crate::table::{CellText, Column, Table};
 use asobench_study::suite::{Division, IDEAL, MethodResults, ScenarioResults, Score, score};
 use std::collections::BTreeSet;
@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 impl Tables<'_> {
     /// The methods that are for every scenario, by their relative efficiency; the first so many.
-    pub(super) fn ranking(&self, most: usize) -> SuiteTable {
+    pub(in crate::suite) fn ranking(&self, most: usize) -> SuiteTable {
         let all = &self.groups[0];
         let is_timed = self.of.times.is_some();
         // Responses of the open division have no intervals.
@@ -67,7 +67,7 @@ impl Tables<'_> {
     }
 
     /// Whether some method is below the bound.
-    pub(super) fn has_below(&self) -> bool {
+    pub(in crate::suite) fn has_below(&self) -> bool {
         let mut scores = self.groups[0].scores.iter().flatten();
         scores.any(|of| of.is_below)
     }
@@ -84,7 +84,7 @@ impl Tables<'_> {
     }
 
     /// The methods that are for some scenarios alone, each beside the best of the others there.
-    pub(super) fn partial(&self) -> Option<SuiteTable> {
+    pub(in crate::suite) fn partial(&self) -> Option<SuiteTable> {
         let columns = vec![
             Column::text("method").width(15),
             Column::number("scenarios", "").width(9),
@@ -99,10 +99,10 @@ impl Tables<'_> {
         );
         let ranked = self.ranked(&self.groups[0]);
         let both = self.of.methods.iter().zip(&self.groups[0].scores);
-        for (method, score) in both {
+        for (method, found) in both {
             let is_there = ranked.iter().any(|(of, _)| of.method == method.method);
             let is_other = !is_there && method.method != IDEAL;
-            let Some(own) = score.as_ref().filter(|_| is_other) else {
+            let Some(own) = found.as_ref().filter(|_| is_other) else {
                 continue;
             };
             let there: Vec<usize> = (0..self.scenarios.len())
@@ -124,11 +124,12 @@ impl Tables<'_> {
                 best.map_or_else(none, |(other, of)| beside(other, of)),
             ]);
         }
-        self.table("partial", "Methods for some scenarios", table).unless_empty()
+        self.table("partial", "Methods for some scenarios", table)
+            .unless_empty()
     }
 
     /// The best three methods of each difficulty.
-    pub(super) fn best(&self) -> Option<SuiteTable> {
+    pub(in crate::suite) fn best(&self) -> Option<SuiteTable> {
         let mut columns = vec![
             Column::text("what is hard").width(24),
             Column::number("scenarios", "").width(9),
@@ -148,7 +149,7 @@ impl Tables<'_> {
     }
 
     /// Each method in the scenarios of each difficulty: efficiency of the median run, and failure rate.
-    pub(super) fn difficulties(&self) -> Vec<SuiteTable> {
+    pub(in crate::suite) fn difficulties(&self) -> Vec<SuiteTable> {
         type Number = fn(&Score) -> CellText;
         let kinds: [(&str, &str, &str, Number); 2] = [
             (
@@ -181,7 +182,7 @@ impl Tables<'_> {
 
     /// Why runs were lost, in per cent of all runs of a method. Without the methods whose results do not say it, as
     /// where only the first trials of a scenario are taken.
-    pub(super) fn reasons(&self) -> Option<SuiteTable> {
+    pub(in crate::suite) fn reasons(&self) -> Option<SuiteTable> {
         let total =
             |of: &MethodResults, number: &dyn Fn(&ScenarioResults) -> u64| of.scenarios.iter().map(number).sum::<u64>();
         let lost = |of: &MethodResults| total(of, &|of| of.lost_runs() as u64);

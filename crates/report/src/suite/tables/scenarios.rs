@@ -1,10 +1,8 @@
-//! The tables of scenarios: what each is, whether the law of d holds there, and the efficiency of each method; and the
-//! FIT of recorded data.
+//! The tables of scenarios, with the efficiency of each method there, and the FIT of recorded data.
 
 use super::{NOISES, SuiteTable, Tables, count, efficient, noise_model, none, with_headings};
 use crate::table::{CellText, Column, Table};
-use asobench_identification::number::uncertain_within;
-use asobench_study::suite::{IDEAL, Laws, RecordedFits, VALUES, efficiency};
+use asobench_study::suite::{IDEAL, RecordedFits, VALUES, efficiency};
 
 /// Methods beside each other in a table of scenarios.
 const BESIDE: usize = 7;
@@ -13,7 +11,7 @@ const LEAST_FIT: f64 = -100.0;
 
 impl Tables<'_> {
     /// The scenarios.
-    pub(super) fn scenarios(&self) -> SuiteTable {
+    pub(in crate::suite) fn scenarios(&self) -> SuiteTable {
         let columns = vec![
             Column::text("scenario").width(18),
             Column::text("system").width(40),
@@ -64,7 +62,7 @@ impl Tables<'_> {
     }
 
     /// The efficiency of the median run of each method in each scenario.
-    pub(super) fn efficiencies(&self) -> Vec<SuiteTable> {
+    pub(in crate::suite) fn efficiencies(&self) -> Vec<SuiteTable> {
         let groups = self.of.methods.chunks(BESIDE).zip(1..);
         let tables = groups.map(|(methods, number)| {
             let names: Vec<&str> = methods.iter().map(|of| of.method.as_str()).collect();
@@ -97,8 +95,8 @@ impl Tables<'_> {
                 ];
                 table.row(first.into_iter().chain(numbers));
             }
-            let name = self.file(&format!("by-scenario-{number}"));
-            SuiteTable::new(name, "Relative efficiency in each scenario", table)
+            let name = format!("by-scenario-{number}");
+            self.table(&name, "Relative efficiency in each scenario", table)
         });
         tables.collect()
     }
