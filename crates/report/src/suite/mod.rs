@@ -214,8 +214,8 @@ fn words(section: &mut Section, of: &SuitePage<'_>) {
         )
     };
     let lost = format!(
-        "the share of runs that are lost: a lost run fails, {unfinished}; its d is infinite, and it stays in \
-         every denominator"
+        "the share of runs that are lost: a lost run fails, {unfinished}; its d is infinite, and it stays in every \
+         denominator"
     );
     let all = [
         ("d", distance),

@@ -5,9 +5,6 @@ mod newcomer;
 mod ranking;
 mod scenarios;
 
-pub use newcomer::about_loss;
-pub use scenarios::recorded;
-
 use super::subject::SuitePage;
 use crate::table::{CellText, Column, Table};
 use asobench_identification::number::uncertain_within;
@@ -16,6 +13,9 @@ use asobench_study::suite::{
 };
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+
+pub use newcomer::about_loss;
+pub use scenarios::recorded;
 
 /// Digits of a number.
 const DIGITS: i32 = 4;

@@ -99,10 +99,10 @@ impl Tables<'_> {
         );
         let ranked = self.ranked(&self.groups[0]);
         let both = self.of.methods.iter().zip(&self.groups[0].scores);
-        for (method, own) in both {
+        for (method, found) in both {
             let is_there = ranked.iter().any(|(of, _)| of.method == method.method);
             let is_other = !is_there && method.method != IDEAL;
-            let Some(own) = own.as_ref().filter(|_| is_other) else {
+            let Some(own) = found.as_ref().filter(|_| is_other) else {
                 continue;
             };
             let there: Vec<usize> = (0..self.scenarios.len())

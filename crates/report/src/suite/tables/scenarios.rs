@@ -1,5 +1,4 @@
-//! The tables of scenarios: what each is, whether the law of d holds there, and the efficiency of each method; and the
-//! FIT of recorded data.
+//! The tables of scenarios, with the efficiency of each method there, and the FIT of recorded data.
 
 use super::{NOISES, SuiteTable, Tables, count, efficient, noise_model, none, with_headings};
 use crate::table::{CellText, Column, Table};
@@ -96,11 +95,8 @@ impl Tables<'_> {
                 ];
                 table.row(first.into_iter().chain(numbers));
             }
-            self.table(
-                &format!("by-scenario-{number}"),
-                "Relative efficiency in each scenario",
-                table,
-            )
+            let name = format!("by-scenario-{number}");
+            self.table(&name, "Relative efficiency in each scenario", table)
         });
         tables.collect()
     }
