@@ -1,5 +1,5 @@
-"""Builds the wheel: maturin makes that of the extension module; where a profile is named, the program is put into it as a
-script: `pip wheel --config-settings=profile=wheel ./python`."""
+"""Builds the wheel: maturin makes that of the extension module; where a profile is named, the program is put into it as
+a script: `pip wheel --config-settings=profile=wheel ./python`."""
 
 import os
 import shutil
