@@ -175,7 +175,7 @@ fn words_are_explained() {
         assert!(text.contains(part), "{word}: {text}");
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
-    let line = refused(folder.path(), &["explain", "kalman"]);
+    let line = refused(folder.path(), &["explain", "bucy"]);
     assert!(
         line.contains("the texts of these have it") && line.contains("Kalman filter"),
         "{line}"
