@@ -10,8 +10,9 @@ import maturin
 from maturin import *  # noqa: F403
 
 HERE = Path(__file__).parent
-#: Where maturin looks for scripts.
+#: Where maturin looks for scripts, also when it only writes the metadata.
 SCRIPTS = HERE / "asobench.data" / "scripts"
+SCRIPTS.mkdir(parents=True, exist_ok=True)
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):

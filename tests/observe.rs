@@ -283,3 +283,46 @@ fn short_help_on_a_screen() {
         }
     }
 }
+
+/// Hints of observers, followed to their ends: from placed poles to a Kalman filter, from one without noise in the
+/// states to one with it, which has no further hint.
+#[test]
+fn hints_of_observers_end() {
+    let folder = folder();
+    let said = |line: &str| stdout(&done_in(folder.path(), &words(line)));
+    let begin = "observe record.csv --order 2 --estimator oe";
+    assert!(said(begin).contains("hint               --observer kalman weighs"));
+    // The record has white noise in y alone.
+    let kalman = format!("{begin} --observer kalman");
+    let alone = said(&kalman);
+    assert!(alone.contains("this observer is the model alone") && alone.contains("--process-covariance"));
+    let stated = said(&format!("{kalman} --process-covariance 1 --measurement-variance 70"));
+    assert!(!stated.contains("hint  "), "{stated}");
+}
+
+/// Models of a record in parts are compared by their FIT in all parts, and ranges of orders fit the start of each part.
+#[test]
+fn parts_between_gaps_are_compared() {
+    let folder = folder();
+    let folder = folder.path();
+    let record = std::fs::read_to_string(folder.join("record.csv")).expect("a file");
+    let lines = record.lines().enumerate();
+    let lines = lines.map(|(i, line)| match line.rsplit_once(',') {
+        Some((before, _)) if i == 150 => format!("{before},\n"),
+        _ => format!("{line}\n"),
+    });
+    std::fs::write(folder.join("gap.csv"), lines.collect::<String>()).expect("written");
+    let line = "estimate gap.csv --missing equations --order 2 --estimator oe,armax";
+    let text = stdout(&done_in(folder, &words(line)));
+    let rows = text
+        .lines()
+        .filter(|line| line.starts_with("oe ") || line.starts_with("armax "));
+    // 20 % of the variance is noise.
+    let fits: Vec<f64> = rows.map(|row| words(row)[2].parse().expect("a FIT")).collect();
+    let of_truth = 100.0 * (1.0 - 0.2_f64.sqrt());
+    assert!(
+        fits.len() == 2 && fits.iter().all(|fit| (fit - of_truth).abs() < 5.0),
+        "{text}"
+    );
+    assert!(!text.contains("No model simulates"), "{text}");
+}

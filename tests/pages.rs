@@ -1,10 +1,9 @@
 //! Pages in headless Chromium: a study's report, an estimate, an observer.
 
 use crate::common::browser::{WIDTHS, browser, frames, seen, with_script};
-use crate::common::{PROGRAM, asobench_in, copy, done_in, stdout};
+use crate::common::{PROGRAM, PYTHON, asobench_in, copy, done_in, runs, stdout};
 use serde_json::Value;
 use std::path::Path;
-use std::process::Command;
 
 const MEASURE: &str = include_str!("pages/measure.js");
 const POINT: &str = include_str!("pages/point.js");
@@ -100,16 +99,6 @@ fn check(browser: &str, folder: &Path, page: &str, script: &str) -> Vec<Value> {
     said
 }
 
-/// The browser, and python3, without which the test says so.
-fn browser_and_python() -> Option<&'static str> {
-    let python = Command::new("python3").args(["-c", "1"]).status();
-    if !python.is_ok_and(|status| status.success()) {
-        eprintln!("not tested: python3 does not run here");
-        return None;
-    }
-    browser()
-}
-
 /// A report of the study in `first`, moved to `moved`.
 fn moved_report(folder: &Path) -> std::path::PathBuf {
     let worker = include_str!("../examples/workers/least_squares.py");
@@ -137,7 +126,7 @@ fn words_on<'a>(words: &[&'a str], begin: &str) -> &'a str {
 
 #[test]
 fn a_report_answers_a_pointer_and_leads_to_its_files_where_it_was_moved() {
-    let Some(browser) = browser_and_python() else {
+    let Some(browser) = browser().filter(|_| runs(PYTHON)) else {
         return;
     };
     let place = tempfile::tempdir().expect("a folder");

@@ -168,3 +168,49 @@ fn a_best_model_of_no_use_is_told() {
     let output = asobench_in(right.path(), &["estimate", "record.csv", "--delay", "1"]);
     assert!(!stdout(&output).contains("No model simulates"));
 }
+
+/// Modes of 0.95 and of modulus 0.89, far from rest at k = 0. The order is chosen with the start that is fitted: at rest
+/// a model of order 2 has the lowest BIC, for it spends its modes on the start.
+#[test]
+fn orders_are_chosen_with_the_start() {
+    const F: [f64; 3] = [-2.15, 1.94, -0.76];
+    const B: [f64; 3] = [0.1, 0.3, 0.1];
+    let (mut seed, mut x, mut u) = (5, [-200.0; 3], [0.0; 3]);
+    let late = (0..800).fold("u,y\n".to_owned(), |mut text, _| {
+        let now = 3.0 + next(&mut seed).signum();
+        let free: f64 = (0..3).map(|i| B[i] * u[i] - F[i] * x[i]).sum();
+        let _ = writeln!(text, "{now},{:.9}", free + 0.5 * next(&mut seed));
+        (x, u) = ([free, x[0], x[1]], [now, u[0], u[1]]);
+        text
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("record.csv"), late).unwrap();
+    let found = json(folder, &["estimate", "record.csv", "--estimator", "oe,bj"]);
+    for row in found["panel"].as_array().unwrap() {
+        assert_eq!(row["n"], 3, "{row}");
+    }
+    // No order of the range has a lower BIC than the table says.
+    let range = [
+        "estimate",
+        "record.csv",
+        "--window",
+        "70%",
+        "--estimator",
+        "oe",
+        "--order",
+        "1:6",
+    ];
+    let table = json(folder, &range);
+    let all = table["table"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| row["bic"].as_f64().unwrap());
+    let least = all.fold(f64::INFINITY, f64::min);
+    let mut rows = found["panel"].as_array().unwrap().iter();
+    let own = rows.find(|row| row["estimator"] == "oe").unwrap()["bic"]
+        .as_f64()
+        .unwrap();
+    assert!((own - least).abs() < 1e-6, "{own} {least}");
+}

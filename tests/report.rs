@@ -204,6 +204,11 @@ fn two_studies_make_a_page_with_verdicts_figures_and_tables() {
     assert!(median.ends_with(')'), "{median}");
     assert!(page("tables/my-study-overview.tex").contains(&format!("${median}$")));
     assert!(page("simulated.md").starts_with("# What was simulated\n"));
+    let cited = html.split_once("How to cite this").expect("a citation").1;
+    let version = format!("asobench {}", env!("CARGO_PKG_VERSION"));
+    for part in [&version, "x0 &amp; &lt;more&gt;", "seed 2023", "design "] {
+        assert!(cited.contains(part), "{part}");
+    }
     for part in [
         "figures/my-study-curves.svg",
         "figures/my-study-e_a.svg",

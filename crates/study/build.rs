@@ -43,7 +43,6 @@ fn suite() {
         ("RECORDED", suite.join("recorded/fits.json")),
         ("TIMES", suite.join("times.json")),
         ("BANK", suite.join("bank.jsonl")),
-        ("LAWS", suite.join("law.json")),
     ];
     let mut systems = files(&suite, "toml");
     systems.retain(|path| single.iter().all(|(_, other)| path != other));

@@ -1,6 +1,7 @@
 //! Pages in headless Chromium, and what they say of themselves. Without a browser tests of pages say so and pass;
 //! where CI is set they fail.
 
+use super::{answers, is_ci};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -22,22 +23,10 @@ addEventListener("message", (event) => {
 
 /// The name of a browser that runs; `None` where there is none.
 pub fn browser() -> Option<&'static str> {
-    let runs = |name: &&str| {
-        let version = Command::new(name)
-            .arg("--version")
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .status();
-        version.is_ok_and(|status| status.success())
-    };
-    let found = BROWSERS.into_iter().find(runs);
+    let found = BROWSERS.into_iter().find(|name| answers(&[name, "--version"]));
     if found.is_none() {
         eprintln!("not tested: none of {BROWSERS:?} runs here");
-        assert!(
-            std::env::var("CI").map_or(true, |of| of.is_empty()),
-            "CI needs a browser: one of {BROWSERS:?}"
-        );
+        assert!(!is_ci(), "CI needs a browser: one of {BROWSERS:?}");
     }
     found
 }

@@ -4,7 +4,7 @@ pub mod browser;
 pub mod counting;
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
 
@@ -27,6 +27,32 @@ pub fn executable(path: &Path, text: &str) {
     assert!(install.status().expect("a copy").success());
     std::fs::remove_file(draft).expect("removed");
 }
+
+/// Whether CI is set: a test that could be made there is made.
+pub fn is_ci() -> bool {
+    std::env::var("CI").is_ok_and(|of| !of.is_empty())
+}
+
+/// Whether a command runs without complaint.
+pub fn answers(command: &[&str]) -> bool {
+    let mut started = Command::new(command[0]);
+    started.args(&command[1..]).stdin(Stdio::null());
+    let status = started.stdout(Stdio::null()).stderr(Stdio::null()).status();
+    status.is_ok_and(|status| status.success())
+}
+
+/// Whether a command runs. Where it does not, a test says so and passes; but CI needs Python.
+pub fn runs(command: &[&str]) -> bool {
+    let runs = answers(command);
+    if !runs {
+        eprintln!("not tested: {command:?} does not run here");
+        assert!(!is_ci() || command != PYTHON, "CI needs {command:?}");
+    }
+    runs
+}
+
+/// Starts Python, for [`runs`].
+pub const PYTHON: &[&str] = &["python3", "-c", "1"];
 
 /// Copies a folder with all its content.
 pub fn copy(from: &Path, to: &Path) {

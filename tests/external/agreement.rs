@@ -1,6 +1,7 @@
 //! Workers of plain least squares against `arx`.
 
-use super::{list, permitted, root, rows, runs};
+use super::{list, permitted, root, rows};
+use crate::common::{PYTHON, runs};
 use asobench::study::Measure;
 
 /// Every measure of every trial of two cells, W98 among them, as `arx` has it.
@@ -31,7 +32,7 @@ fn agrees(command: &[&str], batch: u64) {
 
 #[test]
 fn python() {
-    if runs(&["python3", "-c", "1"]) {
+    if runs(PYTHON) {
         agrees(&["python3", "examples/workers/least_squares.py"], 30);
     }
 }
@@ -64,7 +65,7 @@ fn r() {
 /// The same model as matrices in other coordinates: x0 = T (c A^i x0) comes from the worker or is estimated.
 #[test]
 fn matrices() {
-    if runs(&["python3", "-c", "1"]) {
+    if runs(PYTHON) {
         let worker = root().join("tests/external/matrices.py");
         agrees(&["python3", &worker.display().to_string()], 64);
     }

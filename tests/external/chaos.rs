@@ -1,6 +1,7 @@
 //! A worker that goes wrong in trials whose seeds say so.
 
-use super::{list, permitted, root, rows, runs};
+use super::{list, permitted, root, rows};
+use crate::common::{PYTHON, runs};
 use asobench::estimator::FailureKind;
 use asobench::worker::seed_of;
 use std::collections::{BTreeMap, BTreeSet};
@@ -67,7 +68,7 @@ pub fn all_gone(file: &Path) {
 
 #[test]
 fn exactly_the_guilty_trials_are_typed() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -130,7 +131,7 @@ fn of_ten_thousand_trials_the_others_are_undisturbed() {
 #[test]
 fn an_early_answer_is_not_taken() {
     const TRIALS: u64 = 12;
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let worker = root().join("tests/external/early.py").display().to_string();

@@ -1,7 +1,8 @@
 //! Nothing is started without a word from the user.
 
-use super::{root, runs};
+use super::root;
 use crate::common::PROGRAM;
+use crate::common::{PYTHON, runs};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
@@ -24,7 +25,7 @@ pub fn text(bytes: &[u8]) -> String {
 
 #[test]
 fn no_command_starts_a_program_by_itself() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -116,7 +117,7 @@ fn study_of(folder: &Path, names: &[&str]) -> Vec<String> {
 /// Consent is given to the text of a command: of a study with two programs, the one that was not named starts nowhere.
 #[test]
 fn consent_to_one_command_is_none_to_another() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -166,7 +167,7 @@ fn consent_to_one_command_is_none_to_another() {
 /// The suite asks for a newcomer that is a program, as a run does.
 #[test]
 fn the_suite_asks_too() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -198,7 +199,7 @@ fn the_suite_asks_too() {
 /// in the current folder, as `replay` does.
 #[test]
 fn results_that_are_there_are_not_computed_again() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();

@@ -1,8 +1,9 @@
 //! Kills of either side: nothing stays behind, and the same command ends with the same bits.
 
 use super::chaos::{LONG_PERIOD, all_gone, study};
-use super::{list, root, runs};
+use super::{list, root};
 use crate::common::PROGRAM;
+use crate::common::{PYTHON, runs};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -81,7 +82,7 @@ fn blocks(folder: &Path) -> usize {
 
 #[test]
 fn the_same_bits_after_kills_of_either_side() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -132,7 +133,7 @@ const DEAF: &str = "import sys, time\n\
 /// The guard is killed first, then the run: another guard has taken its place.
 #[test]
 fn no_worker_stays_where_the_guard_is_killed_too() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -177,7 +178,7 @@ fn no_worker_stays_where_the_guard_is_killed_too() {
 /// run that is alive stay, and so does anything else.
 #[test]
 fn pipes_of_a_killed_run_are_removed_by_the_next_one() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();

@@ -12,28 +12,12 @@ use asobench::study::file::ExperimentFile;
 use asobench::study::{Experiment, Row, run};
 use asobench::worker::Permit;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// The folder of this package.
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-/// Whether a command runs without complaint.
-fn runs(command: &[&str]) -> bool {
-    let status = Command::new(command[0])
-        .args(&command[1..])
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    let runs = status.is_ok_and(|status| status.success());
-    if !runs {
-        eprintln!("not tested: {command:?} does not run here");
-    }
-    runs
 }
 
 /// A TOML list of texts.

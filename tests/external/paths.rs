@@ -1,8 +1,9 @@
 //! Names and paths: a path need not be UTF-8, and a name is never a path.
 
 use super::consent::text;
-use super::{root, runs};
+use super::root;
 use crate::common::PROGRAM;
+use crate::common::{PYTHON, runs};
 use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::OsStrExt as _;
 use std::path::Path;
@@ -36,7 +37,7 @@ fn write_study(path: &Path, lines: &str) {
 /// Of every command that takes files: in a folder and of files whose names are no UTF-8.
 #[test]
 fn a_path_need_not_be_utf8() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -127,7 +128,7 @@ fn paths_that_differ_in_a_byte_are_two() {
 /// An empty TMPDIR is one that is not set; any other is a path, of any bytes.
 #[test]
 fn the_folder_for_temporary_files() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();

@@ -1,7 +1,8 @@
 //! Shards of a study with a program: the bytes of one machine, and no start without a word.
 
 use super::consent::{asobench, text};
-use super::{list, root, runs};
+use super::{list, root};
+use crate::common::{PYTHON, runs};
 use std::path::Path;
 
 fn done(folder: &Path, arguments: &[&str]) -> String {
@@ -13,7 +14,7 @@ fn done(folder: &Path, arguments: &[&str]) -> String {
 
 #[test]
 fn merged_shards_are_the_bytes_of_one_machine() {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return;
     }
     let place = tempfile::tempdir().unwrap();

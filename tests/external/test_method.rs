@@ -1,7 +1,8 @@
 //! `asobench test-method`: what the protocol allows passes, what is wrong is told with what the program printed.
 
 use super::consent::{asobench, text};
-use super::{root, runs};
+use super::root;
+use crate::common::{PYTHON, runs};
 
 /// The output of `test-method` for the worker of examples/workers with something after a part of it, and its exit code.
 fn tested(after: &str, more: &str) -> Option<(String, i32)> {
@@ -10,7 +11,7 @@ fn tested(after: &str, more: &str) -> Option<(String, i32)> {
 
 /// The same of another command.
 fn printed(command: &[&str], after: &str, more: &str) -> Option<(String, i32)> {
-    if !runs(&["python3", "-c", "1"]) {
+    if !runs(PYTHON) {
         return None;
     }
     let place = tempfile::tempdir().unwrap();

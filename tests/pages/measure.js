@@ -1,4 +1,4 @@
-// What a page says of itself in a frame: its widths, its details, its tables, its links and its colours.
+// The words of a page on itself in a frame: its widths, its details, its tables, its links and its colours.
 addEventListener("load", () => {
   const page = document.documentElement;
   const over = () => page.scrollWidth - page.clientWidth;

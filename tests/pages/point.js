@@ -1,4 +1,4 @@
-// What the first picture in view does when a reader points at its values, goes from one to the next by keys, and hides methods.
+// The answers of the first picture in view when a reader points at its values, goes from one to the next by keys, and hides methods.
 globalThis.pointed = () => {
   const figure = document.querySelector("figure");
   const picture = [...figure.querySelectorAll("svg.asoplot")].find((of) => of.getClientRects().length);

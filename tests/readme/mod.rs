@@ -10,6 +10,23 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).expect("a file")
 }
 
+/// README says how to build and to test, and CI calls these two commands.
+#[test]
+fn ci_calls_the_commands_of_the_readme() {
+    for command in ["cargo build --release", "cargo test --release"] {
+        let calls = |text: &str| {
+            text.lines()
+                .any(|line| line.split(['#', '"']).any(|part| part.trim() == command))
+        };
+        let in_ci = |text: &str| {
+            text.lines()
+                .any(|line| line.starts_with("step ") && line.ends_with(command))
+        };
+        assert!(calls(&read("README.md")), "README: {command}");
+        assert!(in_ci(&read(".ci/run")), ".ci/run: {command}");
+    }
+}
+
 /// The verdict table of docs/reproduce.md is the committed one, to the letter.
 #[test]
 fn the_verdict_table_is_the_committed_one() {

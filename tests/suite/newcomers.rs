@@ -2,7 +2,7 @@
 //! there is none, these tests say so and pass.
 
 use super::root;
-use crate::common::{asobench_in as asobench, done_in, stderr, stdout};
+use crate::common::{PYTHON, asobench_in as asobench, done_in, runs, stderr, stdout};
 use asobench::suite::MethodResults;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -13,9 +13,7 @@ const ESTIMATES: &str = "found = [";
 
 /// Writes a worker whose line is another one, with its experiment file. Returns false where there is no Python.
 fn written(folder: &Path, line: &str, other: &str) -> bool {
-    let python = std::process::Command::new("python3").args(["-c", "1"]).status();
-    if !python.is_ok_and(|status| status.success()) {
-        eprintln!("not tested: python3 does not run here");
+    if !runs(PYTHON) {
         return false;
     }
     let worker = std::fs::read_to_string(root("examples/workers/least_squares.py")).unwrap();

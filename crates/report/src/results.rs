@@ -437,7 +437,7 @@ impl Study {
 
     /// The command that replays a trial of an output: the first failed one, if there is one.
     pub(crate) fn replay_of(&self, cell: &CellSummary, output: Option<&OutputSummary>) -> String {
-        self.replay_command(cell.cell, output.and_then(first_failed).unwrap_or(0))
+        self.replay_command(cell.cell, output.and_then(first_failed_trial).unwrap_or(0))
     }
 
     /// The flag that lets a command start the study's programs, if it has some.
@@ -491,7 +491,7 @@ fn name(folder: &Path) -> String {
 }
 
 /// The first failed trial of an output.
-pub(crate) fn first_failed(output: &OutputSummary) -> Option<u64> {
+pub(crate) fn first_failed_trial(output: &OutputSummary) -> Option<u64> {
     output.outcomes.failed_trials.values().flatten().min().copied()
 }
 

@@ -3,7 +3,7 @@
 
 use super::document::answer::winners;
 use super::document::lead::{lead_outputs, measures, shown_at_the_end};
-use super::results::{Study, first_failed as first};
+use super::results::{Study, first_failed_trial};
 use super::verdict_table::per_cent;
 use asobench_identification::metric::{Quantile, Share};
 use asobench_identification::number::quantile;
@@ -176,11 +176,13 @@ fn worst(study: &Study, most: Option<Place<'_>>) -> String {
 /// The command that replays a failed trial, as one line: of the output and cell that lose most trials, or where none
 /// of these failed (they are unstable), of those with most failures, which it names.
 fn first_failed(study: &Study, most: Option<Place<'_>>) -> Option<String> {
-    let own = most.filter(|place| first(place.1).is_some());
-    let listed = study.all_outputs().filter(|place| first(place.1).is_some());
+    let own = most.filter(|place| first_failed_trial(place.1).is_some());
+    let listed = study
+        .all_outputs()
+        .filter(|place| first_failed_trial(place.1).is_some());
     let place = own.or_else(|| listed.max_by(|a, b| a.1.failed.share.total_cmp(&b.1.failed.share)))?;
     let (cell, output) = place;
-    let command = study.replay_command(cell.cell, first(output)?);
+    let command = study.replay_command(cell.cell, first_failed_trial(output)?);
     let whose = match own {
         Some(_) => String::new(),
         None => match cell.place().words(&study.varying()).as_str() {

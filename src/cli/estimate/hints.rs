@@ -94,20 +94,22 @@ pub(super) fn warn_of_offset(report: &Report, methods: &[EstimatorName]) {
     }
 }
 
+/// The beginning of the hint on standard errors.
+pub(super) const ASSUMED: &str = "the standard errors assume white prediction errors, which these are not";
+
 /// Standard errors for white prediction errors beside errors that are not white.
 fn coloured(estimate: &Estimate) -> Option<String> {
     let has_errors = !estimate.last().fitted.model.covariance.is_empty();
     if comparison::white(estimate)? || !has_errors {
         return None;
     }
-    let why = "the standard errors assume white prediction errors, which these are not";
     if estimate.name == EstimatorName::Srivc {
-        return Some(format!("{why}: --estimator rivc models the noise"));
+        return Some(format!("{ASSUMED}: --estimator rivc models the noise"));
     }
     // Without a choice they assume it too.
     let chosen = estimate.options.get("covariance").and_then(Value::as_str);
     let is_assumed = estimate.name.takes("covariance") && chosen.unwrap_or("white") == "white";
-    is_assumed.then(|| format!("{why}: --covariance robust"))
+    is_assumed.then(|| format!("{ASSUMED}: --covariance robust"))
 }
 
 /// Outliers that are named beside the largest.
@@ -135,9 +137,8 @@ fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
         1 => format!("; so has line {}", named[0]),
         _ => format!("; so have lines {}", named.join(", ")),
     };
-    let mut options = estimate.options.clone();
-    options.retain(|_, value| !value.is_null());
-    let equations = estimate.name.parse(options).is_ok_and(|options| options.takes_runs());
+    let options = estimate.name.parse(estimate.given());
+    let equations = options.is_ok_and(|options| options.takes_runs());
     let way = if equations {
         "--missing equations fits without it"
     } else {
@@ -178,9 +179,7 @@ pub(super) fn fixed_start(estimate: &Estimate, report: &Report) -> Option<String
     if chooses.contains(&true) || in_loop || estimate.shift() > 0 || failed {
         return None;
     }
-    let mut options = estimate.options.clone();
-    options.retain(|_, value| !value.is_null());
-    if !estimate.name.parse(options).ok()?.begins_at_rest() {
+    if !estimate.name.parse(estimate.given()).ok()?.begins_at_rest() {
         return None;
     }
     let model = estimate.last().known_model()?;

@@ -6,7 +6,7 @@ use crate::estimator::{Method, Pass, Problem, Shape, Window};
 use crate::metric::tails::chi_square_above;
 use crate::text::rounded;
 use asobench_identification::Fitted;
-use serde_json::{Value, json};
+use serde_json::json;
 
 /// The level at which a start or an offset is said to be missing.
 pub(super) const LEVEL: f64 = 1e-3;
@@ -161,7 +161,7 @@ impl Addition {
 
 /// Fits the method with the addition; `None` if it fails.
 fn fit(estimate: &Estimate, report: &Report, of: &Addition) -> Option<Fitted> {
-    let mut options = estimate.options.clone();
+    let mut options = estimate.given();
     for (key, is) in [("initial", of.start), ("offset", of.offset)] {
         let value = match (key, is) {
             (_, true) => "estimate",
@@ -172,7 +172,6 @@ fn fit(estimate: &Estimate, report: &Report, of: &Addition) -> Option<Fitted> {
             options.insert(key.to_owned(), json!(value));
         }
     }
-    options.retain(|_, value: &mut Value| !value.is_null());
     let options = estimate.name.parse(options).ok()?;
     let (window, order) = (report.window, estimate.last().fitted.pass.a.len());
     let lengths = report.lengths();

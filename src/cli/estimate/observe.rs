@@ -2,7 +2,7 @@
 
 use super::one_estimator::estimate;
 use super::report::{Estimate, Report};
-use super::{load::load, orders, record, text, words};
+use super::{hints, load::load, orders, record, text, words};
 use crate::cli::equation::broken;
 use crate::cli::error::Error;
 use crate::cli::files::{check_output, drawn, write_whole};
@@ -149,9 +149,9 @@ fn observe<'a>(arguments: &'a Arguments, report: &'a Report) -> Result<Observed<
         }
         Choice::OfModel(kind) => kind,
         Choice::Adaptive(name) => {
-            let mut options = estimate.options.clone();
-            options.retain(|_, value| !value.is_null());
-            let options = name.parse(options).map_err(|error| Error::Input(error.to_string()))?;
+            let options = name
+                .parse(estimate.given())
+                .map_err(|error| Error::Input(error.to_string()))?;
             let [u, y] = fitted.shifted(u, y);
             return Ok(Observed {
                 report,
@@ -264,8 +264,7 @@ impl Observed<'_> {
         if self.noise().is_some_and(|of| of.process.norm_max() == 0.0) {
             return Some(
                 "no noise in the states: this observer is the model alone, and its bands leave out the errors of the \
-                 model and of its start; --estimator armax, bj or n4sid models such noise, --process-covariance and \
-                 --measurement-variance state it",
+                 model and of its start; --process-covariance and --measurement-variance state such noise",
             );
         }
         let is_placed = matches!(self.choice, Choice::OfModel(ObserverKind::Luenberger(_)));
@@ -295,11 +294,8 @@ impl Observed<'_> {
         }
         text.extend([format!("\n{}\n", words::heading(estimate))]);
         // No standard errors are printed here.
-        for hint in estimate
-            .hints
-            .iter()
-            .filter(|hint| !hint.starts_with("the standard errors"))
-        {
+        let hints = estimate.hints.iter();
+        for hint in hints.filter(|hint| !hint.starts_with(hints::ASSUMED)) {
             text += &wrap(&format!("  {:<18} {hint}", "hint"), 80, &" ".repeat(21));
         }
         let model = &estimate.last().fitted.model;

@@ -79,8 +79,7 @@ pub(super) fn estimate(arguments: &Arguments, name: EstimatorName, report: &Repo
     let mut tried = Tried::default();
     let mut advice = levels(&found, report, &mut tried);
     if let Some(Advice { chance, .. }) = advice.as_ref().filter(|of| of.start && start_told) {
-        let mut with_start = found.options.clone();
-        with_start.retain(|_, value| !value.is_null());
+        let mut with_start = found.given();
         OptionFlags::estimate_start(&mut with_start);
         let mut begun = run(arguments, parse(&with_start)?, (name, shift), report)?;
         begun.start_told = true;
@@ -183,14 +182,14 @@ fn check_variances(options: &MethodOptions, report: &Report) -> Result<(), Error
 
 /// Computes FIT and observer for the last pass.
 fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
+    let options = estimate.name.parse(estimate.given());
+    let rest = options.is_ok_and(|options| options.begins_at_rest());
     let last = estimate.passes.len() - 1;
     let (number, PassReport { fitted, .. }) = &mut estimate.passes[last];
     if fitted.pass.progress < Progress::InitialState {
         return;
     }
     if !report.parts.is_empty() {
-        let rest = estimate.name.parse(estimate.options.clone());
-        let rest = rest.is_ok_and(|options| options.begins_at_rest());
         estimate.parts = parts(fitted, rest, report);
         let parts = estimate.parts.iter();
         let tests = parts.filter_map(|part| part.residuals.as_ref());

@@ -225,6 +225,13 @@ impl Estimate {
         }
     }
 
+    /// Returns the options that have a value, in the form in which they are read.
+    pub(super) fn given(&self) -> Map<String, Value> {
+        let mut given = self.options.clone();
+        given.retain(|_, value| !value.is_null());
+        given
+    }
+
     /// Returns the last pass, the estimator's result.
     pub(super) fn last(&self) -> &PassReport {
         &self.passes[self.passes.len() - 1].1

@@ -1,7 +1,6 @@
 //! A picture as a PDF of one page, in its light colours. The page has the fonts that it uses in it (ISO 32000-1,
-//! sections
-//! 9.7 and 9.9), as journals demand: Liberation Sans, which is as wide as Helvetica, cut down to Latin, Greek and
-//! Cyrillic letters and common signs. Its licence (`pdf/OFL.txt`) asks for another name for a part of it.
+//! sections 9.7 and 9.9), as journals demand: Liberation Sans, which is as wide as Helvetica, cut down to Latin, Greek
+//! and Cyrillic letters and common signs. Its licence (`pdf/OFL.txt`) asks for another name for a part of it.
 
 use super::backend::LABEL;
 use super::inks::{LIGHT, dashes};

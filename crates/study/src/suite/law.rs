@@ -1,14 +1,12 @@
 //! The law of d, shown: maximum likelihood from the truth in many runs beside the law of an efficient method.
 
 use super::competitor::Competitor;
-use super::manifest;
-use super::results::{ResultsError, parsed};
 use super::scenario::{Scenario, SuiteError, SuiteStudy};
 use super::score::Estimated;
 use crate::files;
 use crate::run::runner::{Block, run};
 use asobench_identification::theory::distribution;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 
@@ -18,8 +16,7 @@ const NEAR: [f64; 2] = [0.9, 1.1];
 const LEVEL: f64 = 0.05;
 
 /// The law of d in some scenarios.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Laws {
     /// The edition of the suite.
     pub suite: String,
@@ -30,8 +27,7 @@ pub struct Laws {
 }
 
 /// The law of d in a scenario.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Law {
     /// The scenario.
     pub name: String,
@@ -133,20 +129,6 @@ impl Laws {
             scenarios[*i].holm = most.min(1.0);
         }
         Self { suite, runs, scenarios }
-    }
-
-    /// Those that the program carries.
-    ///
-    /// # Errors
-    /// [`ResultsError::Damaged`].
-    pub fn shipped() -> Result<Option<Self>, ResultsError> {
-        let text = manifest::laws();
-        (!text.is_empty()).then(|| parsed(text)).transpose()
-    }
-
-    /// The law in a scenario, if it was measured.
-    pub fn of(&self, scenario: &Scenario) -> Option<&Law> {
-        self.scenarios.iter().find(|of| of.content == scenario.content)
     }
 
     /// Returns the text of the file, with its checksum.

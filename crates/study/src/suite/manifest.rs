@@ -237,11 +237,6 @@ pub(super) fn recorded() -> &'static str {
     RECORDED
 }
 
-/// The shipped laws of d; empty without any.
-pub(super) fn laws() -> &'static str {
-    LAWS
-}
-
 /// The shipped times; empty without any.
 pub(super) fn times() -> &'static str {
     TIMES

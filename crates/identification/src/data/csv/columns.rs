@@ -212,17 +212,14 @@ fn place(column: &str, header: Option<&[&str]>, count: usize, line: u64) -> Resu
         return Ok(place);
     }
     let known = known_as(column);
-    let begins = |cell: &str| {
-        cell.strip_prefix(known.as_str())
-            .is_some_and(|rest| rest.starts_with(['_', ' ', '/']))
+    let alike = |ends: &dyn Fn(&str) -> bool| -> Vec<usize> {
+        let fits = |cell: &str| known_as(cell).strip_prefix(known.as_str()).is_some_and(ends);
+        (0..header.len()).filter(|place| fits(header[*place])).collect()
     };
-    let alike = |begins: &dyn Fn(&str) -> bool| -> Vec<usize> {
-        let all = header.iter().enumerate();
-        let alike = all.filter(|(_, cell)| known_as(cell) == known || begins(&known_as(cell)));
-        alike.map(|(place, _)| place).collect()
-    };
-    let whole = alike(&|_| false);
-    let found = if whole.is_empty() { alike(&begins) } else { whole };
+    let mut found = alike(&str::is_empty);
+    if found.is_empty() {
+        found = alike(&|unit| unit.starts_with(['_', ' ', '/']));
+    }
     match (column.parse(), found.as_slice()) {
         (Ok(number @ 1..), _) if number <= count => Ok(number - 1),
         (_, [place]) => Ok(*place),

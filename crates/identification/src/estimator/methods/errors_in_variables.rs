@@ -54,8 +54,8 @@ enum Noise {
 /// - `bels`: c and the unknown variances make the sum of squares of `(S - D) c`, each line over the size of its signal,
 ///   least, by steps of Gauss and Newton from the solution of the lines of the earlier inputs, which have no noise;
 ///   then twice the sum weighted with the inverse covariance of the lines' errors, by Bartlett's weights over lags,
-///   from which most of the minima far from the truth are gone (L. P. Hansen, *Large sample properties of generalized method of
-///   moments estimators*, Econometrica 50 (1982));
+///   from which most of the minima far from the truth are gone (L. P. Hansen, *Large sample properties of generalized
+///   method of moments estimators*, Econometrica 50 (1982));
 /// - `iv-compensated`: the same without the line of y(k), with all variances known: a linear problem, and least squares
 ///   without them.
 ///

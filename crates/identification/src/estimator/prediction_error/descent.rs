@@ -120,6 +120,12 @@ pub(in crate::estimator) fn solve_positive(h: &mut Mat<f64>, x: &mut [f64]) -> b
     true
 }
 
+/// Whether zeros of C or F of a model are near the border of stability.
+fn exceeds_border(predictor: &mut Predictor, theta: &[f64]) -> bool {
+    predictor.set(theta);
+    predictor.exceeds(BORDER)
+}
+
 /// Returns the unit of B given the sums of squares of y and u; 1 where there is none.
 fn gain(of_output: f64, of_input: f64) -> f64 {
     let ratio = (of_output / of_input).sqrt() / OUTPUT;
@@ -239,7 +245,7 @@ impl Descent {
             } else {
                 0
             };
-            if creeps >= MOST_CREEPS && self.ends_at_the_border() {
+            if creeps >= MOST_CREEPS && exceeds_border(&mut self.predictor, &self.theta) {
                 return Err(FailureKind::Boundary);
             }
         }
@@ -250,22 +256,14 @@ impl Descent {
         Err(self.outcome())
     }
 
-    /// Whether zeros of C or F are near the border of stability.
+    /// Whether zeros of C or F of a model are near the border of stability.
     pub(super) fn is_at_the_border(&mut self, theta: &[f64]) -> bool {
-        self.predictor.set(theta);
-        self.predictor.exceeds(BORDER)
-    }
-
-    fn ends_at_the_border(&mut self) -> bool {
-        let theta = std::mem::take(&mut self.theta);
-        let ends = self.is_at_the_border(&theta);
-        self.theta = theta;
-        ends
+        exceeds_border(&mut self.predictor, theta)
     }
 
     /// Why a search ends without a minimum.
     fn outcome(&mut self) -> FailureKind {
-        if self.ends_at_the_border() {
+        if exceeds_border(&mut self.predictor, &self.theta) {
             FailureKind::Boundary
         } else {
             FailureKind::IterationLimit

@@ -269,6 +269,7 @@ mod tests {
                     *all += found.iterations;
                 }
             }
+            println!("{orders}, N = {n}: {linearisations:?} linearisations of 20 records, agreed and whole");
             assert!(
                 3 * linearisations[0] < linearisations[1],
                 "{orders}: {linearisations:?}"

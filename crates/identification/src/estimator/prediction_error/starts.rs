@@ -111,7 +111,10 @@ fn recipes(orders: Orders) -> Vec<Recipe> {
 impl Recipe {
     /// Whether it is one of the linear methods that cost little.
     fn is_independent(self) -> bool {
-        matches!(self, Self::White | Self::Denominator(..)) && !matches!(self, Self::Denominator(Kind::Slow, _))
+        match self {
+            Self::Denominator(kind, _) => kind != Kind::Slow,
+            _ => matches!(self, Self::White),
+        }
     }
 }
 
