@@ -317,11 +317,11 @@ fn parts_between_gaps_are_compared() {
     let rows = text
         .lines()
         .filter(|line| line.starts_with("oe ") || line.starts_with("armax "));
-    // 20 % of the variance is noise.
+    // The noise has 20 % of the standard deviation of the output without it; its size is known to 4 % in 399 samples.
     let fits: Vec<f64> = rows.map(|row| words(row)[2].parse().expect("a FIT")).collect();
-    let of_truth = 100.0 * (1.0 - 0.2_f64.sqrt());
+    let of_truth = 100.0 * (1.0 - 0.2 / 1.04_f64.sqrt());
     assert!(
-        fits.len() == 2 && fits.iter().all(|fit| (fit - of_truth).abs() < 5.0),
+        fits.len() == 2 && fits.iter().all(|fit| (fit - of_truth).abs() < 2.0),
         "{text}"
     );
     assert!(!text.contains("No model simulates"), "{text}");
