@@ -214,3 +214,70 @@ fn orders_are_chosen_with_the_start() {
         .unwrap();
     assert!((own - least).abs() < 1e-6, "{own} {least}");
 }
+
+/// A record of `y = q^-delay (1 + 0.5 q^-1)/(1 - 1.5 q^-1 + 0.7 q^-2) u + noise e`, in six digits.
+fn simulated(samples: usize, delay: usize, noise: f64) -> TempDir {
+    let (mut seed, mut x) = (3, [0.0; 2]);
+    let mut inputs = vec![0.0; delay + 2];
+    let text = (0..samples).fold("u,y\n".to_owned(), |mut text, _| {
+        let free = 1.5 * x[0] - 0.7 * x[1] + inputs[delay - 1] + 0.5 * inputs[delay];
+        let u = next(&mut seed);
+        let _ = writeln!(text, "{u:.5e},{:.5e}", free + noise * next(&mut seed));
+        x = [free, x[0]];
+        inputs.insert(0, u);
+        text
+    });
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("record.csv"), text).unwrap();
+    folder
+}
+
+/// Of models that fit to the rounding of a record without noise, the smallest is chosen: criteria of larger ones compare
+/// rounding. A range of orders says so.
+#[test]
+fn of_exact_models_the_smallest_is_chosen() {
+    let folder = simulated(300, 1, 0.0);
+    let found = json(folder.path(), &["estimate", "record.csv", "--estimator", "oe,armax,bj"]);
+    let rows = found["panel"].as_array().unwrap();
+    let orders: Vec<&Value> = rows.iter().map(|row| &row["n"]).collect();
+    assert_eq!(orders, [2, 2, 2]);
+    let range = ["estimate", "record.csv", "--estimator", "oe", "--order", "1:6"];
+    assert_eq!(json(folder.path(), &range)["fits_to_rounding"]["n"], 2);
+    let text = stdout(&asobench_in(folder.path(), &range));
+    assert!(text.contains("n = 2, nk = 1: the fewest parameters"), "{text}");
+}
+
+/// Without `--delay` a larger one is told where the record favours it, and the printed flag leads to it.
+#[test]
+fn a_larger_delay_is_told() {
+    let folder = simulated(400, 7, 1.0);
+    let folder = folder.path();
+    let text = stdout(&asobench_in(folder, &["estimate", "record.csv", "--estimator", "oe"]));
+    assert!(text.contains("with a delay of 7 than of 1"), "{text}");
+    let flag = text.lines().find_map(|line| line.split_once("--delay ")).unwrap().1;
+    let found = json(
+        folder,
+        &["estimate", "record.csv", "--estimator", "oe", "--delay", flag.trim()],
+    );
+    assert_eq!((&found["nk"], &found["panel"][0]["n"]), (&7.into(), &2.into()));
+    assert_eq!(found["later_delay"], Value::Null);
+    let right = simulated(400, 1, 1.0);
+    let found = json(right.path(), &["estimate", "record.csv", "--estimator", "oe"]);
+    assert_eq!(found["later_delay"], Value::Null);
+}
+
+/// A record that is too short for a method is not too short for the table.
+#[test]
+fn a_short_record_leaves_methods_out() {
+    let folder = simulated(10, 1, 0.1);
+    let folder = folder.path();
+    let found = json(folder, &["estimate", "record.csv"]);
+    assert_eq!(found["without_model"], serde_json::json!(["n4sid"]));
+    let text = stdout(&asobench_in(folder, &["estimate", "record.csv"]));
+    let line = "No model at any order: n4sid (a window of 7 samples with 2 block rows is";
+    assert!(text.contains(line), "{text}");
+    let alone = asobench_in(folder, &["estimate", "record.csv", "--estimator", "n4sid"]);
+    let said = stderr(&alone);
+    assert_eq!((alone.status.code(), said.lines().count()), (Some(2), 1), "{said}");
+    assert!(said.contains("too short for order 1"), "{said}");
+}

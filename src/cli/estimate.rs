@@ -118,6 +118,9 @@ fn tables(arguments: &Arguments, mut report: Report, (order, delay): (Span, Span
             StartChoice::Given
         };
         let (scan, hint) = scan::scan_from_start(&report, (estimator, options), [order, delay], start)?;
+        if let Some(reason) = scan.refused() {
+            return Err(Error::Input(reason.to_owned()));
+        }
         scans.push(scan);
         hints.push(hint);
     }

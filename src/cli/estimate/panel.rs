@@ -28,6 +28,10 @@ const METHODS: [EstimatorName; 5] = {
 /// Largest order that is tried, and the samples for each.
 const ORDER: usize = 6;
 const SAMPLES: usize = 20;
+/// The delays that are looked at where none is given, and the lead in BIC from which one of them is told: strong
+/// evidence (Kass and Raftery, *Bayes factors*, 1995).
+const DELAYS: Span = Span { first: 1, last: 10 };
+const STRONG: f64 = 6.0;
 /// The share of the record on which models are fitted, per cent; on the rest they are validated.
 const WINDOW: f64 = 70.0;
 
@@ -85,13 +89,21 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     let delay = arguments.record.delay.unwrap_or(Span { first: 1, last: 1 });
     let orders = Orders::arx(order.last, order.last, delay.last);
     let mut report = load(&arguments, orders, recognised)?;
-    let nk = delay_of(&report, delay);
+    let is_delay_free = arguments.record.delay.is_none();
+    let nk = if delay.is_range() {
+        delay_of(&report, delay).0
+    } else {
+        delay.first
+    };
     let (mut rows, mut without, mut begun) = (Vec::new(), Vec::new(), false);
     for &method in &chosen {
         match row(&mut arguments, &mut report, method, (order, nk), is_default, &mut begun)? {
-            Some(row) => rows.push(row),
-            None => without.push(method.name()),
+            Ok(row) => rows.push(row),
+            Err(reason) => without.push((method.name(), reason)),
         }
+    }
+    if let ([], Some((_, Some(reason)))) = (rows.as_slice(), without.first()) {
+        return Err(Error::Input(reason.clone()));
     }
     rows.sort_by(|a, b| comparison::is_better(&a.estimate, &b.estimate, &report));
     // A method that can fit an offset says whether the record asks for one.
@@ -105,6 +117,9 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         order,
         delay,
         nk,
+        later: is_delay_free
+            .then(|| delay_of(&report, DELAYS))
+            .filter(|(_, lead)| *lead > STRONG),
     };
     match arguments.format {
         Format::Text => print(&panel.text())?,
@@ -114,16 +129,14 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
 }
 
 /// Returns the delay that BIC chooses among ARX models that all look back equally far, so that a larger delay leaves
-/// out leading coefficients of B and nothing else: A of high order has taken up the noise.
-fn delay_of(report: &Report, delay: Span) -> usize {
-    if !delay.is_range() {
-        return delay.first;
-    }
+/// out leading coefficients of B and nothing else: A of high order has taken up the noise. Returns too by how much its
+/// BIC is lower than that of the first delay; the first delay and 0 where there is no such model.
+fn delay_of(report: &Report, delay: Span) -> (usize, f64) {
     let reach = delay.last + ORDER;
     let orders = (delay.first..=delay.last).map(|nk| Orders::arx(reach, reach + 1 - nk, nk));
     let orders: Vec<Orders> = orders.collect();
     let Ok(mut comparison) = OrderComparison::new(&orders, report.window) else {
-        return delay.first;
+        return (delay.first, 0.0);
     };
     let Record { u, y, .. } = &report.record;
     comparison.run(&u[..report.window], &y[..report.window]);
@@ -133,11 +146,17 @@ fn delay_of(report: &Report, delay: Span) -> usize {
         let bic = Criterion::Bic.value(loss, equations, orders.parameters());
         bic.is_finite().then_some((bic, orders.nk))
     });
-    let best = of.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map_or(delay.first, |(_, nk)| nk)
+    let of: Vec<(f64, usize)> = of.collect();
+    let best = of.iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((bic, nk)) = best else {
+        return (delay.first, 0.0);
+    };
+    let first = of.iter().find(|(_, nk)| *nk == delay.first);
+    (*nk, first.map_or(0.0, |(first, _)| first - bic))
 }
 
-/// Fits a method at the order that BIC chooses; `None` if no order gives a model. `begun` says whether a method before
+/// Fits a method at the order that BIC chooses. The inner error is for a method without a model at any order, with the
+/// reason where the record is too short for it. `begun` says whether a method before
 /// has found that the record does not begin at rest.
 fn row(
     arguments: &mut Arguments,
@@ -146,7 +165,7 @@ fn row(
     (order, nk): (Span, usize),
     is_default: bool,
     begun: &mut bool,
-) -> Result<Option<Row>, Error> {
+) -> Result<Result<Row, Option<String>>, Error> {
     let one = |number| Span {
         first: number,
         last: number,
@@ -166,8 +185,8 @@ fn row(
     let span = Span { last, ..order };
     let (of_orders, _) = scan_from_start(report, (method, options), [span, delay], start)?;
     *begun |= of_orders.start_is_told();
-    let Some((n, nk)) = of_orders.chosen(Criterion::Bic) else {
-        return Ok(None);
+    let Some((n, nk)) = of_orders.chosen() else {
+        return Ok(Err(of_orders.refused().map(str::to_owned)));
     };
     arguments.record.order = Some(Given::Span(one(n)));
     arguments.record.delay = Some(one(nk));
@@ -182,7 +201,7 @@ fn row(
     if nk > 1 {
         let _ = write!(command, " --delay {nk}");
     }
-    Ok(Some(Row {
+    Ok(Ok(Row {
         method,
         n,
         nk,
@@ -201,12 +220,14 @@ fn is_subspace(method: EstimatorName) -> bool {
 struct Panel<'a> {
     report: &'a Report,
     rows: Vec<Row>,
-    /// The methods that have no model at any order.
-    without: Vec<&'static str>,
+    /// The methods that have no model at any order, with the reason where the record is too short.
+    without: Vec<(&'static str, Option<String>)>,
     order: Span,
     /// The delays that were tried, and the one that was chosen.
     delay: Span,
     nk: usize,
+    /// A delay that was not tried and has a lower BIC in long ARX models, and by how much.
+    later: Option<(usize, f64)>,
 }
 
 impl Panel<'_> {
@@ -244,8 +265,17 @@ impl Panel<'_> {
         if !ranked.is_empty() {
             comparison::write(text, report, &ranked)?;
         }
-        if !self.without.is_empty() {
-            writeln!(text, "No model at any order: {}", self.without.join(", "))?;
+        for (method, reason) in &self.without {
+            let reason = reason
+                .as_ref()
+                .map_or_else(String::new, |reason| format!(" ({reason})"));
+            text.push_str(&wrap(&format!("No model at any order: {method}{reason}"), 80, "  "));
+        }
+        if let Some((nk, lead)) = self.later {
+            let line = format!(
+                "hint: the BIC of long ARX models is lower by {lead:.0} with a delay of {nk} than of 1: --delay {DELAYS}"
+            );
+            text.push_str(&wrap(&line, 80, "  "));
         }
         let Some(best) = self.rows.first() else {
             return Ok(());
@@ -256,12 +286,13 @@ impl Panel<'_> {
             text.push_str(&can_fit.map_or_else(String::new, |row| comparison::hints(&row.estimate)));
         }
         if best.n == order.last && order.is_range() {
-            writeln!(
-                text,
-                "n = {} is the largest that was tried: --order 1:{} compares more",
+            let line = format!(
+                "n = {} is the largest that was tried: --estimator {} --order 1:{} compares more",
                 best.n,
+                best.method,
                 2 * best.n
-            )?;
+            );
+            text.push_str(&wrap(&line, 80, "  "));
         }
         writeln!(text, "All of the first model:\n  {}", best.command)
     }
@@ -296,7 +327,8 @@ impl Panel<'_> {
             "delays_tried": [self.delay.first, self.delay.last],
             "nk": self.nk,
             "panel": self.rows.iter().map(row).collect::<Vec<_>>(),
-            "without_model": self.without,
+            "without_model": self.without.iter().map(|(method, _)| method).collect::<Vec<_>>(),
+            "later_delay": self.later.map(|(nk, lead)| json!({ "nk": nk, "bic_lower_by": lead })),
         })
     }
 }

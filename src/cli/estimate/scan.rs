@@ -8,13 +8,13 @@ use super::hints;
 use super::levels::{Advice, Tried, levels};
 use super::one_estimator::{fits, parts, pass_report};
 use super::orders::delayed;
-use super::report::{Estimate, Report};
+use super::report::{Estimate, PassReport, Report};
 use super::span::Span;
 use super::words;
 use crate::cli::error::Error;
 use crate::estimator::{
-    ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Problem, Progress, Shape,
-    Window,
+    ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Problem, Progress, SetupError,
+    Shape, Window,
 };
 use crate::model::Orders;
 use crate::text::{visible, wrap};
@@ -38,6 +38,10 @@ struct Row {
     validation_fit: Option<f64>,
     /// The criteria, in the order of [`Criterion::ALL`].
     criteria: Vec<Option<f64>>,
+    /// Whether the residuals are no larger than the rounding of the record's numbers.
+    fits_to_rounding: bool,
+    /// Why there is no estimate of a record so short.
+    refused: Option<String>,
 }
 
 /// The table, and the row that each criterion chooses.
@@ -54,6 +58,8 @@ pub(super) struct Scan {
     best: Vec<Option<usize>>,
     /// The row with the best FIT on validation samples.
     best_fit: Option<usize>,
+    /// The row with the fewest parameters of those that fit to rounding: criteria of more parameters compare rounding.
+    exact: Option<usize>,
 }
 
 /// Runs the models of all orders and delays on a record.
@@ -87,12 +93,15 @@ fn scan(
     let fits = rows.iter().enumerate();
     let fits = fits.filter_map(|(i, row)| Some((i, row.validation_fit?)));
     let best_fit = fits.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
+    let exact = rows.iter().enumerate().filter(|(_, row)| row.fits_to_rounding);
+    let exact = exact.min_by_key(|(_, row)| row.parameters()).map(|(i, _)| i);
     Ok(Scan {
         estimator,
         given,
         ranges: [order, delay],
         best: best.collect(),
         best_fit,
+        exact,
         rows,
         equations,
         start_told: false,
@@ -207,6 +216,8 @@ impl Row {
             window_fit: None,
             validation_fit: None,
             criteria: vec![None; Criterion::ALL.len()],
+            fits_to_rounding: false,
+            refused: None,
         }
     }
 
@@ -237,14 +248,24 @@ impl Row {
             runs: &lengths,
             ..shape.into()
         });
-        let mut estimator = prepared.map_err(|error| Error::Input(error.to_string()))?;
+        let mut estimator = match prepared {
+            Ok(estimator) => estimator,
+            Err(
+                error @ (SetupError::ShortWindow(_) | SetupError::ShortRecord { .. } | SetupError::ShortHankel { .. }),
+            ) => {
+                self.refused = Some(error.to_string());
+                return Ok(());
+            }
+            Err(error) => return Err(Error::Input(error.to_string())),
+        };
         let mut passes = [Pass::new(shape.order)];
         estimator.estimate(Window::new(u, y, window), &mut passes);
         let [pass] = passes;
         if pass.progress < Progress::InitialState {
             return Ok(());
         }
-        let fitted = pass_report(pass, report, 0).fitted;
+        let PassReport { fitted, residuals, .. } = pass_report(pass, report, 0);
+        self.fits_to_rounding = residuals.is_some_and(|tests| tests.fits_to_rounding);
         self.theta = fitted.model.parameters().collect();
         let finite = |fit: f64| Some(fit).filter(|fit| fit.is_finite());
         self.start_numbers = fitted.pass.start_numbers;
@@ -274,10 +295,20 @@ impl Scan {
         self.start_told
     }
 
-    /// Returns the order and the delay that a criterion chooses.
-    pub(super) fn chosen(&self, criterion: Criterion) -> Option<(usize, usize)> {
-        let row = &self.rows[self.best[place_of(criterion)]?];
-        Some((row.n, row.orders.nk))
+    /// The row that BIC chooses, or the smallest that fits to rounding.
+    fn by_bic(&self) -> Option<&Row> {
+        Some(&self.rows[self.exact.or(self.best[place_of(Criterion::Bic)])?])
+    }
+
+    /// Returns the order and the delay that BIC chooses, or the lowest that fit to rounding.
+    pub(super) fn chosen(&self) -> Option<(usize, usize)> {
+        self.by_bic().map(|row| (row.n, row.orders.nk))
+    }
+
+    /// Why no order has an estimate of a record so short.
+    pub(super) fn refused(&self) -> Option<&str> {
+        let all = self.rows.iter().map(|row| row.refused.as_deref());
+        all.collect::<Option<Vec<&str>>>()?.first().copied()
     }
 
     /// Returns the table as text, with what may be done about the record.
@@ -300,7 +331,7 @@ impl Scan {
         if self.estimator == EstimatorName::Arx {
             return None;
         }
-        let row = &self.rows[self.best[place_of(Criterion::Bic)]?];
+        let row = self.by_bic()?;
         let options = of_order(self.estimator, &self.given, row.n, row.orders.nk).ok()?;
         let order = row.orders.order();
         let described = options.describe();
@@ -330,6 +361,13 @@ impl Scan {
             return Vec::new();
         };
         let named = |row: &Row| format!("n = {}, nk = {}", row.n, row.orders.nk);
+        if let Some(exact) = self.exact {
+            return vec![format!(
+                "{}: the fewest parameters that fit to the rounding of the record's numbers. With more, criteria \
+                 compare rounding.",
+                named(&self.rows[exact])
+            )];
+        }
         let of = |row: usize| named(&self.rows[row]);
         let least = self.rows[best].criteria[bic].unwrap_or(f64::NAN);
         let near = self
@@ -433,6 +471,7 @@ impl Scan {
             "rows": self.equations,
             "table": table.collect::<Vec<_>>(),
             "best": best,
+            "fits_to_rounding": self.exact.map(|row| self.rows[row].named()),
         })
     }
 
