@@ -64,8 +64,12 @@ const ASKED: [(&str, &[Asked]); 3] = [
     (
         "suite",
         &[
-            (&["suite", "scores", "suite"], "", false),
-            (&["suite", "scores", "suite", "--page", "page"], "page", false),
+            (&["suite", "scores", "suite", "--edition", "1.1"], "", false),
+            (
+                &["suite", "scores", "suite", "--edition", "1.1", "--page", "page"],
+                "page",
+                false,
+            ),
         ],
     ),
     (

@@ -329,9 +329,12 @@ fn a_method_is_for_what_it_is_told() {
 /// none has none: the suite has no closed loop around a sampled plant of continuous time.
 #[test]
 fn every_method_has_its_results() {
+    let contests = [Division::Orders, Division::Structure, Division::Open];
+    let contests = contests.map(|of| Suite::of(Some("2.0"), Some(of), Tier::Standard, &[]).unwrap());
+    let earlier = [Division::Closed, Division::Open].map(|of| earlier(of, Tier::Standard, &[]));
     let mut without = Vec::new();
-    for division in [Division::Closed, Division::Open] {
-        let suite = earlier(division, Tier::Standard, &[]);
+    for suite in earlier.into_iter().chain(contests) {
+        let division = suite.division;
         let shipped = asobench::suite::shipped(&suite).unwrap();
         for own in Competitor::of(division) {
             let studies = suite.studies.iter().filter(|study| study.is_for(&own));
@@ -374,7 +377,7 @@ fn every_method_begins_in_every_scenario() {
 fn the_editions_are_frozen() {
     let manifest = Suite::new(Tier::Full, &[]).unwrap().manifest;
     assert_eq!(manifest.editions, ["1.0", "1.1", "2.0"]);
-    assert_eq!(manifest.current, "1.1");
+    assert_eq!(manifest.current, "2.0");
     for edition in &manifest.editions {
         let suite = Suite::of(Some(edition), None, Tier::Full, &[]).unwrap();
         let lines = suite
@@ -655,12 +658,40 @@ fn laws_are_corrected_over_scenarios() {
         p,
         ..Law::default()
     };
-    let laws = Laws::new("2.0".to_owned(), 9, vec![of(1.0, 0.02), of(1.2, 0.9), of(0.95, 0.01)]);
+    let edition = || ("2.0".to_owned(), Division::Orders);
+    let laws = Laws::new(edition(), 9, vec![of(1.0, 0.02), of(1.2, 0.9), of(0.95, 0.01)]);
     let holm: Vec<f64> = laws.scenarios.iter().map(|of| of.holm).collect();
     assert_eq!(holm, [0.04, 0.9, 0.03]);
-    assert!(laws.scenarios.iter().all(|of| !of.holds()));
-    let alone = |mean: f64, p: f64| Laws::new("2.0".to_owned(), 9, vec![of(mean, p)]).scenarios[0].holds();
-    assert!(alone(1.05, 0.5) && !alone(1.05, 0.04) && !alone(1.15, 0.5));
+    assert!(laws.scenarios.iter().all(|of| of.holds() == Some(false)));
+    let alone = |mean: f64, p: f64| Laws::new(edition(), 9, vec![of(mean, p)]).scenarios[0].holds();
+    let found = [(1.05, 0.5), (1.05, 0.04), (1.15, 0.5), (1.11, 0.5)].map(|(mean, p)| alone(mean, p));
+    assert_eq!(found, [Some(true), Some(false), Some(false), None]);
+    let few = Law {
+        mean: [1.0, 0.3],
+        ..of(1.0, 0.5)
+    };
+    assert_eq!(Law { holm: 1.0, ..few }.holds(), None);
+}
+
+/// The program carries the law of each scenario of 2.0, for the contests that measure the coefficients alone.
+#[test]
+fn shipped_laws_are_of_their_edition_and_measure() {
+    for (edition, contest, is_there) in [
+        ("2.0", Division::Orders, true),
+        ("2.0", Division::Structure, true),
+        ("2.0", Division::Open, false),
+        ("1.1", Division::Closed, false),
+    ] {
+        let suite = Suite::of(Some(edition), Some(contest), Tier::Standard, &[]).unwrap();
+        let Some(laws) = Laws::shipped(&suite).unwrap() else {
+            assert!(!is_there, "{edition}, {contest}");
+            continue;
+        };
+        assert!(is_there && laws.runs == 1000, "{edition}, {contest}");
+        for of in suite.scenarios() {
+            assert!(laws.of(of).is_some(), "{}", of.name);
+        }
+    }
 }
 
 /// The few runs of each plant of the bank are pooled: d at the law's own quantiles has the efficiency 1 for plants of

@@ -43,6 +43,7 @@ fn suite() {
         ("RECORDED", suite.join("recorded/fits.json")),
         ("TIMES", suite.join("times.json")),
         ("BANK", suite.join("bank.jsonl")),
+        ("LAW", suite.join("law.json")),
     ];
     let mut systems = files(&suite, "toml");
     systems.retain(|path| single.iter().all(|(_, other)| path != other));

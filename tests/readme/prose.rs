@@ -24,7 +24,7 @@ const WITHOUT_RESULTS: [(&str, &str); 29] = [
     ("README.md", "Why trust it"),
     ("README.md", "Beside other programs"),
     ("README.md", "Install"),
-    ("README.md", "What it is built of"),
+    ("README.md", "The parts"),
     ("docs/README.md", "*"),
     ("docs/claims.md", "*"),
     ("docs/cluster.md", "*"),

@@ -76,6 +76,8 @@ fn reasons_are_on_the_terminal_and_on_the_page() {
         return;
     }
     let part = [
+        "--contest",
+        "structure",
         "--only",
         "P01-ar",
         "--only",

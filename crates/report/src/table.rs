@@ -204,6 +204,12 @@ impl Table {
         self.text_line(row.iter().map(|cell| cell.text.clone()))
     }
 
+    /// The table as lines of text, without its caption.
+    pub fn text(&self) -> String {
+        let rows = self.rows.iter().map(|row| self.text_row(row));
+        self.text_head() + &rows.collect::<String>()
+    }
+
     /// Puts cells side by side with a space between them, numbers to the right.
     fn text_line(&self, cells: impl Iterator<Item = String>) -> String {
         let cells = self.columns.iter().zip(cells).map(|(column, cell)| {

@@ -1,7 +1,7 @@
 //! `asobench suite export` and `asobench suite add`: results as a file for others, and those of others on a page.
 
 use super::page::{self, Beside};
-use super::part::{Part, TIMES};
+use super::part::{Part, TIMES, write};
 use crate::cli::cluster::word;
 use crate::cli::error::Error;
 use crate::cli::files::cannot_write;
@@ -69,10 +69,8 @@ pub(super) fn add(arguments: &Add) -> Result<ExitCode, Error> {
     let default = || PathBuf::from(format!("{}-{ARCHIVE}", part.folder()));
     let out = out.clone().unwrap_or_else(default);
     files::make_folder(&out).map_err(|error| cannot_write(&error))?;
-    let folder = files::make_subfolder(&out, ARCHIVE).map_err(|error| cannot_write(&error))?;
     for of in &contributed {
-        let written = files::replace(&folder.join(of.file()), Kind::Suite, of.text().as_bytes());
-        written.map_err(|error| cannot_write(&error))?;
+        write(&out.join(ARCHIVE), &of.file(), &of.text())?;
     }
     let given: Vec<String> = files.iter().map(|path| word(path)).collect();
     let beside = Beside {

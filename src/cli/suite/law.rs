@@ -1,11 +1,9 @@
 //! `asobench suite law`: whether d has the law of an efficient method.
 
-use super::part::{Part, wrong};
+use super::part::{Part, write, wrong};
 use crate::cli::error::Error;
 use crate::cli::execute::threads;
-use crate::cli::files::cannot_write;
 use crate::cli::output::{note, print};
-use crate::files::{self, Kind};
 use crate::number::uncertain_within;
 use crate::report::html::{CellText, Column, Table};
 use crate::suite::{Laws, law};
@@ -45,12 +43,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         found.extend(own.map_err(|error| wrong(&error))?);
         note(&study.name);
     }
-    let laws = Laws::new(suite.manifest.edition, arguments.runs, found);
+    let laws = Laws::new((suite.manifest.edition, suite.division), arguments.runs, found);
     print(&shown(&laws))?;
     if let Some(out) = &arguments.out {
-        files::make_folder(out).map_err(|error| cannot_write(&error))?;
-        let written = files::replace(&out.join(LAWS), Kind::Suite, laws.text().as_bytes());
-        written.map_err(|error| cannot_write(&error))?;
+        write(out, LAWS, &laws.text())?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -74,16 +70,17 @@ fn shown(laws: &Laws) -> String {
             CellText::number(uncertain_within(mean.value, mean.error, 4), mean.value),
             number(of.p),
             number(of.holm),
-            CellText::text(if of.holds() { "holds" } else { "does not hold" }),
+            CellText::text(of.verdict()),
         ]);
     }
-    let holds = laws.scenarios.iter().filter(|of| of.holds()).count();
-    let rows = table.rows.iter().map(|row| table.text_row(row));
+    let count = |verdict| laws.scenarios.iter().filter(|of| of.holds() == verdict).count();
     format!(
-        "{} runs of each scenario; the law holds in {holds} of {}\n{}{}",
+        "{} runs of each of {} scenarios: the law holds in {}, does not in {}, and {} are undecided\n{}",
         laws.runs,
         laws.scenarios.len(),
-        table.text_head(),
-        rows.collect::<String>()
+        count(Some(true)),
+        count(Some(false)),
+        count(None),
+        table.text()
     )
 }

@@ -8,7 +8,7 @@ use crate::cli::output::print;
 use crate::files::{self, Kind};
 use crate::report::{SuitePage, prepare_report, suite_page, suite_tables, write_report};
 use crate::suite::{
-    Contribution, Division, MethodResults, RecordedFits, ResultsError, Suite, Times, of_folder, shipped,
+    Contribution, Division, Laws, MethodResults, RecordedFits, ResultsError, Suite, Times, of_folder, shipped,
 };
 use crate::text::visible;
 use std::path::{Path, PathBuf};
@@ -43,6 +43,7 @@ pub(super) struct Beside<'a> {
 struct Shipped {
     times: Option<Times>,
     recorded: Option<RecordedFits>,
+    laws: Option<Laws>,
     /// The open division of the same part, beside the closed one.
     open: Option<(Suite, Vec<MethodResults>)>,
 }
@@ -60,7 +61,7 @@ fn own_times(out: &Path) -> Result<Option<Times>, Error> {
 impl Shipped {
     /// `out`: the folder of a run, whose own times come first. The open division and recorded data stand on the page of
     /// the shipped results alone.
-    fn new(part: &Part, out: Option<&Path>) -> Result<Self, Error> {
+    fn new(suite: &Suite, part: &Part, out: Option<&Path>) -> Result<Self, Error> {
         let times = match out.map(own_times).transpose()?.flatten() {
             Some(own) => Some(own),
             None => Times::shipped().map_err(|error| refused(&error))?,
@@ -82,6 +83,7 @@ impl Shipped {
         Ok(Self {
             times,
             recorded: recorded.filter(|_| is_whole),
+            laws: Laws::shipped(suite).map_err(|error| refused(&error))?,
             open,
         })
     }
@@ -102,6 +104,7 @@ impl Shipped {
             has_studies,
             command: &beside.command,
             times: self.times.as_ref().filter(|_| !suite.division.is_open()),
+            laws: self.laws.as_ref(),
             open: None,
             recorded: self.recorded.as_ref(),
         };
@@ -113,6 +116,7 @@ impl Shipped {
             methods,
             contributed: &[],
             times: None,
+            laws: None,
             recorded: None,
             ..page
         };
@@ -141,7 +145,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         part,
         command: format!("asobench suite scores{of} {}", part.flags()),
     };
-    let more = Shipped::new(part, folder.as_deref())?;
+    let more = Shipped::new(&suite, part, folder.as_deref())?;
     if let Some(out) = page {
         write_page(&suite, &beside, &more, out)?;
     }
@@ -157,7 +161,7 @@ pub(super) fn refused(error: &ResultsError) -> Error {
 
 /// Writes the page of a run into its folder, beside the studies.
 pub(super) fn write(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
-    write_page(suite, beside, &Shipped::new(beside.part, Some(out))?, out)
+    write_page(suite, beside, &Shipped::new(suite, beside.part, Some(out))?, out)
 }
 
 fn write_page(suite: &Suite, beside: &Beside<'_>, more: &Shipped, out: &Path) -> Result<(), Error> {
@@ -170,21 +174,14 @@ fn write_page(suite: &Suite, beside: &Beside<'_>, more: &Shipped, out: &Path) ->
 
 /// Prints the first tables as text: the ranking, and the newcomer beside the others with the reasons for its lost runs.
 pub(super) fn print_scores(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
-    let more = Shipped::new(beside.part, Some(out))?;
+    let more = Shipped::new(suite, beside.part, Some(out))?;
     let tables = more.page(suite, beside, false, suite_tables);
     let shown = tables.iter().filter(|of| FIRST.contains(&&*of.name));
     for table in shown.map(|of| &of.table) {
         if table.rows.is_empty() {
             continue;
         }
-        let rows = table.rows.iter().map(|row| table.text_row(row));
-        let text = format!(
-            "{}{}{}",
-            filled("", &table.caption, 0),
-            table.text_head(),
-            rows.collect::<String>()
-        );
-        print(&format!("\n{text}"))?;
+        print(&format!("\n{}{}", filled("", &table.caption, 0), table.text()))?;
     }
     Ok(())
 }

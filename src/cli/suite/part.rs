@@ -2,10 +2,12 @@
 
 use crate::cli::error::Error;
 use crate::cli::execute::Overwrite;
+use crate::cli::files::cannot_write;
 use crate::cli::programs::Consent;
+use crate::files::{self, Kind};
 use crate::names::UnknownName;
 use crate::suite::{Competitor, Division, Suite, SuiteError, Tier};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The file with the times of a run's folder.
 pub(super) const TIMES: &str = "times.json";
@@ -20,7 +22,7 @@ pub(super) struct Part {
     /// of editions 1 closed or open [default: orders, of editions 1 closed]
     #[arg(long = "contest", alias = "division", value_name = "CONTEST")]
     pub(super) division: Option<Division>,
-    /// Edition of the suite, such as 1.0 [default: the current one, 1.1; 2.0 is a draft]
+    /// Edition of the suite, such as 1.0 [default: 2.0]
     #[arg(long, value_name = "E")]
     pub(super) edition: Option<String>,
     /// Only this system, study or scenario, such as P07 or P07-ar-500; may be repeated
@@ -89,6 +91,13 @@ pub(super) struct How {
 
 pub(super) fn wrong(error: &SuiteError) -> Error {
     Error::Input(format!("suite: {error}"))
+}
+
+/// Writes a file into a folder, which is made if it is not there.
+pub(super) fn write(folder: &Path, name: &str, text: &str) -> Result<(), Error> {
+    files::make_folder(folder).map_err(|error| cannot_write(&error))?;
+    let written = files::replace(&folder.join(name), Kind::Suite, text.as_bytes());
+    written.map_err(|error| cannot_write(&error))
 }
 
 /// The competitors of a division with these names, all without names.

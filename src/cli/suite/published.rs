@@ -78,9 +78,8 @@ fn shown(of: &PublishedTable, found: &[Reproduced]) -> String {
         ]);
     }
     let kept = found.first().map_or(0, |row| row.kept);
-    let rows = table.rows.iter().map(|row| table.text_row(row));
     let mut text = format!(
-        "{}, {} ({}){}; ours {}, {kept} of {} runs\n{}\n{}{}",
+        "{}, {} ({}){}; ours {}, {kept} of {} runs\n{}\n{}",
         of.scenario,
         of.printed_as,
         of.method,
@@ -92,8 +91,7 @@ fn shown(of: &PublishedTable, found: &[Reproduced]) -> String {
         of.method,
         of.our_runs(),
         of.source,
-        table.text_head(),
-        rows.collect::<String>()
+        table.text()
     );
     if !found.iter().all(Reproduced::agrees) {
         for row in found {

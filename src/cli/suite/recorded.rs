@@ -1,8 +1,8 @@
 //! `asobench suite recorded`: recorded data beside the simulated systems.
 
 use super::page;
+use super::part::write;
 use crate::cli::error::{Error, failed};
-use crate::cli::files::cannot_write;
 use crate::cli::output::print;
 use crate::data::csv::read;
 use crate::files::{self, Kind};
@@ -48,9 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         print(&format!("{}: {}\n", record.file, visible(record.about.join("; "))))?;
     }
     if let Some(out) = out {
-        files::make_folder(out).map_err(|error| cannot_write(&error))?;
-        let written = files::replace(&out.join(FITS), Kind::Suite, found.text().as_bytes());
-        written.map_err(|error| cannot_write(&error))?;
+        write(out, FITS, &found.text())?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,14 +1,14 @@
 //! `asobench suite run`: every method on every scenario of a tier, each study an ordinary one in a folder of its own.
 
 use super::page::{self, Beside};
-use super::part::{How, Part, competitors, wrong};
+use super::part::{How, Part, competitors, write, wrong};
 use crate::cli::cluster::word;
 use crate::cli::error::{Error, failed};
 use crate::cli::execute::{execute, threads};
 use crate::cli::files::cannot_write;
 use crate::cli::output::note;
 use crate::cli::programs;
-use crate::files::{self, Kind};
+use crate::files;
 use crate::report::{Study, report, write_report};
 use crate::study::file::TrialRule;
 use crate::study::{Experiment, RunOptions};
@@ -85,11 +85,9 @@ pub(super) fn compute(
         }
         note(&format!("{}: {:.1} s", study.name, begin.elapsed().as_secs_f64()));
     }
-    let folder = files::make_subfolder(out, METHODS).map_err(|error| cannot_write(&error))?;
     for method in methods.iter().filter(|method| !method.scenarios.is_empty()) {
-        let path = folder.join(format!("{}.json", file_part(&method.method)));
-        let written = files::replace(&path, Kind::Suite, method.text().as_bytes());
-        written.map_err(|error| cannot_write(&error))?;
+        let name = format!("{}.json", file_part(&method.method));
+        write(&out.join(METHODS), &name, &method.text())?;
     }
     let whole = methods.into_iter().map(|method| method.of(suite));
     let mut whole: Vec<MethodResults> = whole.collect::<Result<_, _>>().map_err(failed)?;

@@ -1,12 +1,10 @@
 //! `asobench suite times`: times of the methods, apart from their results.
 
 use super::newcomer::{method, started};
-use super::part::{Part, TIMES, competitors, wrong};
+use super::part::{Part, TIMES, competitors, write, wrong};
 use crate::cli::error::{Error, failed};
-use crate::cli::files::cannot_write;
 use crate::cli::output::{note, print};
 use crate::cli::programs::Consent;
-use crate::files::{self, Kind};
 use crate::lanes::Isa;
 use crate::number::uncertain_within;
 use crate::report::html::{CellText, Column, Table};
@@ -73,9 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         methods,
     };
     if let Some(out) = &arguments.out {
-        files::make_folder(out).map_err(|error| cannot_write(&error))?;
-        let written = files::replace(&out.join(TIMES), Kind::Suite, times.text().as_bytes());
-        written.map_err(|error| cannot_write(&error))?;
+        write(out, TIMES, &times.text())?;
     }
     print(&shown(&times, arguments.rounds))?;
     Ok(ExitCode::SUCCESS)
@@ -136,11 +132,5 @@ fn shown(times: &Times, rounds: u64) -> String {
             number(longest),
         ]);
     }
-    let rows = table.rows.iter().map(|row| table.text_row(row));
-    let head = table.text_head();
-    format!(
-        "{}, {rounds} rounds on one thread\n{head}{}",
-        times.program,
-        rows.collect::<String>()
-    )
+    format!("{}, {rounds} rounds on one thread\n{}", times.program, table.text())
 }

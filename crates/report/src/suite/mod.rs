@@ -7,8 +7,9 @@ mod tables;
 use super::document::paper;
 use super::folder::Files;
 use super::html::{Page, Section};
-use asobench_study::suite::{Division, REFERENCE, RecordedFits, TIME_LIMIT};
+use asobench_study::suite::{Division, REFERENCE, RecordedFits, Suite, TIME_LIMIT};
 use asobench_study::text::grouped;
+use std::collections::BTreeSet;
 pub use subject::SuitePage;
 use tables::Tables;
 pub use tables::{SuiteTable, about_loss, recorded as recorded_tables};
@@ -36,10 +37,9 @@ struct Sheet<'a> {
 /// The files of the suite's page.
 pub fn suite_page(of: &SuitePage<'_>) -> Files {
     let suite = of.suite;
-    let division = if suite.division == Division::Open {
-        ", open division"
-    } else {
-        ""
+    let division = match suite.division {
+        Division::Closed => String::new(),
+        contest => format!(", contest {contest}"),
     };
     let newcomer = of.newcomer.map(|name| format!(", with {name}"));
     let title = format!(
@@ -129,6 +129,7 @@ impl Sheet<'_> {
             );
         }
         self.put(section, self.tables.partial());
+        self.put(section, self.tables.places());
         self.overview(section, self.of, "figures/suite.svg");
     }
 
@@ -138,14 +139,15 @@ impl Sheet<'_> {
         self.files.push((path.to_owned(), picture.wide.svg()));
     }
 
-    /// The open division.
+    /// The open contest.
     fn choosing(&mut self, section: &mut Section, open: &SuitePage<'_>) {
-        section.paragraph(
-            "Here methods are told the delay and that the order is at most 6, and choose by BIC; `kernel-fir` needs no \
-             order. There is no common theta, so d is the squared error of the impulse response, or of the frequency \
-             response over all frequencies, over what it is on average at the Cramer-Rao bound of the true structure. \
-             `pem-from-truth` is told that structure.",
-        );
+        section.paragraph(&format!(
+            "Here each method is {}, and chooses an order up to 6 by BIC; `kernel-fir` needs no order. There is no \
+             common theta, so d is the squared error of the impulse response, or of the frequency response over all \
+             frequencies, over what it is on average at the Cramer-Rao bound of the true structure. `pem-from-truth` \
+             is told that structure.",
+            told(open.suite)
+        ));
         let tables = Tables::new(open);
         self.put(section, [tables.ranking(usize::MAX)]);
         section.list(&tables.claims());
@@ -184,18 +186,37 @@ impl Sheet<'_> {
 fn introduction(section: &mut Section, of: &SuitePage<'_>) {
     let suite = of.suite;
     section.question("How near do methods come to what a record can say, and how often do they fail?");
-    let told = if suite.division == Division::Open {
-        "which chooses its order"
-    } else {
-        "told the orders of the truth in its own form"
-    };
+    let bank = suite.scenarios().filter(|of| of.is_bank);
+    let bank: Vec<_> = bank.collect();
+    let (published, bank) = (
+        suite.scenarios().count() - bank.len(),
+        bank.first().map_or_else(String::new, |of| {
+            format!(
+                " and {} random plants with {} runs each",
+                bank.len(),
+                suite.trials_of(of)
+            )
+        }),
+    );
     section.paragraph(&format!(
-        "{} methods with default options, each {told}, on {} scenarios with {} runs each. Relative efficiency is the \
-         error at the Cramer-Rao bound over that of the method; 0.88(3) is 0.88 with Monte-Carlo standard error 0.03.",
+        "{} methods with default options, each {}, on {published} scenarios of published systems with {} runs \
+         each{bank}. Relative efficiency is the error at the Cramer-Rao bound over that of the method; 0.88(3) is 0.88 \
+         with Monte-Carlo standard error 0.03.",
         of.methods.len(),
-        suite.scenarios().count(),
+        told(suite),
         grouped(suite.trials()),
     ));
+}
+
+/// The knowledge of the methods.
+fn told(suite: &Suite) -> &'static str {
+    match suite.division {
+        Division::Closed => "told the orders of the truth in its own form",
+        Division::Orders => "told na, nb and nk of the plant, and nothing of the noise",
+        Division::Structure => "told the polynomials of plant and noise with their orders",
+        Division::Open if suite.manifest.has_contests() => "told nothing but the record",
+        Division::Open => "told the delay",
+    }
 }
 
 /// The definitions of the words in the tables.
@@ -271,6 +292,8 @@ fn about(section: &mut Section, of: &SuitePage<'_>) {
         ("tier", of.suite.tier.to_string()),
         ("program", format!("asobench {}", env!("CARGO_PKG_VERSION"))),
     ]);
+    let loops = of.suite.scenarios().filter(|of| of.is_closed).map(|of| &of.plant);
+    let loops: BTreeSet<&String> = loops.collect();
     section.list(&[
         "No number depends on who else takes part. Methods share their records, so differences between them are known \
          better than the errors of both say.",
@@ -282,10 +305,13 @@ fn about(section: &mut Section, of: &SuitePage<'_>) {
          the bound knows that plant and noise share A: `arx` is efficient there, and methods with separate \
          polynomials, such as `oe` and `bj`, cannot be. In white noise it is the other way round.",
         "Methods with the same numbers are the same here: `rls` without forgetting is `arx`, and so is \
-         `iv-compensated`, which is told that u and y have none. `wnsf` and `rpem` are told a model B/F; with \
-         `-structure` they are told that of the truth too.",
-        "What it does not say: what an expert's options would give; anything of outliers, unknown delays or irregular \
-         sampling. All that is said of closed loops rests on two systems.",
+         `iv-compensated`, which is told that u and y have no noise. `wnsf` and `rpem` are told a model B/F; with \
+         `-structure` they are told the structure of the truth too.",
+        &format!(
+            "The page says nothing of options that an expert would choose, of irregular sampling, or of orders above \
+             those of its plants. Its closed loops are of {} plants.",
+            loops.len()
+        ),
         "The page of `asobench suite run` has a report of every study, and links each number of a scenario to it.",
     ]);
 }

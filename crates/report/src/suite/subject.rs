@@ -1,6 +1,6 @@
 //! The subject of the suite's page.
 
-use asobench_study::suite::{Contribution, MethodResults, RecordedFits, Suite, Times};
+use asobench_study::suite::{Contribution, Laws, MethodResults, RecordedFits, Suite, Times};
 
 /// The contents of a page of the suite.
 #[derive(Clone, Copy)]
@@ -19,6 +19,8 @@ pub struct SuitePage<'a> {
     pub command: &'a str,
     /// The times of the methods, if they were measured.
     pub times: Option<&'a Times>,
+    /// The law of d in each scenario, if it was shown.
+    pub laws: Option<&'a Laws>,
     /// The open division, if the page shows it too.
     pub open: Option<&'a SuitePage<'a>>,
     /// The FIT of recorded data, if the page shows it.

@@ -148,6 +148,7 @@ impl<'a> Tables<'a> {
         all.extend(self.own_losses());
         all.extend(self.best());
         all.extend(self.partial());
+        all.extend(self.places());
         all.extend(self.difficulties());
         all.extend(self.reasons());
         all.push(self.scenarios());

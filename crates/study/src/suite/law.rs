@@ -1,25 +1,32 @@
 //! The law of d, shown: maximum likelihood from the truth in many runs beside the law of an efficient method.
 
 use super::competitor::Competitor;
-use super::scenario::{Scenario, SuiteError, SuiteStudy};
+use super::manifest::{self, Division};
+use super::results::{ResultsError, parsed};
+use super::scenario::{Scenario, Suite, SuiteError, SuiteStudy};
 use super::score::Estimated;
 use crate::files;
 use crate::run::runner::{Block, run};
 use asobench_identification::theory::distribution;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 
 /// The mean of d is in here where the law holds.
 const NEAR: [f64; 2] = [0.9, 1.1];
+/// With a larger standard error of the mean nothing is said for the law.
+const UNCERTAIN: f64 = 0.05;
 /// The level of Kolmogorov's test over all scenarios together.
 const LEVEL: f64 = 0.05;
 
 /// The law of d in some scenarios.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Laws {
     /// The edition of the suite.
     pub suite: String,
+    /// The contest; all but the open one measure d alike.
+    pub contest: Division,
     /// Runs of each scenario.
     pub runs: u64,
     /// The scenarios.
@@ -27,7 +34,8 @@ pub struct Laws {
 }
 
 /// The law of d in a scenario.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Law {
     /// The scenario.
     pub name: String,
@@ -44,9 +52,25 @@ pub struct Law {
 }
 
 impl Law {
-    /// Whether the law holds: a mean of 0.9 to 1.1, and no certain difference from the law.
-    pub fn holds(&self) -> bool {
-        (NEAR[0]..=NEAR[1]).contains(&self.mean[0]) && self.holm >= LEVEL
+    /// Whether the law holds: a mean of 0.9 to 1.1, known to 0.05, and no certain difference from the law. It does not
+    /// hold where there is one, or where the mean is outside by two standard errors; else the runs do not say.
+    pub fn holds(&self) -> Option<bool> {
+        let [mean, error] = self.mean;
+        let outside = (NEAR[0] - mean).max(mean - NEAR[1]);
+        if self.holm < LEVEL || outside > 2.0 * error {
+            Some(false)
+        } else {
+            (outside <= 0.0 && error <= UNCERTAIN).then_some(true)
+        }
+    }
+
+    /// The same in a word.
+    pub fn verdict(&self) -> &'static str {
+        match self.holds() {
+            Some(true) => "holds",
+            Some(false) => "does not hold",
+            None => "undecided",
+        }
     }
 }
 
@@ -114,8 +138,8 @@ fn of_sample(scenario: &Scenario, mut d: Vec<f64>) -> Law {
 }
 
 impl Laws {
-    /// The laws of scenarios, with Holm's correction over all of them.
-    pub fn new(suite: String, runs: u64, mut scenarios: Vec<Law>) -> Self {
+    /// The laws of scenarios of a suite, with Holm's correction over all of them.
+    pub fn new((suite, contest): (String, Division), runs: u64, mut scenarios: Vec<Law>) -> Self {
         for of in &mut scenarios {
             if !of.mean.iter().all(|x| x.is_finite()) {
                 of.mean = [f64::MAX, 0.0];
@@ -128,7 +152,27 @@ impl Laws {
             most = most.max(scenarios[*i].p * (order.len() - place) as f64);
             scenarios[*i].holm = most.min(1.0);
         }
-        Self { suite, runs, scenarios }
+        Self {
+            suite,
+            contest,
+            runs,
+            scenarios,
+        }
+    }
+
+    /// Those that the program carries for a suite: of an edition with the same F, and of the same d.
+    ///
+    /// # Errors
+    /// [`ResultsError::Damaged`].
+    pub fn shipped(suite: &Suite) -> Result<Option<Self>, ResultsError> {
+        let text = manifest::law();
+        let laws: Option<Self> = (!text.is_empty()).then(|| parsed(text)).transpose()?;
+        Ok(laws.filter(|of| suite.manifest.is_alike(&of.suite) && suite.division.is_open() == of.contest.is_open()))
+    }
+
+    /// The law in a scenario; `None` where it was not shown.
+    pub fn of(&self, scenario: &Scenario) -> Option<&Law> {
+        self.scenarios.iter().find(|of| of.content == scenario.content)
     }
 
     /// Returns the text of the file, with its checksum.

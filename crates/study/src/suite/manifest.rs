@@ -64,7 +64,7 @@ pub struct Manifest {
     pub edition: String,
     /// All editions, the first one first. Each has the scenarios of those before it.
     pub editions: Vec<String>,
-    /// The edition that a command takes which names none; a later one is a draft.
+    /// The edition that a command takes which names none.
     pub current: String,
     /// The first edition with contests, weights by plant, and the information of each record.
     pub contests: String,
@@ -240,6 +240,11 @@ pub(super) fn recorded() -> &'static str {
 /// The shipped times; empty without any.
 pub(super) fn times() -> &'static str {
     TIMES
+}
+
+/// The shipped laws of d; empty without any.
+pub(super) fn law() -> &'static str {
+    LAW
 }
 
 /// The names of the systems.

@@ -4,6 +4,7 @@
 //! Scenarios have records of their own settings, so the errors of their numbers are independent. Nothing here depends
 //! on another method.
 
+use super::IDEAL;
 use super::manifest::VALUES;
 use super::results::{MethodResults, ScenarioResults};
 use super::scenario::{Scenario, Suite};
@@ -149,12 +150,12 @@ pub fn score_by(of: &[(&Scenario, &ScenarioResults)], weight: impl Fn(&Scenario)
     }
 }
 
-/// The places of the methods that are for every scenario, by typical efficiency up to 1: over the published scenarios
+/// The places of the methods that are for every scenario, but for the ideal, by typical efficiency up to 1: over the published scenarios
 /// with equal weights, by plant, and in the bank; the best is 1, and equal ones share a place.
 pub fn ranks(suite: &Suite, methods: &[MethodResults]) -> Vec<Ranks> {
     let all: Vec<&MethodResults> = methods
         .iter()
-        .filter(|of| of.scenarios.iter().all(ScenarioResults::has_runs))
+        .filter(|of| of.method != IDEAL && of.scenarios.iter().all(ScenarioResults::has_runs))
         .collect();
     let typical = |is_bank: bool, weight: fn(&Scenario) -> f64| -> Vec<f64> {
         let each = all.iter().map(|method| {

@@ -2,7 +2,7 @@
 
 use super::{SuiteTable, Tables, beside, cell, count, efficient, none, percent, with_headings};
 use crate::table::{CellText, Column, Table};
-use asobench_study::suite::{Division, IDEAL, MethodResults, ScenarioResults, Score, score};
+use asobench_study::suite::{Division, IDEAL, MethodResults, ScenarioResults, Score, ranks, score};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -56,6 +56,34 @@ impl Tables<'_> {
             table.row(first.into_iter().chain(rest));
         }
         self.table("ranking", "The reference suite", table)
+    }
+
+    /// The places of each method by scenario, by plant and in the bank; `None` in an edition without a bank.
+    pub(in crate::suite) fn places(&self) -> Option<SuiteTable> {
+        let suite = self.of.suite;
+        if !suite.scenarios().any(|of| of.is_bank) {
+            return None;
+        }
+        let mut columns = vec![Column::text("method").width(15)];
+        for by in ["scenario", "plant", "bank"] {
+            columns.push(Column::number(format!("by {by}"), "").width(11));
+            columns.push(Column::number("place", "").width(5));
+        }
+        let mut table = Table::new(
+            "Median relative efficiency, and the place by it, of the methods that are for every scenario: published \
+             scenarios of equal weight, published plants of equal weight, the plants of the bank",
+            columns,
+        );
+        let mut all = ranks(suite, self.of.methods);
+        all.sort_by_key(|of| of.place[1]);
+        for of in all {
+            let both = of.efficiency.into_iter().zip(of.place);
+            let numbers =
+                both.flat_map(|(value, place)| [CellText::number(format!("{value:.2}"), value), count(place)]);
+            table.row([CellText::text(of.method.clone())].into_iter().chain(numbers));
+        }
+        self.table("places", "Places by scenario, plant and bank", table)
+            .unless_empty()
     }
 
     /// The score of the yardstick, and over how many scenarios.

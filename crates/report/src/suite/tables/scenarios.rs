@@ -1,8 +1,9 @@
 //! The tables of scenarios, with the efficiency of each method there, and the FIT of recorded data.
 
-use super::{NOISES, SuiteTable, Tables, count, efficient, noise_model, none, with_headings};
+use super::{NOISES, SuiteTable, Tables, cell, count, efficient, noise_model, none, with_headings};
 use crate::table::{CellText, Column, Table};
-use asobench_study::suite::{IDEAL, RecordedFits, VALUES, efficiency};
+use asobench_study::suite::{IDEAL, Law, RecordedFits, VALUES, efficiency};
+use asobench_study::text::grouped;
 
 /// Methods beside each other in a table of scenarios.
 const BESIDE: usize = 7;
@@ -18,13 +19,21 @@ impl Tables<'_> {
             Column::number("p", "").width(3),
             Column::text("noise model").width(11),
             Column::number("yardstick", "").width(9),
+            Column::number("mean d", "").width(8),
+            Column::text("law of d").width(13),
             Column::text("what is hard").width(20),
             Column::text("checksum"),
         ];
         let mut table = Table::new(
             format!(
                 "The scenarios, each with the checksum of what it is. yardstick: the relative efficiency of {IDEAL} \
-                 there, 1 where the record is long enough for the law of d"
+                 there, 1 where the record is long enough for the law of d{}",
+                self.of.laws.map_or_else(String::new, |laws| format!(
+                    "; mean d, law of d: the mean of its d in {} runs of their own, and whether that is 0.9 to 1.1 and \
+                     d has the law of an efficient method (Kolmogorov's test, corrected over all scenarios); undecided \
+                     where the mean is not known to 0.05",
+                    grouped(laws.runs)
+                ))
             ),
             columns,
         );
@@ -37,6 +46,7 @@ impl Tables<'_> {
                 let yardstick = own
                     .filter(|of| of.has_runs())
                     .map_or_else(none, |of| efficient(efficiency(scenario, of, VALUES[0])));
+                let law = self.of.laws.and_then(|laws| laws.of(scenario));
                 let hard = scenario.hard.iter().map(String::as_str);
                 let hard: Vec<&str> = hard.filter(|word| !NOISES.contains(word)).collect();
                 table.row([
@@ -45,6 +55,8 @@ impl Tables<'_> {
                     count(scenario.free),
                     CellText::text(noise_model(scenario)),
                     yardstick,
+                    law.map_or_else(none, |law| cell(law.mean(), 1.0)),
+                    CellText::text(law.map_or("-", Law::verdict)),
                     CellText::text(hard.join(", ")),
                     CellText::text(scenario.content.clone()),
                 ]);
