@@ -135,6 +135,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Some(folder) => of_folder(&suite, folder),
     };
     let methods = methods.map_err(|error| refused(&error))?;
+    if methods.is_empty() {
+        return Err(Error::Input(format!(
+            "suite: the program carries no results of edition {} in the contest {}; asobench suite run {} makes them",
+            suite.manifest.edition,
+            suite.division,
+            part.flags()
+        )));
+    }
     let of = folder
         .as_ref()
         .map_or_else(String::new, |folder| format!(" {}", folder.display()));
