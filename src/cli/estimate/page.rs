@@ -64,7 +64,7 @@ pub(super) fn of_models(report: &Report) -> Page {
     for (i, estimate) in report.estimates.iter().enumerate() {
         let name = estimate.name.name();
         page.section(name, &words::heading(estimate), |section| {
-            write(section, i + 1, estimate, report.frequency());
+            write(section, i + 1, estimate, report);
             if let Some(observer) = &estimate.observer {
                 let list = |values: &[f64]| {
                     values
@@ -77,8 +77,8 @@ pub(super) fn of_models(report: &Report) -> Page {
                 section.settings(&[
                     ("poles", report.gain.to_string()),
                     ("gain g", list(&observer.g)),
-                    ("state after the window", list(&observer.at_window)),
-                    ("last state", list(&observer.last)),
+                    ("state after the window", list(observer.at_window())),
+                    ("last state", list(observer.last())),
                 ]);
             }
         });
@@ -130,15 +130,12 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
 }
 
 /// Writes the section of one estimator.
-fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequency) {
+fn write(section: &mut Section, slot: usize, estimate: &Estimate, report: &Report) {
     let last = estimate.last();
-    if let Some(failure) = last.fitted.pass.failure {
-        if let Some(sentence) = words::unfinished(estimate) {
-            section.paragraph(&format!("Status {}: {sentence}.", failure.kind));
-        } else {
-            let cause = words::cause(failure.kind, estimate).map_or(String::new(), |cause| format!(": {cause}"));
-            section.paragraph(&format!("Failed: {failure}{cause}."));
-        }
+    match words::status(estimate, report) {
+        Some(Ok(status)) => section.paragraph(&format!("Status {status}.")),
+        Some(Err(failed)) => section.paragraph(&format!("Failed: {failed}.")),
+        None => {}
     }
     for hint in &estimate.hints {
         section.paragraph(&format!("{}.", words::capitalised(hint)));
@@ -173,7 +170,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequenc
     match &last.residuals {
         None => section.paragraph(&format!("{}.", words::capitalised(words::NOT_TESTED))),
         Some(residuals) => {
-            section.list(&words::residual_tests(residuals, last.feedback));
+            section.list(&words::residual_tests(residuals, report.feedback));
             section.figure(
                 &pictures::correlations(slot, residuals),
                 &format!(
@@ -196,7 +193,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequenc
         );
         section.table(&roots(precision));
         if let Some(known) = last.modes.as_deref().filter(|modes| !modes.is_empty()) {
-            section.table(&modes(known, unit));
+            section.table(&modes(known, report.frequency()));
         }
     }
 }

@@ -6,16 +6,14 @@ use super::comparison::fit_of_all;
 use super::flags::OptionFlags;
 use super::hints;
 use super::levels::{Advice, Tried, levels};
-use super::one_estimator::{fits, parts, pass_report};
+use super::one_estimator::run;
 use super::orders::delayed;
-use super::report::{Estimate, Report};
+use super::report::{Estimate, Fits, Report};
 use super::span::Span;
 use super::words;
 use crate::cli::error::Error;
-use crate::estimator::{
-    ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Problem, Progress, Shape,
-    Window,
-};
+use crate::estimator::{ArxOptions, Criterion, EstimatorName, MethodOptions, OrderComparison, Progress};
+use crate::metric::Fit;
 use crate::model::Orders;
 use crate::text::{visible, wrap};
 use serde_json::{Map, Value, json};
@@ -31,8 +29,8 @@ struct Row {
     theta: Vec<f64>,
     /// `RSS / N` over the model's own equations.
     own_loss: Option<f64>,
-    /// How many numbers of the record's start were fitted.
-    start_numbers: usize,
+    /// The model of its own equations.
+    own: Option<Estimate>,
     /// FIT of the simulated output on the window and on the samples after it, per cent.
     window_fit: Option<f64>,
     validation_fit: Option<f64>,
@@ -43,8 +41,6 @@ struct Row {
 /// The table, and the row that each criterion chooses.
 pub(super) struct Scan {
     estimator: EstimatorName,
-    /// The options that were given.
-    given: Map<String, Value>,
     /// The orders and delays of the table.
     ranges: [Span; 2],
     rows: Vec<Row>,
@@ -59,9 +55,9 @@ pub(super) struct Scan {
 /// Runs the models of all orders and delays on a record.
 fn scan(
     report: &Report,
-    (estimator, given): (EstimatorName, Map<String, Value>),
-    order: Span,
-    delay: Span,
+    estimator: EstimatorName,
+    given: &Map<String, Value>,
+    [order, delay]: [Span; 2],
 ) -> Result<Scan, Error> {
     let both = (delay.first..=delay.last).flat_map(|nk| (order.first..=order.last).map(move |n| (n, nk)));
     let (rows, equations) = if estimator == EstimatorName::Arx {
@@ -70,7 +66,7 @@ fn scan(
         let rows: Result<Vec<Row>, Error> = both
             .map(|(n, nk)| {
                 let mut row = Row::new(n, Orders::arx(n, n, nk));
-                row.fit(report, estimator, of_order(estimator, &given, n, nk)?)?;
+                row.fit(report, estimator, of_order(estimator, given, n, nk)?)?;
                 row.loss = row.own_loss;
                 row.judge(report.window);
                 Ok(row)
@@ -89,7 +85,6 @@ fn scan(
     let best_fit = fits.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
     Ok(Scan {
         estimator,
-        given,
         ranges: [order, delay],
         best: best.collect(),
         best_fit,
@@ -113,31 +108,30 @@ pub(super) enum StartChoice {
 pub(super) fn scan_from_start(
     report: &Report,
     (estimator, given): (EstimatorName, Map<String, Value>),
-    [order, delay]: [Span; 2],
+    spans: [Span; 2],
     start: StartChoice,
 ) -> Result<(Scan, Option<String>), Error> {
     let from_start = |mut given: Map<String, Value>| {
         OptionFlags::estimate_start(&mut given);
-        let mut found = scan(report, (estimator, given), order, delay)?;
+        let mut found = scan(report, estimator, &given, spans)?;
         found.start_told = true;
         Ok::<Scan, Error>(found)
     };
     if start == StartChoice::Told {
         return Ok((from_start(given)?, None));
     }
-    let mut found = scan(report, (estimator, given.clone()), order, delay)?;
-    let Some(chosen) = found.of_bic(report) else {
+    let mut found = scan(report, estimator, &given, spans)?;
+    let Some(chosen) = found.of_bic() else {
         return Ok((found, None));
     };
-    let mut advice = levels(&chosen, report, &mut Tried::default());
+    let mut advice = levels(chosen, report, &mut Tried::default());
+    let fixed = hints::fixed_start(chosen, report);
     if start == StartChoice::Free && advice.as_ref().is_some_and(|of: &Advice| of.start) {
         found = from_start(given)?;
-        advice = found
-            .of_bic(report)
-            .and_then(|of| levels(&of, report, &mut Tried::default()));
+        let chosen = found.of_bic();
+        advice = chosen.and_then(|of| levels(of, report, &mut Tried::default()));
     }
-    let hint = advice.map(|advice| advice.sentence);
-    Ok((found, hint.or_else(|| hints::fixed_start(&chosen, report))))
+    Ok((found, advice.map(|advice| advice.sentence).or(fixed)))
 }
 
 /// The place of a criterion among all.
@@ -203,7 +197,7 @@ impl Row {
             loss: None,
             theta: Vec::new(),
             own_loss: None,
-            start_numbers: 0,
+            own: None,
             window_fit: None,
             validation_fit: None,
             criteria: vec![None; Criterion::ALL.len()],
@@ -212,7 +206,8 @@ impl Row {
 
     /// The number of parameters, those of the record's start too.
     fn parameters(&self) -> usize {
-        self.orders.parameters() + self.start_numbers
+        let start = self.own.as_ref().map_or(0, |own| own.last().fitted.pass.start_numbers);
+        self.orders.parameters() + start
     }
 
     /// Computes the criteria.
@@ -226,36 +221,23 @@ impl Row {
 
     /// Estimates the model from its own equations, and computes its FIT.
     fn fit(&mut self, report: &Report, estimator: EstimatorName, options: MethodOptions) -> Result<(), Error> {
-        let (u, y, window) = (&report.record.u, &report.record.y, report.window);
         self.orders = options.model_orders(self.n).unwrap_or(self.orders);
-        let shape = Shape {
-            order: self.orders.order(),
-            window,
-        };
-        let (at_rest, lengths) = (options.begins_at_rest(), report.lengths());
-        let prepared = Method::named(estimator.name(), options).prepare(Problem {
-            runs: &lengths,
-            ..shape.into()
-        });
-        let mut estimator = prepared.map_err(|error| Error::Input(error.to_string()))?;
-        let mut passes = [Pass::new(shape.order)];
-        estimator.estimate(Window::new(u, y, window), &mut passes);
-        let [pass] = passes;
-        if pass.progress < Progress::InitialState {
+        let own = run(estimator, options, (self.orders.order(), 0), report, false);
+        let own = own.map_err(|error| Error::Input(error.to_string()))?;
+        let fitted = &own.last().fitted;
+        if fitted.pass.progress < Progress::InitialState {
             return Ok(());
         }
-        let fitted = pass_report(pass, report, 0).fitted;
         self.theta = fitted.model.parameters().collect();
-        let finite = |fit: f64| Some(fit).filter(|fit| fit.is_finite());
-        self.start_numbers = fitted.pass.start_numbers;
         self.own_loss = Some(fitted.pass.loss * report.told_unit().powi(2));
-        if report.parts.is_empty() {
-            let fits = fits(&fitted, report);
-            self.window_fit = finite(fits.window.simulated);
-            self.validation_fit = fits.validation.and_then(|fit| finite(fit.simulated));
+        let simulated = |fit: Fit| Some(fit.simulated).filter(|fit| fit.is_finite());
+        if let Some(Fits { window, validation }) = own.fit {
+            self.window_fit = simulated(window);
+            self.validation_fit = validation.and_then(simulated);
         } else {
-            self.window_fit = finite(fit_of_all(&parts(&fitted, at_rest, report), report).simulated);
+            self.window_fit = simulated(fit_of_all(&own.parts, report));
         }
+        self.own = Some(own);
         Ok(())
     }
 
@@ -296,29 +278,9 @@ impl Scan {
     }
 
     /// Returns the model that BIC chooses, for hints on its start.
-    fn of_bic(&self, report: &Report) -> Option<Estimate> {
-        if self.estimator == EstimatorName::Arx {
-            return None;
-        }
+    fn of_bic(&self) -> Option<&Estimate> {
         let row = &self.rows[self.best[place_of(Criterion::Bic)]?];
-        let options = of_order(self.estimator, &self.given, row.n, row.orders.nk).ok()?;
-        let order = row.orders.order();
-        let described = options.describe();
-        let lengths = report.lengths();
-        let shape = Shape {
-            order,
-            window: report.window,
-        };
-        let prepared = Method::named(self.estimator.name(), options).prepare(Problem {
-            runs: &lengths,
-            ..shape.into()
-        });
-        let mut passes = [Pass::new(order)];
-        let window = Window::new(&report.record.u, &report.record.y, report.window);
-        prepared.ok()?.estimate(window, &mut passes);
-        let [pass] = passes;
-        let passes = vec![(0, pass_report(pass, report, 0))];
-        Some(Estimate::new(self.estimator, described, passes, report))
+        row.own.as_ref().filter(|_| self.estimator != EstimatorName::Arx)
     }
 
     /// The choices in words: that of BIC, models that are nearly as good, the other criteria, and an edge of the range.

@@ -159,13 +159,23 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
     }
 }
 
+/// Returns how an estimate ended that failed, or, with a model, came to no minimum.
+pub(super) fn status(estimate: &Estimate, report: &Report) -> Option<Result<String, String>> {
+    let failure = estimate.failure()?;
+    if let Some(sentence) = unfinished(estimate) {
+        return Some(Ok(format!("{}: {sentence}", failure.kind)));
+    }
+    let cause = cause(failure.kind, report).map_or(String::new(), |cause| format!(": {cause}"));
+    Some(Err(format!("{failure}{cause}")))
+}
+
 /// Returns why an estimate has no model, with advice; `None` where the kind's name says it.
-pub(super) fn cause(kind: FailureKind, estimate: &Estimate) -> Option<Cow<'static, str>> {
+fn cause(kind: FailureKind, report: &Report) -> Option<Cow<'static, str>> {
     let cause = match kind {
-        FailureKind::RankDeficient | FailureKind::NotIdentifiable if estimate.excitation < MOST_EXCITED => {
+        FailureKind::RankDeficient | FailureKind::NotIdentifiable if report.excitation < MOST_EXCITED => {
             return Some(Cow::Owned(format!(
                 "u excites order {}, too few for the parameters: lower the orders, or excite the plant more",
-                estimate.excitation
+                report.excitation
             )));
         }
         FailureKind::NonFinite => "a number of the calculation overflowed or is none",
@@ -249,6 +259,12 @@ pub(super) fn residual_basis(residuals: &Residuals) -> String {
         residuals.lags(),
         residuals.rows
     )
+}
+
+/// Returns the verdict of a test for whiteness.
+pub(super) fn whiteness(white: Whiteness) -> String {
+    let verdict = if white.passed { "white" } else { "NOT white" };
+    format!("{verdict} ({})", chance(white.p_value))
 }
 
 /// Formats `p = 0.1234`.
