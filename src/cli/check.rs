@@ -1,6 +1,6 @@
 //! `asobench check`: prints what an experiment file asks for, and what it will cost.
 
-use super::error::{Error, failed};
+use super::error::{Error, bad_input, failed};
 use super::execute::threads;
 use super::need::{Need, Room, amount, duration, span};
 use super::output::print;
@@ -73,9 +73,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// Checks that results are what was written.
 fn results(folder: &Path) -> Result<ExitCode, Error> {
-    let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
-    Study::read(folder).map_err(|error| input(&error))?;
-    let names = check_results(folder).map_err(|error| input(&error))?;
+    Study::read(folder).map_err(bad_input)?;
+    let names = check_results(folder).map_err(bad_input)?;
     let names = match names.as_slice() {
         [] => "results of a version without checksums".to_owned(),
         names => format!("as they were written: {}", names.join(", ")),

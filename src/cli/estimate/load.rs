@@ -5,7 +5,7 @@ use super::hints;
 use super::record::{self, Recognised};
 use super::report::{Clock, MOST_EXCITED, Report, Validation};
 use super::unit::in_own_unit;
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_input};
 use crate::data::csv::Record;
 use crate::data::{Detrend, Rounding, Trend};
 use crate::diagnosis::FeedbackTest;
@@ -139,8 +139,8 @@ pub(super) fn clock_of(arguments: &Arguments, column: Option<Clock>) -> Result<O
     const AGREES: f64 = 0.01;
     let Some(step) = arguments.ts else {
         if arguments.hz && column.is_none() {
-            return Err(Error::Input(
-                "--hz: the time between samples is not known; expected --ts SECONDS or a column of times".to_owned(),
+            return Err(bad_input(
+                "--hz: the time between samples is not known; expected --ts SECONDS or a column of times",
             ));
         }
         return Ok(column);
@@ -169,9 +169,10 @@ fn validation(
         return Ok(None);
     };
     if arguments.record.detrend == Detrend::Linear {
-        let message = "--validate: the straight line of one record is not that of another; expected --detrend mean or \
-            none";
-        return Err(Error::Input(message.to_owned()));
+        return Err(bad_input(
+            "--validate: the straight line of one record is not that of another; expected --detrend mean or \
+            none",
+        ));
     }
     let recognised = record::read(path, &arguments.record)?;
     let Recognised { mut record, .. } = recognised.whole(path, "--validate")?;

@@ -5,7 +5,7 @@ use super::outputs::{state_columns, write_csv};
 use super::report::{Estimate, Report};
 use super::text::fact;
 use super::{hints, load::load, orders, record, text, words};
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_input};
 use crate::cli::files::{check_output, drawn, write_whole};
 use crate::cli::output::{Format, note, print, print_json};
 use crate::estimator::{EstimatorName, Progress};
@@ -149,9 +149,7 @@ fn observe<'a>(arguments: &'a Arguments, report: &'a Report) -> Result<Observed<
         }
         Choice::OfModel(kind) => kind,
         Choice::Adaptive(name) => {
-            let options = name
-                .parse(estimate.given())
-                .map_err(|error| Error::Input(error.to_string()))?;
+            let options = name.parse(estimate.given()).map_err(bad_input)?;
             let [u, y] = fitted.shifted(u, y);
             return Ok(Observed {
                 report,

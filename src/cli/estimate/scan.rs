@@ -11,7 +11,7 @@ use super::orders::delayed;
 use super::report::{Estimate, Fits, Report};
 use super::span::Span;
 use super::words;
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_input};
 use crate::estimator::{ArxOptions, Criterion, EstimatorName, MethodOptions, OrderComparison, Progress};
 use crate::metric::Fit;
 use crate::model::Orders;
@@ -170,7 +170,7 @@ fn regressions(report: &Report, both: impl Iterator<Item = (usize, usize)>) -> R
     let square = report.told_unit().powi(2);
     let orders: Vec<Orders> = both.map(|(n, nk)| delayed(Orders::arx(n, n, 1), nk)).collect();
     let comparison = OrderComparison::of_runs(&orders, report.runs());
-    let mut comparison = comparison.map_err(|error| Error::Input(error.to_string()))?;
+    let mut comparison = comparison.map_err(bad_input)?;
     comparison.run(&u[..window], &y[..window]);
     let mut rows = Vec::new();
     for candidate in comparison.candidates() {
@@ -223,7 +223,7 @@ impl Row {
     fn fit(&mut self, report: &Report, estimator: EstimatorName, options: MethodOptions) -> Result<(), Error> {
         self.orders = options.model_orders(self.n).unwrap_or(self.orders);
         let own = run(estimator, options, (self.orders.order(), 0), report, false);
-        let own = own.map_err(|error| Error::Input(error.to_string()))?;
+        let own = own.map_err(bad_input)?;
         let fitted = &own.last().fitted;
         if fitted.pass.progress < Progress::InitialState {
             return Ok(());

@@ -5,7 +5,7 @@ use super::load::{check_moves, check_order, clock_of};
 use super::record::{self, Recognised};
 use super::report::{Clock, MOST_EXCITED, Part, Report};
 use super::unit::in_own_unit;
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_input};
 use crate::cli::output::note;
 use crate::data::csv::Record;
 use crate::data::{Detrend, Rounding, Trend};
@@ -58,8 +58,9 @@ pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> 
     }
     let clock = same_clock(&files, &clocks)?;
     if !all.r.is_empty() && all.r.len() < all.y.len() {
-        let message = "--reference: some of the records have a reference and some have none";
-        return Err(Error::Input(message.to_owned()));
+        return Err(bad_input(
+            "--reference: some of the records have a reference and some have none",
+        ));
     }
     let (window, first) = (all.y.len(), arguments.record.file.display());
     let excited = parts.iter().scan(0_usize, |start, part: &Part| {
@@ -98,10 +99,9 @@ pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> 
 fn subtract(arguments: &Arguments, found: &mut Recognised) -> Result<(), Error> {
     let detrend = arguments.record.detrend;
     if detrend == Detrend::Linear && !found.segments.is_empty() {
-        return Err(Error::Input(
+        return Err(bad_input(
             "--detrend linear: a record with gaps has no line through its samples' numbers; expected mean, \
-             first or none"
-                .to_owned(),
+             first or none",
         ));
     }
     let Record { u, y, r } = &mut found.record;

@@ -1,7 +1,7 @@
 //! `asobench throughput FILE`: measures trials per second of a study's cells, without statistics and files.
 
 use super::arguments::Arguments;
-use crate::cli::error::{Error, failed};
+use crate::cli::error::{Error, bad_file, bad_input, failed};
 use crate::cli::output::{Format, print, print_json};
 use crate::cli::progress::{self, rounded, shares};
 use crate::study::file::{ExperimentFile, TrialRule};
@@ -41,8 +41,7 @@ impl Timing {
 
 /// Times the cells of a file on each number of threads.
 pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Result<ExitCode, Error> {
-    let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
-    let mut file = ExperimentFile::read(path).map_err(|e| input(&e))?;
+    let mut file = ExperimentFile::read(path).map_err(bad_input)?;
     for assignment in &arguments.set {
         let set = file.set(assignment);
         file = set.map_err(|e| Error::Input(format!("--set {e}")))?;
@@ -51,7 +50,7 @@ pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Res
     let count = arguments.trials.unwrap_or(fewest);
     file.trials = TrialRule::Fixed(count);
     let experiment = Experiment::new(file);
-    let experiment = experiment.map_err(|e| input(&format!("{}: {e}", path.display())))?;
+    let experiment = experiment.map_err(bad_file(path))?;
     if let Some(program) = experiment.programs.first() {
         return Err(Error::Input(format!(
             "{}: method '{}' is a program; throughput times methods of asobench only: take it out of the file",

@@ -2,7 +2,7 @@
 
 use super::arguments::Arguments;
 use super::study::median;
-use crate::cli::error::{Error, failed};
+use crate::cli::error::{Error, bad_input, failed};
 use crate::cli::output::{Format, print, print_json};
 use crate::cli::progress;
 use crate::lanes::Isa;
@@ -191,8 +191,9 @@ fn text(timings: &[Timing]) -> Result<String, Error> {
 /// Times the workload on the engines and numbers of threads that were asked for.
 pub(super) fn time_engines(arguments: &Arguments, threads: &[usize], processors: usize) -> Result<ExitCode, Error> {
     if arguments.engine.contains(&Engine::Auto) {
-        let message = "--engine: 'auto' is not an engine that can be timed; expected lanes or faer";
-        return Err(Error::Input(message.to_owned()));
+        return Err(bad_input(
+            "--engine: 'auto' is not an engine that can be timed; expected lanes or faer",
+        ));
     }
     let stop = progress::stop_flag()?;
     let mut timings = Vec::new();
