@@ -89,7 +89,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     write_drawings(
         arguments,
         |kind| drawing::picture(kind, &report),
-        || page::render(&report),
+        || page::of_models(&report).html(),
     )?;
     match arguments.format {
         Format::Text => print(&text::render(&report, arguments.details || !is_chosen))?,

@@ -49,7 +49,7 @@ impl StudyArguments {
     pub(super) fn read(&self) -> Result<ExperimentFile, Error> {
         let in_file = bad_file(&self.file);
         let mut file = ExperimentFile::read(&self.file).map_err(bad_input)?;
-        file.check_filters().map_err(in_file)?;
+        file.check_filters().map_err(&in_file)?;
         if self.quick {
             if file.quick.is_none() {
                 let message = "the file has no such table, but --quick needs it; expected [quick] with trials";

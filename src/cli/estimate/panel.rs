@@ -33,7 +33,6 @@ const WINDOW: f64 = 70.0;
 
 /// A method, with the model of the order that BIC chooses.
 struct Row {
-    method: EstimatorName,
     n: usize,
     nk: usize,
     estimate: Estimate,
@@ -165,7 +164,7 @@ fn row(
     };
     let span = Span { last, ..order };
     let (of_orders, _) = scan_from_start(report, (method, options), [span, delay], start)?;
-    *begun |= of_orders.start_is_told();
+    *begun |= of_orders.start_told;
     let Some((n, nk)) = of_orders.chosen(Criterion::Bic) else {
         return Ok(None);
     };
@@ -183,7 +182,6 @@ fn row(
         let _ = write!(command, " --delay {nk}");
     }
     Ok(Some(Row {
-        method,
         n,
         nk,
         estimate,
@@ -251,8 +249,8 @@ impl Panel<'_> {
             return Ok(());
         };
         text.push_str(&comparison::hints(&best.estimate));
-        if !best.method.takes("offset") {
-            let can_fit = self.rows.iter().find(|row| row.method.takes("offset"));
+        if !best.estimate.name.takes("offset") {
+            let can_fit = self.rows.iter().find(|row| row.estimate.name.takes("offset"));
             text.push_str(&can_fit.map_or_else(String::new, |row| comparison::hints(&row.estimate)));
         }
         if best.n == order.last && order.is_range() {
@@ -271,7 +269,7 @@ impl Panel<'_> {
         let row = |row: &Row| {
             let fits = row.estimate.fit.as_ref();
             json!({
-                "estimator": row.method,
+                "estimator": row.estimate.name,
                 "n": row.n,
                 "nk": row.nk,
                 "orders": row.estimate.last().fitted.model.orders().to_string(),

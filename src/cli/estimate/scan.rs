@@ -12,6 +12,7 @@ use super::report::{Estimate, Fits, Report};
 use super::span::Span;
 use super::words;
 use crate::cli::error::{Error, bad_input};
+use crate::cli::groups;
 use crate::estimator::{ArxOptions, Criterion, EstimatorName, MethodOptions, OrderComparison, Progress};
 use crate::metric::Fit;
 use crate::model::Orders;
@@ -46,7 +47,7 @@ pub(super) struct Scan {
     rows: Vec<Row>,
     equations: usize,
     /// Whether the record told that the models do not begin at rest.
-    start_told: bool,
+    pub(super) start_told: bool,
     best: Vec<Option<usize>>,
     /// The row with the best FIT on validation samples.
     best_fit: Option<usize>,
@@ -251,11 +252,6 @@ impl Row {
 }
 
 impl Scan {
-    /// Whether the models have their start because the record does not begin at rest.
-    pub(super) fn start_is_told(&self) -> bool {
-        self.start_told
-    }
-
     /// Returns the order and the delay that a criterion chooses.
     pub(super) fn chosen(&self, criterion: Criterion) -> Option<(usize, usize)> {
         let row = &self.rows[self.best[place_of(criterion)]?];
@@ -309,10 +305,7 @@ impl Scan {
         let choices = criteria.filter_map(|(criterion, row)| Some((criterion.heading(), (*row)?)));
         let choices = choices.chain(self.best_fit.map(|row| ("FIT of validation", row)));
         for (name, row) in choices.filter(|(_, row)| *row != best) {
-            match others.iter_mut().find(|(model, _)| *model == of(row)) {
-                Some((_, names)) => names.push(name),
-                None => others.push((of(row), vec![name])),
-            }
+            groups::add(&mut others, of(row), name);
         }
         let others = others
             .iter()
@@ -355,32 +348,26 @@ impl Scan {
     pub(super) fn json(&self, report: &Report) -> Value {
         let m = self.equations as f64;
         let table = self.rows.iter().map(|row| {
-            let Value::Object(mut object) = row.named() else {
-                return Value::Null;
-            };
-            object.insert("d".to_owned(), json!(row.parameters()));
-            object.insert("theta".to_owned(), json!(row.loss.map(|_| &row.theta)));
-            object.insert("V".to_owned(), json!(row.loss));
-            object.insert("rss".to_owned(), json!(row.loss.map(|loss| loss * m)));
+            let mut object = row.named();
+            object["d"] = json!(row.parameters());
+            object["theta"] = json!(row.loss.map(|_| &row.theta));
+            object["V"] = json!(row.loss);
+            object["rss"] = json!(row.loss.map(|loss| loss * m));
             for (criterion, value) in Criterion::ALL.iter().zip(&row.criteria) {
-                object.insert(criterion.name().to_owned(), json!(value));
+                object[criterion.name()] = json!(value);
             }
             let normalised = row.loss.map(|loss| loss.ln() + 2.0 * row.parameters() as f64 / m);
-            object.insert("aic_normalised".to_owned(), json!(normalised));
-            object.insert("V_own_rows".to_owned(), json!(row.own_loss));
-            object.insert(
-                "fit_percent".to_owned(),
-                json!({ "window": row.window_fit, "validation": row.validation_fit }),
-            );
-            Value::Object(object)
+            object["aic_normalised"] = json!(normalised);
+            object["V_own_rows"] = json!(row.own_loss);
+            object["fit_percent"] = json!({ "window": row.window_fit, "validation": row.validation_fit });
+            object
         });
-        let mut best = Map::new();
+        let named = |row: &Option<usize>| json!(row.map(|row| self.rows[row].named()));
+        let mut best = json!({});
         for (criterion, row) in Criterion::ALL.iter().zip(&self.best) {
-            let named = row.map(|row| self.rows[row].named());
-            best.insert(criterion.name().to_owned(), json!(named));
+            best[criterion.name()] = named(row);
         }
-        let named = self.best_fit.map(|row| self.rows[row].named());
-        best.insert("fit_percent".to_owned(), json!(named));
+        best["fit_percent"] = named(&self.best_fit);
         json!({
             "file": report.file.display().to_string(),
             "samples": report.record.y.len(),

@@ -161,13 +161,8 @@ fn write_pass(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::R
     let has_model = pass.progress >= Progress::Parameters;
     if has_model {
         *text += &equation(model);
-        if let Some(errors) = model.standard_errors() {
-            let mut names = words::parameters(model.orders());
-            let (of_records, offsets): (Vec<_>, Vec<_>) = words::offsets(pass).unzip();
-            names.extend(of_records);
-            let values = model.parameters().chain(offsets.iter().map(|of| of.value));
-            let errors = errors.into_iter().chain(offsets.iter().map(|of| of.se));
-            write_parameters(text, &names, values, errors)?;
+        if model.standard_errors().is_some() {
+            write_parameters(text, words::parameters(&last.fitted))?;
         } else {
             text.extend(words::offsets(pass).map(|(name, offset)| vector(&name, &[offset.value])));
         }
@@ -247,16 +242,14 @@ fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
     }
     let of_b = (0..nb).rev().map(|power| format!("B(s): s^{power}"));
     let of_a = (fixed..n).rev().map(|power| format!("A(s): s^{power}"));
-    let names: Vec<String> = of_b.chain(of_a).collect();
+    let named = of_b.chain(of_a).zip(model.parameters());
     if let Some(errors) = model.standard_errors() {
-        return write_parameters(text, &names, model.parameters(), errors);
+        return write_parameters(
+            text,
+            named.zip(errors).map(|((name, value), error)| (name, value, error)),
+        );
     }
-    text.extend(
-        names
-            .iter()
-            .zip(model.parameters())
-            .map(|(name, value)| vector(name, &[value])),
-    );
+    text.extend(named.map(|(name, value)| vector(&name, &[value])));
     Ok(())
 }
 
@@ -301,18 +294,13 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
 }
 
 /// Writes each parameter with its standard error and its 95 % interval.
-fn write_parameters(
-    text: &mut String,
-    names: &[String],
-    values: impl IntoIterator<Item = f64>,
-    errors: impl IntoIterator<Item = f64>,
-) -> fmt::Result {
+fn write_parameters(text: &mut String, rows: impl IntoIterator<Item = (String, f64, f64)>) -> fmt::Result {
     writeln!(
         text,
         "  {:<18} {:>13} {:>13}   95 % interval",
         "parameter", "estimate", "std. error"
     )?;
-    for ((name, theta), error) in names.iter().zip(values).zip(errors) {
+    for (name, theta, error) in rows {
         let [estimate, se] = measured(theta, error);
         let [low, high] = [theta - Z_95 * error, theta + Z_95 * error];
         let [[low, _], [high, _]] = [low, high].map(|end| measured(end, error));

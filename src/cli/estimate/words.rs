@@ -3,11 +3,12 @@
 use super::report::{Clock, Estimate, MOST_EXCITED, Report, Validation};
 use crate::diagnosis::{Cancellation, FeedbackTest, LoopVerdict, Precision, Residuals, Whiteness};
 use crate::estimator::{EstimatorName, FailureKind, Offset, Pass, Progress};
+use crate::model::LinearModel;
 use crate::model::polynomial::multiply;
-use crate::model::{LinearModel, Orders};
 use crate::plant::PoleFinder;
 use crate::plant::canonical::reverse_negated;
 use crate::text::{rounded, visible, wrap};
+use asobench_identification::Fitted;
 use faer::c64;
 use std::borrow::Cow;
 
@@ -85,8 +86,11 @@ pub(super) fn capitalised(sentence: &str) -> String {
     first.into_iter().chain(characters).collect()
 }
 
-/// Returns the names of the parameters in their order.
-pub(super) fn parameters(orders: Orders) -> Vec<String> {
+/// Returns each parameter of a model, then the offset of each record, with its name and its standard error, NaN where
+/// there is none.
+pub(super) fn parameters(fitted: &Fitted) -> Vec<(String, f64, f64)> {
+    let Fitted { pass, model, .. } = fitted;
+    let orders = model.orders();
     let names = [
         ("a", 1, orders.na),
         ("b", orders.nk, orders.nb),
@@ -97,7 +101,13 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
     let names = names
         .into_iter()
         .flat_map(|(name, first, count)| (first..first + count).map(move |i| format!("{name}_{i}")));
-    names.collect()
+    let errors = model.standard_errors();
+    let error = |i: usize| errors.as_ref().map_or(f64::NAN, |errors| errors[i]);
+    let parameters = names.zip(model.parameters()).enumerate();
+    let parameters = parameters.map(|(i, (name, theta))| (name, theta, error(i)));
+    parameters
+        .chain(offsets(pass).map(|(name, Offset { value, se })| (name, value, se)))
+        .collect()
 }
 
 /// Returns the offset of each record with its name.
