@@ -1,11 +1,11 @@
 //! `asobench check`: prints what an experiment file asks for, and what it will cost.
 
-use super::error::{Error, failed};
+use super::error::{Error, bad_input, failed};
 use super::execute::threads;
 use super::need::{Need, Room, amount, duration, span};
 use super::output::print;
 use super::study_arguments::StudyArguments;
-use super::{memory, progress, timing};
+use super::{groups, memory, progress, timing};
 use crate::model::Orders;
 use crate::report::Study;
 use crate::study::file::{Axis, Key, TrialRule};
@@ -73,9 +73,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// Checks that results are what was written.
 fn results(folder: &Path) -> Result<ExitCode, Error> {
-    let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
-    Study::read(folder).map_err(|error| input(&error))?;
-    let names = check_results(folder).map_err(|error| input(&error))?;
+    Study::read(folder).map_err(bad_input)?;
+    let names = check_results(folder).map_err(bad_input)?;
     let names = match names.as_slice() {
         [] => "results of a version without checksums".to_owned(),
         names => format!("as they were written: {}", names.join(", ")),
@@ -121,17 +120,7 @@ fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> Str
 /// Returns the orders of models with the methods that have them, for methods that take orders.
 fn orders(experiment: &Experiment) -> Vec<(String, Vec<String>)> {
     let mut found: Vec<(String, Vec<String>)> = Vec::new();
-    let mut add = |orders: Orders, name: &str| {
-        let orders = orders.to_string();
-        let at = found.iter().position(|(known, _)| *known == orders);
-        let at = at.unwrap_or_else(|| {
-            found.push((orders, Vec::new()));
-            found.len() - 1
-        });
-        if !found[at].1.iter().any(|known| known == name) {
-            found[at].1.push(name.to_owned());
-        }
-    };
+    let mut add = |orders: Orders, name: &str| groups::add(&mut found, orders.to_string(), name.to_owned());
     let cells = experiment.cells.iter();
     let settings: BTreeSet<usize> = cells.map(asobench_study::study::Cell::order).collect();
     for order in settings {

@@ -1,6 +1,6 @@
 //! Shared parts of the commands for studies over many machines.
 
-use super::error::{Error, failed};
+use super::error::{Error, bad_input, failed};
 use super::execute;
 use super::output::note;
 use crate::study::cluster::{ClusterError, Collection, ShardPlan, Status};
@@ -18,7 +18,7 @@ pub(super) fn refused(error: impl Into<ClusterError>) -> Error {
         ClusterError::File(error) | ClusterError::Block(BlockError::File(error))
             if error.foreign || error.source.kind() == std::io::ErrorKind::NotFound =>
         {
-            Error::Input(error.to_string())
+            bad_input(error)
         }
         ClusterError::Run(RunError::Interrupted { .. }) | ClusterError::Campaign(CampaignError::Stopped) => {
             Error::Interrupted("interrupted; nothing was written".to_owned())
@@ -30,7 +30,7 @@ pub(super) fn refused(error: impl Into<ClusterError>) -> Error {
         }
         ClusterError::Campaign(error) => execute::refused("--out ", error),
         error @ (ClusterError::File(_) | ClusterError::Block(_) | ClusterError::Run(_)) => failed(error),
-        error => Error::Input(error.to_string()),
+        error => bad_input(error),
     }
 }
 

@@ -1,6 +1,6 @@
 //! `asobench compare`: results of two or more studies beside each other.
 
-use super::error::Error;
+use super::error::{Error, bad_input};
 use super::output::print;
 use crate::report::{Study, compared};
 use crate::study::Measure;
@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         )));
     }
     let studies: Result<Vec<Study>, _> = arguments.folders.iter().map(|folder| Study::read(folder)).collect();
-    let studies = studies.map_err(|error| Error::Input(error.to_string()))?;
+    let studies = studies.map_err(bad_input)?;
     let text = compared(&studies, arguments.measure).map_err(Error::Input)?;
     print(&text)?;
     Ok(ExitCode::SUCCESS)

@@ -1,6 +1,6 @@
 //! `run --confirm`: judges the claims of a file by trials that nobody has seen when the claims were written.
 
-use super::error::Error;
+use super::error::{Error, bad_file};
 use super::study_arguments::StudyArguments;
 use crate::names::UnknownName;
 use crate::study::file::ExperimentFile;
@@ -35,7 +35,7 @@ impl Confirmation {
         };
         let derived = file.seed.wrapping_add(STEP);
         let seed = asked.unwrap_or(derived);
-        let wrong = |message: String| Error::Input(format!("{}: {message}", path.display()));
+        let wrong = bad_file(path);
         if seed == file.seed || Some(seed) == file.confirms {
             return Err(wrong(format!(
                 "--confirm {seed}: the file's own trials; expected another seed, such as {derived}"

@@ -24,6 +24,16 @@ pub(super) enum Error {
     Output(std::io::Error),
 }
 
+/// Makes the error of bad input.
+pub(super) fn bad_input(error: impl std::fmt::Display) -> Error {
+    Error::Input(error.to_string())
+}
+
+/// Makes the error of a file or folder that cannot be used.
+pub(super) fn bad_file<E: std::fmt::Display>(path: &std::path::Path) -> impl Fn(E) -> Error {
+    move |error| Error::Input(format!("{}: {error}", path.display()))
+}
+
 /// Makes the error of a failed run.
 pub(super) fn failed(error: impl std::fmt::Display) -> Error {
     Error::Failed(error.to_string())

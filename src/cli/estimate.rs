@@ -89,7 +89,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     write_drawings(
         arguments,
         |kind| drawing::picture(kind, &report),
-        || page::render(&report),
+        || page::of_models(&report).html(),
     )?;
     match arguments.format {
         Format::Text => print(&text::render(&report, arguments.details || !is_chosen))?,
@@ -186,8 +186,8 @@ fn warn(report: &Report, methods: &[EstimatorName]) {
         if let Some(sentence) = words::unfinished(estimate) {
             note(&format!("warning: {}: {sentence}", estimate.name));
         }
-        if let (Gain::Scaled(rho), Some(pole)) = (&report.gain, last.poles.first())
-            && rho.abs() * pole.norm() >= 1.0
+        if let (Gain::Scaled(rho), Some(pole)) = (&report.gain, last.precision.as_ref().and_then(|of| of.poles.first()))
+            && rho.abs() * pole.at.norm() >= 1.0
         {
             note(&format!(
                 "warning: {}: --gain {} leaves a pole on or outside the unit circle",

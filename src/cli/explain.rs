@@ -1,6 +1,7 @@
 //! `asobench explain`: what a key, measure, method, failure or word means, from where the pages have it.
 
 use super::error::Error;
+use super::groups;
 use super::methods::{described, filled};
 use super::output::print;
 use crate::claim::Verdict;
@@ -112,39 +113,33 @@ fn entries() -> Vec<Entry> {
             text: described(*name),
         })
         .collect();
+    let mut add = |word: &str, kind: &str, about: &str| all.push(Entry::new(word, kind, about));
     for key in Key::ALL {
-        let default = key
-            .default()
-            .map_or_else(String::new, |value| format!(" Default: {value}."));
-        all.push(Entry::new(
+        let default = key.default().map(|value| format!(" Default: {value}."));
+        let about = key.about().trim_end_matches('.');
+        add(
             key.name(),
             "setting",
-            &format!("{}.{default}", key.about().trim_end_matches('.')),
-        ));
+            &format!("{about}.{}", default.unwrap_or_default()),
+        );
     }
     for measure in Measure::ALL {
-        let unit = measure.entry().unit;
-        let unit = if unit.is_empty() {
-            String::new()
-        } else {
-            format!(", in {unit}")
+        let kind = match measure.entry().unit {
+            "" => "measure".to_owned(),
+            unit => format!("measure, in {unit}"),
         };
-        all.push(Entry::new(measure.name(), &format!("measure{unit}"), measure.about()));
+        add(measure.name(), &kind, measure.about());
     }
     for statistic in Statistic::ALL {
-        all.push(Entry::new(
+        add(
             statistic.name(),
             "statistic of a measure over trials",
             statistic.about(),
-        ));
+        );
     }
-    for estimator in EstimatorName::ALL.iter().copied() {
+    for estimator in EstimatorName::ALL {
         for option in estimator.options() {
-            all.push(Entry::new(
-                &option.key,
-                &format!("option of {estimator}"),
-                &option.about,
-            ));
+            add(&option.key, &format!("option of {estimator}"), &option.about);
         }
     }
     let schema = schema();
@@ -170,7 +165,7 @@ fn entries() -> Vec<Entry> {
 
 /// The flags of all commands; those with the same meaning as one.
 fn flags(commands: &clap::Command) -> Vec<Entry> {
-    let mut all: Vec<(&str, String, Vec<&str>)> = Vec::new();
+    let mut all: Vec<((&str, String), Vec<&str>)> = Vec::new();
     for command in commands.get_subcommands() {
         for argument in command.get_arguments() {
             let about = argument.get_long_help().or(argument.get_help());
@@ -178,15 +173,12 @@ fn flags(commands: &clap::Command) -> Vec<Entry> {
                 continue;
             };
             let about = about.to_string().replace("\n\n", ". ");
-            match all.iter_mut().find(|of| of.0 == flag && of.1 == about) {
-                Some((_, _, commands)) => commands.push(command.get_name()),
-                None => all.push((flag, about, vec![command.get_name()])),
-            }
+            groups::add(&mut all, (flag, about), command.get_name());
         }
     }
-    let entries = all.iter().filter(|(flag, ..)| *flag != "help");
+    let entries = all.iter().filter(|((flag, _), _)| *flag != "help");
     entries
-        .map(|(flag, about, commands)| Entry::new(flag, &format!("flag of {}", commands.join(", ")), about))
+        .map(|((flag, about), commands)| Entry::new(flag, &format!("flag of {}", commands.join(", ")), about))
         .collect()
 }
 

@@ -1,6 +1,6 @@
 //! `asobench failures`: which trials of a study failed, how, and the command that shows the first of each kind.
 
-use super::error::Error;
+use super::error::{Error, bad_input};
 use super::output::print;
 use crate::report::{Study, failures};
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
-    let study = Study::read(&arguments.folder).map_err(|error| Error::Input(error.to_string()))?;
+    let study = Study::read(&arguments.folder).map_err(bad_input)?;
     let text =
         failures(&study, arguments.method.as_deref()).map_err(|error| Error::Input(format!("--method: {error}")))?;
     print(&text)?;

@@ -1,7 +1,7 @@
 //! `asobench plan`: decides which shard of a study computes which trials.
 
 use super::cluster::{self, folders, parse_time, refused, word};
-use super::error::{Error, failed};
+use super::error::{Error, bad_input, failed};
 use super::execute::threads;
 use super::need::duration;
 use super::output::print;
@@ -67,8 +67,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = match &arguments.out {
         Some(out) => out.clone(),
         None if name == Path::new("-") => {
-            let message = "--out: expected a plan's name, because the experiment comes from standard input";
-            return Err(Error::Input(message.to_owned()));
+            return Err(bad_input(
+                "--out: expected a plan's name, because the experiment comes from standard input",
+            ));
         }
         None => name.with_added_extension("plan.json"),
     };

@@ -1,6 +1,6 @@
 //! `asobench plot`: one figure of a study, as it is asked for.
 
-use super::error::Error;
+use super::error::{Error, bad_input};
 use super::files::{drawn, picture_path};
 use super::output::print;
 use crate::files::{self, Kind};
@@ -125,7 +125,7 @@ pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
             shell_word(arguments.folder.display())
         )));
     }
-    let study = Study::read(&arguments.folder).map_err(|error| Error::Input(error.to_string()))?;
+    let study = Study::read(&arguments.folder).map_err(bad_input)?;
     let chosen = Chosen {
         kind: match (arguments.zip, arguments.nested_loop) {
             (true, _) => FigureKind::Zip,
@@ -152,7 +152,7 @@ pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
     };
     let path = arguments.out.unwrap_or_else(|| format!("{name}.svg").into());
     let content = drawn("--out", &path, &picture)?;
-    files::replace(&path, Kind::Figure, &content).map_err(|error| Error::Input(error.to_string()))?;
+    files::replace(&path, Kind::Figure, &content).map_err(bad_input)?;
     print(&format!(
         "{}\n{}\n",
         path.display(),

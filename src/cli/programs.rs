@@ -1,6 +1,6 @@
 //! Methods that are programs: none is started before the user has agreed.
 
-use super::error::{Error, failed};
+use super::error::{Error, bad_file, bad_input, failed};
 use super::output::{asked, note};
 use super::progress;
 use crate::estimator::{Problem, ProgramError};
@@ -80,7 +80,7 @@ pub(super) fn introduced(
         return Ok((file, None));
     }
     let experiment = Experiment::new(file.clone());
-    let experiment = experiment.map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
+    let experiment = experiment.map_err(bad_file(path))?;
     let folder = folder_of(path)?;
     match &consent.others(&experiment)[..] {
         [] => {}
@@ -161,7 +161,7 @@ pub(super) fn not_deterministic(experiment: &Experiment) -> Result<Option<String
 fn refused(error: ProgramError) -> Error {
     match error {
         ProgramError::Stopped => Error::Interrupted("interrupted".to_owned()),
-        other => Error::Input(other.to_string()),
+        other => bad_input(other),
     }
 }
 
@@ -235,7 +235,7 @@ pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
         _ => PathBuf::from("."),
     };
     let absolute = folder.canonicalize();
-    absolute.map_err(|error| Error::Input(format!("{}: {error}", folder.display())))
+    absolute.map_err(bad_file(&folder))
 }
 
 /// Asks on a terminal, once for each content of a file in a folder.
@@ -276,7 +276,7 @@ fn agreement(programs: &[&Program], path: &Path, folder: &Path) -> Result<Option
         return Ok(None);
     }
     // The content is that of the file, without changes by flags; the commands are those that will run.
-    let file = ExperimentFile::read(path).map_err(|error| Error::Input(error.to_string()))?;
+    let file = ExperimentFile::read(path).map_err(bad_input)?;
     let content = serde_json::to_string(&file).map_err(failed)?;
     let commands = programs.iter().map(|program| &program.options.command);
     // A path need not be UTF-8: then its bytes.

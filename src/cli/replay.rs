@@ -5,7 +5,7 @@ mod course;
 mod printed;
 mod which;
 
-use super::error::{Error, failed};
+use super::error::{Error, bad_file, bad_input, failed};
 use super::files::{check_output, write_whole};
 use super::memory;
 use super::output::{Format, note, print};
@@ -48,13 +48,12 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let folder = &arguments.folder;
-    let wrong = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
     let manifest = read_results(folder, |manifest| Ok::<_, FolderError>(manifest.clone()));
-    let manifest = manifest.map_err(|e| wrong(&e))?;
+    let manifest = manifest.map_err(bad_input)?;
     let file = ExperimentFile::from_json(&manifest["experiment"]);
     let experiment = file
         .and_then(Experiment::new)
-        .map_err(|error| Error::Input(format!("{}: {error}", folder.join("manifest.json").display())))?;
+        .map_err(bad_file(&folder.join("manifest.json")))?;
     programs::permit_here(&experiment, folder, &arguments.consent)?;
     let command = format!(
         "asobench replay {} {}",

@@ -1,6 +1,6 @@
 //! `asobench report`: makes pages, figures, tables and verdicts from stored results; runs nothing.
 
-use super::error::{Error, failed};
+use super::error::{Error, bad_file, bad_input, failed};
 use super::execute::{WIDTH, refused, threads};
 use super::files::cannot_write;
 use super::output::{print, print_with_verdicts};
@@ -36,16 +36,15 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let others = arguments.claims.as_deref().map(ExperimentFile::read);
-    let others = others.transpose().map_err(|e| Error::Input(e.to_string()))?;
+    let others = others.transpose().map_err(bad_input)?;
     let mut studies: Vec<Study> = Vec::new();
     let mut steps = progress::Steps::new();
     for folder in &arguments.folders {
         steps.show(&format!("reading {}", folder.display()));
         let mut study = read(folder, arguments.partial)?;
-        study.check_trials().map_err(|error| Error::Input(error.to_string()))?;
+        study.check_trials().map_err(bad_input)?;
         if let Some(file) = &others {
-            let wrong = |error| Error::Input(format!("{}: {error}", folder.display()));
-            study.judge_others(file).map_err(wrong)?;
+            study.judge_others(file).map_err(bad_file(folder))?;
         }
         let name = study.name.clone();
         // File names must differ even where case is ignored.
@@ -103,14 +102,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 
 /// Reads the results in a folder; with `partial` those of a run that has not ended, too.
 fn read(folder: &Path, partial: bool) -> Result<Study, Error> {
-    let wrong = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
     let error = match Study::read(folder) {
         Err(error @ ResultsError::Folder(FolderError::Unfinished { .. })) if partial => error,
-        read => return read.map_err(|error| wrong(&error)),
+        read => return read.map_err(bad_input),
     };
     let part = partial_results(folder, threads(None), &*progress::stop_flag()?);
-    let (file, summary) = part.map_err(|e| refused("", e))?.ok_or_else(|| wrong(&error))?;
-    Study::of_part(folder, file, &summary).map_err(|error| wrong(&error))
+    let (file, summary) = part.map_err(|e| refused("", e))?.ok_or_else(|| bad_input(&error))?;
+    Study::of_part(folder, file, &summary).map_err(bad_input)
 }
 
 /// Opens a page with the system's program for it.

@@ -5,7 +5,7 @@ mod bobtsov;
 mod claims;
 mod one_trial;
 
-use super::error::{Error, failed};
+use super::error::{Error, bad_input, failed};
 use super::execute::{execute, threads};
 use super::output::{Format, print, print_json};
 use super::{need, replay};
@@ -25,9 +25,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let path = arguments.folder();
     if arguments.replay.is_some() {
         if arguments.paper == Paper::Bobtsov {
-            let message = "--replay: trials of Bobtsov et al. are replayed by asobench replay \
-                FOLDER CELL:TRIAL";
-            return Err(Error::Input(message.to_owned()));
+            return Err(bad_input(
+                "--replay: trials of Bobtsov et al. are replayed by asobench replay \
+                FOLDER CELL:TRIAL",
+            ));
         }
         return nikolov(arguments, path).map(|_| ExitCode::SUCCESS);
     }

@@ -1,7 +1,7 @@
 //! `asobench run`: runs a study from an experiment file in a folder, where it can be resumed.
 
 use super::confirm::Confirmation;
-use super::error::Error;
+use super::error::{Error, bad_input};
 use super::execute::{Executed, Overwrite, execute, results, threads};
 use super::files::cannot_write;
 use super::output::{note, print_with_verdicts};
@@ -56,8 +56,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         return run_one(arguments, Prepared::read(arguments, study)?);
     }
     if arguments.out.is_some() {
-        let message = "--out: one folder for several files; expected a single experiment file with it";
-        return Err(Error::Input(message.to_owned()));
+        return Err(bad_input(
+            "--out: one folder for several files; expected a single experiment file with it",
+        ));
     }
     let more = arguments.more.iter().map(|file| StudyArguments {
         file: file.clone(),
@@ -73,8 +74,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         .map(|path| path.to_str().map_or_else(|| format!("{path:?}"), str::to_owned))
         .collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
-        let message = format!("two of these files would write to {folder}; expected different names");
-        return Err(Error::Input(message));
+        return Err(Error::Input(format!(
+            "two of these files would write to {folder}; expected different names"
+        )));
     }
     // All files are checked before the first one runs.
     for prepared in &mut prepared {
@@ -100,8 +102,9 @@ struct Prepared<'a> {
 impl<'a> Prepared<'a> {
     fn read(arguments: &Arguments, study: &'a StudyArguments) -> Result<Self, Error> {
         if arguments.out.is_none() && study.name() == "-" {
-            let message = "--out: expected a folder, because the experiment comes from standard input";
-            return Err(Error::Input(message.to_owned()));
+            return Err(bad_input(
+                "--out: expected a folder, because the experiment comes from standard input",
+            ));
         }
         let file = file(arguments, study)?;
         let out = arguments.out.as_deref();
@@ -119,8 +122,9 @@ fn file(arguments: &Arguments, study: &StudyArguments) -> Result<ExperimentFile,
     let sets_seed = |set: &String| set.split('=').next().is_some_and(|key| key.trim() == "seed");
     let seed = if study.seed.is_some() { "--seed" } else { "--set seed" };
     if arguments.confirmation.is_asked() && (study.seed.is_some() || study.set.iter().any(sets_seed)) {
-        let message = format!("{seed}: --confirm sets the seed; expected --confirm SEED alone");
-        return Err(Error::Input(message));
+        return Err(Error::Input(format!(
+            "{seed}: --confirm sets the seed; expected --confirm SEED alone"
+        )));
     }
     arguments.confirmation.of(study.read()?, &study.file)
 }

@@ -110,8 +110,9 @@ fn index(given: Option<&str>, shards: usize, plan: &Path) -> Result<usize, Error
         (Some(given), _) => ("", given.to_owned()),
         (None, Ok(task)) => (TASK, task),
         (None, Err(_)) => {
-            let message = format!("expected a shard's number, such as 3/{shards}, or {TASK}");
-            return Err(Error::Input(message));
+            return Err(Error::Input(format!(
+                "expected a shard's number, such as 3/{shards}, or {TASK}"
+            )));
         }
     };
     let (number, total) = match text.split_once('/') {

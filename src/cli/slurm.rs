@@ -6,6 +6,7 @@ use super::output::{note, print};
 use super::plan::{SizeArguments, plan};
 use super::programs::{Consent, folder_of};
 use super::study_arguments::StudyArguments;
+use super::template::filled;
 use crate::files::{self, Kind};
 use crate::study::cluster::ShardPlan;
 use crate::text::{beginning, script_word, visible};
@@ -244,22 +245,6 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
         return Ok(());
     }
     files::create(path, text.as_bytes()).map_err(|error| Error::Failed(format!("{}: {error}", path.display())))
-}
-
-/// Fills the places `{name}` of a script. The values are not searched again; braces of the shell have no such
-/// names.
-fn filled(script: &str, places: &[(&str, String)]) -> String {
-    let mut text = String::new();
-    for part in script.split_inclusive('}') {
-        let at = part.rfind('{').map(|at| part.split_at(at));
-        let value = at.and_then(|(before, place)| {
-            let name = place.trim_matches(['{', '}']);
-            let (_, value) = places.iter().find(|(known, _)| *known == name)?;
-            Some([before, value])
-        });
-        text.extend(value.map_or_else(|| vec![part], |parts| parts.to_vec()));
-    }
-    text
 }
 
 /// Prints the commands, or runs them.

@@ -1,6 +1,6 @@
 //! The arguments that name a study: an experiment file, and what replaces its keys.
 
-use super::error::Error;
+use super::error::{Error, bad_file, bad_input};
 use super::output::note;
 use crate::study::file::{ExperimentFile, FileError, Needs, Store, TRIAL_LIMIT, TrialRule};
 use crate::study::{Engine, Experiment, read_announced, read_manifest, same_trials, stored_designs};
@@ -47,10 +47,9 @@ impl StudyArguments {
 
     /// Reads the file and applies the arguments to it.
     pub(super) fn read(&self) -> Result<ExperimentFile, Error> {
-        let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
-        let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
-        let mut file = ExperimentFile::read(&self.file).map_err(|e| input(&e))?;
-        file.check_filters().map_err(in_file)?;
+        let in_file = bad_file(&self.file);
+        let mut file = ExperimentFile::read(&self.file).map_err(bad_input)?;
+        file.check_filters().map_err(&in_file)?;
         if self.quick {
             if file.quick.is_none() {
                 let message = "the file has no such table, but --quick needs it; expected [quick] with trials";
@@ -93,7 +92,7 @@ impl StudyArguments {
 
     /// Returns the study of a file that [`Self::read`] returned.
     pub(super) fn of_file(&self, file: ExperimentFile, folder: &Path) -> Result<(Experiment, TrialRule), Error> {
-        let in_file = |error: FileError| Error::Input(format!("{}: {error}", self.file.display()));
+        let in_file = bad_file(&self.file);
         let rule = file.trials.clone();
         let there = as_stored(&file, folder);
         let experiment = there.map_or_else(|| Experiment::new(file).map_err(in_file), Ok)?;

@@ -1,6 +1,6 @@
 //! `asobench test-method`: tests whether a program follows docs/protocol.md and does what a method must.
 
-use super::error::{Error, failed};
+use super::error::{Error, bad_file, failed};
 use super::exit_code::FAILED;
 use super::output::print;
 use super::programs::{self, Consent, introduced};
@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let (_, experiment) = introduced(study.read()?, &study.file, &arguments.consent)?;
     let Some(experiment) = experiment else {
         let message = "no method is a program; expected [[methods]] with 'command'";
-        return Err(Error::Input(format!("{}: {message}", study.file.display())));
+        return Err(bad_file(&study.file)(message));
     };
     let cell = experiment.cells[0].discrete();
     let cell = cell.ok_or_else(|| failed("a study in continuous time has no records"))?;
@@ -74,8 +74,20 @@ enum Seen {
     Note(String),
 }
 
-/// The result of a check: what was observed, or what is wrong.
-type Outcome = Result<Seen, String>;
+/// Why a check did not pass.
+enum Stop {
+    /// The program is wrong.
+    Wrong(String),
+    /// The test itself cannot go on.
+    Ended(Error),
+}
+
+/// The result of a check.
+type Outcome = Result<Seen, Stop>;
+
+fn wrong<T>(why: String) -> Result<T, Stop> {
+    Err(Stop::Wrong(why))
+}
 
 struct Test<'a> {
     program: &'a Arc<Program>,
@@ -94,7 +106,7 @@ impl Test<'_> {
             visible(&self.program.name),
             visible(ready.identity())
         ))?;
-        type Check<'a, 'b> = &'b dyn Fn(&Test<'a>) -> Result<Outcome, Error>;
+        type Check<'a, 'b> = &'b dyn Fn(&Test<'a>) -> Outcome;
         let checks: [(&str, Check<'_, '_>); 6] = [
             ("models", &Self::models),
             ("the same batch twice", &|test| test.twice(ready.deterministic)),
@@ -107,10 +119,11 @@ impl Test<'_> {
         let mut told = Vec::new();
         for (name, check) in checks {
             let before = self.program.log.length();
-            let (word, text) = match check(self)? {
+            let (word, text) = match check(self) {
                 Ok(Seen::Fine(seen)) => ("ok", seen),
                 Ok(Seen::Note(seen)) => ("note", seen),
-                Err(wrong) => ("WRONG", wrong),
+                Err(Stop::Wrong(wrong)) => ("WRONG", wrong),
+                Err(Stop::Ended(error)) => return Err(error),
             };
             let line = format!("  {word:<7} {name}: {}", visible(text));
             print(&wrap(&line, WIDTH, INDENT))?;
@@ -132,91 +145,80 @@ impl Test<'_> {
         (0..count).map(record).collect()
     }
 
-    fn ask(&self, records: &[Record]) -> Result<Result<Answered, String>, Error> {
+    fn ask(&self, records: &[Record]) -> Result<Answered, Stop> {
         let samples = records.first().map_or(0, |record| record.y.len());
-        ask_once(self.program, &self.cell.problem(samples), records).map_err(failed)
+        let asked = ask_once(self.program, &self.cell.problem(samples), records);
+        asked.map_err(|error| Stop::Ended(failed(error)))?.map_err(Stop::Wrong)
     }
 
-    fn models(&self) -> Result<Outcome, Error> {
-        Ok(self.ask(&self.records(RECORDS))?.and_then(|answered| {
-            let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-            for pass in &answered.passes {
-                *counts.entry(word(pass)).or_default() += 1;
-            }
-            let found = counts.iter().map(|(name, count)| format!("{count} {name}"));
-            let found = found.collect::<Vec<_>>().join(", ");
-            let text = format!("of {RECORDS} records {found}");
-            match (counts.contains_key(MODEL), counts.len()) {
-                (false, _) => Err(format!("{text}; expected a model for at least one")),
-                (true, 1) => Ok(Seen::Fine(text)),
-                (true, _) => Ok(Seen::Note(text)),
-            }
-        }))
+    fn models(&self) -> Outcome {
+        let answered = self.ask(&self.records(RECORDS))?;
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for pass in &answered.passes {
+            *counts.entry(word(pass)).or_default() += 1;
+        }
+        let found = counts.iter().map(|(name, count)| format!("{count} {name}"));
+        let found = found.collect::<Vec<_>>().join(", ");
+        let text = format!("of {RECORDS} records {found}");
+        match (counts.contains_key(MODEL), counts.len()) {
+            (false, _) => wrong(format!("{text}; expected a model for at least one")),
+            (true, 1) => Ok(Seen::Fine(text)),
+            (true, _) => Ok(Seen::Note(text)),
+        }
     }
 
-    fn twice(&self, deterministic: bool) -> Result<Outcome, Error> {
+    fn twice(&self, deterministic: bool) -> Outcome {
         let records = self.records(RECORDS);
-        let first = match self.ask(&records)? {
-            Ok(first) => first,
-            Err(wrong) => return Ok(Err(wrong)),
-        };
-        Ok(self
-            .ask(&records)?
-            .and_then(|second| match (first.same_bits(&second), deterministic) {
-                (true, _) => Ok(Seen::Fine("the same bits".to_owned())),
-                (false, false) => Ok(Seen::Fine("different bits, as it declares".to_owned())),
-                (false, true) => Err("different bits, although it says that it is deterministic".to_owned()),
-            }))
+        let (first, second) = (self.ask(&records)?, self.ask(&records)?);
+        match (first.same_bits(&second), deterministic) {
+            (true, _) => Ok(Seen::Fine("the same bits".to_owned())),
+            (false, false) => Ok(Seen::Fine("different bits, as it declares".to_owned())),
+            (false, true) => wrong("different bits, although it says that it is deterministic".to_owned()),
+        }
     }
 
-    fn sizes(&self, deterministic: bool) -> Result<Outcome, Error> {
+    fn sizes(&self, deterministic: bool) -> Outcome {
         if !deterministic {
             let text = "not compared, since it is not deterministic";
-            return Ok(Ok(Seen::Note(text.to_owned())));
+            return Ok(Seen::Note(text.to_owned()));
         }
         let records = self.records(RECORDS);
-        let whole = match self.ask(&records)? {
-            Ok(whole) => whole,
-            Err(wrong) => return Ok(Err(wrong)),
-        };
+        let whole = self.ask(&records)?;
         let mut largest = 0.0_f64;
         for size in [1, 5] {
             for (part, expected) in records.chunks(size).zip(whole.passes.chunks(size)) {
-                let found = match self.ask(part)? {
-                    Ok(found) => found,
-                    Err(wrong) => return Ok(Err(wrong)),
-                };
+                let found = self.ask(part)?;
                 for ((found, expected), record) in found.passes.iter().zip(expected).zip(part) {
                     let trial = record.trial;
                     let Some(apart) = apart(found, expected) else {
-                        return Ok(Err(format!(
+                        return wrong(format!(
                             "trial {trial} in a batch of {size}: {}; in one of {RECORDS}: {}; expected the same \
                              status and orders",
                             word(found),
                             word(expected)
-                        )));
+                        ));
                     };
                     if !(apart <= ALIKE) {
-                        return Ok(Err(format!(
+                        return wrong(format!(
                             "trial {trial} in a batch of {size} is {apart:.1e} from the same in one of {RECORDS}; \
                              expected at most {ALIKE:e}"
-                        )));
+                        ));
                     }
                     largest = largest.max(apart);
                 }
             }
         }
-        Ok(Ok(Seen::Fine(format!(
+        Ok(Seen::Fine(format!(
             "1 and 5 instead of {RECORDS}: within {largest:.1e}"
-        ))))
+        )))
     }
 
-    fn noise_free(&self) -> Result<Outcome, Error> {
+    fn noise_free(&self) -> Outcome {
         let plant_order = self.cell.plant_order();
         let asked = self.program.options.orders;
         if asked.map_or(self.cell.order, crate::model::Orders::order) < plant_order {
             let text = "not asked, since the plant has a larger order";
-            return Ok(Ok(Seen::Note(text.to_owned())));
+            return Ok(Seen::Note(text.to_owned()));
         }
         let process = Process::from_settings(ProcessSettings {
             x0: vec![0.0; plant_order],
@@ -228,31 +230,28 @@ impl Test<'_> {
             ..self.cell.process.settings().clone()
         });
         let noise_free = DiscreteCell {
-            process: process.map_err(failed)?,
+            process: process.map_err(|error| Stop::Ended(failed(error)))?,
             eta: 0.0,
             ..self.cell.clone()
         };
         let mut first = String::new();
         for trial in 0..RECORDS {
             let (record, truth) = noise_free.record_for_program(self.seed, trial);
-            let answered = match self.ask(&[record])? {
-                Ok(answered) => answered,
-                Err(wrong) => return Ok(Err(wrong)),
-            };
+            let answered = self.ask(&[record])?;
             let pass = &answered.passes[0];
             if pass.progress >= Progress::Parameters {
                 let plant = LinearModel::from_canonical(&truth.a, &truth.h, 1);
-                return Ok(recovered(&plant, &pass.model, trial));
+                return recovered(&plant, &pass.model, trial);
             }
             if trial == 0 {
                 word(pass).clone_into(&mut first);
             }
         }
         let text = format!("trial 0 {first}, no model of trials 0 to {}", RECORDS - 1);
-        Ok(Ok(Seen::Note(text)))
+        Ok(Seen::Note(text))
     }
 
-    fn odd(&self) -> Result<Outcome, Error> {
+    fn odd(&self) -> Outcome {
         let plain = self.records(1).swap_remove(0);
         let n = plain.y.len();
         let of = |u: f64, y: f64| Record {
@@ -277,49 +276,46 @@ impl Test<'_> {
             ("short", shortened),
             ("as before", plain.clone()),
         ] {
-            let asked = self.ask(&[record])?;
-            fine &= asked.is_ok();
-            let what = asked.map_or_else(|wrong| wrong, |answered| word(&answered.passes[0]).to_owned());
+            let what = match self.ask(&[record]) {
+                Ok(answered) => word(&answered.passes[0]).to_owned(),
+                Err(Stop::Wrong(why)) => {
+                    fine = false;
+                    why
+                }
+                ended => ended.map(|_| String::new())?,
+            };
             seen.push(format!("{name}: {what}"));
         }
         let seen = seen.join(", ");
-        Ok(if fine { Ok(Seen::Fine(seen)) } else { Err(seen) })
+        if fine { Ok(Seen::Fine(seen)) } else { wrong(seen) }
     }
 
     /// Returns the median time of a message with so many records, seconds.
-    fn seconds(&self, count: u64) -> Result<Result<f64, String>, Error> {
+    fn seconds(&self, count: u64) -> Result<f64, Stop> {
         let (records, begin) = (self.records(count), Instant::now());
         let mut seconds = Vec::new();
         while seconds.len() < REPETITIONS && (seconds.is_empty() || begin.elapsed() < TIMING) {
-            match self.ask(&records)? {
-                Ok(answered) => seconds.push(answered.elapsed.as_secs_f64()),
-                Err(wrong) => return Ok(Err(wrong)),
-            }
+            seconds.push(self.ask(&records)?.elapsed.as_secs_f64());
         }
         seconds.sort_by(f64::total_cmp);
-        Ok(Ok(seconds[seconds.len() / 2]))
+        Ok(seconds[seconds.len() / 2])
     }
 
-    fn time(&self) -> Result<Outcome, Error> {
+    fn time(&self) -> Outcome {
         let batch = self.program.options.batch;
-        let single = match self.seconds(1)? {
-            Ok(single) => single,
-            Err(wrong) => return Ok(Err(wrong)),
-        };
-        Ok(self.seconds(batch)?.and_then(|seconds| {
-            let text = format!(
-                "{:.3} ms for a record alone, {:.3} ms for each of {batch}",
-                1e3 * single,
-                1e3 * seconds / batch as f64
-            );
-            let timeout = self.program.options.timeout;
-            if seconds > timeout / 2.0 {
-                return Err(format!(
-                    "{text}: {seconds:.1} s for a batch, near the timeout of {timeout} s; expected a smaller 'batch'"
-                ));
-            }
-            Ok(Seen::Fine(text))
-        }))
+        let (single, seconds) = (self.seconds(1)?, self.seconds(batch)?);
+        let text = format!(
+            "{:.3} ms for a record alone, {:.3} ms for each of {batch}",
+            1e3 * single,
+            1e3 * seconds / batch as f64
+        );
+        let timeout = self.program.options.timeout;
+        if seconds > timeout / 2.0 {
+            return wrong(format!(
+                "{text}: {seconds:.1} s for a batch, near the timeout of {timeout} s; expected a smaller 'batch'"
+            ));
+        }
+        Ok(Seen::Fine(text))
     }
 }
 
@@ -334,7 +330,7 @@ fn recovered(plant: &LinearModel, model: &LinearModel, trial: u64) -> Outcome {
     let error = crate::metric::relative_error(&response(plant), &response(model));
     let text = format!("impulse response {error:.1e} from the plant's");
     if !(error <= RECOVERED) {
-        return Err(format!("{text}; expected at most {RECOVERED:e}"));
+        return wrong(format!("{text}; expected at most {RECOVERED:e}"));
     }
     Ok(match trial {
         0 => Seen::Fine(text),

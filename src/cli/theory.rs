@@ -1,6 +1,7 @@
 //! `asobench theory`: prints limits, asymptotic accuracy and Cramer-Rao bounds of an experiment file's cells.
 
 use super::error::Error;
+use super::groups;
 use super::output::{Format, print, print_json};
 use super::study_arguments::StudyArguments;
 use crate::number::uncertain;
@@ -39,19 +40,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         Format::Text => {
             print(HEAD)?;
             // Limits do not depend on N, so cells that differ in it share a table.
-            let mut groups: Vec<(Vec<String>, String, Vec<usize>)> = Vec::new();
+            let mut tables = Vec::new();
             for (number, cell) in cells {
-                let settings = differences(&experiment, cell);
                 let table = table(experiment.theory(number));
-                match groups
-                    .iter_mut()
-                    .find(|(of, text, _)| *of == settings && *text == table)
-                {
-                    Some((_, _, cells)) => cells.push(number),
-                    None => groups.push((settings, table, vec![number])),
-                }
+                groups::add(&mut tables, (differences(&experiment, cell), table), number);
             }
-            for (settings, table, cells) in groups {
+            for ((settings, table), cells) in tables {
                 print(&(heading(&cells, &settings) + &table))?;
             }
         }

@@ -76,6 +76,8 @@ fn reasons_are_on_the_terminal_and_on_the_page() {
         return;
     }
     let part = [
+        "--edition",
+        "2.0",
         "--contest",
         "structure",
         "--only",

@@ -7,7 +7,7 @@ use crate::diagnosis::{Precision, Residuals};
 use crate::estimator::InitialCondition;
 use crate::estimator::initial_state::InitialState;
 use crate::estimator::{Failure, FailureKind};
-use crate::estimator::{Method, MethodOptions, Offset, Pass, Problem, Progress, Runs, SetupError, Shape, Window};
+use crate::estimator::{Method, MethodOptions, Offset, Pass, Progress, Runs, SetupError, Window};
 use crate::metric::{Fit, FitModel};
 use crate::model::{LinearModel, Units};
 use crate::plant::{PoleFinder, simulate};
@@ -119,16 +119,8 @@ pub fn fit_records(
     }
     let options = options.into();
     let order = options.order(order);
-    let method = Method::named("model", options);
-    let shape = Shape { order, window: y.len() };
-    let mut estimator = method.prepare(Problem {
-        covariance: true,
-        runs: lengths,
-        ..shape.into()
-    })?;
-    let mut passes = vec![Pass::new(order); method.passes()];
     let window = Window::with_reference(u, y, r, y.len());
-    estimator.estimate(window, &mut passes);
+    let mut passes = Method::named("model", options).estimate_once(order, lengths, window, true)?;
     let pass = passes.pop().ok_or(SetupError::ZeroOrder)?;
     match pass.failure {
         Some(failure) if pass.progress < Progress::Parameters => Err(FitError::Failed(failure)),

@@ -2,6 +2,7 @@
 //! their poles, and those of the full-order observers.
 
 use crate::cli::equation::broken;
+use crate::cli::groups;
 use crate::data::PlantSource;
 use crate::model::{LinearModel, Orders};
 use crate::observer::gpebo::ObserverSpec;
@@ -45,11 +46,7 @@ pub(super) fn plants(experiment: &Experiment) -> String {
                 }
             },
         };
-        match plants.iter_mut().find(|(other, _)| *other == text) {
-            Some((_, names)) if names.contains(&name) => {}
-            Some((_, names)) => names.push(name),
-            None => plants.push((text, vec![name])),
-        }
+        groups::add(&mut plants, text, name);
     }
     let more = plants.len().saturating_sub(SHOWN);
     let lines = plants.iter().take(SHOWN).map(|(text, names)| {

@@ -21,7 +21,7 @@ const OUTPUT: &str = "Output";
 pub(super) const ESTIMATORS: &str = "Options of the estimators";
 
 /// Estimate a plant, its initial state and its observer from a CSV file with columns u and y
-#[derive(clap::Args)]
+#[derive(Default, clap::Args)]
 #[command(
     after_help = "All options, those of each estimator too: asobench estimate --help",
     after_long_help = "Gains: dead-beat, scaled:RHO (eigenvalues RHO * eig(A-hat)), poles:LIST (such as \
@@ -132,20 +132,11 @@ impl Arguments {
     /// The arguments of one estimator, without any others.
     pub(super) fn of_one(record: RecordArguments, estimator: EstimatorName, options: OptionFlags) -> Self {
         Self {
-            more: Vec::new(),
             record,
             estimator: vec![estimator],
-            gain: Gain::default(),
-            states: None,
-            plot: Vec::new(),
-            report: None,
-            validate: None,
-            details: false,
-            ts: None,
-            hz: false,
             horizon: 1,
-            format: Format::Text,
             options,
+            ..Self::default()
         }
     }
 
@@ -159,7 +150,7 @@ impl Arguments {
 }
 
 /// A record, and the orders of its models.
-#[derive(Clone, clap::Args)]
+#[derive(Clone, Default, clap::Args)]
 pub(super) struct RecordArguments {
     /// CSV, .parquet, .xlsx, or - for a pipe
     ///

@@ -103,11 +103,7 @@ fn polynomials(model: &LinearModel) -> Value {
 }
 
 fn observer(observer: &Observed) -> Value {
-    json!({
-        "g": observer.g,
-        "x_at_window": observer.at_window,
-        "x_last": observer.last,
-    })
+    json!({ "g": observer.g, "x_at_window": observer.at_window(), "x_last": observer.last() })
 }
 
 fn offset(Offset { value, se }: &Offset) -> Value {

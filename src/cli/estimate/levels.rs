@@ -2,7 +2,7 @@
 
 use super::report::{Estimate, Report};
 use crate::diagnosis::LoopVerdict;
-use crate::estimator::{Method, Pass, Problem, Shape, Window};
+use crate::estimator::{Method, Window};
 use crate::metric::tails::chi_square_above;
 use crate::text::rounded;
 use asobench_identification::Fitted;
@@ -173,18 +173,10 @@ fn fit(estimate: &Estimate, report: &Report, of: &Addition) -> Option<Fitted> {
         }
     }
     let options = estimate.name.parse(options).ok()?;
-    let (window, order) = (report.window, estimate.last().fitted.pass.a.len());
-    let lengths = report.lengths();
-    let problem = Problem {
-        covariance: true,
-        runs: &lengths,
-        ..Shape { order, window }.into()
-    };
-    let mut method = Method::named(estimate.name.name(), options).prepare(problem).ok()?;
-    let mut passes = [Pass::new(order)];
-    let u = of.input(report);
-    method.estimate(Window::new(&u, &report.record.y[..window], window), &mut passes);
-    let [pass] = passes;
+    let (u, order) = (of.input(report), estimate.last().fitted.pass.a.len());
+    let window = Window::new(&u, &report.record.y, report.window);
+    let passes = Method::named(estimate.name.name(), options).estimate_once(order, &report.lengths(), window, true);
+    let pass = passes.ok()?.pop()?;
     let has_model = pass.failure.is_none_or(|of| of.kind.leaves_a_model());
     (has_model && pass.loss.is_finite()).then(|| Fitted::new(pass, 0))
 }

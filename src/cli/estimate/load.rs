@@ -1,11 +1,11 @@
 //! Reads the record of `asobench estimate`, and checks that flags, estimators and record fit each other.
 
-use super::arguments::Arguments;
+use super::arguments::{Arguments, RecordArguments};
 use super::hints;
 use super::record::{self, Recognised};
 use super::report::{Clock, MOST_EXCITED, Report, Validation};
 use super::unit::in_own_unit;
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_input};
 use crate::data::csv::Record;
 use crate::data::{Detrend, Rounding, Trend};
 use crate::diagnosis::FeedbackTest;
@@ -56,32 +56,20 @@ pub(super) fn load(arguments: &Arguments, orders: Orders, recognised: Recognised
     let (rounding, excitation) = (Rounding::of(u, y), excitation_order(u, MOST_EXCITED));
     let unit = in_own_unit(&mut record, window).map_err(&bad)?;
     let rounding = rounding.divided_by(unit);
-    let mut trends = [Trend::default(); 2];
-    let signals = [("u", &mut record.u), ("y", &mut record.y)];
-    let point = arguments.record.operating_point;
-    let points = point.map_or([None; 2], |point| point.map(Some));
-    for (((name, values), trend), point) in signals.into_iter().zip(&mut trends).zip(points) {
-        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let before = largest(&values[..window]);
-        *trend = match point {
-            Some(level) => Trend::constant(level / unit),
-            None => Trend::fit(arguments.record.detrend, &values[..window]),
-        };
-        trend.subtract(values);
-        if largest(&values[..window]) <= 64.0 * f64::EPSILON * before {
-            return Err(bad(format!(
-                "column {name} is exactly {} over the window; nothing is left to identify from",
-                match point {
-                    Some(level) => level.to_string(),
-                    None => format!("its {} trend", arguments.record.detrend),
-                }
-            )));
-        }
-    }
-    if let Some(of_window) = record.r.get(..window) {
-        // The models have no offset: neither has what drives the loop.
-        let detrend = point.map_or(arguments.record.detrend, |_| Detrend::Mean);
-        Trend::fit(detrend, of_window).subtract(&mut record.r);
+    let largest = |record: &Record| {
+        let columns = [&record.u, &record.y].map(|column| column[..window].iter());
+        columns.map(|column| column.fold(0.0_f64, |most, sample| most.max(sample.abs())))
+    };
+    let before = largest(&record);
+    let trends = subtract(&arguments.record, &mut record, window, unit);
+    let mut left = largest(&record).into_iter().zip(before);
+    if let Some(i) = left.position(|(left, before)| left <= 64.0 * f64::EPSILON * before) {
+        let level = arguments.record.operating_point.map(|point| point[i].to_string());
+        return Err(bad(format!(
+            "column {} is exactly {} over the window; nothing is left to identify from",
+            ["u", "y"][i],
+            level.unwrap_or_else(|| format!("its {} trend", arguments.record.detrend))
+        )));
     }
     let validation = validation(arguments, unit, &trends, needed)?;
     Ok(Report {
@@ -106,6 +94,26 @@ pub(super) fn load(arguments: &Arguments, orders: Orders, recognised: Recognised
         record,
         estimates: Vec::new(),
     })
+}
+
+/// Subtracts from the signals of a record, which is in this unit, their trends over a window, or the operating point.
+pub(super) fn subtract(arguments: &RecordArguments, record: &mut Record, window: usize, unit: f64) -> [Trend; 2] {
+    let Record { u, y, r } = record;
+    let point = arguments.operating_point;
+    let trend_of = |values: &mut Vec<f64>, level: Option<f64>| {
+        let own = || Trend::fit(arguments.detrend, &values[..window]);
+        let trend = level.map_or_else(own, |level| Trend::constant(level / unit));
+        trend.subtract(values);
+        trend
+    };
+    let levels = point.map_or([None; 2], |point| point.map(Some));
+    let trends = [trend_of(u, levels[0]), trend_of(y, levels[1])];
+    if let Some(of_window) = r.get(..window) {
+        // The models have no offset: neither has what drives the loop.
+        let detrend = point.map_or(arguments.detrend, |_| Detrend::Mean);
+        Trend::fit(detrend, of_window).subtract(r);
+    }
+    trends
 }
 
 /// Refuses an order that no estimator takes.
@@ -139,8 +147,8 @@ pub(super) fn clock_of(arguments: &Arguments, column: Option<Clock>) -> Result<O
     const AGREES: f64 = 0.01;
     let Some(step) = arguments.ts else {
         if arguments.hz && column.is_none() {
-            return Err(Error::Input(
-                "--hz: the time between samples is not known; expected --ts SECONDS or a column of times".to_owned(),
+            return Err(bad_input(
+                "--hz: the time between samples is not known; expected --ts SECONDS or a column of times",
             ));
         }
         return Ok(column);
@@ -169,9 +177,10 @@ fn validation(
         return Ok(None);
     };
     if arguments.record.detrend == Detrend::Linear {
-        let message = "--validate: the straight line of one record is not that of another; expected --detrend mean or \
-            none";
-        return Err(Error::Input(message.to_owned()));
+        return Err(bad_input(
+            "--validate: the straight line of one record is not that of another; expected --detrend mean or \
+            none",
+        ));
     }
     let recognised = record::read(path, &arguments.record)?;
     let Recognised { mut record, .. } = recognised.whole(path, "--validate")?;

@@ -1,13 +1,13 @@
 //! `asobench observe`: the states of a record, by an observer of a model that is fitted to it.
 
 use super::one_estimator::estimate;
+use super::outputs::{state_columns, write_csv};
 use super::report::{Estimate, Report};
+use super::text::fact;
 use super::{hints, load::load, orders, record, text, words};
-use crate::cli::equation::broken;
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_input};
 use crate::cli::files::{check_output, drawn, write_whole};
 use crate::cli::output::{Format, note, print, print_json};
-use crate::data::csv;
 use crate::estimator::{EstimatorName, Progress};
 use crate::files::{Kind, numbers_as_parquet};
 use crate::number::plus_minus;
@@ -149,9 +149,7 @@ fn observe<'a>(arguments: &'a Arguments, report: &'a Report) -> Result<Observed<
         }
         Choice::OfModel(kind) => kind,
         Choice::Adaptive(name) => {
-            let options = name
-                .parse(estimate.given())
-                .map_err(|error| Error::Input(error.to_string()))?;
+            let options = name.parse(estimate.given()).map_err(bad_input)?;
             let [u, y] = fitted.shifted(u, y);
             return Ok(Observed {
                 report,
@@ -249,13 +247,7 @@ impl Observed<'_> {
         let expected = expected
             .filter(|of| of.is_finite())
             .map_or_else(String::new, |of| format!(", expected {}", rounded(of, 4)));
-        let white = self.states.white.map_or_else(
-            || "not tested".to_owned(),
-            |white| {
-                let verdict = if white.passed { "white" } else { "NOT white" };
-                format!("{verdict} ({})", words::chance(white.p_value))
-            },
-        );
+        let white = self.states.white.map_or("not tested".to_owned(), words::whiteness);
         format!("{white}; mean square {}{expected}", rounded(square, 4))
     }
 
@@ -295,28 +287,16 @@ impl Observed<'_> {
         text.extend([format!("\n{}\n", words::heading(estimate))]);
         // No standard errors are printed here.
         let hints = estimate.hints.iter();
-        for hint in hints.filter(|hint| !hint.starts_with(hints::ASSUMED)) {
-            text += &wrap(&format!("  {:<18} {hint}", "hint"), 80, &" ".repeat(21));
-        }
-        let model = &estimate.last().fitted.model;
-        for line in model.equation().rounded(DIGITS).to_string().lines() {
-            text.extend([format!("  {}\n", broken(line, 2, 6))]);
-        }
-        for (name, offset) in words::offsets(&estimate.last().fitted.pass) {
-            let told = plus_minus(offset.value, offset.se);
-            text.extend([format!("  {name:<18} {told}\n")]);
-        }
-        if let Some(start) = words::start(estimate) {
-            text += &wrap(&format!("  {:<18} {start}", "start"), 80, &" ".repeat(21));
-        }
+        let hints = hints.filter(|hint| !hint.starts_with(hints::ASSUMED));
+        text.extend(hints.map(|hint| fact("hint", hint)));
+        let fitted = &estimate.last().fitted;
+        text += &text::equation(&fitted.model);
+        let offsets = words::offsets(&fitted.pass);
+        text.extend(offsets.map(|(name, offset)| fact(&name, plus_minus(offset.value, offset.se))));
+        text.extend(words::start(estimate).map(|start| fact("start", start)));
         if let Some(fit) = &estimate.fit {
-            let fit = fit.window;
-            text.extend([format!(
-                "  {:<18} {} simulated, {} one-step\n",
-                "FIT %, window",
-                text::percent(fit.simulated),
-                text::percent(fit.one_step)
-            )]);
+            let [simulated, one_step] = [fit.window.simulated, fit.window.one_step].map(text::percent);
+            text += &fact("FIT %, window", format!("{simulated} simulated, {one_step} one-step"));
         }
         text += &wrap(&format!("\nobserver {}", self.about()), 80, "  ");
         for (name, values) in self.numbers() {
@@ -326,23 +306,13 @@ impl Observed<'_> {
                 n @ 2..=4 if values.len() == n * n => n,
                 _ => 4,
             };
-            for (i, line) in values.chunks(each).enumerate() {
-                let name = if i == 0 { name } else { "" };
-                let cells: Vec<String> = line.iter().map(|cell| format!("{cell:>13}")).collect();
-                text.extend([format!("  {name:<18} {}\n", cells.join(" "))]);
-            }
+            text += &text::cells(name, &values, each);
         }
-        text += &wrap(
-            &format!("  {:<18} {}", "innovations", self.innovations()),
-            80,
-            &" ".repeat(21),
-        );
+        text += &fact("innovations", self.innovations());
         if !self.states.deviations.is_empty() {
-            text += &wrap(&format!("  {:<18} {}", "bands", BANDS), 80, &" ".repeat(21));
+            text += &fact("bands", BANDS);
         }
-        if let Some(remark) = self.remark() {
-            text += &wrap(&format!("  {:<18} {remark}", "hint"), 80, &" ".repeat(21));
-        }
+        text.extend(self.remark().map(|remark| fact("hint", remark)));
         text.extend([format!("\n{}", wrap(&self.form(), 80, ""))]);
         text
     }
@@ -444,23 +414,16 @@ impl Observed<'_> {
         page.html()
     }
 
-    /// The columns of the states' table, and whether a cell is empty.
+    /// The columns of the states' table; NaN is an empty cell.
     fn columns(&self) -> Vec<(String, Vec<f64>)> {
         let (n, samples, shift) = (self.states.order, self.samples(), self.estimate().shift());
-        let column = |values: &[f64], i: usize| values.iter().skip(i).step_by(n).copied().collect();
         let of_samples = |values: &[f64]| {
             let values = values.iter().copied();
             values.chain([f64::NAN]).collect::<Vec<f64>>()
         };
         let mut columns = vec![("k".to_owned(), (0..=samples).map(|k| k as f64).collect())];
-        for i in 0..n {
-            columns.push((format!("x{}", i + 1), column(&self.states.states, i)));
-        }
-        if !self.states.deviations.is_empty() {
-            for i in 0..n {
-                columns.push((format!("x{}_sd", i + 1), column(&self.states.deviations, i)));
-            }
-        }
+        columns.extend(state_columns(&self.states.states, n, ""));
+        columns.extend(state_columns(&self.states.deviations, n, "_sd"));
         if self.report.clock.is_some() {
             columns.push(("t".to_owned(), (0..=samples).map(|k| self.report.time(k)).collect()));
         }
@@ -482,27 +445,8 @@ impl Observed<'_> {
                 to.write_all(&numbers_as_parquet(&columns)?)
             });
         }
-        write_whole("--out", path, Kind::States, |to| {
-            let unit = self
-                .report
-                .unit_in_words()
-                .map_or_else(String::new, |words| format!("; {words}"));
-            let comment = format!("observer {}; {}{unit}", self.choice, self.form());
-            writeln!(to, "{}", csv::comment(&comment))?;
-            writeln!(
-                to,
-                "{}",
-                csv::line(columns.iter().map(|(name, _)| csv::Cell::Text(name)))
-            )?;
-            for k in 0..=self.samples() {
-                let cells = columns.iter().map(|(_, values)| match values[k] {
-                    value if value.is_nan() => csv::Cell::Text(""),
-                    value => csv::Cell::Number(value),
-                });
-                writeln!(to, "{}", csv::line(cells))?;
-            }
-            Ok(())
-        })
+        let about = format!("observer {}; {}", self.choice, self.form());
+        write_csv("--out", path, &about, self.report, &columns)
     }
 }
 

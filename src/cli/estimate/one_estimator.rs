@@ -1,21 +1,19 @@
 //! Runs an estimator on the window of a record.
 
 use super::arguments::Arguments;
-use super::flags::{OptionFlags, flag_of};
+use super::flags::{ORDERS, OptionFlags, flag_of};
 use super::hints;
 use super::levels::{Advice, Tried, levels};
 use super::orders::delayed;
 use super::report::{Clock, Estimate, Fits, Observed, PartReport, PassReport, Report, Samples, Validation};
 use crate::cli::error::Error;
 use crate::diagnosis::{Mode, Residuals};
-use crate::estimator::{
-    EstimatorName, Failure, FailureKind, Method, MethodOptions, Pass, Problem, Progress, Shape, Stage, Window,
-};
+use crate::estimator::{EstimatorName, Failure, Method, MethodOptions, Pass, Progress, SetupError, Stage, Window};
 use crate::model::Orders;
-use crate::observer::{Gain, ObservedModel, Observer};
+use crate::observer::ObserverKind;
 use crate::plant::PoleFinder;
 use crate::text::rounded;
-use asobench_identification::Fitted;
+use asobench_identification::{Fitted, ObservationError};
 use serde_json::{Map, Value, json};
 use std::ops::Range;
 
@@ -46,21 +44,20 @@ pub(super) fn estimate(arguments: &Arguments, name: EstimatorName, report: &Repo
         })
     };
     let mut parsed = parse(&options)?;
-    if let Some(orders) = parsed.default_orders(order).filter(|_| !options.contains_key("orders")) {
-        // From --order and --delay.
-        options.insert("orders".to_owned(), json!(delayed(orders, nk)));
-        parsed = parse(&options)?;
+    if !options.contains_key(ORDERS) {
+        // From --order and --delay. Several records are not shifted, nor is one without a delay.
+        let not_shifted = (!report.parts.is_empty() || nk == 0) && name.takes(ORDERS);
+        let made = parsed.default_orders(order);
+        let made = made.or(not_shifted.then(|| Orders::arx(order, order, 1)));
+        if let Some(orders) = made {
+            options.insert(ORDERS.to_owned(), json!(delayed(orders, nk)));
+            parsed = parse(&options)?;
+        }
     }
     if parsed.needs().reference.is_some() && report.record.r.is_empty() {
         return Err(bad(
             "needs the reference of the loop; expected --reference COLUMN or a column named r".to_owned(),
         ));
-    }
-    let not_shifted = !report.parts.is_empty() || nk == 0;
-    if not_shifted && name.takes("orders") && !options.contains_key("orders") {
-        // Several records are not shifted, nor is one without a delay.
-        options.insert("orders".to_owned(), json!(delayed(Orders::arx(order, order, 1), nk)));
-        parsed = parse(&options)?;
     }
     let options = parsed;
     check_variances(&options, report)?;
@@ -74,18 +71,22 @@ pub(super) fn estimate(arguments: &Arguments, name: EstimatorName, report: &Repo
     let gain = arguments.gain.check(options.order(order));
     gain.map_err(|error| Error::Input(format!("--gain: {error}")))?;
     let start_told = arguments.options.start_is_free(name);
-    let mut found = run(arguments, options.clone(), (name, shift), report)?;
-    found.start_told = start_told;
+    let run_observed = |options: MethodOptions| {
+        let found = run(name, options, (order, shift), report, true);
+        let mut found = found.map_err(|error| bad(error.to_string()))?;
+        observe(&mut found, report);
+        found.start_told = start_told;
+        Ok::<Estimate, Error>(found)
+    };
+    let mut found = run_observed(options)?;
     let mut tried = Tried::default();
     let mut advice = levels(&found, report, &mut tried);
     if let Some(Advice { chance, .. }) = advice.as_ref().filter(|of| of.start && start_told) {
         let mut with_start = found.given();
         OptionFlags::estimate_start(&mut with_start);
-        let mut begun = run(arguments, parse(&with_start)?, (name, shift), report)?;
-        begun.start_told = true;
-        begun.start_chance = Some(*chance);
-        advice = levels(&begun, report, &mut tried);
-        found = begun;
+        found = run_observed(parse(&with_start)?)?;
+        found.start_chance = Some(*chance);
+        advice = levels(&found, report, &mut tried);
     }
     let of_start = advice.map(|advice| advice.sentence);
     let of_start = of_start.or_else(|| hints::fixed_start(&found, report));
@@ -93,74 +94,77 @@ pub(super) fn estimate(arguments: &Arguments, name: EstimatorName, report: &Repo
     Ok(found)
 }
 
-/// Runs an estimator with options on the window; without hints.
-fn run(
-    arguments: &Arguments,
+/// Runs an estimator with options on the window, and computes the FIT of its last pass; without observer and hints.
+pub(super) fn run(
+    name: EstimatorName,
     options: MethodOptions,
-    (name, shift): (EstimatorName, usize),
+    (order, shift): (usize, usize),
     report: &Report,
-) -> Result<Estimate, Error> {
-    let samples = report.shifted(shift);
-    let order = report.orders.na;
-    let shape = Shape {
-        order,
-        window: samples.window,
-    };
-    let described = options.describe();
+    errors: bool,
+) -> Result<Estimate, SetupError> {
+    let Samples { u, y, r, window } = report.shifted(shift);
+    let (described, rest) = (options.describe(), options.begins_at_rest());
     let method = Method::named(name.name(), options);
-    let lengths = report.lengths();
-    let prepared = method.prepare(Problem {
-        covariance: true,
-        runs: &lengths,
-        ..shape.into()
-    });
-    let mut estimator = prepared.map_err(|error| Error::Input(format!("--estimator {name}: {error}")))?;
-    let mut passes = vec![Pass::new(order); method.passes()];
-    let reference = samples.r.unwrap_or(samples.u);
-    let window = Window::with_reference(samples.u, samples.y, reference, samples.window);
-    estimator.estimate(window, &mut passes);
+    let window = Window::with_reference(u, y, r.unwrap_or(u), window);
+    let passes = method.estimate_once(order, &report.lengths(), window, errors)?;
     // Iteration 0 may belong to another estimator, under that estimator's name.
     let numbers = method.outputs().iter().zip(passes);
     let own = numbers.filter(|(output, _)| output.estimator == name.name());
     let passes = own.map(|(output, pass)| (output.pass, pass_report(pass, report, shift)));
-    let mut estimate = Estimate::new(name, described, passes.collect(), report);
-    conclude(&mut estimate, &arguments.gain, report);
+    let mut estimate = Estimate {
+        name,
+        options: described,
+        passes: passes.collect(),
+        observer: None,
+        fit: None,
+        parts: Vec::new(),
+        white: None,
+        start_told: false,
+        start_chance: None,
+        hints: Vec::new(),
+    };
+    let fitted = &estimate.last().fitted;
+    if fitted.pass.progress < Progress::InitialState {
+        return Ok(estimate);
+    }
+    if report.parts.is_empty() {
+        estimate.fit = Some(fits(fitted, report));
+    } else {
+        let parts = parts(fitted, rest, report);
+        let tests = parts.iter().filter_map(|part| part.residuals.as_ref());
+        estimate.white = Residuals::white_together(tests, fitted.model.orders());
+        estimate.parts = parts;
+    }
     Ok(estimate)
 }
 
 /// Returns a pass with its delay, loss and poles.
-pub(super) fn pass_report(pass: Pass, report: &Report, shift: usize) -> PassReport {
-    let has_model = pass.progress >= Progress::Parameters;
-    let mut found = PassReport {
-        fitted: Fitted::new(pass, shift),
-        poles: Vec::new(),
-        radius: None,
-        precision: None,
-        modes: None,
-        residuals: None,
-        feedback: None,
-    };
-    if !has_model {
-        return found;
+fn pass_report(pass: Pass, report: &Report, shift: usize) -> PassReport {
+    let fitted = Fitted::new(pass, shift);
+    if fitted.pass.progress < Progress::Parameters {
+        return PassReport {
+            fitted,
+            radius: None,
+            precision: None,
+            modes: None,
+            residuals: None,
+        };
     }
-    let window = report.window;
-    let [u, y] = [&report.record.u, &report.record.y].map(|signal| &signal[..window]);
-    let fitted = found.fitted.with_loss(&report.runs(), u, y);
+    let [u, y] = [&report.record.u, &report.record.y].map(|signal| &signal[..report.window]);
+    let fitted = fitted.with_loss(&report.runs(), u, y);
     let Pass { a, unstable, .. } = &fitted.pass;
-    found.radius = Some(PoleFinder::new(a.len()).spectral_radius(a, !unstable));
-    found.poles = fitted.poles();
     let precision = fitted.precision();
-    found.modes = report.clock.map(|Clock { step, .. }| {
-        let poles = precision.poles.iter();
-        poles.filter_map(|pole| Mode::of(pole, step)).collect()
-    });
-    found.precision = Some(precision);
-    if report.parts.is_empty() {
-        found.residuals = fitted.residuals(u, y, false, report.rounding);
+    let is_one = report.parts.is_empty();
+    PassReport {
+        radius: Some(PoleFinder::new(a.len()).spectral_radius(a, !unstable)),
+        modes: report.clock.map(|Clock { step, .. }| {
+            let poles = precision.poles.iter();
+            poles.filter_map(|pole| Mode::of(pole, step)).collect()
+        }),
+        precision: Some(precision),
+        residuals: is_one.then(|| fitted.residuals(u, y, false, report.rounding)).flatten(),
+        fitted,
     }
-    found.feedback = report.feedback;
-    found.fitted = fitted;
-    found
 }
 
 /// Refuses a variance of noise that is not below the mean square of its signal.
@@ -180,43 +184,8 @@ fn check_variances(options: &MethodOptions, report: &Report) -> Result<(), Error
     Ok(())
 }
 
-/// Computes FIT and observer for the last pass.
-fn conclude(estimate: &mut Estimate, gain: &Gain, report: &Report) {
-    let options = estimate.name.parse(estimate.given());
-    let rest = options.is_ok_and(|options| options.begins_at_rest());
-    let last = estimate.passes.len() - 1;
-    let (number, PassReport { fitted, .. }) = &mut estimate.passes[last];
-    if fitted.pass.progress < Progress::InitialState {
-        return;
-    }
-    if !report.parts.is_empty() {
-        estimate.parts = parts(fitted, rest, report);
-        let parts = estimate.parts.iter();
-        let tests = parts.filter_map(|part| part.residuals.as_ref());
-        estimate.white = Residuals::white_together(tests, fitted.model.orders());
-        return;
-    }
-    estimate.fit = Some(fits(fitted, report));
-    let observed = match fitted.pass.observed() {
-        Some(model) => {
-            let samples = report.shifted(fitted.shift);
-            let y = &fitted.less_offset(samples.y);
-            observe(model, gain, Samples { y, ..samples })
-        }
-        None => return,
-    };
-    match observed {
-        Err(kind) => fitted.pass.fail(Failure {
-            kind,
-            stage: Stage::Observer,
-            pass: *number,
-        }),
-        Ok(observed) => estimate.observer = Some(observed),
-    }
-}
-
 /// Returns what a model is on each of several records: from rest, or from the state that is estimated on it.
-pub(super) fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartReport> {
+fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartReport> {
     let horizon = report.horizon;
     let part = |(i, run): (usize, &Range<usize>)| {
         let fitted = fitted.of_record(i);
@@ -235,7 +204,7 @@ pub(super) fn parts(fitted: &Fitted, rest: bool, report: &Report) -> Vec<PartRep
 }
 
 /// Returns the FIT of a pass on the window, and on the record for validation or the samples after the window.
-pub(super) fn fits(fitted: &Fitted, report: &Report) -> Fits {
+fn fits(fitted: &Fitted, report: &Report) -> Fits {
     let Samples { u, y, window, .. } = report.shifted(fitted.shift);
     let horizon = report.horizon;
     let validation = match &report.validation {
@@ -251,22 +220,30 @@ pub(super) fn fits(fitted: &Fitted, report: &Report) -> Fits {
     }
 }
 
-/// Runs stage 12 on the whole record.
-fn observe(model: ObservedModel<'_>, gain: &Gain, samples: Samples<'_>) -> Result<Observed, FailureKind> {
-    let mut observer = Observer::new(gain.clone(), model.a.len());
-    let (mut at_window, mut last) = (Vec::new(), model.x0.to_vec());
-    observer.run(model, samples.u, samples.y, |k, x| {
-        if k == samples.window {
-            at_window = x.to_vec();
-        }
-        last.copy_from_slice(x);
-    })?;
-    if samples.window == samples.y.len() {
-        at_window = observer.state().to_vec();
+/// Runs stage 12 on the whole record, where there is one record and u does not act at once.
+fn observe(estimate: &mut Estimate, report: &Report) {
+    let last = estimate.passes.len() - 1;
+    let (number, PassReport { fitted, .. }) = &mut estimate.passes[last];
+    if !report.parts.is_empty() || fitted.pass.observed().is_none() {
+        return;
     }
-    Ok(Observed {
-        g: observer.g().to_vec(),
-        at_window,
-        last,
-    })
+    let kind = ObserverKind::Luenberger(report.gain.clone());
+    let (u, y) = (&report.record.u, &report.record.y);
+    let observer = fitted.observer(&kind, None, u, y);
+    match observer.and_then(|observer| Ok((observer.run(u, y)?, observer.gain))) {
+        Err(ObservationError::Failed(kind)) => fitted.pass.fail(Failure {
+            kind,
+            stage: Stage::Observer,
+            pass: *number,
+        }),
+        // --gain was checked.
+        Err(_) => {}
+        Ok((found, g)) => {
+            estimate.observer = Some(Observed {
+                g,
+                states: found.states,
+                window: report.window - fitted.shift,
+            });
+        }
+    }
 }

@@ -4,7 +4,7 @@ use super::arguments::{Arguments, RecordArguments};
 use super::drawing::Kind;
 use super::flags::{LETTERS, ORDERS};
 use super::span::{Given, Span, list, words};
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_input};
 use crate::estimator::EstimatorName;
 use crate::model::Orders;
 use crate::observer::Gain;
@@ -66,8 +66,8 @@ pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
     };
     let flag = texts.first().map_or("--na", |(flag, _)| *flag);
     if flag != "--orders" && matches!(arguments.record.order, Some(Given::Span(_))) {
-        return Err(Error::Input(
-            "--order: cannot be given together with --na, --nb, --nk; expected one of the two forms".to_owned(),
+        return Err(bad_input(
+            "--order: cannot be given together with --na, --nb, --nk; expected one of the two forms",
         ));
     }
     if flag == "--order" {

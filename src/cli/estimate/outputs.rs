@@ -8,10 +8,8 @@ use crate::cli::files::{drawn, write_whole};
 use crate::cli::output::note;
 use crate::data::csv;
 use crate::files::Kind;
-use crate::observer::Observer;
 use crate::report::plot::Picture;
 use std::io::Write as _;
-use std::iter;
 use std::path::Path;
 
 /// Writes the pictures and the page that were requested, and says what was written.
@@ -39,41 +37,56 @@ pub(super) fn write_drawings(
 
 /// Writes the last estimator's observer states, k = 0 ... K, if they are known.
 pub(super) fn write_states(path: &Path, report: &Report) -> Result<(), Error> {
-    let Some(estimate) = report.estimates.last().filter(|estimate| estimate.observer.is_some()) else {
+    let last = report
+        .estimates
+        .last()
+        .and_then(|last| Some((last.name, last.observer.as_ref()?)));
+    let Some((name, observer)) = last else {
         note(&format!(
             "warning: --states {}: not written, there is no observer",
             path.display()
         ));
         return Ok(());
     };
-    let Some(model) = estimate.last().fitted.pass.observed() else {
-        return Ok(());
-    };
-    let samples = report.shifted(estimate.shift());
-    let y = estimate.last().fitted.less_offset(samples.y);
-    write_whole("--states", path, Kind::States, |to| {
-        let unit = report
-            .unit_in_words()
-            .map_or_else(String::new, |words| format!("; {words}"));
-        let comment = format!("observer {}, gain {}{unit}", estimate.name, report.gain);
+    let n = observer.g.len();
+    let samples = (0..observer.states.len() / n).map(|k| k as f64);
+    let mut columns = vec![("k".to_owned(), samples.collect())];
+    columns.extend(state_columns(&observer.states, n, ""));
+    let about = format!("observer {name}, gain {}", report.gain);
+    write_csv("--states", path, &about, report, &columns)
+}
+
+/// A column of numbers, with its name.
+pub(super) type Column = (String, Vec<f64>);
+
+/// The columns of n states, or of something else that each state has.
+pub(super) fn state_columns(values: &[f64], n: usize, what: &str) -> Vec<Column> {
+    let states = if values.is_empty() { 0..0 } else { 0..n };
+    let column = |i: usize| values.iter().skip(i).step_by(n).copied().collect();
+    states.map(|i| (format!("x{}{what}", i + 1), column(i))).collect()
+}
+
+/// Writes columns of equal lengths below a comment; NaN is an empty cell.
+pub(super) fn write_csv(
+    flag: &str,
+    path: &Path,
+    about: &str,
+    report: &Report,
+    columns: &[Column],
+) -> Result<(), Error> {
+    write_whole(flag, path, Kind::States, |to| {
+        let unit = report.unit_in_words().map(|words| format!("; {words}"));
+        let comment = about.to_owned() + &unit.unwrap_or_default();
         writeln!(to, "{}", csv::comment(&comment))?;
-        let states = (1..=model.a.len()).map(|i| format!("x{i}"));
-        let names: Vec<String> = iter::once("k".to_owned()).chain(states).collect();
-        let names = names.iter().map(|name| csv::Cell::Text(name));
+        let names = columns.iter().map(|(name, _)| csv::Cell::Text(name));
         writeln!(to, "{}", csv::line(names))?;
-        let mut row = |k: usize, x: &[f64]| {
-            let numbers = iter::once(k as f64).chain(x.iter().copied());
-            writeln!(to, "{}", csv::line(numbers.map(csv::Cell::Number)))
-        };
-        let mut observer = Observer::new(report.gain.clone(), model.a.len());
-        let mut written = Ok(());
-        let observed = observer.run(model, samples.u, &y, |k, x| {
-            if written.is_ok() {
-                written = row(k, x);
-            }
-        });
-        written?;
-        observed.map_err(|kind| std::io::Error::other(kind.name()))?;
-        row(samples.y.len(), observer.state())
+        for k in 0..columns[0].1.len() {
+            let cells = columns.iter().map(|(_, values)| match values[k] {
+                value if value.is_nan() => csv::Cell::Text(""),
+                value => csv::Cell::Number(value),
+            });
+            writeln!(to, "{}", csv::line(cells))?;
+        }
+        Ok(())
     })
 }

@@ -4,8 +4,6 @@ use super::report::{Estimate, Fits, Frequency, PassReport, Report, Validation};
 use super::{pictures, words};
 use crate::cli::equation::broken;
 use crate::diagnosis::{Mode, Precision, Root, Z_95};
-use crate::estimator::Offset;
-use crate::metric::Fit;
 use crate::number::measured;
 use crate::report::html::{CellText, Column, Page, Section, Table};
 use crate::text::{rounded, visible};
@@ -26,10 +24,6 @@ pub(super) fn begin(report: &Report) -> Page {
         section.figure(&pictures::record(report), caption);
     });
     page
-}
-
-pub(super) fn render(report: &Report) -> String {
-    of_models(report).html()
 }
 
 /// The page of a record and its models.
@@ -64,7 +58,7 @@ pub(super) fn of_models(report: &Report) -> Page {
     for (i, estimate) in report.estimates.iter().enumerate() {
         let name = estimate.name.name();
         page.section(name, &words::heading(estimate), |section| {
-            write(section, i + 1, estimate, report.frequency());
+            write(section, i + 1, estimate, report);
             if let Some(observer) = &estimate.observer {
                 let list = |values: &[f64]| {
                     values
@@ -77,8 +71,8 @@ pub(super) fn of_models(report: &Report) -> Page {
                 section.settings(&[
                     ("poles", report.gain.to_string()),
                     ("gain g", list(&observer.g)),
-                    ("state after the window", list(&observer.at_window)),
-                    ("last state", list(&observer.last)),
+                    ("state after the window", list(observer.at_window())),
+                    ("last state", list(observer.last())),
                 ]);
             }
         });
@@ -130,15 +124,12 @@ fn settings(report: &Report) -> Vec<(&'static str, String)> {
 }
 
 /// Writes the section of one estimator.
-fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequency) {
+fn write(section: &mut Section, slot: usize, estimate: &Estimate, report: &Report) {
     let last = estimate.last();
-    if let Some(failure) = last.fitted.pass.failure {
-        if let Some(sentence) = words::unfinished(estimate) {
-            section.paragraph(&format!("Status {}: {sentence}.", failure.kind));
-        } else {
-            let cause = words::cause(failure.kind, estimate).map_or(String::new(), |cause| format!(": {cause}"));
-            section.paragraph(&format!("Failed: {failure}{cause}."));
-        }
+    match words::status(estimate, report) {
+        Some(Ok(status)) => section.paragraph(&format!("Status {status}.")),
+        Some(Err(failed)) => section.paragraph(&format!("Failed: {failed}.")),
+        None => {}
     }
     for hint in &estimate.hints {
         section.paragraph(&format!("{}.", words::capitalised(hint)));
@@ -173,7 +164,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequenc
     match &last.residuals {
         None => section.paragraph(&format!("{}.", words::capitalised(words::NOT_TESTED))),
         Some(residuals) => {
-            section.list(&words::residual_tests(residuals, last.feedback));
+            section.list(&words::residual_tests(residuals, report.feedback));
             section.figure(
                 &pictures::correlations(slot, residuals),
                 &format!(
@@ -196,7 +187,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, unit: Frequenc
         );
         section.table(&roots(precision));
         if let Some(known) = last.modes.as_deref().filter(|modes| !modes.is_empty()) {
-            section.table(&modes(known, unit));
+            section.table(&modes(known, report.frequency()));
         }
     }
 }
@@ -220,8 +211,6 @@ fn pair(value: f64, error: f64) -> [CellText; 2] {
 
 /// Returns each parameter with its standard error and its 95 % interval.
 fn parameters(report: &PassReport) -> Table {
-    let model = &report.fitted.model;
-    let errors = model.standard_errors();
     let mut columns = vec![
         Column::text("parameter"),
         Column::number("estimate", ""),
@@ -229,19 +218,11 @@ fn parameters(report: &PassReport) -> Table {
         Column::number("95 % from", ""),
         Column::number("95 % to", ""),
     ];
-    if errors.is_none() {
+    if report.fitted.model.standard_errors().is_none() {
         columns.truncate(2);
     }
     let mut table = Table::new("Parameters", columns);
-    let names = words::parameters(model.orders());
-    let parameters = names.into_iter().zip(model.parameters()).enumerate();
-    let parameters = parameters.map(|(i, (name, theta))| {
-        let error = errors.as_ref().map_or(f64::NAN, |errors| errors[i]);
-        (name, theta, error)
-    });
-    let offsets = words::offsets(&report.fitted.pass);
-    let offsets = offsets.map(|(name, Offset { value, se })| (name, value, se));
-    for (name, theta, error) in parameters.chain(offsets) {
+    for (name, theta, error) in words::parameters(&report.fitted) {
         let [low, high] = [theta - Z_95 * error, theta + Z_95 * error];
         let ends = [low, high].map(|end| pair(end, error)).into_iter();
         let row = [CellText::text(name)].into_iter().chain(pair(theta, error));
@@ -299,48 +280,37 @@ fn modes(modes: &[Mode], unit: Frequency) -> Table {
 
 /// Returns the FIT of every model.
 fn fits(report: &Report) -> Table {
-    let validated = report.estimates.iter().any(|estimate| {
-        let fits = estimate.fit.as_ref();
-        fits.is_some_and(|fits| fits.validation.is_some())
-    });
-    let mut columns = vec![
-        Column::text("estimator"),
-        Column::number("window, simulated", "%"),
-        Column::number("window, one step", "%"),
+    type Of = fn(&Fits) -> Option<f64>;
+    let fits = || report.estimates.iter().map(|estimate| estimate.fit.as_ref());
+    let validated = fits().flatten().any(|fits| fits.validation.is_some());
+    let (steps, further) = (report.horizon, report.horizon > 1);
+    let all: [(String, bool, Of); 6] = [
+        ("window, simulated".to_owned(), true, |of| Some(of.window.simulated)),
+        ("window, one step".to_owned(), true, |of| Some(of.window.one_step)),
+        ("validation, simulated".to_owned(), validated, |of| {
+            Some(of.validation?.simulated)
+        }),
+        ("validation, one step".to_owned(), validated, |of| {
+            Some(of.validation?.one_step)
+        }),
+        (format!("window, {steps} steps"), further, |of| {
+            Some(of.window.ahead?.fit)
+        }),
+        (format!("validation, {steps} steps"), validated && further, |of| {
+            Some(of.validation?.ahead?.fit)
+        }),
     ];
-    if validated {
-        columns.push(Column::number("validation, simulated", "%"));
-        columns.push(Column::number("validation, one step", "%"));
-    }
-    let steps = report.horizon;
-    if steps > 1 {
-        columns.push(Column::number(format!("window, {steps} steps"), "%"));
-        if validated {
-            columns.push(Column::number(format!("validation, {steps} steps"), "%"));
-        }
-    }
+    let shown = all.iter().filter(|(_, shown, _)| *shown);
+    let columns = shown.clone().map(|(title, ..)| Column::number(title, "%"));
+    let columns = [Column::text("estimator")].into_iter().chain(columns).collect();
     let mut table = Table::new("FIT: 100 is a perfect model, 0 the mean of y", columns);
-    for estimate in &report.estimates {
-        let fit = |value: Option<f64>| number(value.unwrap_or(f64::NAN), 4);
-        let fits: Option<&Fits> = estimate.fit.as_ref();
-        let window = fits.map(|fits| fits.window);
-        let validation = fits.and_then(|fits| fits.validation);
+    for (estimate, fits) in report.estimates.iter().zip(fits()) {
         let name = estimate.name.name();
-        let mut row = vec![
-            CellText::text(name).link(format!("#{name}")),
-            fit(window.map(|fit| fit.simulated)),
-            fit(window.map(|fit| fit.one_step)),
-        ];
-        if validated {
-            row.push(fit(validation.map(|fit| fit.simulated)));
-            row.push(fit(validation.map(|fit| fit.one_step)));
-        }
-        if steps > 1 {
-            let ahead = |fit: Option<Fit>| Some(fit?.ahead?.fit);
-            row.push(fit(ahead(window)));
-            row.extend(validated.then(|| fit(ahead(validation))));
-        }
-        table.row(row);
+        let name = CellText::text(name).link(format!("#{name}"));
+        let values = shown
+            .clone()
+            .map(|(_, _, of)| number(fits.and_then(of).unwrap_or(f64::NAN), 4));
+        table.row([name].into_iter().chain(values));
     }
     table
 }

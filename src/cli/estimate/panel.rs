@@ -37,7 +37,6 @@ const WINDOW: f64 = 70.0;
 
 /// A method, with the model of the order that BIC chooses.
 struct Row {
-    method: EstimatorName,
     n: usize,
     nk: usize,
     estimate: Estimate,
@@ -184,7 +183,7 @@ fn row(
     };
     let span = Span { last, ..order };
     let (of_orders, _) = scan_from_start(report, (method, options), [span, delay], start)?;
-    *begun |= of_orders.start_is_told();
+    *begun |= of_orders.start_told;
     let Some((n, nk)) = of_orders.chosen() else {
         return Ok(Err(of_orders.refused().map(str::to_owned)));
     };
@@ -202,7 +201,6 @@ fn row(
         let _ = write!(command, " --delay {nk}");
     }
     Ok(Ok(Row {
-        method,
         n,
         nk,
         estimate,
@@ -281,15 +279,15 @@ impl Panel<'_> {
             return Ok(());
         };
         text.push_str(&comparison::hints(&best.estimate));
-        if !best.method.takes("offset") {
-            let can_fit = self.rows.iter().find(|row| row.method.takes("offset"));
+        if !best.estimate.name.takes("offset") {
+            let can_fit = self.rows.iter().find(|row| row.estimate.name.takes("offset"));
             text.push_str(&can_fit.map_or_else(String::new, |row| comparison::hints(&row.estimate)));
         }
         if best.n == order.last && order.is_range() {
             let line = format!(
                 "n = {} is the largest that was tried: --estimator {} --order 1:{} compares more",
                 best.n,
-                best.method,
+                best.estimate.name,
                 2 * best.n
             );
             text.push_str(&wrap(&line, 80, "  "));
@@ -302,7 +300,7 @@ impl Panel<'_> {
         let row = |row: &Row| {
             let fits = row.estimate.fit.as_ref();
             json!({
-                "estimator": row.method,
+                "estimator": row.estimate.name,
                 "n": row.n,
                 "nk": row.nk,
                 "orders": row.estimate.last().fitted.model.orders().to_string(),

@@ -8,7 +8,6 @@ use crate::metric::Fit;
 use crate::model::{LinearModel, Orders};
 use crate::observer::Gain;
 use asobench_identification::Fitted;
-use faer::c64;
 use serde_json::{Map, Value};
 use std::f64::consts::TAU;
 use std::fmt::{Display, Formatter};
@@ -193,8 +192,6 @@ pub(super) struct Estimate {
     pub(super) parts: Vec<PartReport>,
     /// Whether the residuals of all of them are white.
     pub(super) white: Option<Whiteness>,
-    /// The order of excitation of u, as that of the [`Report`].
-    pub(super) excitation: usize,
     /// Whether the record told how the model begins, and if it does not begin at rest, the chance of that.
     pub(super) start_told: bool,
     pub(super) start_chance: Option<f64>,
@@ -203,28 +200,6 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// An estimate of which only the passes are known.
-    pub(super) fn new(
-        name: EstimatorName,
-        options: Map<String, Value>,
-        passes: Vec<(usize, PassReport)>,
-        report: &Report,
-    ) -> Self {
-        Self {
-            name,
-            options,
-            passes,
-            observer: None,
-            fit: None,
-            parts: Vec::new(),
-            white: None,
-            excitation: report.excitation,
-            start_told: false,
-            start_chance: None,
-            hints: Vec::new(),
-        }
-    }
-
     /// Returns the options that have a value, in the form in which they are read.
     pub(super) fn given(&self) -> Map<String, Value> {
         let mut given = self.options.clone();
@@ -247,19 +222,17 @@ impl Estimate {
     }
 }
 
-/// A pass with its poles, largest modulus first, and its spectral radius if it has parameters.
+/// A pass, and what follows from its parameters if it has any.
 pub(super) struct PassReport {
     pub(super) fitted: Fitted,
-    pub(super) poles: Vec<c64>,
+    /// The spectral radius.
     pub(super) radius: Option<f64>,
-    /// Standard errors of the poles and of the static gain.
+    /// Poles, largest modulus first, zeros and static gain with their standard errors.
     pub(super) precision: Option<Precision>,
     /// The poles in continuous time, if the time between samples is known.
     pub(super) modes: Option<Vec<Mode>>,
     /// Tests of the residuals, if there are enough of them.
     pub(super) residuals: Option<Residuals>,
-    /// The test of the record for feedback.
-    pub(super) feedback: Option<FeedbackTest>,
 }
 
 impl PassReport {
@@ -274,10 +247,31 @@ pub(super) struct Fits {
     pub(super) validation: Option<Fit>,
 }
 
+/// Stage 12 on the whole record.
 pub(super) struct Observed {
     pub(super) g: Vec<f64>,
-    pub(super) at_window: Vec<f64>,
-    pub(super) last: Vec<f64>,
+    /// xhat(k), k = 0 ... K, n numbers each.
+    pub(super) states: Vec<f64>,
+    /// N, as the estimator has it.
+    pub(super) window: usize,
+}
+
+impl Observed {
+    /// xhat(k).
+    fn at(&self, k: usize) -> &[f64] {
+        let n = self.g.len();
+        &self.states[k * n..(k + 1) * n]
+    }
+
+    /// xhat(N).
+    pub(super) fn at_window(&self) -> &[f64] {
+        self.at(self.window)
+    }
+
+    /// xhat(K-1).
+    pub(super) fn last(&self) -> &[f64] {
+        self.at(self.states.len() / self.g.len() - 2)
+    }
 }
 
 /// u and y as an estimator without a delay receives them, and the window's length.

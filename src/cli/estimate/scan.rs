@@ -6,16 +6,15 @@ use super::comparison::fit_of_all;
 use super::flags::OptionFlags;
 use super::hints;
 use super::levels::{Advice, Tried, levels};
-use super::one_estimator::{fits, parts, pass_report};
+use super::one_estimator::run;
 use super::orders::delayed;
-use super::report::{Estimate, PassReport, Report};
+use super::report::{Estimate, Fits, Report};
 use super::span::Span;
 use super::words;
-use crate::cli::error::Error;
-use crate::estimator::{
-    ArxOptions, Criterion, EstimatorName, Method, MethodOptions, OrderComparison, Pass, Problem, Progress, SetupError,
-    Shape, Window,
-};
+use crate::cli::error::{Error, bad_input};
+use crate::cli::groups;
+use crate::estimator::{ArxOptions, Criterion, EstimatorName, MethodOptions, OrderComparison, Progress, SetupError};
+use crate::metric::Fit;
 use crate::model::Orders;
 use crate::text::{visible, wrap};
 use serde_json::{Map, Value, json};
@@ -31,15 +30,13 @@ struct Row {
     theta: Vec<f64>,
     /// `RSS / N` over the model's own equations.
     own_loss: Option<f64>,
-    /// How many numbers of the record's start were fitted.
-    start_numbers: usize,
+    /// The model of its own equations.
+    own: Option<Estimate>,
     /// FIT of the simulated output on the window and on the samples after it, per cent.
     window_fit: Option<f64>,
     validation_fit: Option<f64>,
     /// The criteria, in the order of [`Criterion::ALL`].
     criteria: Vec<Option<f64>>,
-    /// Whether the residuals are no larger than the rounding of the record's numbers.
-    fits_to_rounding: bool,
     /// Why there is no estimate of a record so short.
     refused: Option<String>,
 }
@@ -47,14 +44,12 @@ struct Row {
 /// The table, and the row that each criterion chooses.
 pub(super) struct Scan {
     estimator: EstimatorName,
-    /// The options that were given.
-    given: Map<String, Value>,
     /// The orders and delays of the table.
     ranges: [Span; 2],
     rows: Vec<Row>,
     equations: usize,
     /// Whether the record told that the models do not begin at rest.
-    start_told: bool,
+    pub(super) start_told: bool,
     best: Vec<Option<usize>>,
     /// The row with the best FIT on validation samples.
     best_fit: Option<usize>,
@@ -65,9 +60,9 @@ pub(super) struct Scan {
 /// Runs the models of all orders and delays on a record.
 fn scan(
     report: &Report,
-    (estimator, given): (EstimatorName, Map<String, Value>),
-    order: Span,
-    delay: Span,
+    estimator: EstimatorName,
+    given: &Map<String, Value>,
+    [order, delay]: [Span; 2],
 ) -> Result<Scan, Error> {
     let both = (delay.first..=delay.last).flat_map(|nk| (order.first..=order.last).map(move |n| (n, nk)));
     let (rows, equations) = if estimator == EstimatorName::Arx {
@@ -76,7 +71,7 @@ fn scan(
         let rows: Result<Vec<Row>, Error> = both
             .map(|(n, nk)| {
                 let mut row = Row::new(n, Orders::arx(n, n, nk));
-                row.fit(report, estimator, of_order(estimator, &given, n, nk)?)?;
+                row.fit(report, estimator, of_order(estimator, given, n, nk)?)?;
                 row.loss = row.own_loss;
                 row.judge(report.window);
                 Ok(row)
@@ -93,11 +88,10 @@ fn scan(
     let fits = rows.iter().enumerate();
     let fits = fits.filter_map(|(i, row)| Some((i, row.validation_fit?)));
     let best_fit = fits.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
-    let exact = rows.iter().enumerate().filter(|(_, row)| row.fits_to_rounding);
+    let exact = rows.iter().enumerate().filter(|(_, row)| row.fits_to_rounding());
     let exact = exact.min_by_key(|(_, row)| row.parameters()).map(|(i, _)| i);
     Ok(Scan {
         estimator,
-        given,
         ranges: [order, delay],
         best: best.collect(),
         best_fit,
@@ -122,31 +116,30 @@ pub(super) enum StartChoice {
 pub(super) fn scan_from_start(
     report: &Report,
     (estimator, given): (EstimatorName, Map<String, Value>),
-    [order, delay]: [Span; 2],
+    spans: [Span; 2],
     start: StartChoice,
 ) -> Result<(Scan, Option<String>), Error> {
     let from_start = |mut given: Map<String, Value>| {
         OptionFlags::estimate_start(&mut given);
-        let mut found = scan(report, (estimator, given), order, delay)?;
+        let mut found = scan(report, estimator, &given, spans)?;
         found.start_told = true;
         Ok::<Scan, Error>(found)
     };
     if start == StartChoice::Told {
         return Ok((from_start(given)?, None));
     }
-    let mut found = scan(report, (estimator, given.clone()), order, delay)?;
-    let Some(chosen) = found.of_bic(report) else {
+    let mut found = scan(report, estimator, &given, spans)?;
+    let Some(chosen) = found.of_bic() else {
         return Ok((found, None));
     };
-    let mut advice = levels(&chosen, report, &mut Tried::default());
+    let mut advice = levels(chosen, report, &mut Tried::default());
+    let fixed = hints::fixed_start(chosen, report);
     if start == StartChoice::Free && advice.as_ref().is_some_and(|of: &Advice| of.start) {
         found = from_start(given)?;
-        advice = found
-            .of_bic(report)
-            .and_then(|of| levels(&of, report, &mut Tried::default()));
+        let chosen = found.of_bic();
+        advice = chosen.and_then(|of| levels(of, report, &mut Tried::default()));
     }
-    let hint = advice.map(|advice| advice.sentence);
-    Ok((found, hint.or_else(|| hints::fixed_start(&chosen, report))))
+    Ok((found, advice.map(|advice| advice.sentence).or(fixed)))
 }
 
 /// The place of a criterion among all.
@@ -185,7 +178,7 @@ fn regressions(report: &Report, both: impl Iterator<Item = (usize, usize)>) -> R
     let square = report.told_unit().powi(2);
     let orders: Vec<Orders> = both.map(|(n, nk)| delayed(Orders::arx(n, n, 1), nk)).collect();
     let comparison = OrderComparison::of_runs(&orders, report.runs());
-    let mut comparison = comparison.map_err(|error| Error::Input(error.to_string()))?;
+    let mut comparison = comparison.map_err(bad_input)?;
     comparison.run(&u[..window], &y[..window]);
     let mut rows = Vec::new();
     for candidate in comparison.candidates() {
@@ -212,18 +205,24 @@ impl Row {
             loss: None,
             theta: Vec::new(),
             own_loss: None,
-            start_numbers: 0,
+            own: None,
             window_fit: None,
             validation_fit: None,
             criteria: vec![None; Criterion::ALL.len()],
-            fits_to_rounding: false,
             refused: None,
         }
     }
 
+    /// Whether the residuals are no larger than the rounding of the record's numbers.
+    fn fits_to_rounding(&self) -> bool {
+        let own = self.own.as_ref().and_then(|own| own.last().residuals.as_ref());
+        own.is_some_and(|tests| tests.fits_to_rounding)
+    }
+
     /// The number of parameters, those of the record's start too.
     fn parameters(&self) -> usize {
-        self.orders.parameters() + self.start_numbers
+        let start = self.own.as_ref().map_or(0, |own| own.last().fitted.pass.start_numbers);
+        self.orders.parameters() + start
     }
 
     /// Computes the criteria.
@@ -237,46 +236,31 @@ impl Row {
 
     /// Estimates the model from its own equations, and computes its FIT.
     fn fit(&mut self, report: &Report, estimator: EstimatorName, options: MethodOptions) -> Result<(), Error> {
-        let (u, y, window) = (&report.record.u, &report.record.y, report.window);
         self.orders = options.model_orders(self.n).unwrap_or(self.orders);
-        let shape = Shape {
-            order: self.orders.order(),
-            window,
-        };
-        let (at_rest, lengths) = (options.begins_at_rest(), report.lengths());
-        let prepared = Method::named(estimator.name(), options).prepare(Problem {
-            runs: &lengths,
-            ..shape.into()
-        });
-        let mut estimator = match prepared {
-            Ok(estimator) => estimator,
+        let own = run(estimator, options, (self.orders.order(), 0), report, false);
+        let own = match own {
             Err(
                 error @ (SetupError::ShortWindow(_) | SetupError::ShortRecord { .. } | SetupError::ShortHankel { .. }),
             ) => {
                 self.refused = Some(error.to_string());
                 return Ok(());
             }
-            Err(error) => return Err(Error::Input(error.to_string())),
+            own => own.map_err(bad_input)?,
         };
-        let mut passes = [Pass::new(shape.order)];
-        estimator.estimate(Window::new(u, y, window), &mut passes);
-        let [pass] = passes;
-        if pass.progress < Progress::InitialState {
+        let fitted = &own.last().fitted;
+        if fitted.pass.progress < Progress::InitialState {
             return Ok(());
         }
-        let PassReport { fitted, residuals, .. } = pass_report(pass, report, 0);
-        self.fits_to_rounding = residuals.is_some_and(|tests| tests.fits_to_rounding);
         self.theta = fitted.model.parameters().collect();
-        let finite = |fit: f64| Some(fit).filter(|fit| fit.is_finite());
-        self.start_numbers = fitted.pass.start_numbers;
         self.own_loss = Some(fitted.pass.loss * report.told_unit().powi(2));
-        if report.parts.is_empty() {
-            let fits = fits(&fitted, report);
-            self.window_fit = finite(fits.window.simulated);
-            self.validation_fit = fits.validation.and_then(|fit| finite(fit.simulated));
+        let simulated = |fit: Fit| Some(fit.simulated).filter(|fit| fit.is_finite());
+        if let Some(Fits { window, validation }) = own.fit {
+            self.window_fit = simulated(window);
+            self.validation_fit = validation.and_then(simulated);
         } else {
-            self.window_fit = finite(fit_of_all(&parts(&fitted, at_rest, report), report).simulated);
+            self.window_fit = simulated(fit_of_all(&own.parts, report));
         }
+        self.own = Some(own);
         Ok(())
     }
 
@@ -290,11 +274,6 @@ impl Row {
 }
 
 impl Scan {
-    /// Whether the models have their start because the record does not begin at rest.
-    pub(super) fn start_is_told(&self) -> bool {
-        self.start_told
-    }
-
     /// The row that BIC chooses, or the smallest that fits to rounding.
     fn by_bic(&self) -> Option<&Row> {
         Some(&self.rows[self.exact.or(self.best[place_of(Criterion::Bic)])?])
@@ -327,29 +306,9 @@ impl Scan {
     }
 
     /// Returns the model that BIC chooses, for hints on its start.
-    fn of_bic(&self, report: &Report) -> Option<Estimate> {
-        if self.estimator == EstimatorName::Arx {
-            return None;
-        }
+    fn of_bic(&self) -> Option<&Estimate> {
         let row = self.by_bic()?;
-        let options = of_order(self.estimator, &self.given, row.n, row.orders.nk).ok()?;
-        let order = row.orders.order();
-        let described = options.describe();
-        let lengths = report.lengths();
-        let shape = Shape {
-            order,
-            window: report.window,
-        };
-        let prepared = Method::named(self.estimator.name(), options).prepare(Problem {
-            runs: &lengths,
-            ..shape.into()
-        });
-        let mut passes = [Pass::new(order)];
-        let window = Window::new(&report.record.u, &report.record.y, report.window);
-        prepared.ok()?.estimate(window, &mut passes);
-        let [pass] = passes;
-        let passes = vec![(0, pass_report(pass, report, 0))];
-        Some(Estimate::new(self.estimator, described, passes, report))
+        row.own.as_ref().filter(|_| self.estimator != EstimatorName::Arx)
     }
 
     /// The choices in words: that of BIC, models that are nearly as good, the other criteria, and an edge of the range.
@@ -385,10 +344,7 @@ impl Scan {
         let choices = criteria.filter_map(|(criterion, row)| Some((criterion.heading(), (*row)?)));
         let choices = choices.chain(self.best_fit.map(|row| ("FIT of validation", row)));
         for (name, row) in choices.filter(|(_, row)| *row != best) {
-            match others.iter_mut().find(|(model, _)| *model == of(row)) {
-                Some((_, names)) => names.push(name),
-                None => others.push((of(row), vec![name])),
-            }
+            groups::add(&mut others, of(row), name);
         }
         let others = others
             .iter()
@@ -431,32 +387,26 @@ impl Scan {
     pub(super) fn json(&self, report: &Report) -> Value {
         let m = self.equations as f64;
         let table = self.rows.iter().map(|row| {
-            let Value::Object(mut object) = row.named() else {
-                return Value::Null;
-            };
-            object.insert("d".to_owned(), json!(row.parameters()));
-            object.insert("theta".to_owned(), json!(row.loss.map(|_| &row.theta)));
-            object.insert("V".to_owned(), json!(row.loss));
-            object.insert("rss".to_owned(), json!(row.loss.map(|loss| loss * m)));
+            let mut object = row.named();
+            object["d"] = json!(row.parameters());
+            object["theta"] = json!(row.loss.map(|_| &row.theta));
+            object["V"] = json!(row.loss);
+            object["rss"] = json!(row.loss.map(|loss| loss * m));
             for (criterion, value) in Criterion::ALL.iter().zip(&row.criteria) {
-                object.insert(criterion.name().to_owned(), json!(value));
+                object[criterion.name()] = json!(value);
             }
             let normalised = row.loss.map(|loss| loss.ln() + 2.0 * row.parameters() as f64 / m);
-            object.insert("aic_normalised".to_owned(), json!(normalised));
-            object.insert("V_own_rows".to_owned(), json!(row.own_loss));
-            object.insert(
-                "fit_percent".to_owned(),
-                json!({ "window": row.window_fit, "validation": row.validation_fit }),
-            );
-            Value::Object(object)
+            object["aic_normalised"] = json!(normalised);
+            object["V_own_rows"] = json!(row.own_loss);
+            object["fit_percent"] = json!({ "window": row.window_fit, "validation": row.validation_fit });
+            object
         });
-        let mut best = Map::new();
+        let named = |row: &Option<usize>| json!(row.map(|row| self.rows[row].named()));
+        let mut best = json!({});
         for (criterion, row) in Criterion::ALL.iter().zip(&self.best) {
-            let named = row.map(|row| self.rows[row].named());
-            best.insert(criterion.name().to_owned(), json!(named));
+            best[criterion.name()] = named(row);
         }
-        let named = self.best_fit.map(|row| self.rows[row].named());
-        best.insert("fit_percent".to_owned(), json!(named));
+        best["fit_percent"] = named(&self.best_fit);
         json!({
             "file": report.file.display().to_string(),
             "samples": report.record.y.len(),

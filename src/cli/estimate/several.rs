@@ -1,11 +1,11 @@
 //! Several records of one plant: `asobench estimate a.csv b.csv c.csv`.
 
 use super::arguments::Arguments;
-use super::load::{check_moves, check_order, clock_of};
+use super::load::{check_moves, check_order, clock_of, subtract};
 use super::record::{self, Recognised};
 use super::report::{Clock, MOST_EXCITED, Part, Report};
 use super::unit::in_own_unit;
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_input};
 use crate::cli::output::note;
 use crate::data::csv::Record;
 use crate::data::{Detrend, Rounding, Trend};
@@ -53,13 +53,21 @@ pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> 
             u: rounding.u.max(own.u),
             y: rounding.y.max(own.y),
         };
-        subtract(arguments, &mut found)?;
+        if arguments.record.detrend == Detrend::Linear && !found.segments.is_empty() {
+            return Err(bad_input(
+                "--detrend linear: a record with gaps has no line through its samples' numbers; expected mean, first or \
+                 none",
+            ));
+        }
+        let samples = found.record.y.len();
+        subtract(&arguments.record, &mut found.record, samples, 1.0);
         cut(file, orders, found, &mut parts, &mut all, own)?;
     }
     let clock = same_clock(&files, &clocks)?;
     if !all.r.is_empty() && all.r.len() < all.y.len() {
-        let message = "--reference: some of the records have a reference and some have none";
-        return Err(Error::Input(message.to_owned()));
+        return Err(bad_input(
+            "--reference: some of the records have a reference and some have none",
+        ));
     }
     let (window, first) = (all.y.len(), arguments.record.file.display());
     let excited = parts.iter().scan(0_usize, |start, part: &Part| {
@@ -92,29 +100,6 @@ pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> 
         record: all,
         estimates: Vec::new(),
     })
-}
-
-/// Subtracts from the signals of a file their trends, or the operating point.
-fn subtract(arguments: &Arguments, found: &mut Recognised) -> Result<(), Error> {
-    let detrend = arguments.record.detrend;
-    if detrend == Detrend::Linear && !found.segments.is_empty() {
-        return Err(Error::Input(
-            "--detrend linear: a record with gaps has no line through its samples' numbers; expected mean, \
-             first or none"
-                .to_owned(),
-        ));
-    }
-    let Record { u, y, r } = &mut found.record;
-    let point = arguments.record.operating_point;
-    let points = point.map_or([None; 2], |point| point.map(Some));
-    for (values, point) in [u, y].into_iter().zip(points) {
-        let own = || Trend::fit(detrend, values);
-        point.map_or_else(own, Trend::constant).subtract(values);
-    }
-    if !r.is_empty() {
-        Trend::fit(point.map_or(detrend, |_| Detrend::Mean), r).subtract(r);
-    }
-    Ok(())
 }
 
 /// Appends the parts of a file between gaps. Those that are too short for an equation are left out, and said.

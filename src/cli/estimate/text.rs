@@ -1,16 +1,17 @@
 //! Prints the estimates for people, at most 80 columns wide.
 
-use super::report::{Estimate, Frequency, PassReport, Report};
+use super::report::{Estimate, Frequency, Report};
 use super::{comparison, words};
 use crate::cli::equation::broken;
 use crate::diagnosis::{FeedbackTest, Mode, Residuals, Root, Z_95};
 use crate::estimator::Progress;
 use crate::metric::Fit;
-use crate::model::{ContinuousModel, Orders};
+use crate::model::{ContinuousModel, LinearModel, Orders};
 use crate::number::{measured, plus_minus};
 use crate::text::{rounded, visible, wrap};
 use asobench_identification::Fitted;
-use std::fmt::{self, Write};
+use std::fmt::{self, Display, Write};
+use std::iter;
 
 /// Significant digits.
 const DIGITS: usize = 6;
@@ -72,7 +73,7 @@ fn write_report(text: &mut String, report: &Report, details: bool) -> fmt::Resul
         }
     }
     for estimate in &report.estimates {
-        write_estimate(text, estimate, report.frequency())?;
+        write_estimate(text, estimate, report)?;
         write_parts(text, estimate, report)?;
     }
     let shift = report.shift();
@@ -95,42 +96,36 @@ fn write_report(text: &mut String, report: &Report, details: bool) -> fmt::Resul
     Ok(())
 }
 
-fn write_estimate(text: &mut String, estimate: &Estimate, unit: Frequency) -> fmt::Result {
-    let report = estimate.last();
+/// A line of a model, wrapped: a name and what it is.
+pub(super) fn fact(name: &str, value: impl Display) -> String {
+    wrap(&format!("  {name:<18} {value}"), 80, &" ".repeat(21))
+}
+
+fn write_estimate(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::Result {
+    let last = estimate.last();
     writeln!(text, "\n{}", words::heading(estimate))?;
-    if let Some(failure) = report.fitted.pass.failure {
-        if let Some(sentence) = words::unfinished(estimate) {
-            let line = format!("  {:<18} {}: {sentence}", "status", failure.kind);
-            text.push_str(&wrap(&line, 80, &" ".repeat(21)));
-        } else {
-            let cause = words::cause(failure.kind, estimate).map_or(String::new(), |cause| format!(": {cause}"));
-            let line = format!("  FAILED: {failure}{cause}");
-            text.push_str(&wrap(&line, 80, &" ".repeat(10)));
-        }
+    match words::status(estimate, report) {
+        Some(Ok(status)) => *text += &fact("status", status),
+        Some(Err(failed)) => *text += &wrap(&format!("  FAILED: {failed}"), 80, &" ".repeat(10)),
+        None => {}
     }
-    for hint in &estimate.hints {
-        let line = format!("  {:<18} {hint}", "hint");
-        text.push_str(&wrap(&line, 80, &" ".repeat(21)));
-    }
-    write_pass(text, report, unit, estimate.parts.is_empty())?;
-    if let Some(start) = words::start(estimate) {
-        let line = format!("  {:<18} {start}", "start");
-        text.push_str(&wrap(&line, 80, &" ".repeat(21)));
-    }
+    text.extend(estimate.hints.iter().map(|hint| fact("hint", hint)));
+    write_pass(text, estimate, report)?;
+    text.extend(words::start(estimate).map(|start| fact("start", start)));
     if let Some(fit) = &estimate.fit {
-        let has_noise_model = words::has_noise_model(&report.fitted.model);
-        write_fit(text, "window", fit.window, has_noise_model)?;
+        let has_noise_model = words::has_noise_model(&last.fitted.model);
+        *text += &fit_fact("window", fit.window, has_noise_model);
         match fit.validation {
-            Some(fit) => write_fit(text, "validation", fit, has_noise_model)?,
+            Some(fit) => *text += &fit_fact("validation", fit, has_noise_model),
             None => writeln!(text, "  FIT %, validation  none: no samples after the window")?,
         }
     }
     if let Some(observer) = &estimate.observer {
-        write_vector(text, "observer g", &observer.g)?;
-        write_vector(text, "xhat(N)", &observer.at_window)?;
-        write_vector(text, "xhat(K-1)", &observer.last)?;
-    } else if report.fitted.pass.direct != 0.0 {
-        writeln!(text, "  {:<18} none: u acts on y at once (nk = 0)", "observer")?;
+        *text += &vector("observer g", &observer.g);
+        *text += &vector("xhat(N)", observer.at_window());
+        *text += &vector("xhat(K-1)", observer.last());
+    } else if last.fitted.pass.direct != 0.0 {
+        *text += &fact("observer", "none: u acts on y at once (nk = 0)");
     }
     Ok(())
 }
@@ -148,78 +143,58 @@ fn write_parts(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::
             part.samples
         )?;
         let has_noise_model = words::has_noise_model(&estimate.last().fitted.model);
-        write_fit(text, "this record", of.fit, has_noise_model)?;
+        *text += &fit_fact("this record", of.fit, has_noise_model);
         match &of.residuals {
-            Some(residuals) => write_residuals(text, residuals, part.feedback)?,
+            Some(residuals) => *text += &residual_facts(residuals, part.feedback),
             None => writeln!(text, "  {:<18} {}", "residuals", words::NOT_TESTED)?,
         }
     }
     if let Some(white) = estimate.white {
-        let verdict = if white.passed { "white" } else { "NOT white" };
-        let chance = words::chance(white.p_value);
-        writeln!(text, "  {:<18} {verdict} ({chance})", "residuals, all")?;
+        *text += &fact("residuals, all", words::whiteness(white));
     }
     Ok(())
 }
 
-fn write_pass(text: &mut String, report: &PassReport, unit: Frequency, of_one: bool) -> fmt::Result {
-    let Fitted { pass, model, .. } = &report.fitted;
-    if pass.progress >= Progress::Parameters {
-        let equation = model.equation().rounded(DIGITS).to_string();
-        for line in equation.lines() {
-            writeln!(text, "  {}", broken(line, 2, 6))?;
-        }
-        if let Some(errors) = model.standard_errors() {
-            let mut names = words::parameters(model.orders());
-            let (of_records, offsets): (Vec<_>, Vec<_>) = words::offsets(pass).unzip();
-            names.extend(of_records);
-            let values = model.parameters().chain(offsets.iter().map(|of| of.value));
-            let errors = errors.into_iter().chain(offsets.iter().map(|of| of.se));
-            write_parameters(text, &names, values, errors)?;
+fn write_pass(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::Result {
+    let last = estimate.last();
+    let Fitted { pass, model, .. } = &last.fitted;
+    let has_model = pass.progress >= Progress::Parameters;
+    if has_model {
+        *text += &equation(model);
+        if model.standard_errors().is_some() {
+            write_parameters(text, words::parameters(&last.fitted))?;
         } else {
-            for (name, offset) in words::offsets(pass) {
-                write_vector(text, &name, &[offset.value])?;
-            }
+            text.extend(words::offsets(pass).map(|(name, offset)| vector(&name, &[offset.value])));
         }
         write_continuous(text, &pass.continuous)?;
         for (name, value) in [("noise variance", model.noise_variance), ("loss", pass.loss)] {
-            if value.is_finite() {
-                write_vector(text, name, &[value])?;
+            *text += &if value.is_finite() {
+                vector(name, &[value])
             } else {
-                writeln!(text, "  {name:<18} undefined")?;
-            }
+                fact(name, "undefined")
+            };
         }
-        for (name, value) in ["noise of y", "noise of u"]
-            .into_iter()
-            .zip(pass.noise_variances.iter().flatten())
-        {
-            write_vector(text, name, &[*value])?;
-        }
-        write_vector(text, "a", &pass.a)?;
-        write_vector(text, "b", &pass.b)?;
+        let noises = pass.noise_variances.iter().flatten();
+        let noises = ["noise of y", "noise of u"].into_iter().zip(noises);
+        text.extend(noises.map(|(name, value)| vector(name, &[*value])));
+        *text += &vector("a", &pass.a);
+        *text += &vector("b", &pass.b);
         if pass.direct != 0.0 {
-            write_vector(text, "d", &[pass.direct])?;
+            *text += &vector("d", &[pass.direct]);
         }
     }
     if pass.progress == Progress::InitialState {
-        write_vector(text, "x0", &pass.x0)?;
+        *text += &vector("x0", &pass.x0);
     }
-    if let Some(precision) = &report.precision {
+    if let Some(precision) = &last.precision {
         write_roots(text, "poles", &precision.poles)?;
-        write_modes(text, report.modes.as_deref().unwrap_or_default(), unit)?;
+        write_modes(text, last.modes.as_deref().unwrap_or_default(), report.frequency())?;
         write_roots(text, "zeros", &precision.zeros)?;
-        if let Some(sentence) = words::cancellation(model, precision) {
-            let line = format!("  {:<18} {sentence}", "order");
-            text.push_str(&wrap(&line, 80, &" ".repeat(21)));
-        }
-        writeln!(
-            text,
-            "  {:<18} {}",
-            "static gain",
-            plus_minus(precision.static_gain, precision.static_gain_se)
-        )?;
+        text.extend(words::cancellation(model, precision).map(|sentence| fact("order", sentence)));
+        let gain = plus_minus(precision.static_gain, precision.static_gain_se);
+        *text += &fact("static gain", gain);
     }
-    if let Some(radius) = report.radius {
+    if let Some(radius) = last.radius {
         let note = if pass.continuous.has_integrator() {
             " (an integrator)"
         } else if pass.unstable {
@@ -227,20 +202,26 @@ fn write_pass(text: &mut String, report: &PassReport, unit: Frequency, of_one: b
         } else {
             ""
         };
-        let radius = rounded(radius, DIGITS);
-        writeln!(text, "  {:<18} {radius}{note}", "spectral radius")?;
+        *text += &fact("spectral radius", rounded(radius, DIGITS) + note);
     }
-    match &report.residuals {
-        Some(residuals) => write_residuals(text, residuals, report.feedback)?,
-        None if of_one && pass.progress >= Progress::Parameters => {
+    match &last.residuals {
+        Some(residuals) => *text += &residual_facts(residuals, report.feedback),
+        None if estimate.parts.is_empty() && has_model => {
             writeln!(text, "  {:<18} {}", "residuals", words::NOT_TESTED)?;
         }
         None => {}
     }
     if pass.condition.is_finite() {
-        writeln!(text, "  {:<18} {}", "condition", rounded(pass.condition, 3))?;
+        *text += &fact("condition", rounded(pass.condition, 3));
     }
     Ok(())
+}
+
+/// The model as an equation.
+pub(super) fn equation(model: &LinearModel) -> String {
+    let equation = model.equation().rounded(DIGITS).to_string();
+    let lines = equation.lines().map(|line| format!("  {}\n", broken(line, 2, 6)));
+    lines.collect()
 }
 
 /// Writes a model in continuous time, if there is one.
@@ -250,28 +231,25 @@ fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
         return Ok(());
     }
     let fixed = usize::from(model.has_integrator());
-    writeln!(
-        text,
-        "  {:<18} y = B(s)/A(s) u{}, {} hold, {} s between samples",
-        "continuous time",
-        if fixed > 0 { ", A(0) = 0" } else { "" },
-        model.hold,
-        rounded(model.step, DIGITS),
-    )?;
+    let integrator = if fixed > 0 { ", A(0) = 0" } else { "" };
+    let (hold, step) = (model.hold, rounded(model.step, DIGITS));
+    let about = format!("y = B(s)/A(s) u{integrator}, {hold} hold, {step} s between samples");
+    *text += &fact("continuous time", about);
     if model.dead_time > 0.0 || model.dead_time_error().is_some() {
         let error = model.dead_time_error().unwrap_or(f64::NAN);
         let seconds = plus_minus(model.dead_time * model.step, error);
-        writeln!(text, "  {:<18} {seconds} s", "dead time")?;
+        *text += &fact("dead time", seconds + " s");
     }
     let of_b = (0..nb).rev().map(|power| format!("B(s): s^{power}"));
     let of_a = (fixed..n).rev().map(|power| format!("A(s): s^{power}"));
-    let names: Vec<String> = of_b.chain(of_a).collect();
+    let named = of_b.chain(of_a).zip(model.parameters());
     if let Some(errors) = model.standard_errors() {
-        return write_parameters(text, &names, model.parameters(), errors);
+        return write_parameters(
+            text,
+            named.zip(errors).map(|((name, value), error)| (name, value, error)),
+        );
     }
-    for (name, value) in names.iter().zip(model.parameters()) {
-        write_vector(text, name, &[value])?;
-    }
+    text.extend(named.map(|(name, value)| vector(&name, &[value])));
     Ok(())
 }
 
@@ -305,7 +283,7 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
         );
         // Of a real pole the damping is 1 whatever its error.
         let damping = plus_minus(mode.damping, mode.damping_se);
-        writeln!(text, "  {name:<18} {frequency}")?;
+        *text += &fact(name, frequency);
         let mut line = format!("damping {damping}, {decay}");
         if line.len() > 80 - 21 {
             line = format!("damping {damping},\n{:21}{decay}", "");
@@ -316,18 +294,13 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
 }
 
 /// Writes each parameter with its standard error and its 95 % interval.
-fn write_parameters(
-    text: &mut String,
-    names: &[String],
-    values: impl IntoIterator<Item = f64>,
-    errors: impl IntoIterator<Item = f64>,
-) -> fmt::Result {
+fn write_parameters(text: &mut String, rows: impl IntoIterator<Item = (String, f64, f64)>) -> fmt::Result {
     writeln!(
         text,
         "  {:<18} {:>13} {:>13}   95 % interval",
         "parameter", "estimate", "std. error"
     )?;
-    for ((name, theta), error) in names.iter().zip(values).zip(errors) {
+    for (name, theta, error) in rows {
         let [estimate, se] = measured(theta, error);
         let [low, high] = [theta - Z_95 * error, theta + Z_95 * error];
         let [[low, _], [high, _]] = [low, high].map(|end| measured(end, error));
@@ -336,46 +309,46 @@ fn write_parameters(
     Ok(())
 }
 
-/// Writes the results of the residual tests in words.
-fn write_residuals(text: &mut String, residuals: &Residuals, feedback: Option<FeedbackTest>) -> fmt::Result {
-    let names = ["residuals", "", ""];
-    for (name, verdict) in names.iter().zip(words::residual_tests(residuals, feedback)) {
-        let line = format!("  {name:<18} {verdict}");
-        text.push_str(&wrap(&line, 80, &" ".repeat(21)));
+/// The results of the residual tests in words.
+fn residual_facts(residuals: &Residuals, feedback: Option<FeedbackTest>) -> String {
+    let mut verdicts = words::residual_tests(residuals, feedback);
+    if !residuals.fits_to_rounding {
+        verdicts.push(words::residual_basis(residuals));
     }
-    if residuals.fits_to_rounding {
-        return Ok(());
-    }
-    writeln!(text, "  {:<18} {}", "", words::residual_basis(residuals))
+    let names = ["residuals"].into_iter().chain(iter::repeat(""));
+    names.zip(verdicts).map(|(name, verdict)| fact(name, verdict)).collect()
 }
 
-fn write_fit(text: &mut String, on: &str, fit: Fit, has_noise_model: bool) -> fmt::Result {
-    let name = format!("FIT %, {on}");
+fn fit_fact(on: &str, fit: Fit, has_noise_model: bool) -> String {
     let [simulated, one_step] = [fit.simulated, fit.one_step].map(percent);
     // The past of y helps no prediction where the noise has no model.
-    let note = if has_noise_model {
-        ""
-    } else {
+    let note = if simulated == one_step && !has_noise_model {
         " (equal: no noise model)"
+    } else {
+        ""
     };
-    let note = if simulated == one_step { note } else { "" };
     let ahead = fit.ahead.map_or_else(String::new, |ahead| {
         format!(", {} {} steps ahead", percent(ahead.fit), ahead.steps)
     });
-    let line = format!("  {name:<18} {simulated} simulated, {one_step} one-step{note}{ahead}");
-    text.write_str(&wrap(&line, 80, &" ".repeat(21)))
+    let value = format!("{simulated} simulated, {one_step} one-step{note}{ahead}");
+    fact(&format!("FIT %, {on}"), value)
 }
 
-/// Writes a vector, four numbers per line.
-fn write_vector(text: &mut String, name: &str, values: &[f64]) -> fmt::Result {
-    for (i, line) in values.chunks(4).enumerate() {
-        let name = if i == 0 { name } else { "" };
-        // Adding 0 turns -0 into 0.
-        let numbers = line.iter().map(|value| rounded(value + 0.0, DIGITS));
-        let numbers: Vec<String> = numbers.map(|number| format!("{number:>13}")).collect();
-        writeln!(text, "  {name:<18} {}", numbers.join(" "))?;
-    }
-    Ok(())
+/// A vector, four numbers per line.
+fn vector(name: &str, values: &[f64]) -> String {
+    // Adding 0 turns -0 into 0.
+    let numbers = values.iter().map(|value| rounded(value + 0.0, DIGITS));
+    cells(name, &numbers.collect::<Vec<String>>(), 4)
+}
+
+/// Numbers, so many per line.
+pub(super) fn cells(name: &str, numbers: &[String], each: usize) -> String {
+    let names = [name].into_iter().chain(iter::repeat(""));
+    let lines = names.zip(numbers.chunks(each)).map(|(name, line)| {
+        let cells: Vec<String> = line.iter().map(|cell| format!("{cell:>13}")).collect();
+        format!("  {name:<18} {}\n", cells.join(" "))
+    });
+    lines.collect()
 }
 
 /// Formats a FIT; "undefined" if it is undefined or overflows.

@@ -82,8 +82,7 @@ impl Report {
                 }
             }
             if let Some(observed) = &mut estimate.observer {
-                let states = observed.at_window.iter_mut().chain(&mut observed.last);
-                states.for_each(|x| *x *= unit);
+                observed.states.iter_mut().for_each(|x| *x *= unit);
             }
         }
     }

@@ -3,11 +3,12 @@
 use super::report::{Clock, Estimate, MOST_EXCITED, Report, Validation};
 use crate::diagnosis::{Cancellation, FeedbackTest, LoopVerdict, Precision, Residuals, Whiteness};
 use crate::estimator::{EstimatorName, FailureKind, Offset, Pass, Progress};
+use crate::model::LinearModel;
 use crate::model::polynomial::multiply;
-use crate::model::{LinearModel, Orders};
 use crate::plant::PoleFinder;
 use crate::plant::canonical::reverse_negated;
 use crate::text::{rounded, visible, wrap};
+use asobench_identification::Fitted;
 use faer::c64;
 use std::borrow::Cow;
 
@@ -85,8 +86,11 @@ pub(super) fn capitalised(sentence: &str) -> String {
     first.into_iter().chain(characters).collect()
 }
 
-/// Returns the names of the parameters in their order.
-pub(super) fn parameters(orders: Orders) -> Vec<String> {
+/// Returns each parameter of a model, then the offset of each record, with its name and its standard error, NaN where
+/// there is none.
+pub(super) fn parameters(fitted: &Fitted) -> Vec<(String, f64, f64)> {
+    let Fitted { pass, model, .. } = fitted;
+    let orders = model.orders();
     let names = [
         ("a", 1, orders.na),
         ("b", orders.nk, orders.nb),
@@ -97,7 +101,13 @@ pub(super) fn parameters(orders: Orders) -> Vec<String> {
     let names = names
         .into_iter()
         .flat_map(|(name, first, count)| (first..first + count).map(move |i| format!("{name}_{i}")));
-    names.collect()
+    let errors = model.standard_errors();
+    let error = |i: usize| errors.as_ref().map_or(f64::NAN, |errors| errors[i]);
+    let parameters = names.zip(model.parameters()).enumerate();
+    let parameters = parameters.map(|(i, (name, theta))| (name, theta, error(i)));
+    parameters
+        .chain(offsets(pass).map(|(name, Offset { value, se })| (name, value, se)))
+        .collect()
 }
 
 /// Returns the offset of each record with its name.
@@ -159,13 +169,23 @@ pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
     }
 }
 
+/// Returns how an estimate ended that failed, or, with a model, came to no minimum.
+pub(super) fn status(estimate: &Estimate, report: &Report) -> Option<Result<String, String>> {
+    let failure = estimate.failure()?;
+    if let Some(sentence) = unfinished(estimate) {
+        return Some(Ok(format!("{}: {sentence}", failure.kind)));
+    }
+    let cause = cause(failure.kind, report).map_or(String::new(), |cause| format!(": {cause}"));
+    Some(Err(format!("{failure}{cause}")))
+}
+
 /// Returns why an estimate has no model, with advice; `None` where the kind's name says it.
-pub(super) fn cause(kind: FailureKind, estimate: &Estimate) -> Option<Cow<'static, str>> {
+fn cause(kind: FailureKind, report: &Report) -> Option<Cow<'static, str>> {
     let cause = match kind {
-        FailureKind::RankDeficient | FailureKind::NotIdentifiable if estimate.excitation < MOST_EXCITED => {
+        FailureKind::RankDeficient | FailureKind::NotIdentifiable if report.excitation < MOST_EXCITED => {
             return Some(Cow::Owned(format!(
                 "u excites order {}, too few for the parameters: lower the orders, or excite the plant more",
-                estimate.excitation
+                report.excitation
             )));
         }
         FailureKind::NonFinite => "a number of the calculation overflowed or is none",
@@ -249,6 +269,12 @@ pub(super) fn residual_basis(residuals: &Residuals) -> String {
         residuals.lags(),
         residuals.rows
     )
+}
+
+/// Returns the verdict of a test for whiteness.
+pub(super) fn whiteness(white: Whiteness) -> String {
+    let verdict = if white.passed { "white" } else { "NOT white" };
+    format!("{verdict} ({})", chance(white.p_value))
 }
 
 /// Formats `p = 0.1234`.

@@ -1,6 +1,6 @@
 //! Replays a trial in continuous time.
 
-use super::super::error::{Error, failed};
+use super::super::error::{Error, bad_input, failed};
 use super::printed::{Options, Replay, Stage, stored};
 use crate::estimator::Output;
 use crate::study::{ContinuousCell, ContinuousTrial, Experiment, Row, Traces, Trials};
@@ -17,8 +17,7 @@ pub(super) fn show(
     /// Points of the course.
     const POINTS: f64 = 20.0;
     if options.data.is_some() {
-        let message = "--data: a trial in continuous time has no record k, u, y";
-        return Err(Error::Input(message.to_owned()));
+        return Err(bad_input("--data: a trial in continuous time has no record k, u, y"));
     }
     let mut trials = Trials::of_all_measures(experiment, &experiment.cells[index]);
     let worker = ContinuousTrial::new(experiment, cell).map_err(failed)?;

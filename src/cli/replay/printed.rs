@@ -14,7 +14,7 @@ use crate::study::{
 };
 use crate::text::{number, visible, wrap};
 use serde_json::{Map, Value, json};
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -145,7 +145,12 @@ impl<'a> Replay<'a> {
 
     pub(super) fn print(&self, options: &Options<'_>) -> Result<ExitCode, Error> {
         match options.format {
-            Format::Text => print(&self.text(options)?)?,
+            Format::Text => {
+                let mut text = String::new();
+                let written = self.write(&mut text, options);
+                written.expect("writing to a string does not fail");
+                print(&text)?;
+            }
             Format::Json => print_json(&self.json())?,
         }
         if let Err(error) = &self.stored {
@@ -173,9 +178,8 @@ impl<'a> Replay<'a> {
         }
     }
 
-    fn text(&self, options: &Options<'_>) -> Result<String, Error> {
+    fn write(&self, text: &mut String, options: &Options<'_>) -> fmt::Result {
         let folder = options.folder;
-        let mut text = String::new();
         let (settings, meaning) = self.head();
         let name = match self.cell.claim.as_str() {
             "" => self.index.to_string(),
@@ -183,21 +187,19 @@ impl<'a> Replay<'a> {
         };
         writeln!(
             text,
-            "Cell {name} ({settings}), trial {}, seed {}\n{meaning}",
+            "Cell {name} ({settings}), trial {}, seed {}\n{meaning}\n\nRows",
             self.trial, self.seed
-        )
-        .map_err(failed)?;
-        writeln!(text, "\nRows").map_err(failed)?;
+        )?;
         for (output, row) in &self.rows {
             let status = row.failure.map_or_else(|| "ok".to_owned(), |f| f.to_string());
             let name = match self.cell.source {
                 Source::Discrete(_) => format!("{} pass {}", output.estimator, output.pass),
                 Source::Continuous(_) => output.label(),
             };
-            writeln!(text, "  {}: {status}", visible(name)).map_err(failed)?;
+            writeln!(text, "  {}: {status}", visible(name))?;
             for &figure in Measure::ALL {
                 if !row[figure].is_nan() {
-                    writeln!(text, "    {:<20} {:>24?}", figure.name(), row[figure]).map_err(failed)?;
+                    writeln!(text, "    {:<20} {:>24?}", figure.name(), row[figure])?;
                 }
             }
         }
@@ -214,25 +216,25 @@ impl<'a> Replay<'a> {
         text.push_str(&wrap(&line, 80, ""));
         if let (Ok(Some(false)), Some(method)) = (&self.stored, &self.may_differ) {
             let line = format!("Those of '{method}' may: it says that it is not deterministic.");
-            writeln!(text, "{}", visible(line)).map_err(failed)?;
+            writeln!(text, "{}", visible(line))?;
         }
         for (title, vectors) in &self.stages {
-            writeln!(text, "\n{}", visible(title)).map_err(failed)?;
+            writeln!(text, "\n{}", visible(title))?;
             for (name, values) in vectors {
-                writeln!(text, "  {name}").map_err(failed)?;
+                writeln!(text, "  {name}")?;
                 let is_whole = options.samples || values.len() <= LONG;
                 let shown = if is_whole { values.len() } else { IN_LINE };
                 for line in values[..shown].chunks(IN_LINE) {
                     let line: Vec<String> = line.iter().map(|v| format!("{v:>24?}")).collect();
-                    writeln!(text, "  {}", line.join(" ")).map_err(failed)?;
+                    writeln!(text, "  {}", line.join(" "))?;
                 }
                 if !is_whole {
                     let more = values.len() - shown;
-                    writeln!(text, "  ... {more} more; --samples prints them").map_err(failed)?;
+                    writeln!(text, "  ... {more} more; --samples prints them")?;
                 }
             }
         }
-        Ok(text)
+        Ok(())
     }
 
     fn json(&self) -> Value {

@@ -3,13 +3,13 @@
 use super::super::error::{Error, failed};
 use super::super::files::cannot_write;
 use super::arguments::Arguments;
-use super::claims::{claims_json, lines, wrapped};
-use crate::cli::execute::{execute, threads};
+use super::claims::{claims_json, lines};
+use crate::cli::execute::{WIDTH, execute, threads};
 use crate::files;
 use crate::report::{Study, course_figures, ends, example_table};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{BOBTSOV2023, Experiment, RunOptions};
-use crate::text::visible;
+use crate::text::{visible, wrap};
 use serde_json::Value;
 use std::path::Path;
 
@@ -68,7 +68,7 @@ impl Bobtsov {
         text.push_str(&lines(&self.studies));
         text.push('\n');
         let folder = folder.join("gpebo-figures");
-        text.push_str(&wrapped(
+        text.push_str(&wrap(
             &format!(
                 "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of \
             them that the proposed estimate is as fast as the gradient's and more exact. \
@@ -76,6 +76,7 @@ impl Bobtsov {
             theta.svg and state-errors.svg in {}",
                 visible(folder.display())
             ),
+            WIDTH,
             "",
         ));
         text

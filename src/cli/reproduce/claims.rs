@@ -1,20 +1,21 @@
 //! The verdicts on the claims of studies.
 
 use crate::claim::{Judged, JudgedNumber};
+use crate::cli::execute::WIDTH;
 use crate::report::Study;
-use crate::text::visible;
+use crate::text::{visible, wrap};
 use serde_json::{Value, json};
 
 /// Returns the verdicts on all claims of some studies, one paragraph each, and how many claims each study tested.
 pub(super) fn lines(studies: &[Study]) -> String {
     let claims = studies.iter().flat_map(|study| &study.judged);
-    let claims = claims.map(|claim| wrapped(&visible(&claim.line), "    "));
+    let claims = claims.map(|claim| wrap(&visible(&claim.line), WIDTH, "    "));
     let tested = studies.iter().filter_map(|study| {
         let name = match studies {
             [_] => String::new(),
             _ => format!("{}: ", study.name),
         };
-        Some(wrapped(&format!("{name}{}", study.tested()?), ""))
+        Some(wrap(&format!("{name}{}", study.tested()?), WIDTH, ""))
     });
     claims.chain(tested).collect()
 }
@@ -38,23 +39,4 @@ pub(super) fn claims_json(study: &Study) -> Vec<Value> {
         })
     };
     study.judged.iter().map(claim).collect()
-}
-
-/// Wraps a paragraph at 80 columns; all lines after the first begin with `indent`.
-pub(super) fn wrapped(text: &str, indent: &str) -> String {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        let last = lines.len() - 1;
-        let line = &mut lines[last];
-        if line.trim().is_empty() {
-            line.push_str(word);
-        } else if line.chars().count() + 1 + word.chars().count() <= 80 {
-            line.push(' ');
-            line.push_str(word);
-        } else {
-            lines.push(format!("{indent}{word}"));
-        }
-    }
-    lines.push(String::new());
-    lines.join("\n")
 }

@@ -22,7 +22,7 @@ pub(super) struct Part {
     /// of editions 1 closed or open [default: orders, of editions 1 closed]
     #[arg(long = "contest", alias = "division", value_name = "CONTEST")]
     pub(super) division: Option<Division>,
-    /// Edition of the suite, such as 1.0 [default: 2.0]
+    /// Edition of the suite, such as 1.0 [default: the current one, 1.1; 2.0 is a draft]
     #[arg(long, value_name = "E")]
     pub(super) edition: Option<String>,
     /// Only this system, study or scenario, such as P07 or P07-ar-500; may be repeated

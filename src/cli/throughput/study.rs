@@ -1,23 +1,21 @@
 //! `asobench throughput FILE`: measures trials per second of a study's cells, without statistics and files.
 
 use super::arguments::Arguments;
-use crate::cli::error::{Error, failed};
+use super::{Rates, ended};
+use crate::cli::error::{Error, bad_file, bad_input};
 use crate::cli::output::{Format, print, print_json};
 use crate::cli::progress::{self, rounded, shares};
 use crate::study::file::{ExperimentFile, TrialRule};
-use crate::study::{Engine, Experiment, RunError, Spent, run_and_forget};
+use crate::study::{Engine, Experiment, Spent, run_and_forget};
 use crate::text::visible;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
 /// The times of all cells with some number of threads.
 struct Timing {
     threads: usize,
-    /// Trials per second of every repetition, ascending.
-    rates: Vec<f64>,
+    rates: Rates,
     /// The sum over all repetitions.
     spent: Spent,
 }
@@ -26,12 +24,13 @@ impl Timing {
     fn json(&self) -> Value {
         let total = self.spent.total().as_secs_f64();
         let share = |part: std::time::Duration| part.as_secs_f64() / total;
+        let [slowest, fastest] = self.rates.ends();
         json!({
             "threads": self.threads,
-            "repetitions": self.rates.len(),
-            "trials_per_second": median(&self.rates),
-            "slowest": self.rates.first(),
-            "fastest": self.rates.last(),
+            "repetitions": self.rates.0.len(),
+            "trials_per_second": self.rates.median(),
+            "slowest": slowest,
+            "fastest": fastest,
             "simulation": share(self.spent.simulation),
             "estimation": share(self.spent.estimation),
             "measures": share(self.spent.measures),
@@ -41,8 +40,7 @@ impl Timing {
 
 /// Times the cells of a file on each number of threads.
 pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Result<ExitCode, Error> {
-    let input = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
-    let mut file = ExperimentFile::read(path).map_err(|e| input(&e))?;
+    let mut file = ExperimentFile::read(path).map_err(bad_input)?;
     for assignment in &arguments.set {
         let set = file.set(assignment);
         file = set.map_err(|e| Error::Input(format!("--set {e}")))?;
@@ -51,7 +49,7 @@ pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Res
     let count = arguments.trials.unwrap_or(fewest);
     file.trials = TrialRule::Fixed(count);
     let experiment = Experiment::new(file);
-    let experiment = experiment.map_err(|e| input(&format!("{}: {e}", path.display())))?;
+    let experiment = experiment.map_err(bad_file(path))?;
     if let Some(program) = experiment.programs.first() {
         return Err(Error::Input(format!(
             "{}: method '{}' is a program; throughput times methods of asobench only: take it out of the file",
@@ -64,18 +62,16 @@ pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Res
     let engines = (0..cells).map(|cell| experiment.engine(cell));
     let in_lanes = engines.filter(|engine| *engine == Ok(Engine::Lanes)).count();
     let stop = progress::stop_flag()?;
-    let once = |threads: usize, count: u64| run(&experiment, count, threads, &stop);
+    let once = |threads: usize, count: u64| run_and_forget(&experiment, count, threads, &stop).map_err(ended);
     let mut timings = Vec::new();
     for &threads in threads {
         // The first run loads and allocates, so it is not timed.
         once(threads, count.div_ceil(20))?;
-        let (mut rates, mut spent) = (Vec::new(), Spent::default());
-        for _ in 0..arguments.repetitions {
-            let begin = Instant::now();
+        let mut spent = Spent::default();
+        let rates = Rates::measure(arguments.repetitions, trials, || {
             spent += once(threads, count)?;
-            rates.push(trials as f64 / begin.elapsed().as_secs_f64());
-        }
-        rates.sort_by(f64::total_cmp);
+            Ok(())
+        })?;
         timings.push(Timing { threads, rates, spent });
     }
     match arguments.format {
@@ -91,21 +87,13 @@ pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Res
     Ok(ExitCode::SUCCESS)
 }
 
-fn run(experiment: &Experiment, trials: u64, threads: usize, stop: &AtomicBool) -> Result<Spent, Error> {
-    match run_and_forget(experiment, trials, threads, stop) {
-        Ok(spent) => Ok(spent),
-        Err(RunError::Interrupted { .. }) => Err(Error::Interrupted("interrupted".to_owned())),
-        Err(error) => Err(failed(error)),
-    }
-}
-
 fn text(path: &Path, trials: u64, [cells, in_lanes]: [usize; 2], timings: &[Timing]) -> String {
     let lines = timings.iter().map(|timing| {
-        let rates = [timing.rates[0], timing.rates[timing.rates.len() - 1]].map(rounded);
+        let rates = timing.rates.ends().map(rounded);
         format!(
             "{:>7} {:>10}  {:<20} {}\n",
             timing.threads,
-            rounded(median(&timing.rates)),
+            rounded(timing.rates.median()),
             format!("({}, {})", rates[0], rates[1]),
             shares(&timing.spent),
         )
@@ -117,9 +105,4 @@ fn text(path: &Path, trials: u64, [cells, in_lanes]: [usize; 2], timings: &[Timi
         visible(path.display()),
         lines.collect::<String>(),
     )
-}
-
-/// Returns the median of ascending rates.
-pub(super) fn median(rates: &[f64]) -> f64 {
-    f64::midpoint(rates[(rates.len() - 1) / 2], rates[rates.len() / 2])
 }

@@ -6,7 +6,7 @@ use super::last_samples::LastSamples;
 use super::method_kind::{Needs, Output, Problem};
 use super::methods::{KnownOptions, LsOptions, MethodOptions};
 use super::scale::Scaled;
-use super::{Estimator, SetupError, Shape};
+use super::{Estimator, Pass, SetupError, Shape, Window};
 use crate::model::Orders;
 use crate::observer::ObserverKind;
 
@@ -189,6 +189,32 @@ impl Method {
             None => made,
             Some(samples) => Box::new(LastSamples::new(made, samples)),
         })
+    }
+
+    /// Estimates once from a record, or from several that follow each other with these lengths: a pass for each of
+    /// [`Self::passes`]. `errors`: whether standard errors are wanted from methods that can do without them.
+    ///
+    /// # Errors
+    /// As [`Self::prepare`].
+    pub fn estimate_once(
+        &self,
+        order: usize,
+        lengths: &[usize],
+        window: Window<'_>,
+        errors: bool,
+    ) -> Result<Vec<Pass>, SetupError> {
+        let shape = Shape {
+            order,
+            window: window.len(),
+        };
+        let problem = Problem {
+            covariance: errors,
+            runs: lengths,
+            ..shape.into()
+        };
+        let mut passes = vec![Pass::new(order); self.passes];
+        self.prepare(problem)?.estimate(window, &mut passes);
+        Ok(passes)
     }
 
     /// Returns what the method has in common with an earlier one that estimates the same window, if it saves work.

@@ -1,7 +1,7 @@
 //! The source of the trials: a record and the model estimated from it.
 
 use super::arguments::{Arguments, Bootstrap, InputOf};
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_input};
 use crate::cli::estimate::arguments::Arguments as EstimateArguments;
 use crate::cli::estimate::load::load;
 use crate::cli::estimate::orders::{orders, ranges};
@@ -106,9 +106,10 @@ impl Case {
             None => ("u", u.clone()),
             Some(law) => {
                 if !is_loop_stable(&model, law) {
-                    let message = "--feedback: the loop around the estimated plant is not stable; is the sign of K \
-                                   that of u = -K y + r?";
-                    return Err(Error::Input(message.to_owned()));
+                    return Err(bad_input(
+                        "--feedback: the loop around the estimated plant is not stable; is the sign of K \
+                                   that of u = -K y + r?",
+                    ));
                 }
                 ("r", reference(law, &u, &report.record.y))
             }

@@ -5,16 +5,43 @@ use super::case::{Case, noise_filter};
 use super::methods::{Chosen, Methods};
 use super::places::Places;
 use crate::cli::estimate::words::chance;
+use crate::cli::template::filled;
 use crate::signal::arithmetic::variance;
 use crate::text::{beginning, number, rounded, visible};
-use std::fmt::{self, Write};
 
 /// Returns the file's text.
 pub(super) fn text(case: &Case, arguments: &Arguments, methods: &Methods, places: &Places) -> String {
-    let mut text = String::new();
-    let written = write(&mut text, case, arguments, methods, places);
-    written.expect("writing to a string does not fail");
-    text
+    let (model, name) = (&case.model, arguments.estimator);
+    let record = visible(beginning(&Places::name(&case.report.file), 100));
+    let denominators = [("A", &model.a), ("F", &model.f)];
+    let denominators = denominators.iter().filter(|(_, polynomial)| polynomial.len() > 1);
+    let denominators = denominators.map(|(name, polynomial)| format!("{name} = {}\n", list(polynomial)));
+    let noise = noise_filter(model).map(|filter| {
+        let (c, d) = (list(filter.numerator()), list(&filter.denominator()));
+        format!("C = {c}\nD = {d}\n")
+    });
+    filled(
+        include_str!("template.toml"),
+        &[
+            ("title", quoted(&format!("A study of {record}"))),
+            ("record", record),
+            ("n", case.report.window.to_string()),
+            ("detrended", case.detrended()),
+            ("name", name.to_string()),
+            ("about", about(case, arguments, methods)),
+            ("samples", samples(case).to_owned()),
+            ("input", input(case, places)),
+            ("lambda", rounded(model.noise_variance, 6)),
+            ("eta", number(case.eta())),
+            ("denominators", denominators.collect()),
+            ("B", list(&model.b)),
+            ("x0", list(&case.x0)),
+            ("noise", noise.unwrap_or_default()),
+            ("tables", tables(case, places)),
+            ("methods", methods.chosen.iter().map(table).collect()),
+            ("claims", claims(case, methods)),
+        ],
+    )
 }
 
 /// Describes the input of the trials.
@@ -84,199 +111,125 @@ fn list(numbers: &[f64]) -> String {
     format!("[{}]", numbers.join(", "))
 }
 
-fn write(text: &mut String, case: &Case, arguments: &Arguments, methods: &Methods, places: &Places) -> fmt::Result {
-    let record = visible(beginning(&Places::name(&case.report.file), 100));
-    let (name, n) = (arguments.estimator, case.report.window);
-    writeln!(
-        text,
-        "# A study of the record {record}: {n} samples, {}. Its plant and noise are those that {name} \
-         estimated:",
-        case.detrended()
-    )?;
+/// Comments on the case and its methods.
+fn about(case: &Case, arguments: &Arguments, methods: &Methods) -> String {
     let equation = case.model.equation().rounded(6).to_string();
-    for line in equation.lines() {
-        writeln!(text, "#     {line}")?;
-    }
-    writeln!(text, "# {}\n# {}", input_in_words(case), noise_in_words(case))?;
-    writeln!(text, "# {}", loop_in_words(case, arguments.open_loop))?;
-    for doubt in doubts(case) {
-        writeln!(text, "# WARNING: {doubt}")?;
-    }
-    for reason in &methods.left_out {
-        writeln!(text, "# Left out: {reason}")?;
-    }
-    writeln!(
-        text,
-        "# `asobench run` answers for a plant like this one: how far each method is off (medians of errors; in the \
-         report bias and\n\
-         # spread of every coefficient), whether its bias matters beside its spread, and whether its standard errors \
-         can be\n\
-         # trusted (claims)."
-    )?;
-    let samples = match case.spectrum {
+    let lines = equation.lines().map(|line| format!("    {line}"));
+    let lines = lines.chain([
+        input_in_words(case),
+        noise_in_words(case).to_owned(),
+        loop_in_words(case, arguments.open_loop),
+    ]);
+    let doubts = doubts(case).into_iter().map(|doubt| format!("WARNING: {doubt}"));
+    let left_out = methods.left_out.iter().map(|reason| format!("Left out: {reason}"));
+    let lines = lines.chain(doubts).chain(left_out);
+    lines.fold(String::new(), |text, line| text + "# " + &line + "\n")
+}
+
+const fn samples(case: &Case) -> &'static str {
+    match case.spectrum {
         None => {
             "# How many samples for a wanted accuracy? The spread falls with the square root of N for an input like \
              this one:\n\
-                 # half of it takes four times the samples. `--trial-input spectrum` runs N, 2N and 4N."
+             # half of it takes four times the samples. `--trial-input spectrum` runs N, 2N and 4N."
         }
         Some(_) => {
             "# How many samples for a wanted accuracy? Compare the windows N, 2N and 4N: the claim 'samples' tells \
              whether errors\n\
-                    # fall with the square root of N."
-        }
-    };
-    writeln!(text, "{samples}")?;
-    writeln!(text, "title = {}", quoted(&format!("A study of {record}")))?;
-    writeln!(
-        text,
-        "question = \"How accurate are the methods for a plant like that of the record?\""
-    )?;
-    writeln!(
-        text,
-        "hypothesis = \"A method whose structure contains plant and noise has no relevant bias.\""
-    )?;
-    writeln!(
-        text,
-        "seed = 1\ntrials = 1000\nmeasures = [\"e_a\", \"e_b\", \
-         \"e_g\", \"fit_fresh\"]\ncoverage = true"
-    )?;
-    write_settings(text, case, places)?;
-    write_tables(text, case, places)?;
-    for method in &methods.chosen {
-        writeln!(text, "\n[[methods]]\nestimator = \"{}\"", method.name)?;
-        for (key, value) in &method.options {
-            // Texts and numbers are the same in both notations.
-            writeln!(text, "{key} = {value}")?;
-        }
-        if let Some(pass) = method.pass {
-            writeln!(text, "report = [{pass}]")?;
+             # fall with the square root of N."
         }
     }
-    write_claims(text, case, methods)?;
-    writeln!(text, "\n[quick]\ntrials = 50")
 }
 
-fn write_settings(text: &mut String, case: &Case, places: &Places) -> fmt::Result {
+/// The settings of feedback, input and window.
+fn input(case: &Case, places: &Places) -> String {
     let n = case.report.window;
-    writeln!(
-        text,
-        "\n[settings]\nplant = \"record\"\nnoise = \"record\"\n# As estimated.\nx0 = \"plant\""
-    )?;
-    if case.feedback.is_some() {
-        writeln!(text, "# u = r - K(q) y\nfeedback = \"record\"")?;
-    }
-    if case.spectrum.is_some() {
+    let feedback = match case.feedback {
+        Some(_) => "# u = r - K(q) y\nfeedback = \"record\"\n",
+        None => "",
+    };
+    let input = if case.spectrum.is_some() {
         let amplitude = number(variance(&case.input.1).sqrt());
         let windows = format!("window = [{n}, {}, {}]", 2 * n, 4 * n);
-        writeln!(text, "input = \"spectrum\"\namplitude = {amplitude}\n{windows}")?;
+        format!("input = \"spectrum\"\namplitude = {amplitude}\n{windows}\n")
     } else {
         let column = format!("file:{}#{}", Places::name(&places.record), case.input.0);
-        writeln!(text, "input = {}\nwindow = {n}", quoted(&column))?;
-    }
-    writeln!(
-        text,
-        "# eta/100 is the standard deviation of e: 100 sqrt(lambda), lambda = {} as estimated.\neta_over = \
-         \"absolute\"\neta = {}",
-        rounded(case.model.noise_variance, 6),
-        number(case.eta())
-    )
+        format!("input = {}\nwindow = {n}\n", quoted(&column))
+    };
+    feedback.to_owned() + &input
 }
 
-fn write_tables(text: &mut String, case: &Case, places: &Places) -> fmt::Result {
-    let model = &case.model;
-    writeln!(text, "\n# A(q) y = B(q)/F(q) u + noise\n[plants.record]")?;
-    for (name, polynomial) in [("A", &model.a), ("F", &model.f)] {
-        if polynomial.len() > 1 {
-            writeln!(text, "{name} = {}", list(polynomial))?;
-        }
-    }
-    writeln!(text, "B = {}\nx0 = {}", list(&model.b), list(&case.x0))?;
-    writeln!(
-        text,
-        "\n# The noise on y is C/D of this table: that of the model over its A, too.\n[noises.record]"
-    )?;
-    if let Some(filter) = noise_filter(model) {
-        writeln!(
-            text,
-            "C = {}\nD = {}",
-            list(filter.numerator()),
-            list(&filter.denominator())
-        )?;
-    }
-    if case.drawn.is_some() {
-        let column = format!("file:{}#e", Places::name(&places.residuals));
-        writeln!(
-            text,
-            "# Centred and scaled to the estimated variance, which divides by N less the parameters.\nresiduals = {}",
-            quoted(&column)
-        )?;
-    }
-    if let Some(filter) = &case.spectrum {
-        writeln!(
-            text,
-            "\n# The spectrum of {}.\n[noises.spectrum]\nD = {}",
-            case.input.0,
-            list(&filter.denominator())
-        )?;
-    }
-    if let Some(law) = &case.feedback {
-        writeln!(
-            text,
-            "\n[feedbacks.record]\nnumerator = {}\ndenominator = {}",
-            list(law.numerator()),
-            list(&law.denominator())
-        )?;
-    }
-    Ok(())
+/// The residuals that are drawn, and the tables of spectrum and feedback.
+fn tables(case: &Case, places: &Places) -> String {
+    let residuals = case.drawn.as_ref().map(|_| {
+        let column = quoted(&format!("file:{}#e", Places::name(&places.residuals)));
+        format!(
+            "# Centred and scaled to the estimated variance, which divides by N less the parameters.\nresiduals = \
+             {column}\n"
+        )
+    });
+    let spectrum = case.spectrum.as_ref().map(|filter| {
+        let (input, d) = (case.input.0, list(&filter.denominator()));
+        format!("\n# The spectrum of {input}.\n[noises.spectrum]\nD = {d}\n")
+    });
+    let feedback = case.feedback.as_ref().map(|law| {
+        let (numerator, denominator) = (list(law.numerator()), list(&law.denominator()));
+        format!("\n[feedbacks.record]\nnumerator = {numerator}\ndenominator = {denominator}\n")
+    });
+    [residuals, spectrum, feedback].into_iter().flatten().collect()
 }
 
-fn write_claims(text: &mut String, case: &Case, methods: &Methods) -> fmt::Result {
+/// The table of a method.
+fn table(method: &Chosen) -> String {
+    // Texts and numbers are the same in both notations.
+    let options = method.options.iter().map(|(key, value)| format!("{key} = {value}\n"));
+    let report = method.pass.map(|pass| format!("report = [{pass}]\n"));
+    let options: String = options.chain(report).collect();
+    format!("\n[[methods]]\nestimator = \"{}\"\n{options}", method.name)
+}
+
+fn claims(case: &Case, methods: &Methods) -> String {
     // Of a normal law whose mean is a quarter of its standard deviation off, 40 or 60 % are above the truth.
     const BIAS: &str = "statistic = \"share-above\", between = [0.4, 0.6]";
     const COVERAGE: &str = "statistic = \"coverage\", between = [0.9, 0.99]";
-    for Chosen {
-        name, label, errors, ..
-    } in &methods.chosen
-    {
+    let claim = |id: &str, text: &str, test: &str| {
+        format!("\n[[claims]]\nid = \"{id}\"\ntext = \"{text}\"\nsource = \"own\"\ntest = {test}\n")
+    };
+    let of_method = |Chosen {
+                         name, label, errors, ..
+                     }: &Chosen| {
         let test = |of: &str| format!("{{ value = \"parameters\", of = \"{label}\", {of} }}");
-        let (id, claim, test) = if *errors {
-            let claim = "95 % intervals miss each coefficient in 1 to 10 % of such records";
-            ("errors", claim, format!("[{}, {}]", test(BIAS), test(COVERAGE)))
+        let (id, of_errors, test) = if *errors {
+            let intervals = "95 % intervals miss each coefficient in 1 to 10 % of such records";
+            ("errors", intervals, format!("[{}, {}]", test(BIAS), test(COVERAGE)))
         } else {
             ("bias", "standard errors: none", test(BIAS))
         };
-        writeln!(
-            text,
-            "\n[[claims]]\nid = \"{id}-{name}\"\n\
-             text = \"{label}: 40 to 60 % of the estimates of every coefficient are above the truth, as they are where \
-             the bias is within a quarter of the spread; {claim}.\"\nsource = \
-             \"own\"\n\
-             test = {test}"
-        )?;
-    }
+        let text = format!(
+            "{label}: 40 to 60 % of the estimates of every coefficient are above the truth, as they are where the \
+             bias is within a quarter of the spread; {of_errors}."
+        );
+        claim(&format!("{id}-{name}"), &text, &test)
+    };
+    let mut text: String = methods.chosen.iter().map(of_method).collect();
     if let [own, others @ ..] = &methods.labels()[..]
         && !others.is_empty()
     {
-        writeln!(
-            text,
-            "\n[[claims]]\nid = \"best\"\n\
-             text = \"No other method has an e_g that is 5 % smaller than that of {own} in a typical trial.\"\nsource \
-             = \"own\"\n\
-             test = {{ ratio = \"e_g\", of = {others:?}, to = \"{own}\", above = 0.95 }}"
-        )?;
+        let best = format!("No other method has an e_g that is 5 % smaller than that of {own} in a typical trial.");
+        let test = format!("{{ ratio = \"e_g\", of = {others:?}, to = \"{own}\", above = 0.95 }}");
+        text += &claim("best", &best, &test);
         if case.spectrum.is_some() {
-            let n = case.report.window;
-            writeln!(
-                text,
-                "\n[[claims]]\nid = \"samples\"\n\
-                 text = \"The e_g of {own} falls with the square root of N: four times the samples halve the error of \
-                 a typical trial.\"\n\
-                 source = \"own\"\n\
-                 test = {{ cells = \"e_g\", of = \"{own}\", axis = \"window\", from = {n}, to = {}, \
-                 between = [0.43, 0.58] }}",
-                4 * n
-            )?;
+            let (n, most) = (case.report.window, 4 * case.report.window);
+            let falls = format!(
+                "The e_g of {own} falls with the square root of N: four times the samples halve the error of a typical \
+                 trial."
+            );
+            let test = format!(
+                "{{ cells = \"e_g\", of = \"{own}\", axis = \"window\", from = {n}, to = {most}, between = [0.43, \
+                 0.58] }}"
+            );
+            text += &claim("samples", &falls, &test);
         }
     }
-    Ok(())
+    text
 }

@@ -2,7 +2,7 @@
 
 use super::arguments::Arguments;
 use super::case::Case;
-use crate::estimator::{EstimatorName, Method, MethodOptions, Pass, Problem, Shape, Window};
+use crate::estimator::{EstimatorName, Method, MethodOptions, Window};
 use serde_json::{Map, Value, json};
 
 /// A method of the study.
@@ -87,18 +87,9 @@ fn chosen(case: &Case, name: EstimatorName, options: Map<String, Value>) -> Resu
     let parsed: MethodOptions = name.parse(options.clone()).map_err(|error| error.to_string())?;
     let method = Method::named(name.name(), parsed);
     let (record, order) = (&case.report.record, case.plant.order());
-    let shape = Shape {
-        order,
-        window: case.report.window,
-    };
-    let problem = Problem {
-        covariance: true,
-        ..shape.into()
-    };
-    let mut estimator = method.prepare(problem).map_err(|error| error.to_string())?;
-    let mut passes = vec![Pass::new(order); method.passes()];
-    let window = Window::new(&record.u, &record.y, shape.window);
-    estimator.estimate(window, &mut passes);
+    let window = Window::new(&record.u, &record.y, case.report.window);
+    let passes = method.estimate_once(order, &[], window, true);
+    let passes = passes.map_err(|error| error.to_string())?;
     let errors = passes.last().and_then(|pass| pass.model.standard_errors());
     let several = method.outputs().len() > 1;
     let last = method.outputs().last().ok_or("no output")?;
