@@ -281,3 +281,33 @@ fn a_short_record_leaves_methods_out() {
     assert_eq!((alone.status.code(), said.lines().count()), (Some(2), 1), "{said}");
     assert!(said.contains("too short for order 1"), "{said}");
 }
+
+/// A range of orders fits each model as the model alone is fitted, noise polynomials included, and the table's command
+/// has the delay of its model, 0 too.
+#[test]
+fn ranges_and_commands_have_the_same_models() {
+    let folder = simulated(400, 1, 1.0);
+    let folder = folder.path();
+    let of = |estimator: &str, order: &str| {
+        let line = ["estimate", "record.csv", "--estimator", estimator, "--order", order];
+        json(folder, &line)
+    };
+    for estimator in ["armax", "oe", "bj", "pem"] {
+        let range = of(estimator, "1:2");
+        let alone = of(estimator, "2");
+        let loss = alone["estimates"][0]["loss"].as_f64();
+        let loss = loss.unwrap_or_else(|| panic!("{estimator}: {alone}"));
+        let row = &range["table"][1];
+        assert!(
+            (row["V"].as_f64().unwrap() / loss - 1.0).abs() < 1e-9,
+            "{estimator}: {row}, {loss}"
+        );
+    }
+    let found = json(
+        folder,
+        &["estimate", "record.csv", "--estimator", "oe,armax", "--delay", "0"],
+    );
+    for row in found["panel"].as_array().unwrap() {
+        assert!(row["command"].as_str().unwrap().ends_with(" --delay 0"), "{row}");
+    }
+}

@@ -51,7 +51,7 @@ pub(super) fn bic(estimate: &Estimate, report: &Report) -> Option<f64> {
 }
 
 /// The better of two comes first: by FIT of the simulated output on samples that the models have not seen; where there
-/// are none, by BIC. Unstable models come last.
+/// are none, by BIC. Unstable models come last, and after them methods that leave no model.
 pub(super) fn is_better(a: &Estimate, b: &Estimate, report: &Report) -> Ordering {
     let merit = |estimate: &Estimate| {
         let merit = if is_validated(report) {
@@ -61,8 +61,8 @@ pub(super) fn is_better(a: &Estimate, b: &Estimate, report: &Report) -> Ordering
         };
         merit.filter(|merit| merit.is_finite()).unwrap_or(f64::NEG_INFINITY)
     };
-    let unstable = |estimate: &Estimate| estimate.last().fitted.pass.unstable;
-    unstable(a).cmp(&unstable(b)).then(merit(b).total_cmp(&merit(a)))
+    let rank = |estimate: &Estimate| (merit(estimate) == f64::NEG_INFINITY, is_unstable(estimate));
+    rank(a).cmp(&rank(b)).then(merit(b).total_cmp(&merit(a)))
 }
 
 /// Whether the residuals are white; `None` where they are not tested.
@@ -75,9 +75,13 @@ pub(super) fn white(estimate: &Estimate) -> Option<bool> {
 pub(super) fn status(estimate: &Estimate) -> String {
     match estimate.failure() {
         Some(failure) => failure.kind.to_string(),
-        None if estimate.last().fitted.pass.unstable => "unstable".to_owned(),
+        None if is_unstable(estimate) => "unstable".to_owned(),
         None => "ok".to_owned(),
     }
+}
+
+fn is_unstable(estimate: &Estimate) -> bool {
+    estimate.last().fitted.pass.unstable
 }
 
 /// Writes models in their order, and why the first is the best.
@@ -131,7 +135,7 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
         text.push_str(&wrap(&line, 80, ""));
     }
     let best = ranked.first().and_then(|of| fit(of, report));
-    if !best.is_some_and(|fit| fit.simulated > 0.0) {
+    if best.is_some_and(|fit| fit.simulated <= 0.0) {
         text.push_str(&wrap(USELESS, 80, ""));
     }
     Ok(())
@@ -178,8 +182,17 @@ fn reason(report: &Report, ranked: &[&Estimate]) -> String {
         }
         _ => String::new(),
     };
-    let first = ranked.first().map_or("none", |first| first.name.name());
-    format!("FIT % (simulated) and 1 step: on {place}. Best first by {by}: {first}{ahead}.")
+    let last = if ranked.iter().any(|of| is_unstable(of)) {
+        ", unstable models last"
+    } else {
+        ""
+    };
+    match ranked.first().filter(|first| fit(first, report).is_some()) {
+        Some(Estimate { name, .. }) => {
+            format!("FIT % (simulated) and 1 step: on {place}. Best first by {by}{last}: {name}{ahead}.")
+        }
+        None => "No method leaves a model.".to_owned(),
+    }
 }
 
 /// The command that was given, without some of its flags and their values.

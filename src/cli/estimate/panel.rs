@@ -197,7 +197,7 @@ fn row(
         let _ = write!(command, " --window {WINDOW}%");
     }
     let _ = write!(command, " --estimator {method} --order {n}");
-    if nk > 1 {
+    if nk != 1 {
         let _ = write!(command, " --delay {nk}");
     }
     Ok(Ok(Row {

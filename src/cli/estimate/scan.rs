@@ -157,11 +157,11 @@ fn of_order(estimator: EstimatorName, given: &Map<String, Value>, n: usize, nk: 
     };
     let default = estimator.parse(given.clone()).ok();
     let default = default.and_then(|options| options.model_orders(n));
-    // Subspace methods take n and nk, others the orders of their polynomials.
-    let options = read(Orders::arx(n, n, nk)).or_else(|error| match default {
-        Some(orders) => read(delayed(orders, nk)),
-        None => Err(error),
-    });
+    // The orders of the estimator's own polynomials; subspace methods take n and nk.
+    let options = match default.map(|orders| read(delayed(orders, nk))) {
+        Some(Ok(options)) => Ok(options),
+        _ => read(Orders::arx(n, n, nk)),
+    };
     let wrong = |message: String| Error::Input(format!("--estimator {estimator}, order {n}: {message}"));
     match options {
         Ok(options) if options.needs().reference.is_some() => Err(wrong(

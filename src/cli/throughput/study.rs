@@ -1,7 +1,7 @@
 //! `asobench throughput FILE`: measures trials per second of a study's cells, without statistics and files.
 
 use super::arguments::Arguments;
-use super::{Rates, ended};
+use super::rates::{Rates, ended};
 use crate::cli::error::{Error, bad_file, bad_input};
 use crate::cli::output::{Format, print, print_json};
 use crate::cli::progress::{self, rounded, shares};

@@ -1,7 +1,7 @@
 //! Workload W98, timed on each engine beside the peak of the machine.
 
 use super::arguments::Arguments;
-use super::{Rates, ended};
+use super::rates::{Rates, ended};
 use crate::cli::error::{Error, bad_input, failed};
 use crate::cli::output::{Format, print, print_json};
 use crate::cli::progress;
