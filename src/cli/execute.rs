@@ -2,7 +2,7 @@
 
 use super::error::{Error, failed};
 use super::files::cannot_write;
-use super::output::note;
+use super::output::{note, wrapped};
 use super::progress;
 use crate::report::{Study, terminal};
 use crate::study::file::{ExperimentFile, TrialRule};
@@ -10,15 +10,12 @@ use crate::study::{
     BlockError, Campaign, CampaignError, Event, Experiment, FolderError, MANIFEST, MethodChange, ResultsFolder,
     RunError, RunOptions, Summary, take_over,
 };
-use crate::text::{count, visible, wrap};
+use crate::text::{count, visible};
 use crate::{claim, files};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-
-/// Columns in a line.
-pub(super) const WIDTH: usize = 80;
 
 /// Returns the text on what was computed and its results, and separately the verdicts: on one screen, or those of every
 /// claim in full.
@@ -46,7 +43,7 @@ pub(super) fn results(
     let done = done.join(", ");
     let text = format!(
         "{}{fallbacks}results in {}\n\n{}{gap}",
-        wrap(&done, WIDTH, "  "),
+        wrapped(&done, "  "),
         visible(path.display()),
         terminal::overview(&study)
     );

@@ -2,14 +2,13 @@
 
 use super::error::Error;
 use super::estimate::estimator;
-use super::output::print;
+use super::output::{print, wrapped};
 use crate::estimator::{EstimatorName, OptionEntry};
 use serde_json::{Map, Value};
 use std::process::ExitCode;
 
-/// Columns of an option's name and default, and columns in a line.
+/// Columns of an option's name and default.
 const COLUMNS: usize = 34;
-const WIDTH: usize = 80;
 
 /// The alternative to an estimator.
 const PROGRAMS: &str = "instead of estimator, a program of your own in any language, with a name: \
@@ -60,17 +59,8 @@ pub(super) fn described(estimator: EstimatorName) -> String {
     text
 }
 
-/// Writes a text beside its head, on lines of 80 columns; the further lines are indented.
+/// A text beside its head; the further lines are indented.
 pub(super) fn filled(head: &str, words: &str, indent: usize) -> String {
-    let (mut text, mut column) = (head.to_owned(), head.len());
-    for word in words.split_whitespace() {
-        if column + word.len() > WIDTH {
-            text = text.trim_end().to_owned() + "\n" + &" ".repeat(indent);
-            column = indent;
-        }
-        text.push_str(word);
-        text.push(' ');
-        column += word.len() + 1;
-    }
-    text.trim_end().to_owned() + "\n"
+    let words: Vec<&str> = words.split_whitespace().collect();
+    wrapped(&(head.to_owned() + &words.join(" ")), &" ".repeat(indent))
 }

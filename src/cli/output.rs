@@ -3,7 +3,7 @@
 use super::colour;
 use super::error::{Error, failed};
 use crate::names::named_enum;
-use crate::text::{beginning, visible, visible_json, visible_lines};
+use crate::text::{beginning, visible, visible_json, visible_lines, wrap};
 
 named_enum! {
     /// The form of the output.
@@ -13,6 +13,14 @@ named_enum! {
         /// For programs.
         Json = "json",
     }
+}
+
+/// The columns of a line.
+pub(super) const WIDTH: usize = 80;
+
+/// Returns a paragraph as lines, of which all but the first begin with `indent`.
+pub(super) fn wrapped(text: &str, indent: &str) -> String {
+    wrap(text, WIDTH, indent)
 }
 
 /// Prints lines to standard output. This, [`print_json`] and [`note`] are the only places that print. They make

@@ -2,7 +2,7 @@
 
 use super::error::{Error, bad_input};
 use super::files::{drawn, picture_path};
-use super::output::print;
+use super::output::{print, wrapped};
 use crate::files::{self, Kind};
 use crate::metric::Statistic;
 use crate::names::{UnknownName, here};
@@ -153,10 +153,6 @@ pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
     let path = arguments.out.unwrap_or_else(|| format!("{name}.svg").into());
     let content = drawn("--out", &path, &picture)?;
     files::replace(&path, Kind::Figure, &content).map_err(bad_input)?;
-    print(&format!(
-        "{}\n{}\n",
-        path.display(),
-        crate::text::wrap(&caption, 80, "").trim_end()
-    ))?;
+    print(&format!("{}\n{}\n", path.display(), wrapped(&caption, "").trim_end()))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,15 +1,15 @@
 //! `asobench report`: makes pages, figures, tables and verdicts from stored results; runs nothing.
 
 use super::error::{Error, bad_file, bad_input, failed};
-use super::execute::{WIDTH, refused, threads};
+use super::execute::{refused, threads};
 use super::files::cannot_write;
-use super::output::{print, print_with_verdicts};
+use super::output::{print, print_with_verdicts, wrapped};
 use super::progress;
 use crate::files;
 use crate::report::{ResultsError, Study, prepare_report, report, terminal, write_report};
 use crate::study::file::ExperimentFile;
 use crate::study::{FolderError, partial_results};
-use crate::text::{alike, folded, visible, wrap};
+use crate::text::{alike, folded, visible};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
@@ -83,7 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let verdicts: String = studies.iter().map(terminal::verdicts).collect();
     print_with_verdicts("", &verdicts)?;
     let parts = studies.iter().filter_map(Study::partial_line);
-    let parts: String = parts.map(|line| wrap(&line, WIDTH, "")).collect();
+    let parts: String = parts.map(|line| wrapped(&line, "")).collect();
     print(&parts)?;
     if parts.is_empty() && verdicts.is_empty() {
         print("no claims: --claims FILE.toml judges those of a file\n")?;

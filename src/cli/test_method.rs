@@ -2,14 +2,14 @@
 
 use super::error::{Error, bad_file, failed};
 use super::exit_code::FAILED;
-use super::output::print;
+use super::output::{print, wrapped};
 use super::programs::{self, Consent, introduced};
 use super::study_arguments::StudyArguments;
 use crate::data::{Process, ProcessSettings};
 use crate::estimator::{Pass, Progress};
 use crate::model::LinearModel;
 use crate::study::DiscreteCell;
-use crate::text::{visible, wrap};
+use crate::text::visible;
 use crate::worker::{Answered, Program, Record, ask_once, introduce};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -24,8 +24,7 @@ const ALIKE: f64 = 1e-10;
 const RECOVERED: f64 = 1e-6;
 /// Samples of impulse responses.
 const SAMPLES: usize = 50;
-/// Columns in a line, and the indentation of continued lines.
-const WIDTH: usize = 80;
+/// The indentation of continued lines.
 const INDENT: &str = "          ";
 /// How often a message is timed, unless that takes longer than [`TIMING`].
 const REPETITIONS: usize = 5;
@@ -126,7 +125,7 @@ impl Test<'_> {
                 Err(Stop::Ended(error)) => return Err(error),
             };
             let line = format!("  {word:<7} {name}: {}", visible(text));
-            print(&wrap(&line, WIDTH, INDENT))?;
+            print(&wrapped(&line, INDENT))?;
             if word == "WRONG" {
                 passed = false;
                 let printed = programs::printed(self.program, before);

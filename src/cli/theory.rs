@@ -2,7 +2,7 @@
 
 use super::error::Error;
 use super::groups;
-use super::output::{Format, print, print_json};
+use super::output::{Format, WIDTH, print, print_json};
 use super::study_arguments::StudyArguments;
 use crate::number::uncertain;
 use crate::study::file::{Key, Settings};
@@ -142,8 +142,7 @@ rms of its errors about the limit and the median of e_a, and the trace of N cov.
 
 ";
 
-/// Columns in a line, and in an output's label.
-const WIDTH: usize = 80;
+/// Columns of an output's label.
 const LABEL: usize = 24;
 
 /// Cells with one table, and their settings.

@@ -4,13 +4,11 @@ use super::super::error::{Error, failed};
 use super::super::need::{duration, span};
 use super::super::{memory, progress};
 use crate::claim::{Judged, Verdict, judge};
-use crate::cli::output::print;
+use crate::cli::output::{print, wrapped};
 use crate::study::file::{ExperimentFile, Store, TrialRule};
 use crate::study::{Event, Experiment, Look, Looks, Pilot, RunError, Spent, pilot_seed};
-use crate::text::{visible, wrap};
+use crate::text::visible;
 
-/// Columns in a line.
-const WIDTH: usize = 80;
 /// The fewest trials from which the number that decides a claim is foretold.
 pub(super) const FEWEST: u64 = 20;
 
@@ -44,12 +42,11 @@ pub(super) fn print_pilot(experiment: &Experiment, trials: u64, threads: usize) 
     let experiment = Experiment::new(file).map_err(failed)?;
     memory::fits(&experiment, 0..experiment.cells.len(), threads)?;
     let pilot = simulated(&experiment, trials, threads)?;
-    let mut text = wrap(
+    let mut text = wrapped(
         &format!(
             "pilot     {trials} trials of each cell, with random numbers that no run of the file has; they decide \
              nothing, and cost the claims none of their error rates"
         ),
-        WIDTH,
         "          ",
     );
     // The study's first look decides, with more trials.
@@ -61,9 +58,9 @@ pub(super) fn print_pilot(experiment: &Experiment, trials: u64, threads: usize) 
         next: share,
     };
     for claim in judge(file, &pilot.summary, &[], look) {
-        text.push_str(&wrap(&visible(said(&claim)), WIDTH, "    "));
+        text.push_str(&wrapped(&visible(said(&claim)), "    "));
         let more = format!("    {}", foretold(&claim, &pilot, trials, threads));
-        text.push_str(&wrap(&more, WIDTH, "    "));
+        text.push_str(&wrapped(&more, "    "));
     }
     print(&text)
 }

@@ -1,9 +1,10 @@
 //! Several models of a record in one table, best first.
 
 use super::report::{Estimate, PartReport, Report};
+use crate::cli::output::wrapped;
 use crate::estimator::Criterion;
 use crate::metric::Fit;
-use crate::text::{shell_word, wrap};
+use crate::text::shell_word;
 use std::cmp::Ordering;
 use std::fmt::{self, Write};
 
@@ -124,7 +125,7 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
         )?;
     }
     writeln!(text)?;
-    text.push_str(&wrap(&reason(report, ranked), 80, ""));
+    text.push_str(&wrapped(&reason(report, ranked), ""));
     let begun = ranked.iter().filter(|of| of.start_chance.is_some());
     let begun: Vec<&str> = begun.map(|of| of.name.name()).collect();
     if !begun.is_empty() {
@@ -132,11 +133,11 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
             "The record does not begin at rest: the start is fitted with {}.",
             begun.join(", ")
         );
-        text.push_str(&wrap(&line, 80, ""));
+        text.push_str(&wrapped(&line, ""));
     }
     let best = ranked.first().and_then(|of| fit(of, report));
     if best.is_some_and(|fit| fit.simulated <= 0.0) {
-        text.push_str(&wrap(USELESS, 80, ""));
+        text.push_str(&wrapped(USELESS, ""));
     }
     Ok(())
 }
@@ -150,7 +151,7 @@ const USELESS: &str = "No model simulates y there better than its mean does (FIT
 pub(super) fn hints(best: &Estimate) -> String {
     let lines = best.hints.iter().map(|hint| {
         let line = format!("hint on {}: {hint}", best.name);
-        wrap(&line, 80, "  ")
+        wrapped(&line, "  ")
     });
     lines.collect()
 }

@@ -1,19 +1,19 @@
 //! `asobench observe`: the states of a record, by an observer of a model that is fitted to it.
 
 use super::one_estimator::estimate;
-use super::outputs::{state_columns, write_csv};
+use super::outputs::{state_columns, write_csv, write_page, write_picture, wrote};
 use super::report::{Estimate, Report};
 use super::text::fact;
 use super::{hints, load::load, orders, record, text, words};
 use crate::cli::error::{Error, bad_input};
-use crate::cli::files::{check_output, drawn, write_whole};
-use crate::cli::output::{Format, note, print, print_json};
+use crate::cli::files::{check_output, write_whole};
+use crate::cli::output::{Format, print, print_json, wrapped};
 use crate::estimator::{EstimatorName, Progress};
 use crate::files::{Kind, numbers_as_parquet};
 use crate::number::plus_minus;
 use crate::observer::{ObserverKind, RiccatiError};
 use crate::report::plot::Picture;
-use crate::text::{rounded, visible, wrap};
+use crate::text::{rounded, visible};
 use arguments::{Choice, Numbers};
 use asobench_identification::{ModelObserver, NoiseCovariances, Observation, ObservationError, observe_adaptively};
 use faer::{Mat, c64};
@@ -268,7 +268,7 @@ impl Observed<'_> {
     fn text(&self) -> String {
         let Self { report, .. } = self;
         let estimate = self.estimate();
-        let mut text = wrap(
+        let mut text = wrapped(
             &format!(
                 "{}: {}, window {} of {} samples, detrend {}",
                 visible(report.file.display()),
@@ -277,12 +277,11 @@ impl Observed<'_> {
                 report.record.y.len(),
                 report.detrend
             ),
-            80,
             "",
         );
         text += &words::record(report);
         if let Some(unit) = report.unit_in_words() {
-            text += &wrap(&unit, 80, "");
+            text += &wrapped(&unit, "");
         }
         text.extend([format!("\n{}\n", words::heading(estimate))]);
         // No standard errors are printed here.
@@ -298,7 +297,7 @@ impl Observed<'_> {
             let [simulated, one_step] = [fit.window.simulated, fit.window.one_step].map(text::percent);
             text += &fact("FIT %, window", format!("{simulated} simulated, {one_step} one-step"));
         }
-        text += &wrap(&format!("\nobserver {}", self.about()), 80, "  ");
+        text += &wrapped(&format!("\nobserver {}", self.about()), "  ");
         for (name, values) in self.numbers() {
             let widest = values.iter().map(|cell| cell.chars().count()).max();
             let each = match self.states.order {
@@ -313,7 +312,7 @@ impl Observed<'_> {
             text += &fact("bands", BANDS);
         }
         text.extend(self.remark().map(|remark| fact("hint", remark)));
-        text.extend([format!("\n{}", wrap(&self.form(), 80, ""))]);
+        text.extend([format!("\n{}", wrapped(&self.form(), ""))]);
         text
     }
 
@@ -364,24 +363,19 @@ impl Observed<'_> {
 
     /// Writes the files that were requested, and says what was written.
     fn write(&self, arguments: &Arguments) -> Result<(), Error> {
-        let written = |path: &Path, about: &str| note(&format!("wrote {}: {about}", path.display()));
         if let Some(path) = &arguments.out {
             self.write_states(path)?;
-            written(path, "the states, k = 0 ... K");
+            wrote(path, "the states, k = 0 ... K");
         }
         let (name, model) = (self.choice.to_string(), &self.estimate().last().fitted);
         let figure = picture::states(self.report, &name, model, &self.states);
         if let Some(path) = &arguments.plot {
-            let content = drawn("--plot", path, &figure.wide)?;
-            write_whole("--plot", path, Kind::Figure, |to| to.write_all(&content))?;
-            written(path, "y, its prediction and the states");
+            write_picture(path, &figure, "y, its prediction and the states")?;
         }
-        if let Some(path) = &arguments.report {
-            let page = self.page(&figure);
-            write_whole("--report", path, Kind::Page, |to| to.write_all(page.as_bytes()))?;
-            written(path, "a page, for a browser");
+        match &arguments.report {
+            Some(path) => write_page(path, &self.page(&figure)),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Returns the page of the model with a section of the observer.

@@ -18,20 +18,33 @@ pub(super) fn write_drawings(
     picture: impl Fn(drawing::Kind) -> Result<(Picture, String), String>,
     page: impl FnOnce() -> String,
 ) -> Result<(), Error> {
-    let write = |flag: &str, path: &Path, kind: Kind, content: &[u8], about: &str| {
-        write_whole(flag, path, kind, |to| to.write_all(content))?;
-        note(&format!("wrote {}: {about}", path.display()));
-        Ok(())
-    };
     for Drawing { kind, path } in &arguments.plot {
         let (picture, about) = picture(*kind).map_err(|message| Error::Input(format!("--plot {kind}: {message}")))?;
-        let content = drawn("--plot", path, &picture.wide)?;
-        write("--plot", path, Kind::Figure, &content, &about)?;
+        write_picture(path, &picture, &about)?;
     }
-    if let Some(path) = &arguments.report {
-        let about = "a page, for a browser";
-        write("--report", path, Kind::Page, page().as_bytes(), about)?;
+    match &arguments.report {
+        Some(path) => write_page(path, &page()),
+        None => Ok(()),
     }
+}
+
+/// Says what was written.
+pub(super) fn wrote(path: &Path, about: &str) {
+    note(&format!("wrote {}: {about}", path.display()));
+}
+
+/// Writes a picture, and says so.
+pub(super) fn write_picture(path: &Path, picture: &Picture, about: &str) -> Result<(), Error> {
+    let content = drawn("--plot", path, &picture.wide)?;
+    write_whole("--plot", path, Kind::Figure, |to| to.write_all(&content))?;
+    wrote(path, about);
+    Ok(())
+}
+
+/// Writes a page, and says so.
+pub(super) fn write_page(path: &Path, page: &str) -> Result<(), Error> {
+    write_whole("--report", path, Kind::Page, |to| to.write_all(page.as_bytes()))?;
+    wrote(path, "a page, for a browser");
     Ok(())
 }
 

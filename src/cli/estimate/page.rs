@@ -82,8 +82,7 @@ pub(super) fn of_models(report: &Report) -> Page {
 
 /// Returns the page's title, by which the program recognises the page as its own.
 fn title(report: &Report) -> String {
-    let file = report.file.file_name().unwrap_or(report.file.as_os_str());
-    format!("asobench report: {}", visible(file.display()))
+    format!("asobench report: {}", visible(report.name()))
 }
 
 fn settings(report: &Report) -> Vec<(&'static str, String)> {

@@ -9,11 +9,11 @@ use super::scan::{StartChoice, scan_from_start};
 use super::span::{Given, Span};
 use super::{comparison, hints, orders, words};
 use crate::cli::error::Error;
-use crate::cli::output::{Format, print, print_json};
+use crate::cli::output::{Format, print, print_json, wrapped};
 use crate::data::csv::Record;
 use crate::estimator::{Criterion, EstimatorName, OrderComparison};
 use crate::model::Orders;
-use crate::text::{visible, wrap};
+use crate::text::visible;
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use std::process::ExitCode;
@@ -257,7 +257,7 @@ impl Panel<'_> {
             report.record.y.len(),
             report.detrend
         );
-        text.push_str(&wrap(&about, 80, ""));
+        text.push_str(&wrapped(&about, ""));
         text.push_str(&words::record(report));
         let ranked: Vec<&Estimate> = self.rows.iter().map(|row| &row.estimate).collect();
         if !ranked.is_empty() {
@@ -267,13 +267,13 @@ impl Panel<'_> {
             let reason = reason
                 .as_ref()
                 .map_or_else(String::new, |reason| format!(" ({reason})"));
-            text.push_str(&wrap(&format!("No model at any order: {method}{reason}"), 80, "  "));
+            text.push_str(&wrapped(&format!("No model at any order: {method}{reason}"), "  "));
         }
         if let Some((nk, lead)) = self.later {
             let line = format!(
                 "hint: the BIC of long ARX models is lower by {lead:.0} with a delay of {nk} than of 1: --delay {DELAYS}"
             );
-            text.push_str(&wrap(&line, 80, "  "));
+            text.push_str(&wrapped(&line, "  "));
         }
         let Some(best) = self.rows.first() else {
             return Ok(());
@@ -290,7 +290,7 @@ impl Panel<'_> {
                 best.estimate.name,
                 2 * best.n
             );
-            text.push_str(&wrap(&line, 80, "  "));
+            text.push_str(&wrapped(&line, "  "));
         }
         writeln!(text, "All of the first model:\n  {}", best.command)
     }

@@ -73,8 +73,7 @@ pub(super) fn outputs(report: &Report) -> Picture {
     {
         errors.y = errors.y.range(low - high, high - low);
     }
-    let name = report.file.file_name().unwrap_or(report.file.as_os_str());
-    let title = format!("Models of {}", name.display());
+    let title = format!("Models of {}", report.name());
     let description = "Above: the measured output and that of each model under u alone, from x0. Below: the \
                        errors of each model's one-step prediction.";
     small_multiples(&title, description, &[outputs, errors], 1, SHARED_TIME)

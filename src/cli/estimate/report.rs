@@ -11,7 +11,7 @@ use asobench_identification::Fitted;
 use serde_json::{Map, Value};
 use std::f64::consts::TAU;
 use std::fmt::{Display, Formatter};
-use std::path::PathBuf;
+use std::path::{self, Path, PathBuf};
 
 /// The largest order of excitation that is told apart.
 pub(super) const MOST_EXCITED: usize = 20;
@@ -57,6 +57,11 @@ pub(super) struct Report {
 }
 
 impl Report {
+    /// The name of the file without its folder.
+    pub(super) fn name(&self) -> path::Display<'_> {
+        Path::new(self.file.file_name().unwrap_or(self.file.as_os_str())).display()
+    }
+
     /// Returns the record with u'(k) = u(k) and y'(k) = y(k + shift), whose delay is 1.
     pub(super) fn shifted(&self, shift: usize) -> Samples<'_> {
         Samples {

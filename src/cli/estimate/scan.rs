@@ -13,10 +13,11 @@ use super::span::Span;
 use super::words;
 use crate::cli::error::{Error, bad_input};
 use crate::cli::groups;
+use crate::cli::output::wrapped;
 use crate::estimator::{ArxOptions, Criterion, EstimatorName, MethodOptions, OrderComparison, Progress, SetupError};
 use crate::metric::Fit;
 use crate::model::Orders;
-use crate::text::{visible, wrap};
+use crate::text::visible;
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 
@@ -300,7 +301,7 @@ impl Scan {
             .into_iter()
             .chain(hint.map(|hint| format!("hint: {hint}")))
         {
-            text.push_str(&wrap(&line, 80, "  "));
+            text.push_str(&wrapped(&line, "  "));
         }
         text
     }
@@ -456,7 +457,7 @@ impl Scan {
         }
         text.push_str(&words::record(report));
         if let Some(unit) = report.unit_in_words() {
-            text.push_str(&wrap(&unit, 80, ""));
+            text.push_str(&wrapped(&unit, ""));
         }
         writeln!(
             text,

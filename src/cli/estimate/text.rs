@@ -3,12 +3,13 @@
 use super::report::{Estimate, Frequency, Report};
 use super::{comparison, words};
 use crate::cli::equation::broken;
+use crate::cli::output::wrapped;
 use crate::diagnosis::{FeedbackTest, Mode, Residuals, Root, Z_95};
 use crate::estimator::Progress;
 use crate::metric::Fit;
 use crate::model::{ContinuousModel, LinearModel, Orders};
 use crate::number::{measured, plus_minus};
-use crate::text::{rounded, visible, wrap};
+use crate::text::{rounded, visible};
 use asobench_identification::Fitted;
 use std::fmt::{self, Display, Write};
 use std::iter;
@@ -52,11 +53,11 @@ fn write_report(text: &mut String, report: &Report, details: bool) -> fmt::Resul
             "{count} records, {} samples: {orders}, each from a start of its own; detrend {detrend} of each file",
             report.window
         );
-        text.push_str(&wrap(&line, 80, ""));
+        text.push_str(&wrapped(&line, ""));
     }
     text.push_str(&words::record(report));
     if let Some(unit) = report.unit_in_words() {
-        text.push_str(&wrap(&unit, 80, ""));
+        text.push_str(&wrapped(&unit, ""));
     }
     if let estimates @ [_, _, ..] = report.estimates.as_slice() {
         let mut ranked: Vec<&Estimate> = estimates.iter().collect();
@@ -85,20 +86,20 @@ fn write_report(text: &mut String, report: &Report, details: bool) -> fmt::Resul
     let mut passes = report.estimates.iter().map(|of| &of.last().fitted.pass);
     if passes.any(|pass| !pass.offsets.is_empty()) {
         let offset = "with an offset, y less it stands for y: it is the output in equilibrium where u is 0";
-        text.push_str(&wrap(offset, 80, ""));
+        text.push_str(&wrapped(offset, ""));
     }
     if shift > 0 {
         let states = format!(
             "the states of ls and iv belong to the record without its delay: their y(k) is the file's y(k + {shift})"
         );
-        text.push_str(&wrap(&states, 80, ""));
+        text.push_str(&wrapped(&states, ""));
     }
     Ok(())
 }
 
 /// A line of a model, wrapped: a name and what it is.
 pub(super) fn fact(name: &str, value: impl Display) -> String {
-    wrap(&format!("  {name:<18} {value}"), 80, &" ".repeat(21))
+    wrapped(&format!("  {name:<18} {value}"), &" ".repeat(21))
 }
 
 fn write_estimate(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::Result {
@@ -106,7 +107,7 @@ fn write_estimate(text: &mut String, estimate: &Estimate, report: &Report) -> fm
     writeln!(text, "\n{}", words::heading(estimate))?;
     match words::status(estimate, report) {
         Some(Ok(status)) => *text += &fact("status", status),
-        Some(Err(failed)) => *text += &wrap(&format!("  FAILED: {failed}"), 80, &" ".repeat(10)),
+        Some(Err(failed)) => *text += &wrapped(&format!("  FAILED: {failed}"), &" ".repeat(10)),
         None => {}
     }
     text.extend(estimate.hints.iter().map(|hint| fact("hint", hint)));

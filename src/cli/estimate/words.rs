@@ -1,13 +1,14 @@
 //! Words about a model, shared by the text and the page.
 
 use super::report::{Clock, Estimate, MOST_EXCITED, Report, Validation};
+use crate::cli::output::wrapped;
 use crate::diagnosis::{Cancellation, FeedbackTest, LoopVerdict, Precision, Residuals, Whiteness};
 use crate::estimator::{EstimatorName, FailureKind, Offset, Pass, Progress};
 use crate::model::LinearModel;
 use crate::model::polynomial::multiply;
 use crate::plant::PoleFinder;
 use crate::plant::canonical::reverse_negated;
-use crate::text::{rounded, visible, wrap};
+use crate::text::{rounded, visible};
 use asobench_identification::Fitted;
 use faer::c64;
 use std::borrow::Cow;
@@ -59,7 +60,7 @@ pub(super) fn record(report: &Report) -> String {
     if lines.is_empty() {
         return String::new();
     }
-    wrap(&lines.join("; "), 80, "")
+    wrapped(&lines.join("; "), "")
 }
 
 /// Returns how a model begins, of a method that can begin in two ways; `None` of others, or without a start.
@@ -128,45 +129,37 @@ pub(super) fn offsets(pass: &Pass) -> impl Iterator<Item = (String, Offset)> {
 const ON_THE_CIRCLE: f64 = 0.999;
 
 /// Returns what is known of a model that a search left without coming to a minimum, with advice; `None` for others.
-pub(super) fn unfinished(estimate: &Estimate) -> Option<&'static str> {
-    let report = estimate.last();
-    match report.fitted.pass.failure?.kind {
-        FailureKind::Boundary if largest_zero(&report.fitted.model.c) > ON_THE_CIRCLE => {
-            Some(if report.fitted.model.a.len() > 1 {
-                "a zero of C lies on the unit circle: lower nc, or use oe; there are no standard errors"
-            } else {
-                "a zero of C lies on the unit circle: lower nc; there are no standard errors"
-            })
+pub(super) fn unfinished(estimate: &Estimate) -> Option<String> {
+    let (name, model) = (estimate.name, &estimate.last().fitted.model);
+    let why = match estimate.failure()?.kind {
+        FailureKind::Boundary if largest_zero(&model.c) > ON_THE_CIRCLE && model.a.len() > 1 => {
+            "a zero of C lies on the unit circle: lower nc, or use oe"
         }
-        FailureKind::Boundary if estimate.name.takes("dead_time") => Some(
-            "the dead time lies at an end of its range, beyond which the loss falls: a wider --dead-time LOW:HIGH; \
-             there are no standard errors",
-        ),
-        FailureKind::Boundary => Some(
-            "a zero of F lies on the unit circle: lower nf, or take differences of the record; there are no standard \
-             errors",
-        ),
-        FailureKind::Implausible if estimate.name == EstimatorName::Bels => {
-            Some("a variance of noise below 0: more --earlier inputs, or --input-noise; there are no standard errors")
+        FailureKind::Boundary if largest_zero(&model.c) > ON_THE_CIRCLE => {
+            "a zero of C lies on the unit circle: lower nc"
         }
-        FailureKind::Implausible => Some(
+        FailureKind::Boundary if name.takes("dead_time") => {
+            "the dead time lies at an end of its range, beyond which the loss falls: a wider --dead-time LOW:HIGH"
+        }
+        FailureKind::Boundary => "a zero of F lies on the unit circle: lower nf, or take differences of the record",
+        FailureKind::Implausible if name == EstimatorName::Bels => {
+            "a variance of noise below 0: more --earlier inputs, or --input-noise"
+        }
+        FailureKind::Implausible => {
             "the response has not decayed at its last tap, so the model is too fast and its gain too small: a longer \
-             record, more --taps or --high-order, or oe; there are no standard errors",
-        ),
-        FailureKind::IterationLimit if estimate.name.takes("long") => Some(
+             record, more --taps or --high-order, or oe"
+        }
+        FailureKind::IterationLimit if name.takes("long") => {
             "the iteration does not converge; this is its best model: lower the orders; an unstable plant in a stable \
-             loop needs armax, pem, ssarx or indirect; there are no standard errors",
-        ),
-        FailureKind::IterationLimit if !estimate.name.takes("starts") => Some(
-            "the iteration does not converge; this is its best model: lower the orders, or use oe or bj; there are no \
-             standard errors",
-        ),
-        FailureKind::IterationLimit => Some(
-            "the best model so far, not at a minimum: lower the orders, or raise --starts; there are no standard \
-             errors",
-        ),
-        _ => None,
-    }
+             loop needs armax, pem, ssarx or indirect"
+        }
+        FailureKind::IterationLimit if !name.takes("starts") => {
+            "the iteration does not converge; this is its best model: lower the orders, or use oe or bj"
+        }
+        FailureKind::IterationLimit => "the best model so far, not at a minimum: lower the orders, or raise --starts",
+        _ => return None,
+    };
+    Some(format!("{why}; there are no standard errors"))
 }
 
 /// Returns how an estimate ended that failed, or, with a model, came to no minimum.

@@ -1,7 +1,7 @@
 //! All that one trial computes, printed by stage.
 
 use crate::cli::error::{Error, failed};
-use crate::cli::output::{Format, print, print_json};
+use crate::cli::output::{Format, print, print_json, wrapped};
 use crate::data::Realisation;
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
@@ -12,7 +12,7 @@ use crate::study::{
     Cell, DiscreteCell, Experiment, Measure, Row, Rows, Source, StoreError, StoredTrials, TrialRecord, design_of,
     read_manifest, read_results, stage_twelve,
 };
-use crate::text::{number, visible, wrap};
+use crate::text::{number, visible};
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write as _};
 use std::path::Path;
@@ -213,7 +213,7 @@ impl<'a> Replay<'a> {
         };
         let line = format!("{equal} {}.", visible(folder.display()));
         text.push('\n');
-        text.push_str(&wrap(&line, 80, ""));
+        text.push_str(&wrapped(&line, ""));
         if let (Ok(Some(false)), Some(method)) = (&self.stored, &self.may_differ) {
             let line = format!("Those of '{method}' may: it says that it is not deterministic.");
             writeln!(text, "{}", visible(line))?;

@@ -4,12 +4,13 @@ use super::super::error::{Error, failed};
 use super::super::files::cannot_write;
 use super::arguments::Arguments;
 use super::claims::{claims_json, lines};
-use crate::cli::execute::{WIDTH, execute, threads};
+use crate::cli::execute::{execute, threads};
+use crate::cli::output::wrapped;
 use crate::files;
 use crate::report::{Study, course_figures, ends, example_table};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{BOBTSOV2023, Experiment, RunOptions};
-use crate::text::{visible, wrap};
+use crate::text::visible;
 use serde_json::Value;
 use std::path::Path;
 
@@ -68,7 +69,7 @@ impl Bobtsov {
         text.push_str(&lines(&self.studies));
         text.push('\n');
         let folder = folder.join("gpebo-figures");
-        text.push_str(&wrap(
+        text.push_str(&wrapped(
             &format!(
                 "The paper assumes |dbar| < 1. It prints no numbers of its Figs. 1 to 4; it says of \
             them that the proposed estimate is as fast as the gradient's and more exact. \
@@ -76,7 +77,6 @@ impl Bobtsov {
             theta.svg and state-errors.svg in {}",
                 visible(folder.display())
             ),
-            WIDTH,
             "",
         ));
         text

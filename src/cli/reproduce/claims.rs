@@ -1,21 +1,21 @@
 //! The verdicts on the claims of studies.
 
 use crate::claim::{Judged, JudgedNumber};
-use crate::cli::execute::WIDTH;
+use crate::cli::output::wrapped;
 use crate::report::Study;
-use crate::text::{visible, wrap};
+use crate::text::visible;
 use serde_json::{Value, json};
 
 /// Returns the verdicts on all claims of some studies, one paragraph each, and how many claims each study tested.
 pub(super) fn lines(studies: &[Study]) -> String {
     let claims = studies.iter().flat_map(|study| &study.judged);
-    let claims = claims.map(|claim| wrap(&visible(&claim.line), WIDTH, "    "));
+    let claims = claims.map(|claim| wrapped(&visible(&claim.line), "    "));
     let tested = studies.iter().filter_map(|study| {
         let name = match studies {
             [_] => String::new(),
             _ => format!("{}: ", study.name),
         };
-        Some(wrap(&format!("{name}{}", study.tested()?), WIDTH, ""))
+        Some(wrapped(&format!("{name}{}", study.tested()?), ""))
     });
     claims.chain(tested).collect()
 }

@@ -43,8 +43,7 @@ pub(super) fn states(report: &Report, observer: &str, model: &Fitted, states: &O
             over_time(report, &format!("state {}", i + 1), &axis).series(series)
         };
     let panels: Vec<Plot> = [outputs].into_iter().chain((0..n).map(panel)).collect();
-    let name = report.file.file_name().unwrap_or(report.file.as_os_str());
-    let title = format!("States of {}, observer {observer}", name.display());
+    let title = format!("States of {}, observer {observer}", report.name());
     let description = "Above: the measured output and its prediction from the samples before. Below: the states.";
     let sharing = Sharing { x: true, y: false };
     small_multiples(&title, description, &panels, 1, sharing)
