@@ -275,6 +275,15 @@ impl From<FailureKind> for DrawFailure {
     }
 }
 
+/// Checks that all numbers are finite.
+///
+/// # Errors
+/// [`FailureKind::NonFinite`].
+pub(crate) fn all_finite<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<(), FailureKind> {
+    let finite = numbers.into_iter().all(|number| number.is_finite());
+    finite.then_some(()).ok_or(FailureKind::NonFinite)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

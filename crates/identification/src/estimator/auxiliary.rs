@@ -1,6 +1,7 @@
 //! Stage 7: the output of the auxiliary model, from which the instruments are formed.
 
 use super::{Drive, FailureKind, Window};
+use crate::failure::all_finite;
 use crate::observer::Gain;
 use crate::plant::{observe, simulate};
 
@@ -77,10 +78,6 @@ impl AuxiliaryModel {
                 );
             }
         }
-        if yhat.iter().all(|y| y.is_finite()) {
-            Ok(())
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        all_finite(&*yhat)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Source: L. Ljung, *System Identification*, 2nd ed., sections 16.4 (criteria) and 16.5 (validation).
 
-use super::method_kind::Problem;
+use super::method_kind::{MethodKind, Problem};
 use super::order_choice::Criterion;
 use super::{Estimator, FailureKind, Pass, Progress, SetupError, Shape, SinglePass, Window};
 use crate::estimator::prediction_errors;
@@ -69,20 +69,20 @@ fn compares(pass: &Pass) -> bool {
 }
 
 impl Chosen {
-    /// Prepares the estimators of the orders 1 to `most` for a problem.
+    /// Prepares the estimators of the orders 1 to `most` for a problem; `of_order` returns the options of an order.
     ///
     /// # Errors
-    /// As `of_order` of the largest.
-    pub(super) fn prepare(
+    /// As of the options of the largest.
+    pub(super) fn prepare<O: MethodKind>(
         rule: OrderRule,
         most: usize,
         problem: &Problem<'_>,
-        of_order: impl Fn(usize, &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError>,
+        of_order: impl Fn(usize) -> O,
     ) -> Result<Box<dyn Estimator>, SetupError> {
         let window = problem.shape.window;
         let with = |order: usize, window: usize| {
             let shape = Shape { order, window };
-            of_order(order, &Problem { shape, ..*problem })
+            of_order(order).prepare(&Problem { shape, ..*problem })
         };
         let candidate = |order: usize| -> Result<Candidate, SetupError> {
             let validated = rule == OrderRule::CrossValidation;

@@ -8,7 +8,8 @@ use super::initial_state_choice::{StartState, StateEstimate};
 use super::instruments::{InstrumentalRegression, Instruments, Signals};
 use super::other_tools::{R_SYSID_RIDGE, Reading};
 use super::regression::{Regression, Rows};
-use super::{Drive, Estimator, Failure, FailureKind, Pass, Progress, Runs, SetupError, Stage, Window};
+use super::{Drive, Estimator, FailureKind, Pass, Progress, Runs, SetupError, Stage, Window};
+use crate::failure::all_finite;
 use crate::model::{LinearModel, Orders};
 use crate::observer::Gain;
 
@@ -71,8 +72,7 @@ impl GeneralIv {
                 let yhat = &mut self.auxiliary.yhat[run.clone()];
                 model.run(&window.u[run.clone()], yhat);
             }
-            let finite = self.auxiliary.yhat.iter().all(|x| x.is_finite());
-            return finite.then_some(()).ok_or(FailureKind::NonFinite);
+            return all_finite(&self.auxiliary.yhat);
         }
         for (i, run) in self.runs.iter().enumerate() {
             let part = window.part(run.clone());
@@ -156,11 +156,7 @@ impl Estimator for GeneralIv {
                     let first = window.part(self.runs.first(pass.a.len()));
                     self.state.estimate(first, number, pass);
                 }
-                Err((kind, stage)) => pass.fail(Failure {
-                    kind,
-                    stage,
-                    pass: number,
-                }),
+                Err((kind, stage)) => pass.fail_at(stage, number, kind),
             }
         }
     }

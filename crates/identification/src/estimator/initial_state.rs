@@ -10,6 +10,7 @@
 
 use super::sorted_qr::SortedQr;
 use super::{FailureKind, Window};
+use crate::failure::all_finite;
 use crate::plant::simulate;
 use crate::real::Real;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -68,11 +69,7 @@ impl InitialState {
         } else {
             self.by_sorted_qr(a, b, window, x0)?;
         }
-        if x0.iter().all(|x| x.is_finite()) {
-            Ok(())
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        all_finite(&*x0)
     }
 
     fn start(&mut self) {

@@ -1,7 +1,7 @@
 //! Stage 6 in one pass of a method: whether x0 is estimated, and where it is stored.
 
 use super::initial_state::InitialState;
-use super::{Failure, FailureKind, Pass, Stage, Window};
+use super::{FailureKind, Pass, Stage, Window};
 use crate::names::named_enum;
 
 named_enum! {
@@ -42,11 +42,7 @@ impl StateEstimate {
         }
         match self.of(window, pass) {
             Ok(x0) => pass.set_initial_state(x0),
-            Err(kind) => pass.fail(Failure {
-                kind,
-                stage: Stage::InitialState,
-                pass: number,
-            }),
+            Err(kind) => pass.fail_at(Stage::InitialState, number, kind),
         }
     }
 

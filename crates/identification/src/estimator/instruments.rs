@@ -6,7 +6,7 @@
 use super::covariance::{Covariance, Influence, ROWS};
 use super::regression::{Lagged, Rows, covariance_of_triangle};
 use super::solver::Reduction;
-use super::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use super::solver::rank::{Equilibration, check_rank_of_columns};
 use super::triangular::{solve_normal, solve_transposed_of, sum_of_products};
 use super::{FailureKind, Runs, SetupError};
 use crate::model::Orders;
@@ -136,11 +136,8 @@ impl TwoStages {
     /// Returns the condition of a triangle after checking its rank.
     fn triangle(&mut self, outer: bool, columns: usize) -> Result<f64, FailureKind> {
         let reduction = if outer { &self.outer } else { &self.inner };
-        let scales = &mut self.equilibration.columns;
-        scales.resize(columns, 1.0);
-        self.equilibration.of_columns(reduction.r())?;
-        let scales = &self.equilibration.columns;
-        let condition = triangular_condition(reduction.r(), scales, &mut self.scratch)?;
+        self.equilibration.columns.resize(columns, 1.0);
+        let condition = self.equilibration.of_triangle(reduction.r(), &mut self.scratch)?;
         check_rank_of_columns(condition, columns)?;
         Ok(condition)
     }

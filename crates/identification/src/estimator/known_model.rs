@@ -1,6 +1,6 @@
 //! The true model as an estimator: what observers achieve if they know the plant.
 
-use super::{Estimator, Failure, Pass, Stage, Window};
+use super::{Estimator, Pass, Stage, Window};
 use crate::plant::StateSpace;
 
 /// Returns (a, b, h) of the true plant and a given x0 as its estimate, without looking at the record. One pass.
@@ -24,11 +24,7 @@ impl KnownModel {
                 pass.b.copy_from_slice(plant.b());
                 pass.set_initial_state(x0);
             }
-            Err(kind) => pass.fail(Failure {
-                kind,
-                stage: Stage::Data,
-                pass: 0,
-            }),
+            Err(kind) => pass.fail_at(Stage::Data, 0, kind),
         }
         Self { pass }
     }

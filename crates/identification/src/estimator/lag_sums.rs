@@ -1,6 +1,7 @@
 //! Normal equations of delayed signals, from which starts of searches come: few inner products, in time linear in N.
 
 use super::FailureKind;
+use crate::failure::all_finite;
 use crate::real::with_fma;
 use crate::signal::arithmetic;
 
@@ -9,12 +10,7 @@ use crate::signal::arithmetic;
 /// # Errors
 /// [`FailureKind::NonFinite`]; pivots of such sums would say that the record determines nothing.
 pub(super) fn check_squares(signals: [&[f64]; 2]) -> Result<(), FailureKind> {
-    let square = |signal: &[f64]| dot(signal, signal);
-    if signals.into_iter().all(|signal| square(signal).is_finite()) {
-        Ok(())
-    } else {
-        Err(FailureKind::NonFinite)
-    }
+    all_finite(&signals.map(|signal| dot(signal, signal)))
 }
 
 /// Calls `put(i, j, sum_k a(k-i) b(k-j))` for delays i in `of_a` and j in `of_b` (first delay and count), k = 0 ...

@@ -17,12 +17,7 @@ impl LastSamples {
 impl Estimator for LastSamples {
     fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
         let from = window.len().saturating_sub(self.samples);
-        let last = Window {
-            u: &window.u[from..],
-            y: &window.y[from..],
-            r: &window.r[from..],
-        };
-        self.inner.estimate(last, passes);
+        self.inner.estimate(window.part(from..window.len()), passes);
         if from > 0 {
             for pass in passes {
                 if pass.progress == Progress::InitialState {

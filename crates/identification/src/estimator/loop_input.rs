@@ -6,7 +6,7 @@ use super::reflection::{reflect_zeros, stable};
 use super::regression::{Regression, Rows};
 use super::{FailureKind, SetupError, Window, enough_equations};
 use crate::data::OutputFeedback;
-use crate::model::polynomial::{divide, filter, multiply_into};
+use crate::model::polynomial::{divide, filter, multiply};
 use crate::model::{LinearModel, Orders};
 
 /// The orders of a long model.
@@ -24,9 +24,6 @@ pub(super) struct LoopInput {
     pub(super) hat: Vec<f64>,
     /// Whether the present model's loop is unstable, so that `hat` is that of an earlier one.
     pub(super) is_unstable: bool,
-    closed: Vec<f64>,
-    product: Vec<f64>,
-    scratch: Vec<f64>,
 }
 
 impl LoopInput {
@@ -47,9 +44,6 @@ impl LoopInput {
             controller,
             hat: vec![0.0; window],
             is_unstable: false,
-            closed: Vec::new(),
-            product: Vec::new(),
-            scratch: Vec::new(),
         })
     }
 
@@ -83,7 +77,7 @@ impl LoopInput {
                 }
             }
         }
-        if !stable(&self.model.a, &mut self.scratch) && !reflect_zeros(&mut self.model.a) {
+        if !stable(&self.model.a, &mut Vec::new()) && !reflect_zeros(&mut self.model.a) {
             return Err(FailureKind::NonFinite);
         }
         self.model.simulate(r, &mut self.hat);
@@ -96,20 +90,18 @@ impl LoopInput {
         let Some(controller) = self.controller.as_ref().filter(|_| u != r) else {
             return;
         };
-        let m = controller.denominator();
-        multiply_into(&model.f, &m, &mut self.product);
-        multiply_into(&model.b, controller.numerator(), &mut self.closed);
-        let length = self.closed.len().max(self.product.len());
-        self.closed.resize(length, 0.0);
-        self.closed.iter_mut().zip(&self.product).for_each(|(sum, p)| *sum += p);
-        let lead = self.closed[0];
-        for coefficient in self.closed.iter_mut().chain(&mut self.product) {
+        let mut product = multiply(&model.f, &controller.denominator());
+        let mut closed = multiply(&model.b, controller.numerator());
+        closed.resize(closed.len().max(product.len()), 0.0);
+        closed.iter_mut().zip(&product).for_each(|(sum, p)| *sum += p);
+        let lead = closed[0];
+        for coefficient in closed.iter_mut().chain(&mut product) {
             *coefficient /= lead;
         }
-        self.is_unstable = lead == 0.0 || !stable(&self.closed, &mut self.scratch);
+        self.is_unstable = lead == 0.0 || !stable(&closed, &mut Vec::new());
         if !self.is_unstable {
-            filter(&self.product, r, &mut self.hat);
-            divide(&self.closed, &mut self.hat);
+            filter(&product, r, &mut self.hat);
+            divide(&closed, &mut self.hat);
         }
     }
 }

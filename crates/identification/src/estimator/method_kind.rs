@@ -184,11 +184,6 @@ pub trait MethodKind {
         false
     }
 
-    /// Whether an estimate may take memory for its record besides the buffers that were prepared.
-    fn takes_memory(&self) -> bool {
-        false
-    }
-
     /// Returns an estimator with buffers for a problem.
     ///
     /// # Errors

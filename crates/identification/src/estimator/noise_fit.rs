@@ -22,12 +22,7 @@ pub(super) struct NoiseFit {
 impl NoiseFit {
     /// Makes buffers for windows of `window` samples.
     pub(super) fn new(Orders { nc, nd, .. }: Orders, window: usize) -> Self {
-        let arma = Orders {
-            na: nd,
-            nc,
-            nk: 1,
-            ..Orders::default()
-        };
+        let arma = Orders::armax(nd, 0, nc, 1);
         Self {
             search: (nc + nd > 0).then(|| Descent::new(arma, OfRecord::default(), Runs::new(&[window]))),
             theta: vec![0.0; nd + nc],

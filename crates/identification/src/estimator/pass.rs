@@ -2,7 +2,7 @@
 
 use super::parameters;
 use crate::data::DrawFailure;
-use crate::failure::FailureKind;
+use crate::failure::{FailureKind, all_finite};
 use crate::model::polynomial::multiply_into;
 use crate::model::{ContinuousModel, LinearModel, Orders, Units, multiply};
 use crate::observer::ObservedModel;
@@ -265,9 +265,7 @@ impl Pass {
         self.model.b[1..].copy_from_slice(beta);
         parameters::from_p(p, &mut self.a, &mut self.h);
         parameters::input_vector(&self.a, &self.h, &mut self.b);
-        if !p.iter().chain(&self.b).all(|value| value.is_finite()) {
-            return Err(FailureKind::NonFinite);
-        }
+        all_finite(p.iter().chain(&self.b))?;
         self.take_parameters(condition);
         Ok(())
     }
@@ -295,10 +293,7 @@ impl Pass {
             }
         }
         parameters::input_vector(&self.a, &self.h, &mut self.b);
-        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        if ![&self.a, &self.b, &self.h].into_iter().all(|values| finite(values)) {
-            return Err(FailureKind::NonFinite);
-        }
+        all_finite([&self.a, &self.b, &self.h].into_iter().flatten())?;
         self.scratch.truncate(n);
         self.take_parameters(condition);
         Ok(())
@@ -374,12 +369,13 @@ impl Pass {
         self.failure = Some(failure);
     }
 
+    /// Records the failure of pass number `pass` in a stage.
+    pub(super) fn fail_at(&mut self, stage: Stage, pass: usize, kind: FailureKind) {
+        self.fail(Failure { kind, stage, pass });
+    }
+
     /// Records the failure of a method that does not have the paper's stages.
     pub(super) fn fail_for(&mut self, kind: FailureKind) {
-        self.fail(Failure {
-            kind,
-            stage: Stage::Other,
-            pass: 0,
-        });
+        self.fail_at(Stage::Other, 0, kind);
     }
 }

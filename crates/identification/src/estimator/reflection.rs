@@ -1,6 +1,7 @@
 //! Stabilisation of the auxiliary model: poles outside the unit circle are reflected into it.
 
 use super::FailureKind;
+use crate::failure::all_finite;
 use crate::names::named_enum;
 use crate::plant::canonical::{multiply_toeplitz, reverse_negated, solve_toeplitz};
 use crate::plant::stability::is_stable;
@@ -67,11 +68,8 @@ impl PoleReflection {
         self.b.copy_from_slice(b);
         multiply_toeplitz(a, &mut self.b);
         solve_toeplitz(&self.a, &mut self.b);
-        if self.a.iter().chain(&self.b).all(|value| value.is_finite()) {
-            Ok((&self.a, &self.b))
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        all_finite(self.a.iter().chain(&self.b))?;
+        Ok((&self.a, &self.b))
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::covariance::{Covariance, Influence};
 use super::solver::Reduction;
-use super::solver::rank::{Equilibration, check_rank_of_columns, columns_of_inverse, triangular_condition};
+use super::solver::rank::{Equilibration, check_rank_of_columns, columns_of_inverse};
 use super::{FailureKind, Runs, SetupError, enough_equations};
 use crate::model::Orders;
 use crate::names::named_enum;
@@ -270,8 +270,7 @@ impl Regression {
         let total = count + ridge_rows(self.ridge, na + nb);
         self.reduction.run(total, fill)?;
         let r = self.reduction.r();
-        self.equilibration.of_columns(r)?;
-        *condition = triangular_condition(r, &self.equilibration.columns, &mut self.scratch)?;
+        *condition = self.equilibration.of_triangle(r, &mut self.scratch)?;
         let width = na + nb;
         check_rank_of_columns(*condition, width)?;
         let top = self.reduction.top();

@@ -1,6 +1,6 @@
 //! The scale of a record: none that can be measured changes a model.
 
-use super::{Covariance, Estimator, Failure, OptionUnits, Pass, ProgramError, Records, Stage, Visit, Window};
+use super::{Covariance, Estimator, OptionUnits, Pass, ProgramError, Records, Stage, Visit, Window};
 use crate::model::Units;
 use crate::real::with_fma;
 
@@ -174,11 +174,7 @@ impl Estimator for Scaled {
 /// Brings a pass back from units; it fails if a number is out of the range of doubles.
 fn bring_back(pass: &mut Pass, number: usize, units: Units) {
     if let Err(kind) = pass.set_units(units) {
-        pass.fail(Failure {
-            kind,
-            stage: Stage::Other,
-            pass: number,
-        });
+        pass.fail_at(Stage::Other, number, kind);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Estimators with one pass: what they all do at its begin and at its end.
 
-use super::{Estimator, FailureKind, Pass, Window};
+use super::{Estimator, FailureKind, Pass, Visit, Window};
 use crate::model::{ContinuousModel, LinearModel};
 
 /// An estimator with one pass.
@@ -10,6 +10,9 @@ pub trait SinglePass: Send {
     /// # Errors
     /// The failure of the pass; what was set before stays valid.
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind>;
+
+    /// As [`Estimator::run_along`].
+    fn fit_along(&mut self, _: Window<'_>, _at: &[usize], _: &mut Pass, _visit: &mut Visit<'_>) {}
 }
 
 impl<T: SinglePass> Estimator for T {
@@ -19,6 +22,10 @@ impl<T: SinglePass> Estimator for T {
         {
             pass.fail_for(kind);
         }
+    }
+
+    fn run_along(&mut self, window: Window<'_>, at: &[usize], pass: &mut Pass, visit: &mut Visit<'_>) {
+        self.fit_along(window, at, pass, visit);
     }
 }
 

@@ -168,12 +168,8 @@ impl ContinuousModel {
         let is_late = dead_time.fract() != 0.0;
         let at_once = hold == Hold::First || (numerator > n && !is_late);
         let whole = dead_time as usize;
-        Orders {
-            nb: n + usize::from(at_once) + usize::from(is_late),
-            nf: n,
-            nk: whole + usize::from(!at_once),
-            ..Orders::default()
-        }
+        let nb = n + usize::from(at_once) + usize::from(is_late);
+        Orders::output_error(nb, n, whole + usize::from(!at_once))
     }
 
     /// Whether a pole is fixed at 0.

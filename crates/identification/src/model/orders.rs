@@ -40,6 +40,22 @@ impl Orders {
         }
     }
 
+    /// Makes the orders of an ARMAX model, `A(q) y = B(q) u + C(q) e`.
+    pub const fn armax(na: usize, nb: usize, nc: usize, nk: usize) -> Self {
+        Self {
+            nc,
+            ..Self::arx(na, nb, nk)
+        }
+    }
+
+    /// Makes the orders of an output-error model, `y = B(q)/F(q) u + e`.
+    pub const fn output_error(nb: usize, nf: usize, nk: usize) -> Self {
+        Self {
+            nf,
+            ..Self::arx(0, nb, nk)
+        }
+    }
+
     /// Returns the number of parameters.
     pub const fn parameters(self) -> usize {
         self.na + self.nb + self.nc + self.nd + self.nf

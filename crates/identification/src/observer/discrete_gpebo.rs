@@ -2,7 +2,7 @@
 
 use super::gpebo::Mixer;
 use super::luenberger::ObservedModel;
-use crate::failure::FailureKind;
+use crate::failure::{FailureKind, all_finite};
 
 /// How theta is estimated from `z(k) = c'Phi(k) theta + f(k)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,11 +109,7 @@ impl DiscreteGpebo {
             }
             self.shift(model.a);
         }
-        if self.xi.iter().chain(&self.theta).all(|x| x.is_finite()) {
-            Ok(())
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        all_finite(self.xi.iter().chain(&self.theta))
     }
 
     /// One step of the gradient on the mixed regression.

@@ -5,7 +5,7 @@ mod tests;
 
 use super::riccati::{Discrete, Equation, RiccatiError, check_covariance};
 use super::stochastic_model::StochasticModel;
-use crate::failure::FailureKind;
+use crate::failure::{FailureKind, all_finite};
 use faer::{Mat, MatRef};
 use std::sync::Arc;
 
@@ -59,21 +59,7 @@ impl GainSequence {
         let m = model.order();
         let f = model.f.as_ref();
         let equation = Discrete::new(f, &model.h, model.q.as_ref(), &model.s, model.r)?;
-        let mut sequence = Self {
-            order: m,
-            gains: Vec::new(),
-            variances: Vec::new(),
-            diagonals: Vec::new(),
-            p: check_covariance("the initial covariance", p0, m)?,
-            settled: false,
-        };
-        for _ in 0..horizon {
-            sequence.advance(&equation)?;
-            if sequence.settled {
-                break;
-            }
-        }
-        Ok(sequence)
+        Self::until_settled(check_covariance("the initial covariance", p0, m)?, &equation, horizon)
     }
 
     /// Does the same for a model with r = 0 and s = 0, whose output is measured exactly: `K = F P h / h'P h`, and 0
@@ -94,20 +80,7 @@ impl GainSequence {
         let q = check_covariance("Q", model.q.as_ref(), m)?;
         let smallest = 1e-14 * p.norm_max().max(q.norm_max());
         let equation = Discrete::of_exact_output(model.f.as_ref(), &model.h, q, smallest);
-        let mut sequence = Self {
-            order: m,
-            gains: Vec::new(),
-            variances: Vec::new(),
-            diagonals: Vec::new(),
-            p,
-            settled: false,
-        };
-        for _ in 0..horizon.unwrap_or(MOST) {
-            sequence.advance(&equation)?;
-            if sequence.settled {
-                break;
-            }
-        }
+        let mut sequence = Self::until_settled(p, &equation, horizon.unwrap_or(MOST))?;
         if horizon.is_none() {
             if !sequence.settled {
                 return Err(RiccatiError::NoConvergence {
@@ -117,6 +90,22 @@ impl GainSequence {
             sequence.gains.drain(..sequence.gains.len() - m);
             sequence.variances.drain(..sequence.variances.len() - 1);
             sequence.diagonals.drain(..sequence.diagonals.len() - m);
+        }
+        Ok(sequence)
+    }
+
+    /// Returns the sequence from P on, at most so many gains, fewer if it settles.
+    fn until_settled(p: Mat<f64>, equation: &Discrete, most: usize) -> Result<Self, RiccatiError> {
+        let mut sequence = Self {
+            order: p.nrows(),
+            gains: Vec::new(),
+            variances: Vec::new(),
+            diagonals: Vec::new(),
+            p,
+            settled: false,
+        };
+        while sequence.stored() < most && !sequence.settled {
+            sequence.advance(equation)?;
         }
         Ok(sequence)
     }
@@ -327,10 +316,6 @@ impl Kalman {
             std::mem::swap(&mut self.x, &mut self.next);
         }
         // If a component is not finite, h'x is infinite or NaN, and through K so is the whole next state (0 inf = NaN).
-        if self.x.iter().all(|x| x.is_finite()) {
-            Ok(())
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        all_finite(&self.x)
     }
 }

@@ -1,7 +1,7 @@
 //! Stage 12: the observer on a record.
 
 use super::Gain;
-use crate::failure::FailureKind;
+use crate::failure::{FailureKind, all_finite};
 use crate::plant::observe;
 
 /// The full-order observer `xhat(k+1) = F xhat(k) + b u(k) + g y(k)`, `F = A - g c'`,
@@ -53,11 +53,7 @@ impl Observer {
         self.x.copy_from_slice(model.x0);
         observe(model.a, model.b, &self.g, &mut self.x, u, y, visit);
         // An infinite state stays infinite or becomes NaN, so checking the last one is enough.
-        if self.x.iter().chain(&self.g).all(|x| x.is_finite()) {
-            Ok(())
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        all_finite(self.x.iter().chain(&self.g))
     }
 
     /// Advances one more step on the model of the last [`Self::run`], from xhat(k) to xhat(k+1), given u(k) and y(k).

@@ -167,13 +167,7 @@ fn moments(process: &Process, population: &Population, psi: &[Signal], window: u
 pub(super) fn output_error_orders(population: &Population) -> Orders {
     let n = population.plant.order();
     let Orders { na, nb, nk, .. } = without_zeros(Orders::arx(n, n, 1), population);
-    Orders {
-        na: 0,
-        nf: na,
-        nb,
-        nk,
-        ..Orders::default()
-    }
+    Orders::output_error(nb, na, nk)
 }
 
 /// The orders without the zeros that pad alpha and beta to the plant's order.

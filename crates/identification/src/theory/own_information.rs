@@ -145,15 +145,9 @@ impl OwnInformation {
 /// `y = B/F u` with all coefficients of alpha and beta.
 fn output_error(population: &Population) -> LinearModel {
     let n = population.plant.order();
-    let orders = Orders {
-        nb: n,
-        nf: n,
-        nk: 1,
-        ..Orders::default()
-    };
     LinearModel {
         f: population.alpha.clone(),
         b: population.beta.clone(),
-        ..LinearModel::zero(orders)
+        ..LinearModel::zero(Orders::output_error(n, n, 1))
     }
 }

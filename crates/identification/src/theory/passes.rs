@@ -68,6 +68,17 @@ struct Done {
     covariance: Option<Matrix>,
 }
 
+impl From<Linear> for Done {
+    fn from(linear: Linear) -> Self {
+        Self {
+            theta: linear.theta,
+            is_consistent: linear.is_consistent,
+            influence: linear.influence,
+            covariance: None,
+        }
+    }
+}
+
 /// The paper's passes for one population and order.
 pub struct Passes<'a> {
     population: &'a Population,
@@ -91,12 +102,7 @@ impl<'a> Passes<'a> {
     /// Returns the outputs of the passes in `reported`, which must ascend. Pass 0 is least squares.
     pub fn run(mut self, reported: &[usize]) -> Vec<Result<Asymptotic, Missing>> {
         let mut outputs = Vec::new();
-        let first = least_squares(self.population, self.shape).map(|linear| Done {
-            theta: linear.theta,
-            is_consistent: linear.is_consistent,
-            influence: linear.influence,
-            covariance: None,
-        });
+        let first = least_squares(self.population, self.shape).map(Done::from);
         let mut last = first.clone();
         let mut number = 0;
         for pass in reported {
@@ -121,12 +127,7 @@ impl<'a> Passes<'a> {
     #[cfg(test)]
     pub(super) fn last_of(mut self, pass: usize) -> Result<(Vec<f64>, Influence), Missing> {
         let linear = least_squares(self.population, self.shape)?;
-        let first = Done {
-            theta: linear.theta,
-            is_consistent: linear.is_consistent,
-            influence: linear.influence,
-            covariance: None,
-        };
+        let first = Done::from(linear);
         let mut last = first.clone();
         for _ in 0..pass {
             last = self.pass(&first, &last)?;

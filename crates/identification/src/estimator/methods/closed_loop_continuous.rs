@@ -76,10 +76,6 @@ impl MethodKind for ClrivcOptions {
         true
     }
 
-    fn takes_memory(&self) -> bool {
-        true
-    }
-
     fn option_units(&self) -> OptionUnits {
         OptionUnits::Gain.only_if(self.controller.is_some())
     }

@@ -74,10 +74,6 @@ impl MethodKind for ClrivOptions {
         true
     }
 
-    fn takes_memory(&self) -> bool {
-        true
-    }
-
     fn option_units(&self) -> OptionUnits {
         OptionUnits::Gain.only_if(self.controller.is_some())
     }

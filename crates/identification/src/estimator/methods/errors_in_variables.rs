@@ -76,10 +76,8 @@ pub struct ErrorsInVariables {
     /// (a, b), then the variances that are estimated.
     x: Vec<f64>,
     variances: [f64; 2],
-    influence: Influence,
     /// `L L'`, the covariance of the lines' errors up to a factor; `None`: the identity.
     weight: Option<Llt<f64>>,
-    row: Vec<f64>,
     model: LinearModel,
     state: StateEstimate,
 }
@@ -119,9 +117,7 @@ impl ErrorsInVariables {
             stages: TwoStages::new(width + unknown, width + unknown, lines),
             x: vec![0.0; width + unknown],
             variances: [0.0; 2],
-            influence: Influence::default(),
             weight: None,
-            row: vec![0.0; signals],
             model: LinearModel::zero(orders),
             state: StateEstimate::new(orders.order(), start),
             orders,
@@ -142,7 +138,7 @@ impl ErrorsInVariables {
 
     /// Computes S and the sizes of the signals.
     fn gather(&mut self, window: Window<'_>) -> Result<(), FailureKind> {
-        let mut row = std::mem::take(&mut self.row);
+        let mut row = vec![0.0; self.signals];
         self.s.fill(0.0);
         for k in self.first..self.first + self.count {
             self.signals_at(window, k, &mut row);
@@ -150,7 +146,6 @@ impl ErrorsInVariables {
                 to.iter_mut().zip(&row).for_each(|(to, other)| *to += z * other);
             }
         }
-        self.row = row;
         let count = self.count as f64;
         self.s.iter_mut().for_each(|s| *s /= count);
         for (i, size) in self.sizes.iter_mut().enumerate() {
@@ -252,8 +247,7 @@ impl ErrorsInVariables {
         });
         let lines = self.lines;
         let mut z = vec![0.0; self.signals];
-        let mut influence = std::mem::take(&mut self.influence);
-        influence.clear();
+        let mut influence = Influence::default();
         let mut unused = vec![0.0; self.x.len()];
         let means: Vec<f64> = (0..lines).map(|line| self.line(line, &mut unused)).collect();
         for k in self.first..self.first + self.count {
@@ -268,7 +262,6 @@ impl ErrorsInVariables {
         }
         let mut all = Vec::new();
         influence.covariance(Covariance::Robust, &mut all);
-        self.influence = influence;
         let covariance = Mat::from_fn(lines, lines, |i, j| all[i * lines + j] / self.count as f64);
         let found = covariance.llt(Side::Lower).ok();
         let is_found = found.is_some();
@@ -394,8 +387,7 @@ impl ErrorsInVariables {
             solve_upper_triangular_in_place(weight.L().transpose(), slopes.as_mut(), Par::Seq);
         }
         let mut z = vec![0.0; self.signals];
-        let mut influence = std::mem::take(&mut self.influence);
-        influence.clear();
+        let mut influence = Influence::default();
         for k in self.first..self.first + self.count {
             self.signals_at(window, k, &mut z);
             let e: f64 = z.iter().zip(&c).map(|(z, c)| z * c).sum();
@@ -416,7 +408,6 @@ impl ErrorsInVariables {
         }
         let mut all = Vec::new();
         influence.covariance(Covariance::Robust, &mut all);
-        self.influence = influence;
         let rows = all.chunks_exact(total).take(width);
         self.model.covariance.clear();
         for row in rows {

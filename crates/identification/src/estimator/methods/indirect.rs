@@ -11,6 +11,7 @@ use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, opt
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::{Estimator, FailureKind, Iteration, SetupError, Window};
+use crate::failure::all_finite;
 use crate::model::{LinearModel, Orders};
 use faer::MatMut;
 
@@ -60,12 +61,7 @@ impl MethodKind for IndirectOptions {
 
     fn model_orders(&self, setting: usize) -> Option<Orders> {
         let Orders { nb, nf, nk, .. } = self.orders(setting);
-        Some(Orders {
-            nb,
-            nf,
-            nk,
-            ..Orders::default()
-        })
+        Some(Orders::output_error(nb, nf, nk))
     }
 
     fn default_orders(&self, setting: usize) -> Option<Orders> {
@@ -81,10 +77,6 @@ impl MethodKind for IndirectOptions {
     }
 
     fn begins_at_rest(&self) -> bool {
-        true
-    }
-
-    fn takes_memory(&self) -> bool {
         true
     }
 
@@ -104,24 +96,15 @@ impl MethodKind for IndirectOptions {
             nd,
             nk,
         };
-        let plant = Orders {
-            nb,
-            nf,
-            nk,
-            ..Orders::default()
-        };
+        let plant = Orders::output_error(nb, nf, nk);
         let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
         let rows = whole.nb + whole.nf;
         Ok(Box::new(Indirect {
             whole: RefinedIv::new(whole, window, stabilise)?,
             map: map(plant, whole, &n, &m),
             stages: TwoStages::new(nb + nf, nb + nf, rows),
-            right: vec![0.0; rows * (nb + nf + 1)],
-            factor: vec![0.0; rows * rows],
             model: LinearModel::zero(plant),
             denominator: m,
-            e: vec![0.0; window],
-            scratch: vec![0.0; window],
         }))
     }
 }
@@ -150,26 +133,20 @@ pub struct Indirect {
     whole: RefinedIv,
     map: Vec<f64>,
     stages: TwoStages,
-    /// The equations, whitened: X beside what is to be met, row by row.
-    right: Vec<f64>,
-    /// The Cholesky factor of the covariance of (b', f').
-    factor: Vec<f64>,
     model: LinearModel,
     /// M.
     denominator: Vec<f64>,
-    e: Vec<f64>,
-    scratch: Vec<f64>,
 }
 
 impl Indirect {
-    /// Computes the Cholesky factor of the covariance of the loop's (b', f').
-    fn factorise(&mut self) -> Result<(), FailureKind> {
+    /// Returns the Cholesky factor of the covariance of the loop's (b', f'), row by row.
+    fn factor(&self) -> Result<Vec<f64>, FailureKind> {
         let whole = self.whole.model();
         let (orders, total) = (whole.orders(), whole.orders().parameters());
         let noise = orders.nc + orders.nd;
         let place = |i: usize| if i < orders.nb { i } else { i + noise };
         let n = orders.nb + orders.nf;
-        let l = &mut self.factor;
+        let mut l = vec![0.0; n * n];
         for i in 0..n {
             for j in 0..=i {
                 let sum: f64 = (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum();
@@ -181,7 +158,7 @@ impl Indirect {
                 return Err(FailureKind::RankDeficient);
             }
         }
-        Ok(())
+        Ok(l)
     }
 }
 
@@ -200,28 +177,27 @@ impl Iteration for Indirect {
             kind => kind,
         })?;
         self.whole.conclude(looped, true)?;
-        self.factorise()?;
+        let factor = self.factor()?;
         let (whole, width) = (self.whole.model(), self.stages.theta.len());
         let (orders, m) = (whole.orders(), &self.denominator);
         let given = whole.b[orders.nk..].iter().copied();
         let of_m = |i: usize| m.get(i).copied().unwrap_or(0.0);
         let given = given.chain((1..=orders.nf).map(|i| whole.f[i] - of_m(i)));
+        // The equations: X beside what is to be met, row by row, then whitened.
         let rows = self.map.chunks_exact(width).zip(given);
-        for (to, (row, value)) in self.right.chunks_exact_mut(width + 1).zip(rows) {
-            to[..width].copy_from_slice(row);
-            to[width] = value;
-        }
+        let mut right: Vec<f64> = rows
+            .flat_map(|(row, value)| row.iter().copied().chain([value]))
+            .collect();
         // Solve L x = right, column by column.
         let n = orders.nb + orders.nf;
         for column in 0..=width {
             for i in 0..n {
-                let product = |k: usize| self.factor[i * n + k] * self.right[k * (width + 1) + column];
+                let product = |k: usize| factor[i * n + k] * right[k * (width + 1) + column];
                 let sum: f64 = (0..i).map(product).sum();
                 let at = i * (width + 1) + column;
-                self.right[at] = (self.right[at] - sum) / self.factor[i * n + i];
+                right[at] = (right[at] - sum) / factor[i * n + i];
             }
         }
-        let right = &self.right;
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut to: MatMut<'_, f64>| {
             for row in 0..z.nrows() {
                 let from = &right[(first + row) * (width + 1)..][..=width];
@@ -238,15 +214,12 @@ impl Iteration for Indirect {
 
     fn conclude(&mut self, Window { u, y, .. }: Window<'_>, _: bool) -> Result<f64, FailureKind> {
         self.model.set_parameters(&self.stages.theta);
-        let scratch = [&mut self.e[..], &mut self.scratch];
+        let scratch = [&mut vec![0.0; u.len()][..], &mut vec![0.0; u.len()]];
         let sum = output_errors(&mut self.model, u, y, scratch);
         self.stages.covariance_of_instruments(1.0, &mut self.model.covariance);
         // The estimate is of r and y; u enters here alone.
-        if sum.is_finite() {
-            Ok(sum)
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        all_finite(&[sum])?;
+        Ok(sum)
     }
 
     fn model(&self) -> &LinearModel {

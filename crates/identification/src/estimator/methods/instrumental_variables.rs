@@ -15,9 +15,7 @@ use crate::estimator::other_tools::Reading;
 use crate::estimator::reflection::{PoleReflection, Stabilise};
 use crate::estimator::regression::Rows;
 use crate::estimator::solver::{Instruments, Solution, SolveInstruments};
-use crate::estimator::{
-    Estimator, Failure, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10, Window,
-};
+use crate::estimator::{Estimator, FailureKind, Pass, Progress, SetupError, Shape, Solver, Stage, Stage10, Window};
 use crate::model::Orders;
 
 impl IvOptions {
@@ -315,12 +313,7 @@ impl InstrumentalVariables {
             Auxiliary::Frozen | Auxiliary::Literal => first,
         };
         if let Err(kind) = self.simulate(window, previous, source) {
-            pass.fail(Failure {
-                kind,
-                stage: Stage::AuxiliaryModel,
-                pass: number,
-            });
-            return;
+            return pass.fail_at(Stage::AuxiliaryModel, number, kind);
         }
         self.solution.condition = f64::NAN;
         let instruments = Instruments {

@@ -6,7 +6,7 @@ use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::regression::{Regression, Rows};
 use crate::estimator::solver::{Solution, SolveLeastSquares};
-use crate::estimator::{Estimator, Failure, FailureKind, IvOptions, Pass, SetupError, Shape, Solver, Stage, Window};
+use crate::estimator::{Estimator, FailureKind, IvOptions, Pass, SetupError, Shape, Solver, Stage, Window};
 use crate::model::Orders;
 
 options! {
@@ -159,11 +159,7 @@ pub(super) fn conclude(
 ) -> bool {
     let parameters = solved.and_then(|()| pass.set_parameters(&solution.p, solution.condition));
     if let Err(kind) = parameters {
-        pass.fail(Failure {
-            kind,
-            stage,
-            pass: number,
-        });
+        pass.fail_at(stage, number, kind);
     }
     parameters.is_ok()
 }

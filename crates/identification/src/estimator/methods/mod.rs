@@ -296,11 +296,6 @@ impl MethodOptions {
         self.kind().takes_runs()
     }
 
-    /// Whether an estimate may take memory for its record besides the buffers that were prepared.
-    pub fn takes_memory(&self) -> bool {
-        self.kind().takes_memory()
-    }
-
     /// Whether the estimator takes a record sample by sample.
     pub fn runs_along(&self) -> bool {
         self.kind().runs_along()

@@ -9,7 +9,7 @@ use super::output_error_iteration::{
     MOST_PASSES, OutputErrorIteration, PROGRESS, ROUND, check_output_error, output_error, output_errors,
 };
 use crate::estimator::covariance::Covariance;
-use crate::estimator::initial_state_choice::{StartState, StateEstimate};
+use crate::estimator::initial_state_choice::StateEstimate;
 use crate::estimator::lag_sums::check_squares;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::noise_fit::{REST, replace};
@@ -71,20 +71,12 @@ macro_rules! filtered_iteration {
                 self.initial == InitialCondition::Zero
             }
 
-            fn takes_memory(&self) -> bool {
-                true
-            }
-
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = output_error(self.orders, problem.shape.order);
                 let window = problem.shape.window;
                 let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
                 let method = Morsm::new(orders, $output, self.high_order, stabilise, window)?;
-                let beside = Beside {
-                    initial: self.initial,
-                    offset: self.offset,
-                };
-                Ok(Box::new(method.with(beside)?))
+                Ok(Box::new(method.with(Beside::new(self.initial, self.offset))?))
             }
         }
     };
@@ -110,13 +102,9 @@ pub struct Morsm {
     stabilise: Stabilise,
     high: HighOrder,
     iteration: OutputErrorIteration,
-    gradient: OutputGradient,
     model: LinearModel,
     u: Vec<f64>,
     y: Vec<f64>,
-    e: Vec<f64>,
-    x: Vec<f64>,
-    scratch: Vec<f64>,
 }
 
 impl Morsm {
@@ -140,13 +128,9 @@ impl Morsm {
             stabilise,
             high,
             iteration: OutputErrorIteration::new(orders, window, false, stabilise)?,
-            gradient: OutputGradient::new(orders, window),
             model: LinearModel::zero(orders),
             u: signal(),
             y: signal(),
-            e: signal(),
-            x: signal(),
-            scratch: vec![0.0; orders.parameters()],
         })
     }
 
@@ -154,7 +138,7 @@ impl Morsm {
     fn with(mut self, beside: Beside) -> Result<Self, SetupError> {
         if beside != Beside::default() {
             let (orders, window) = (self.model.orders(), self.u.len());
-            let fitted = self.scratch.len() + beside.count(orders);
+            let fitted = orders.parameters() + beside.count(orders);
             let most = self.high.most();
             let needed = fitted.max(2 * most) + 1 + most + orders.nk;
             enough_equations(orders, window, window, needed)?;
@@ -222,7 +206,7 @@ impl Morsm {
         let mut errors = Descent::new(orders, start.of(orders), Runs::new(&[y.len()]));
         let sum = errors.concentrate(window.u, &y, model.parameters());
         let sum = sum.ok_or(FailureKind::UnstablePredictor)?;
-        let fitted = self.scratch.len() + self.beside.count(orders);
+        let fitted = orders.parameters() + self.beside.count(orders);
         model.noise_variance = sum / (y.len() - fitted) as f64;
         Ok(sum)
     }
@@ -244,10 +228,7 @@ struct Filtered {
 impl Filtered {
     fn new(orders: Orders, beside: Beside, signals: [Vec<f64>; 2], gain: f64) -> Self {
         // Its start is always fitted: the first samples that the filter reaches are left out.
-        let beside = Beside {
-            initial: InitialCondition::Estimate,
-            ..beside
-        };
+        let beside = Beside::new(InitialCondition::Estimate, beside.offset);
         let of_record = beside.of(orders);
         let refined = Orders {
             na: orders.nf,
@@ -364,12 +345,8 @@ impl Iteration for Morsm {
         let orders = self.model.orders();
         pass.start_numbers = self.beside.count(orders);
         pass.offsets.clone_from(&self.offsets);
-        let start = match self.beside.initial {
-            InitialCondition::Zero => StartState::Zero,
-            InitialCondition::Estimate => StartState::Estimate,
-        };
         let y = pass.less_offset(0, window.y);
-        StateEstimate::new(orders.order(), start).estimate(Window { y: &y, ..window }, 0, pass);
+        StateEstimate::new(orders.order(), self.beside.initial.into()).estimate(Window { y: &y, ..window }, 0, pass);
     }
 
     fn conclude(&mut self, window: Window<'_>, at_rest: bool) -> Result<f64, FailureKind> {
@@ -377,15 +354,16 @@ impl Iteration for Morsm {
             return self.conclude_beside(window, at_rest);
         }
         let (Window { u, y, .. }, model) = (window, &mut self.model);
-        let sum = output_errors(model, u, y, [&mut self.e, &mut self.x]);
+        let (mut e, mut x) = (vec![0.0; y.len()], vec![0.0; y.len()]);
+        let sum = output_errors(model, u, y, [&mut e, &mut x]);
         if at_rest {
             let high = self.high.model(self.high.order());
-            filter(&high.a, &self.e, &mut self.x);
-            let freedom = (y.len() - self.scratch.len()) as f64;
-            let variance = self.x.iter().map(|x| x * x).sum::<f64>() / freedom;
-            self.gradient.run(model, &self.u)?;
-            let r = self.gradient.psi.r();
-            covariance_of_triangle(r, variance, &mut self.scratch, &mut model.covariance);
+            filter(&high.a, &e, &mut x);
+            let parameters = model.orders().parameters();
+            let freedom = (y.len() - parameters) as f64;
+            let variance = x.iter().map(|x| x * x).sum::<f64>() / freedom;
+            let r = OutputGradient::new(model, &self.u)?.psi;
+            covariance_of_triangle(r.r(), variance, &mut vec![0.0; parameters], &mut model.covariance);
         }
         Ok(sum)
     }

@@ -63,12 +63,7 @@ iteration!(SrivOptions, "The options of `sriv`.", refined: true);
 
 /// Returns the orders of an output-error model.
 pub(super) fn output_error(orders: Option<Orders>, order: usize) -> Orders {
-    orders.unwrap_or(Orders {
-        nb: order,
-        nf: order,
-        nk: 1,
-        ..Orders::default()
-    })
+    orders.unwrap_or(Orders::output_error(order, order, 1))
 }
 
 /// Checks that only nb, nf and nk are given.

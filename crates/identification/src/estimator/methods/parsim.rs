@@ -3,7 +3,7 @@
 //! Source: G. Pannocchia, M. Calosi, "A predictor form PARSIMonious algorithm for closed-loop subspace identification",
 //! J. Process Control 20 (2010), 517-524.
 
-use super::state_sequence::{Innovations, innovations_options, model_orders};
+use super::state_sequence::{innovations, innovations_options, model_orders};
 use super::subspace::{block_rows, columns, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::excitation::excited_rows;
@@ -13,11 +13,10 @@ use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::kernels::Triangle;
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
 use crate::estimator::solver::Reduction;
-use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
 use crate::estimator::{Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window};
 use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
-use crate::plant::polynomial_from_poles;
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, MatMut};
 
@@ -35,8 +34,6 @@ innovations_options!(
             ending: (of.stabilise, of.initial),
             is_start: problem.is_start,
             high: HighOrder::new(true, 1, None, window),
-            innovations: Innovations::new(window),
-            scratch: Vec::new(),
         }))
     }
 );
@@ -54,8 +51,6 @@ pub struct ParsimK {
     /// Whether the model is a start, for which u need not excite the block rows.
     is_start: bool,
     high: HighOrder,
-    innovations: Innovations,
-    scratch: Vec<f64>,
 }
 
 impl ParsimK {
@@ -82,14 +77,9 @@ impl ParsimK {
         }
         let mut shift = observability.get(1.., ..n).to_owned();
         observability.get(..rows - 1, ..n).qr().solve_lstsq_in_place(&mut shift);
-        let poles = shift.get(..n, ..).eigenvalues();
-        let poles = poles.map_err(|_| FailureKind::NonFinite)?;
         let mut model = LinearModel::zero(self.orders);
-        for (c, coefficient) in model.c[1..].iter_mut().zip(polynomial_from_poles(&poles)) {
-            *c = coefficient.re;
-        }
-        let finite = model.c.iter().all(|c| c.is_finite())
-            && (stable(&model.c, &mut self.scratch) || reflect_zeros(&mut model.c));
+        innovations::characteristic(shift.get(..n, ..), &mut model.c)?;
+        let finite = stable(&model.c, &mut Vec::new()) || reflect_zeros(&mut model.c);
         finite.then_some(()).ok_or(FailureKind::NonFinite)?;
         let condition = fit_given_c(&mut model, u, y)?;
         Ok((model, condition))
@@ -219,10 +209,7 @@ fn fit_given_c(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Result<f64, Fai
         }
     })?;
     let mut theta = triangle.top().to_vec();
-    let mut equilibration = Equilibration::new(width, width);
-    equilibration.of_columns(triangle.r())?;
-    let mut scratch = vec![0.0; width];
-    let condition = triangular_condition(triangle.r(), &equilibration.columns, &mut scratch)?;
+    let condition = condition_of_triangle(triangle.r())?;
     check_rank_of_columns(condition, width)?;
     if !triangle.solve(&mut theta) {
         return Err(FailureKind::Singular);
@@ -237,6 +224,6 @@ fn fit_given_c(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Result<f64, Fai
 impl SinglePass for ParsimK {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let found = self.find(window.u, window.y, &mut pass.singular_values)?;
-        self.innovations.conclude(window, self.ending, found, pass)
+        innovations::conclude(window, self.ending, found, pass)
     }
 }

@@ -15,7 +15,7 @@ use crate::estimator::covariance::Covariance;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::offset::{Levels, OffsetChoice};
 use crate::estimator::option_error::OptionError;
-use crate::estimator::prediction_error::{Beside, InitialCondition, PredictionError};
+use crate::estimator::prediction_error::{Beside, InitialCondition, PredictionError, SearchStarts};
 use crate::estimator::{
     CvaOptions, Estimator, FailureKind, MethodOptions, ParsimKOptions, Pass, RivOptions, Runs, SetupError, SinglePass,
     SsarxOptions, Window,
@@ -107,30 +107,18 @@ impl MethodKind for PemOptions {
         self.initial == InitialCondition::Zero
     }
 
-    fn takes_memory(&self) -> bool {
-        true
-    }
-
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.model_orders(problem.shape.order).unwrap_or_default();
         let of_order = |n: usize| Orders::arx(n, n, orders.nk);
         if let Some(rule) = self.choose {
-            return Chosen::prepare(rule, orders.na, problem, |n, problem| {
-                let orders = Some(of_order(n));
-                Self {
-                    orders,
-                    choose: None,
-                    ..self.clone()
-                }
-                .prepare(problem)
+            return Chosen::prepare(rule, orders.na, problem, |n| Self {
+                orders: Some(of_order(n)),
+                choose: None,
+                ..self.clone()
             });
         }
-        let window = problem.shape.window;
-        let beside = Beside {
-            initial: self.initial,
-            offset: self.offset,
-        };
-        let mut search = PredictionError::new(orders, 0, beside, window)?;
+        let beside = Beside::new(self.initial, self.offset);
+        let mut search = PredictionError::new(orders, 0, beside, problem.shape.window)?;
         search.set_covariance(self.covariance.unwrap_or_default());
         Ok(Box::new(Pem {
             start: self.start(of_order(orders.na), problem)?,
@@ -141,10 +129,26 @@ impl MethodKind for PemOptions {
     }
 }
 
+/// Prepares a search from the true plant alone, or from random starts and the models of other methods.
+pub(super) fn search(
+    orders: Orders,
+    starts: SearchStarts,
+    beside: Beside,
+    problem: &Problem<'_>,
+) -> Result<PredictionError, SetupError> {
+    let window = problem.shape.window;
+    if starts == SearchStarts::Truth {
+        let truth = problem.known.ok_or(SetupError::NoKnownPlant)?;
+        return PredictionError::from_truth(orders, truth, beside, window);
+    }
+    let search = PredictionError::of_runs(orders, starts.random(window), beside, problem.runs())?;
+    Ok(with_other(search, orders, problem))
+}
+
 /// Searches from the model of another method too. Where a search has the orders of an innovations form that is `ssarx`,
 /// which takes no inputs or noise to be white, and reaches minima that no linear start of `armax` does. Where it has
 /// those of Box and Jenkins and ends at no minimum, as on fast-sampled plants, it is `riv`.
-pub(super) fn with_other(mut search: PredictionError, orders: Orders, problem: &Problem<'_>) -> PredictionError {
+fn with_other(mut search: PredictionError, orders: Orders, problem: &Problem<'_>) -> PredictionError {
     let Orders { na, nc, nd, nf, nk, .. } = orders;
     let is_refuge = na == 0 && nf > 0 && nc + nd > 0;
     let other: MethodOptions = if na > 0 && nk <= 1 && orders == model_orders(na, nk) {

@@ -80,10 +80,6 @@ impl MethodKind for PemEivOptions {
         true
     }
 
-    fn takes_memory(&self) -> bool {
-        true
-    }
-
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.model_orders(problem.shape.order).unwrap_or_default();
         let Orders { nb, nf, nk, .. } = orders;

@@ -1,12 +1,12 @@
 //! The options of `oe`, `armax`, `bj` and `general`: structures of one prediction error method.
 
-use super::pem::with_other;
+use super::pem::search;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::covariance::Covariance;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
 use crate::estimator::offset::OffsetChoice;
 use crate::estimator::option_error::OptionError;
-use crate::estimator::prediction_error::{Beside, InitialCondition, PredictionError, SearchStarts};
+use crate::estimator::prediction_error::{Beside, InitialCondition, SearchStarts};
 use crate::estimator::{Estimator, SetupError};
 use crate::model::Orders;
 
@@ -73,10 +73,6 @@ macro_rules! structure {
                 self.initial == InitialCondition::Zero
             }
 
-            fn takes_memory(&self) -> bool {
-                true
-            }
-
             fn takes_runs(&self) -> bool {
                 self.choose.is_none() && self.starts != SearchStarts::Truth
             }
@@ -84,32 +80,14 @@ macro_rules! structure {
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 if let Some(rule) = self.choose {
-                    return Chosen::prepare(rule, orders.nb, problem, |n, problem| {
-                        let orders = Some(Self::of_order(n, orders.nk));
-                        Self {
-                            orders,
-                            choose: None,
-                            ..self.clone()
-                        }
-                        .prepare(problem)
+                    return Chosen::prepare(rule, orders.nb, problem, |n| Self {
+                        orders: Some(Self::of_order(n, orders.nk)),
+                        choose: None,
+                        ..self.clone()
                     });
                 }
-                let window = problem.shape.window;
-                let beside = Beside {
-                    initial: self.initial,
-                    offset: self.offset,
-                };
-                let mut method = match self.starts {
-                    SearchStarts::Truth => {
-                        let truth = problem.known.ok_or(SetupError::NoKnownPlant)?;
-                        PredictionError::from_truth(orders, truth, beside, window)?
-                    }
-                    starts => {
-                        let random = starts.random(window);
-                        let method = PredictionError::of_runs(orders, random, beside, problem.runs())?;
-                        with_other(method, orders, problem)
-                    }
-                };
+                let beside = Beside::new(self.initial, self.offset);
+                let mut method = search(orders, self.starts, beside, problem)?;
                 method.set_covariance(self.covariance.unwrap_or_default());
                 Ok(Box::new(method))
             }
@@ -123,12 +101,7 @@ structure!(
     "Orders nb, nf and the delay nk, such as nb=2,nf=2,nk=1; by default nb = nf = the setting `order`, nk = 1.",
     |orders| (orders.na + orders.nc + orders.nd > 0 || orders.nb == 0)
         .then_some("expected nb of at least 1, nf, nk; the model has no A, C, D"),
-    |n| Orders {
-        nb: n,
-        nf: n,
-        nk: 1,
-        ..Orders::default()
-    }
+    |n| Orders::output_error(n, n, 1)
 );
 
 structure!(
@@ -138,13 +111,7 @@ structure!(
      nk = 1.",
     |orders| (orders.nd + orders.nf > 0 || orders.na + orders.nb == 0)
         .then_some("expected na or nb of at least 1, nc, nk; the model has no D, F"),
-    |n| Orders {
-        na: n,
-        nb: n,
-        nc: n,
-        nk: 1,
-        ..Orders::default()
-    }
+    |n| Orders::armax(n, n, n, 1)
 );
 
 structure!(
@@ -155,12 +122,9 @@ structure!(
     |orders| (orders.na > 0 || orders.nb == 0)
         .then_some("expected nb of at least 1, nc, nd, nf, nk; the model has no A"),
     |n| Orders {
-        nb: n,
         nc: n,
         nd: n,
-        nf: n,
-        nk: 1,
-        ..Orders::default()
+        ..Orders::output_error(n, n, 1)
     }
 );
 
@@ -170,10 +134,5 @@ structure!(
     "Orders na, nb, nc, nd, nf of any structure and the delay nk, such as na=1,nb=2,nc=1,nf=1,nk=1; by default nb = nf \
      = the setting `order`, nk = 1.",
     |orders| (orders.na + orders.nb == 0).then_some("expected na or nb of at least 1, nc, nd, nf, nk"),
-    |n| Orders {
-        nb: n,
-        nf: n,
-        nk: 1,
-        ..Orders::default()
-    }
+    |n| Orders::output_error(n, n, 1)
 );

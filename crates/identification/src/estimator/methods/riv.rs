@@ -49,10 +49,6 @@ impl MethodKind for RivOptions {
         true
     }
 
-    fn takes_memory(&self) -> bool {
-        true
-    }
-
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.as_bj().orders(problem.shape.order);
         let stabilise = self.stabilise.unwrap_or(Stabilise::Reflect);
@@ -101,12 +97,7 @@ impl RefinedIv {
         let Orders { nb, nf, nk, .. } = orders;
         enough_equations(orders, window, window, orders.parameters() + 1)?;
         let linear = Orders::arx(nf, nb, nk);
-        let output_error = Orders {
-            nb,
-            nf,
-            nk,
-            ..Orders::default()
-        };
+        let output_error = Orders::output_error(nb, nf, nk);
         let signal = || vec![0.0; window];
         Ok(Self {
             orders,

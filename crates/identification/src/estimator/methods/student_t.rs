@@ -15,12 +15,12 @@
 //! (1998).
 
 use super::output_error_iteration::output_error;
-use super::pem::with_other;
+use super::pem::search;
 use crate::estimator::covariance::Covariance;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::kernels::Triangle;
-use crate::estimator::prediction_error::{Descent, InitialCondition, OfRecord, PredictionError, SearchStarts};
+use crate::estimator::prediction_error::{Beside, Descent, InitialCondition, OfRecord, PredictionError, SearchStarts};
 use crate::estimator::{Estimator, FailureKind, Pass, PredictionGradient, Runs, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 
@@ -85,28 +85,12 @@ impl MethodKind for PemTOptions {
         true
     }
 
-    fn takes_memory(&self) -> bool {
-        true
-    }
-
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let window = problem.shape.window;
         let orders = self.model_orders(problem.shape.order).unwrap_or_default();
-        let initial = InitialCondition::Zero;
-        let search = match self.starts {
-            SearchStarts::Truth => {
-                let truth = problem.known.ok_or(SetupError::NoKnownPlant)?;
-                PredictionError::from_truth(orders, truth, initial.into(), window)?
-            }
-            starts => {
-                let random = starts.random(window);
-                let search = PredictionError::new(orders, random, initial, window)?;
-                with_other(search, orders, problem)
-            }
-        };
         let runs = Runs::new(&[window]);
         Ok(Box::new(StudentT {
-            search,
+            search: search(orders, self.starts, Beside::default(), problem)?,
             freedom: self.freedom,
             weighted: Triangle::new(orders.parameters()),
             descent: Descent::new(orders, OfRecord::default(), runs),

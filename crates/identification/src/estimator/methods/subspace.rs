@@ -4,21 +4,19 @@
 //! the block of L in the rows of `Y_f` and the columns of the past. Its left singular vectors span the range of the
 //! extended observability matrix. C is the first row of that matrix, and A follows from its shift.
 
+use super::state_sequence::innovations::characteristic;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::excitation::excited_rows;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
-use crate::estimator::reflection::stable;
-use crate::estimator::reflection::{Stabilise, reflect_zeros};
+use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
 use crate::estimator::solver::Reduction;
-use crate::estimator::solver::rank::check_rank_of_columns;
-use crate::estimator::solver::rank::{Equilibration, triangular_condition};
+use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
-use crate::plant::polynomial_from_poles;
 use crate::signal::arithmetic::variance;
 use faer::linalg::solvers::SolveLstsq;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
@@ -96,24 +94,23 @@ macro_rules! subspace {
                 Some(self.orders(setting))
             }
 
-            fn takes_memory(&self) -> bool {
-                true
-            }
-
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 if let Some(rule) = self.choose {
-                    return Chosen::prepare(rule, orders.nf, problem, |n, problem| {
-                        let orders = Some(model_orders(n, orders.nk));
-                        Self { orders, choose: None, ..self.clone() }.prepare(problem)
+                    return Chosen::prepare(rule, orders.nf, problem, |n| Self {
+                        orders: Some(model_orders(n, orders.nk)),
+                        choose: None,
+                        ..self.clone()
                     });
                 }
                 let window = problem.shape.window;
                 let weighting: fn(&Self) -> Weights = $weighting;
                 let (rows, weights) = (self.block_rows, weighting(self));
-                let mut method = Subspace::new(orders, rows, weights, window)?;
-                method.stabilise = self.stabilise;
-                Ok(Box::new(method.with_reading(self.reading)))
+                Ok(Box::new(Subspace {
+                    stabilise: self.stabilise,
+                    reading: self.reading,
+                    ..Subspace::new(orders, rows, weights, window)?
+                }))
             }
         }
     };
@@ -126,12 +123,7 @@ subspace!(N4sidOptions, "The options of `n4sid`.", [weights], |options| {
 
 /// Returns the orders of a model of order n.
 fn model_orders(n: usize, nk: usize) -> Orders {
-    Orders {
-        nb: n + 1 - nk.min(1),
-        nf: n,
-        nk,
-        ..Orders::default()
-    }
+    Orders::output_error(n + 1 - nk.min(1), n, nk)
 }
 
 /// Checks the options of a subspace method.
@@ -165,24 +157,15 @@ pub struct Subspace {
     orders: Orders,
     weights: Weights,
     stabilise: Stabilise,
+    reading: Option<SubspaceReading>,
     /// The source of the number of block rows; `None` if it is given.
     high: Option<HighOrder>,
-    window: usize,
     rows: usize,
-    columns: usize,
-    hankel: Reduction,
     outputs: Reduction,
-    equilibration: Equilibration,
-    scratch: Vec<f64>,
-    polynomial: Vec<f64>,
     model: LinearModel,
     theta: Vec<f64>,
-    u: Vec<f64>,
-    impulse: Vec<f64>,
     x0: Vec<f64>,
     sum: f64,
-    /// u and y scaled according to the reading.
-    scaled: Option<[Vec<f64>; 2]>,
 }
 
 impl Subspace {
@@ -194,33 +177,19 @@ impl Subspace {
         let high = rows.is_none().then(|| HighOrder::new(true, 1, None, window));
         let rows = block_rows(rows, orders.nf, window)?;
         let parameters = orders.nb + orders.nf;
-        let signal = || vec![0.0; window];
         Ok(Self {
             orders,
             weights,
             stabilise: Stabilise::None,
+            reading: None,
             high,
-            window,
             rows,
-            columns: columns(rows, window),
-            hankel: Reduction::new(4 * rows, columns(rows, window), 0),
             outputs: Reduction::new(parameters, window, 1),
-            equilibration: Equilibration::new(parameters, parameters),
-            scratch: vec![0.0; parameters],
-            polynomial: Vec::new(),
             model: LinearModel::zero(orders),
             theta: vec![0.0; parameters],
-            u: signal(),
-            impulse: signal(),
             x0: vec![0.0; orders.nf],
             sum: f64::NAN,
-            scaled: None,
         })
-    }
-
-    fn with_reading(mut self, reading: Option<SubspaceReading>) -> Self {
-        self.scaled = reading.map(|SubspaceReading::Sippy| [self.u.clone(), self.u.clone()]);
-        self
     }
 
     /// Returns the numbers of block rows that are tried: by default k, 3/2 k and 2 k, k being the order of the model
@@ -232,19 +201,11 @@ impl Subspace {
         high.fit(u, y);
         let order = high.chosen();
         let least = self.orders.nf + 1;
-        let most = longest_rows(self.window).max(least);
+        let most = longest_rows(y.len()).max(least);
         let wanted = [2 * order, 3 * order, 4 * order];
         let wanted = wanted.map(|twice| (twice / 2).max(least + 1).min(most));
         let excited = excited_rows(u, wanted[2], least)?;
         Ok(wanted.map(|rows| rows.min(excited)))
-    }
-
-    fn set_rows(&mut self, rows: usize) {
-        if rows != self.rows {
-            self.rows = rows;
-            self.columns = columns(rows, self.window);
-            self.hankel = Reduction::new(4 * rows, self.columns, 0);
-        }
     }
 
     /// Computes the model with the number of block rows and the weighting, of those tried, whose simulated output is
@@ -263,15 +224,17 @@ impl Subspace {
             if candidates[..i].contains(&rows) {
                 continue;
             }
-            self.set_rows(rows);
-            if let Err(kind) = self.reduce(u, y) {
-                failed = kind;
-                continue;
-            }
+            let hankel = match reduce(u, y, rows) {
+                Ok(hankel) => hankel,
+                Err(kind) => {
+                    failed = kind;
+                    continue;
+                }
+            };
             for weights in &weights {
-                let found = self.denominator(*weights, singular_values);
+                let found = self.denominator(&hankel, rows, *weights, singular_values);
                 let found = found.and_then(|()| self.numerators(u, y));
-                let rank = (!stable(&self.model.f, &mut self.polynomial), self.sum);
+                let rank = (!stable(&self.model.f, &mut Vec::new()), self.sum);
                 match found {
                     Ok(condition) if rank < best => {
                         best = rank;
@@ -288,26 +251,15 @@ impl Subspace {
         Ok(condition)
     }
 
-    /// Reduces the Hankel matrices to a triangle.
-    fn reduce(&mut self, u: &[f64], y: &[f64]) -> Result<(), FailureKind> {
-        let s = self.rows;
-        let blocks: [(&[f64], usize); 4] = [(u, s), (u, 0), (y, 0), (y, s)];
-        let fill = |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
-            for (block, (signal, from)) in blocks.iter().enumerate() {
-                for i in 0..s {
-                    for row in 0..z.nrows() {
-                        z[(row, block * s + i)] = signal[from + i + first + row];
-                    }
-                }
-            }
-        };
-        self.hankel.run(self.columns, fill)
-    }
-
-    /// Computes the denominator F, and the singular values that indicate the order.
-    fn denominator(&mut self, weights: Weights, singular_values: &mut Vec<f64>) -> Result<(), FailureKind> {
-        let s = self.rows;
-        let r = self.hankel.r();
+    /// Computes the denominator F, and the singular values that indicate the order, from Hankel matrices of s rows.
+    fn denominator(
+        &mut self,
+        hankel: &Reduction,
+        s: usize,
+        weights: Weights,
+        singular_values: &mut Vec<f64>,
+    ) -> Result<(), FailureKind> {
+        let r = hankel.r();
         // L is R transposed: rows of Y_f, columns of U_p and Y_p.
         let past = Mat::from_fn(s, 2 * s, |i, j| r[(s + j, 3 * s + i)]);
         let mut root = None;
@@ -344,46 +296,35 @@ impl Subspace {
         };
         let mut shift = observability.get(1.., ..).to_owned();
         observability.get(..s - 1, ..).qr().solve_lstsq_in_place(&mut shift);
-        let a = shift.get(..n, ..);
-        let poles = a.eigenvalues().map_err(|_| FailureKind::NonFinite)?;
-        let coefficients = polynomial_from_poles(&poles);
-        for (f, coefficient) in self.model.f[1..].iter_mut().zip(&coefficients) {
-            *f = coefficient.re;
-        }
-        let finite = self.model.f.iter().all(|f| f.is_finite())
-            && (self.stabilise == Stabilise::None
-                || stable(&self.model.f, &mut self.polynomial)
-                || reflect_zeros(&mut self.model.f));
+        let f = &mut self.model.f;
+        characteristic(shift.get(..n, ..), f)?;
+        let finite = self.stabilise == Stabilise::None || stable(f, &mut Vec::new()) || reflect_zeros(f);
         finite.then_some(()).ok_or(FailureKind::NonFinite)
     }
 
     /// Computes B and x0 given F, by least squares over all samples; returns the condition.
     fn numerators(&mut self, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
         let Orders { nb, nf, nk, .. } = self.orders;
-        self.u.copy_from_slice(u);
-        self.impulse.fill(0.0);
-        self.impulse[0] = 1.0;
-        divide(&self.model.f, &mut self.u);
-        divide(&self.model.f, &mut self.impulse);
-        let (filtered, impulse) = (&self.u, &self.impulse);
+        let (mut filtered, mut impulse) = (u.to_vec(), vec![0.0; y.len()]);
+        impulse[0] = 1.0;
+        divide(&self.model.f, &mut filtered);
+        divide(&self.model.f, &mut impulse);
         let value = |signal: &[f64], k: usize, lag: usize| k.checked_sub(lag).map_or(0.0, |k| signal[k]);
         let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
             for row in 0..z.nrows() {
                 let k = first + row;
                 for i in 0..nb {
-                    z[(row, i)] = value(filtered, k, nk + i);
+                    z[(row, i)] = value(&filtered, k, nk + i);
                 }
                 for i in 0..nf {
-                    z[(row, nb + i)] = value(impulse, k, i);
+                    z[(row, nb + i)] = value(&impulse, k, i);
                 }
                 right[(row, 0)] = y[k];
             }
         };
         self.outputs.run(y.len(), fill)?;
         let (r, n) = (self.outputs.r(), nb + nf);
-        self.equilibration.of_columns(r)?;
-        let columns = &self.equilibration.columns;
-        let condition = triangular_condition(r, columns, &mut self.scratch)?;
+        let condition = condition_of_triangle(r)?;
         check_rank_of_columns(condition, n)?;
         let top = self.outputs.top();
         for (i, theta) in self.theta.iter_mut().enumerate() {
@@ -393,14 +334,14 @@ impl Subspace {
         solve_upper_triangular_in_place(r, theta, Par::Seq);
         self.model.b[nk..].copy_from_slice(&self.theta[..nb]);
         let predicted = |k: usize| -> f64 {
-            let of_u = (0..nb).map(|i| self.theta[i] * value(filtered, k, nk + i));
-            let free = (0..nf).map(|i| self.theta[nb + i] * value(impulse, k, i));
+            let of_u = (0..nb).map(|i| self.theta[i] * value(&filtered, k, nk + i));
+            let free = (0..nf).map(|i| self.theta[nb + i] * value(&impulse, k, i));
             of_u.sum::<f64>() + free.sum::<f64>()
         };
         self.sum = (0..y.len()).map(|k| (y[k] - predicted(k)).powi(2)).sum();
         // x0 in the paper's coordinates: the first samples of the free response.
         for k in 0..nf {
-            self.x0[k] = (0..nf).map(|i| self.theta[nb + i] * value(impulse, k, i)).sum();
+            self.x0[k] = (0..nf).map(|i| self.theta[nb + i] * value(&impulse, k, i)).sum();
         }
         Ok(condition)
     }
@@ -411,6 +352,23 @@ impl Subspace {
         self.x0.iter_mut().for_each(|x| *x *= of_y);
         self.sum *= of_y * of_y;
     }
+}
+
+/// Reduces the Hankel matrices of s rows to a triangle.
+fn reduce(u: &[f64], y: &[f64], s: usize) -> Result<Reduction, FailureKind> {
+    let blocks: [(&[f64], usize); 4] = [(u, s), (u, 0), (y, 0), (y, s)];
+    let columns = columns(s, y.len());
+    let mut hankel = Reduction::new(4 * s, columns, 0);
+    hankel.run(columns, |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
+        for (block, (signal, from)) in blocks.iter().enumerate() {
+            for i in 0..s {
+                for row in 0..z.nrows() {
+                    z[(row, block * s + i)] = signal[from + i + first + row];
+                }
+            }
+        }
+    })?;
+    Ok(hankel)
 }
 
 /// Returns the number of columns of the Hankel matrices.
@@ -461,13 +419,10 @@ impl Root {
     }
 }
 
-/// Writes a signal minus its first sample, divided by its standard deviation; returns the standard deviation.
-fn scale(signal: &[f64], to: &mut [f64]) -> f64 {
+/// Returns a signal minus its first sample, divided by its standard deviation, and the standard deviation.
+fn standardised(signal: &[f64]) -> (Vec<f64>, f64) {
     let unit = variance(signal).sqrt();
-    for (to, value) in to.iter_mut().zip(signal) {
-        *to = (value - signal[0]) / unit;
-    }
-    unit
+    (signal.iter().map(|value| (value - signal[0]) / unit).collect(), unit)
 }
 
 /// Computes `L^+ M`. Singular values that are rounding of the largest one, as in a record without noise, are taken as
@@ -488,19 +443,16 @@ fn pseudo_inverse_times(l: &Mat<f64>, m: &Mat<f64>) -> Result<Mat<f64>, FailureK
 
 impl SinglePass for Subspace {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
-        let mut scaled = self.scaled.take();
-        let mut scales = [1.0, 1.0];
-        if let Some([u, y]) = &mut scaled {
-            scales = [scale(window.u, u), scale(window.y, y)];
-        }
-        let (u, y) = match &scaled {
-            Some([u, y]) => (u.as_slice(), y.as_slice()),
-            None => (window.u, window.y),
+        let Window { u, y, .. } = window;
+        let condition = match self.reading {
+            None => self.find(u, y, &mut pass.singular_values)?,
+            Some(SubspaceReading::Sippy) => {
+                let ((u, of_u), (y, of_y)) = (standardised(u), standardised(y));
+                let condition = self.find(&u, &y, &mut pass.singular_values)?;
+                self.scale_back([of_u, of_y]);
+                condition
+            }
         };
-        let found = self.find(u, y, &mut pass.singular_values);
-        self.scaled = scaled;
-        let condition = found?;
-        self.scale_back(scales);
         let (n, parameters) = (window.len(), 2 * self.theta.len() - self.orders.nb);
         self.model.noise_variance = self.sum / n.saturating_sub(parameters) as f64;
         pass.loss = self.sum / n as f64;

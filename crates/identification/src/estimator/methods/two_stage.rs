@@ -52,10 +52,6 @@ macro_rules! staged {
                 true
             }
 
-            fn takes_memory(&self) -> bool {
-                true
-            }
-
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = output_error(self.orders, problem.shape.order);
                 let window = problem.shape.window;
@@ -66,8 +62,6 @@ macro_rules! staged {
                     output: if $joint { Some(long()?) } else { None },
                     plant: RefinedIv::new(orders, window, stabilise)?,
                     model: LinearModel::zero(orders),
-                    e: vec![0.0; window],
-                    scratch: vec![0.0; window],
                 }))
             }
         }
@@ -85,8 +79,6 @@ pub struct TwoStage {
     output: Option<LoopInput>,
     plant: RefinedIv,
     model: LinearModel,
-    e: Vec<f64>,
-    scratch: Vec<f64>,
 }
 
 impl Iteration for TwoStage {
@@ -110,7 +102,7 @@ impl Iteration for TwoStage {
 
     fn conclude(&mut self, Window { u, y, .. }: Window<'_>, _: bool) -> Result<f64, FailureKind> {
         self.model.assign(self.plant.model());
-        let scratch = [&mut self.e[..], &mut self.scratch];
+        let scratch = [&mut vec![0.0; u.len()][..], &mut vec![0.0; u.len()]];
         Ok(output_errors(&mut self.model, u, y, scratch))
     }
 

@@ -5,7 +5,7 @@
 
 use super::output_error_iteration::output_error;
 use crate::estimator::covariance::Covariance;
-use crate::estimator::initial_state_choice::{StartState, StateEstimate};
+use crate::estimator::initial_state_choice::StateEstimate;
 use crate::estimator::lag_sums::check_squares;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::{NullSpaceFit, reflect};
@@ -14,7 +14,7 @@ use crate::estimator::offset::{Levels, OffsetChoice};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::{Beside, Descent, InitialCondition};
 use crate::estimator::regression::covariance_of_triangle;
-use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
 use crate::estimator::{Estimator, FailureKind, Pass, Runs, SetupError, SinglePass, Window, enough_equations};
 use crate::model::{LinearModel, Orders, Units};
 
@@ -72,10 +72,6 @@ impl MethodKind for WnsfOptions {
         self.initial == InitialCondition::Zero
     }
 
-    fn takes_memory(&self) -> bool {
-        true
-    }
-
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = self.model_orders(problem.shape.order).unwrap_or_default();
         let method = NullSpace::new(orders, self.clone(), problem.shape.window)?;
@@ -101,14 +97,10 @@ pub struct NullSpace {
     /// The lowest sum of squares of a reflected solution, which is taken if none was stable.
     least_reflected: f64,
     reflected: LinearModel,
-    scratch_of_zeros: Vec<f64>,
     condition: f64,
     /// The number of weighted solutions.
     taken: usize,
-    equilibration: Equilibration,
-    scratch: Vec<f64>,
-    e: Vec<f64>,
-    x: Vec<f64>,
+    parameters: usize,
 }
 
 impl NullSpace {
@@ -117,11 +109,7 @@ impl NullSpace {
     /// # Errors
     /// [`SetupError::ShortRecord`] if the record is too short for the high-order model.
     pub fn new(orders: Orders, options: WnsfOptions, window: usize) -> Result<Self, SetupError> {
-        let n = orders.parameters();
-        let beside = Beside {
-            initial: options.initial,
-            offset: options.offset,
-        };
+        let beside = Beside::new(options.initial, options.offset);
         let mut fit = NullSpaceFit::new(orders, options.high_order, window).follow_the_record();
         let mut needed = fit.samples_needed();
         if beside != Beside::default() {
@@ -129,28 +117,20 @@ impl NullSpace {
             needed += fit.memory() + beside.of(orders).count();
         }
         enough_equations(orders, window, window, needed)?;
-        let start = match beside.initial {
-            InitialCondition::Zero => StartState::Zero,
-            InitialCondition::Estimate => StartState::Estimate,
-        };
         Ok(Self {
             of_record: (beside != Beside::default())
                 .then(|| Descent::new(orders, beside.of(orders), Runs::new(&[window]))),
             levels: beside.levels(),
-            state: StateEstimate::new(orders.order(), start),
+            state: StateEstimate::new(orders.order(), beside.initial.into()),
             options,
             fit,
             least: f64::INFINITY,
             best: LinearModel::zero(orders),
             least_reflected: f64::INFINITY,
             reflected: LinearModel::zero(orders),
-            scratch_of_zeros: Vec::new(),
             condition: f64::NAN,
             taken: 0,
-            equilibration: Equilibration::new(n, n),
-            scratch: vec![0.0; n],
-            e: vec![0.0; window],
-            x: vec![0.0; window],
+            parameters: orders.parameters(),
         })
     }
 
@@ -208,7 +188,7 @@ impl NullSpace {
         }
         let model = &mut self.reflected;
         model.assign(&self.fit.model);
-        if !reflect(model, &mut self.scratch_of_zeros) || fit_numerator(model, u, y).is_err() {
+        if !reflect(model, &mut Vec::new()) || fit_numerator(model, u, y).is_err() {
             return;
         }
         std::mem::swap(&mut self.reflected, &mut self.fit.model);
@@ -225,14 +205,15 @@ impl NullSpace {
     /// Returns the sum of squared prediction errors of the present model, and over the degrees of freedom; infinite if
     /// there is none.
     fn sum(&mut self, u: &[f64], y: &[f64]) -> [f64; 2] {
-        let mut fitted = self.scratch.len();
+        let mut fitted = self.parameters;
         let sum = if let Some(of_record) = &mut self.of_record {
             fitted = of_record.theta().len();
             let sum = of_record.concentrate(u, y, self.fit.model.parameters());
             sum.unwrap_or(f64::INFINITY)
         } else {
-            self.fit.model.residuals(u, y, &mut self.e, &mut self.x);
-            self.e.iter().map(|e| e * e).sum()
+            let mut e = vec![0.0; y.len()];
+            self.fit.model.residuals(u, y, &mut e, &mut vec![0.0; y.len()]);
+            e.iter().map(|e| e * e).sum()
         };
         [sum, sum / (y.len() - fitted) as f64]
     }
@@ -250,19 +231,17 @@ impl NullSpace {
             let covariance = &mut model.covariance;
             of_record.covariance(Covariance::White, model.noise_variance, covariance);
         }
-        Ok(theta.split_off(self.scratch.len()))
+        Ok(theta.split_off(self.parameters))
     }
 
     /// Takes the present model with its covariance.
     fn take(&mut self, variance: f64) -> Result<(), FailureKind> {
         let r = self.fit.r();
-        self.equilibration.of_columns(r)?;
-        let columns = &self.equilibration.columns;
-        self.condition = triangular_condition(r, columns, &mut self.scratch)?;
-        check_rank_of_columns(self.condition, self.scratch.len())?;
+        self.condition = condition_of_triangle(r)?;
+        check_rank_of_columns(self.condition, self.parameters)?;
         self.best.assign(&self.fit.model);
         self.best.noise_variance = variance;
-        covariance_of_triangle(r, variance, &mut self.scratch, &mut self.best.covariance);
+        covariance_of_triangle(r, variance, &mut vec![0.0; self.parameters], &mut self.best.covariance);
         Ok(())
     }
 }

@@ -4,6 +4,7 @@
 
 use crate::estimator::FailureKind;
 use crate::estimator::lag_sums::System;
+use crate::failure::all_finite;
 use crate::real::with_fma;
 use crate::signal::arithmetic;
 use faer::MatRef;
@@ -177,12 +178,7 @@ impl Triangle {
             );
             first += rows;
         }
-        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        if finite(&self.r) && finite(&self.top) {
-            Ok(())
-        } else {
-            Err(FailureKind::NonFinite)
-        }
+        all_finite(self.r.iter().chain(&self.top))
     }
 
     /// Annihilates the block. Column j's reflection involves row j of R and the block alone.

@@ -46,6 +46,16 @@ named_enum! {
     }
 }
 
+impl From<InitialCondition> for StartState {
+    /// Where the start is fitted, x0 is that of the model found.
+    fn from(initial: InitialCondition) -> Self {
+        match initial {
+            InitialCondition::Zero => Self::Zero,
+            InitialCondition::Estimate => Self::Estimate,
+        }
+    }
+}
+
 /// The parameters of a record beside those of the model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Beside {
@@ -57,12 +67,15 @@ pub struct Beside {
 
 impl From<InitialCondition> for Beside {
     fn from(initial: InitialCondition) -> Self {
-        let offset = OffsetChoice::None;
-        Self { initial, offset }
+        Self::new(initial, OffsetChoice::None)
     }
 }
 
 impl Beside {
+    pub(super) const fn new(initial: InitialCondition, offset: OffsetChoice) -> Self {
+        Self { initial, offset }
+    }
+
     pub(super) fn of(self, orders: Orders) -> OfRecord {
         OfRecord {
             offset: self.offset == OffsetChoice::Estimate,
@@ -75,16 +88,10 @@ impl Beside {
 
     /// The equations of a high-order model that know them.
     pub(super) fn equations(self) -> Equations {
-        match self {
-            Self {
-                offset: OffsetChoice::Estimate,
-                ..
-            } => Equations::WithConstant,
-            Self {
-                initial: InitialCondition::Estimate,
-                ..
-            } => Equations::Complete,
-            Self { .. } => Equations::Prewindow,
+        match (self.offset, self.initial) {
+            (OffsetChoice::Estimate, _) => Equations::WithConstant,
+            (OffsetChoice::None, InitialCondition::Estimate) => Equations::Complete,
+            (OffsetChoice::None, InitialCondition::Zero) => Equations::Prewindow,
         }
     }
 

@@ -149,18 +149,11 @@ impl Solver {
     /// # Errors
     /// If the shape is invalid, or too large for `dual` or `augmented`.
     pub fn least_squares(self, shape: Shape) -> Result<Box<dyn SolveLeastSquares>, SetupError> {
+        if self != Self::Cholesky {
+            return Ok(self.instruments(shape, Stage10::Corrected)?);
+        }
         shape.check()?;
-        self.check_dimension(shape)?;
-        let Shape { order, window } = shape;
-        Ok(match self {
-            Self::Partitioned => Box::new(Partitioned::new(order, Stage10::Corrected)),
-            Self::Lu => Box::new(Lu::new(order)),
-            Self::Cholesky => Box::new(Cholesky::new(order)),
-            Self::Qr => Box::new(Qr::new(order, window)),
-            Self::Svd => Box::new(Svd::new(order, window)),
-            Self::Dual => Box::new(Dual::new(order, window)),
-            Self::Augmented => Box::new(Augmented::new(order, window)),
-        })
+        Ok(Box::new(Cholesky::new(shape.order)))
     }
 
     /// Makes a solver for least squares and instruments.

@@ -4,7 +4,7 @@
 //! squares a condition number, so these solvers keep about twice as many digits as those with the information matrix.
 
 use super::linear::EquilibratedLu;
-use super::rank::{Equilibration, check_rank, inverse_norm1_estimate, maximum, norm1, triangular_condition};
+use super::rank::{Equilibration, check_rank, inverse_norm1_estimate, maximum, norm1};
 use super::reduction::Reduction;
 use super::{Instruments, Solution, SolveInstruments, SolveLeastSquares};
 use crate::estimator::regressors::fill_rows;
@@ -50,8 +50,7 @@ impl Triangle {
         };
         self.reduction.run(window.len() - n, fill)?;
         let r = self.reduction.r();
-        self.equilibration.of_columns(r)?;
-        *condition = triangular_condition(r, &self.equilibration.columns, &mut self.scratch)?;
+        *condition = self.equilibration.of_triangle(r, &mut self.scratch)?;
         check_rank(*condition, self.order)
     }
 

@@ -134,6 +134,15 @@ impl Equilibration {
         Ok(())
     }
 
+    /// Computes the scales of the columns of an upper triangular R, and returns its condition number with them.
+    ///
+    /// # Errors
+    /// As for [`Self::of_columns`] and [`triangular_condition`], of which `scratch` is.
+    pub fn of_triangle(&mut self, r: MatRef<'_, f64>, scratch: &mut [f64]) -> Result<f64, FailureKind> {
+        self.of_columns(r)?;
+        triangular_condition(r, &self.columns, scratch)
+    }
+
     /// Scales `matrix` in place.
     pub fn apply(&self, mut matrix: MatMut<'_, f64>) {
         for (j, scale) in self.columns.iter().enumerate() {
@@ -249,6 +258,15 @@ pub fn triangular_condition(r: MatRef<'_, f64>, columns: &[f64], scratch: &mut [
         inverse_norm = maximum(inverse_norm, sum);
     });
     Ok(norm * inverse_norm)
+}
+
+/// Returns the 1-norm condition number of an upper triangular R with equilibrated columns.
+///
+/// # Errors
+/// As for [`Equilibration::of_columns`] and [`triangular_condition`].
+pub fn condition_of_triangle(r: MatRef<'_, f64>) -> Result<f64, FailureKind> {
+    let n = r.ncols();
+    Equilibration::new(0, n).of_triangle(r, &mut vec![0.0; n])
 }
 
 /// Calls `take` with each column of R^-1 down to its diagonal, by back substitution; `scratch` has room for one. A

@@ -5,7 +5,9 @@ use crate::estimator::initial_state_choice::{StartState, StateEstimate};
 use crate::estimator::method_kind::options;
 use crate::estimator::recursive::Diverged;
 use crate::estimator::recursive::batch::along;
-use crate::estimator::{Estimator, FailureKind, MethodKind, OptionError, Pass, Problem, SetupError, Visit, Window};
+use crate::estimator::{
+    Estimator, FailureKind, MethodKind, OptionError, Pass, Problem, SetupError, SinglePass, Visit, Window,
+};
 use crate::model::Units;
 use crate::names::named_enum;
 use crate::plant::canonical::{multiply_toeplitz, reverse_negated};
@@ -229,19 +231,14 @@ impl<O: AdaptiveObserver> Adapted<O> {
     }
 }
 
-impl<O: AdaptiveObserver> Estimator for Adapted<O> {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        pass.clear();
-        match self.find(window, pass) {
-            Ok(()) => self.state.estimate(window, 0, pass),
-            Err(kind) => pass.fail_for(kind),
-        }
+impl<O: AdaptiveObserver> SinglePass for Adapted<O> {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
+        self.find(window, pass)?;
+        self.state.estimate(window, 0, pass);
+        Ok(())
     }
 
-    fn run_along(&mut self, window: Window<'_>, at: &[usize], pass: &mut Pass, visit: &mut Visit<'_>) {
+    fn fit_along(&mut self, window: Window<'_>, at: &[usize], pass: &mut Pass, visit: &mut Visit<'_>) {
         self.restart(window);
         let mut goes_on = true;
         along(window, at, pass, |(u, y), pass, k| {

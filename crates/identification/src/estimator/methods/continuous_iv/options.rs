@@ -141,10 +141,6 @@ macro_rules! continuous {
                 self.initial == InitialCondition::Zero
             }
 
-            fn takes_memory(&self) -> bool {
-                true
-            }
-
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let window = problem.shape.window;
                 let step = self.ts.unwrap_or(1.0);

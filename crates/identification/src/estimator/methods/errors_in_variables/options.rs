@@ -103,10 +103,6 @@ macro_rules! eiv {
                 units(self)
             }
 
-            fn takes_memory(&self) -> bool {
-                true
-            }
-
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.orders(problem.shape.order);
                 let settings: fn(&Self, Orders) -> (Noise, usize, bool) = $settings;

@@ -20,7 +20,7 @@ use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::kernels::Triangle;
 use crate::estimator::regression::{Lagged, Rows};
 use crate::estimator::solver::Reduction;
-use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
 use crate::estimator::triangular::solve_transposed;
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LARGEST, LinearModel, Orders};
@@ -100,10 +100,6 @@ impl MethodKind for KernelFirOptions {
         self.rows != Some(Rows::Complete)
     }
 
-    fn takes_memory(&self) -> bool {
-        true
-    }
-
     fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
         let orders = output_error(self.orders, problem.shape.order);
         Ok(Box::new(KernelFir::new(orders, self, problem.shape.window)?))
@@ -121,8 +117,6 @@ pub struct KernelFir {
     r: Vec<f64>,
     z: Vec<f64>,
     rest: f64,
-    equilibration: Equilibration,
-    scratch: Vec<f64>,
     /// L, `M = R L`, and its bidiagonal form.
     factor: Vec<f64>,
     m: Vec<f64>,
@@ -131,8 +125,6 @@ pub struct KernelFir {
     /// The response with its covariance, B alone.
     response: LinearModel,
     reduced: Option<Reduced>,
-    e: Vec<f64>,
-    x: Vec<f64>,
 }
 
 impl KernelFir {
@@ -161,16 +153,12 @@ impl KernelFir {
             r: vec![0.0; n * n],
             z: vec![0.0; n],
             rest: f64::NAN,
-            equilibration: Equilibration::new(n, n),
-            scratch: vec![0.0; n],
             factor: Vec::new(),
             m: vec![0.0; n * n],
             bidiagonal: Bidiagonal::default(),
             posterior: Triangle::new(n),
             response: LinearModel::zero(linear),
             reduced,
-            e: vec![0.0; window],
-            x: vec![0.0; window],
         })
     }
 
@@ -211,10 +199,7 @@ impl KernelFir {
             return Ok((Variance::Free, is_cut));
         }
         let r = r.get(..n, ..n);
-        self.equilibration.of_columns(r)?;
-        let columns = &self.equilibration.columns;
-        let condition = triangular_condition(r, columns, &mut self.scratch)?;
-        check_rank_of_columns(condition, n)?;
+        check_rank_of_columns(condition_of_triangle(r)?, n)?;
         Ok((Variance::Known(variance), is_cut))
     }
 
@@ -291,9 +276,7 @@ impl KernelFir {
             return Err(FailureKind::Singular);
         }
         let r = self.posterior.r();
-        self.equilibration.of_columns(r)?;
-        let columns = &self.equilibration.columns;
-        let condition = triangular_condition(r, columns, &mut self.scratch)?;
+        let condition = condition_of_triangle(r)?;
         let response = &mut self.response;
         let taps = &mut response.b[response.delay..];
         taps.fill(0.0);
@@ -339,8 +322,9 @@ impl SinglePass for KernelFir {
             }
             return Ok(());
         }
-        self.response.residuals(u, y, &mut self.e, &mut self.x);
-        pass.loss = self.e.iter().map(|e| e * e).sum::<f64>() / y.len() as f64;
+        let mut e = vec![0.0; y.len()];
+        self.response.residuals(u, y, &mut e, &mut vec![0.0; y.len()]);
+        pass.loss = e.iter().map(|e| e * e).sum::<f64>() / y.len() as f64;
         pass.set_model(&self.response, condition)?;
         pass.start_at_zero();
         Ok(())

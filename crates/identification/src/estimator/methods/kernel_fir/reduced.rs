@@ -16,7 +16,6 @@ pub(super) struct Reduced {
     orders: Orders,
     fit: PredictionError,
     output: Vec<f64>,
-    gradient: OutputGradient,
     /// `psi'Phi` by columns, then H.
     h: Vec<f64>,
     taps: usize,
@@ -28,7 +27,6 @@ impl Reduced {
         Ok(Self {
             fit: PredictionError::new(orders, random, InitialCondition::Zero, window)?,
             output: vec![0.0; window],
-            gradient: OutputGradient::new(orders, window),
             h: vec![0.0; orders.parameters() * taps],
             orders,
             taps,
@@ -60,13 +58,12 @@ impl Reduced {
     fn covariance(&mut self, response: &LinearModel, u: &[f64], model: &mut LinearModel) -> Result<(), FailureKind> {
         let Orders { nb, nf, nk, .. } = self.orders;
         let (d, n) = (nb + nf, self.taps);
-        self.gradient.run(model, u)?;
-        let OutputGradient { of_b, of_f, psi, .. } = &self.gradient;
+        let OutputGradient { of_b, of_f, psi } = OutputGradient::new(model, u)?;
         let h = &mut self.h;
-        lagged_products(of_b, u, (nk, nb), (nk, n), |i, j, value| {
+        lagged_products(&of_b, u, (nk, nb), (nk, n), |i, j, value| {
             h[j * d + i] = value;
         });
-        lagged_products(of_f, u, (1, nf), (nk, n), |i, j, value| {
+        lagged_products(&of_f, u, (1, nf), (nk, n), |i, j, value| {
             h[j * d + nb + i] = -value;
         });
         let r = psi.r();

@@ -2,7 +2,7 @@
 
 use super::RecursiveEstimator;
 use crate::estimator::initial_state_choice::{StartState, StateEstimate};
-use crate::estimator::{Estimator, FailureKind, Pass, Visit, Window};
+use crate::estimator::{FailureKind, Pass, SinglePass, Visit, Window};
 use crate::model::LinearModel;
 
 /// Runs a recursion over the window, which finds theta after the last sample, and before where it needs it. The pass's
@@ -50,19 +50,14 @@ impl<R: RecursiveEstimator> Batch<R> {
     }
 }
 
-impl<R: RecursiveEstimator> Estimator for Batch<R> {
-    fn estimate(&mut self, window: Window<'_>, passes: &mut [Pass]) {
-        let Some(pass) = passes.first_mut() else {
-            return;
-        };
-        pass.clear();
-        match self.find(window, pass) {
-            Ok(()) => self.state.estimate(window, 0, pass),
-            Err(kind) => pass.fail_for(kind),
-        }
+impl<R: RecursiveEstimator> SinglePass for Batch<R> {
+    fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
+        self.find(window, pass)?;
+        self.state.estimate(window, 0, pass);
+        Ok(())
     }
 
-    fn run_along(&mut self, window: Window<'_>, at: &[usize], pass: &mut Pass, visit: &mut Visit<'_>) {
+    fn fit_along(&mut self, window: Window<'_>, at: &[usize], pass: &mut Pass, visit: &mut Visit<'_>) {
         let Self { recursion, model, .. } = self;
         recursion.restart();
         along(window, at, pass, |sample, pass, k| {

@@ -21,10 +21,7 @@ impl RecursiveOptions for RelsOptions {
     type Recursion = ExtendedLeastSquares;
 
     fn orders(&self, order: usize) -> Orders {
-        self.orders.unwrap_or(Orders {
-            nc: order,
-            ..Orders::arx(order, order, 1)
-        })
+        self.orders.unwrap_or(Orders::armax(order, order, order, 1))
     }
 
     fn check_own(&self) -> Result<(), OptionError> {
@@ -55,8 +52,6 @@ pub type ExtendedLeastSquares = Recursion<Extended>;
 #[derive(Clone, Debug)]
 pub struct Extended {
     root: SquareRoot,
-    outputs: Vec<f64>,
-    inputs: Vec<f64>,
     residuals: Vec<f64>,
     phi: Vec<f64>,
 }
@@ -71,21 +66,22 @@ impl ExtendedLeastSquares {
         let d = na + nb + nc;
         let method = Extended {
             root: SquareRoot::new(d),
-            outputs: vec![0.0; na],
-            inputs: vec![0.0; nb + nk],
             residuals: vec![0.0; nc],
             phi: vec![0.0; d],
         };
-        Self::begin(settings, (0..na + nb).collect(), method)
+        Self::begin(settings, [na, nb + nk], (0..na + nb).collect(), method)
     }
 }
 
-impl Extended {
-    fn step(&mut self, shared: &mut Shared, y: f64) {
+impl RecursiveMethod for Extended {
+    fn take(&mut self, shared: &mut Shared, _: f64, y: f64, _: bool) {
+        if !shared.has_equation() {
+            return;
+        }
         let Orders { na, nb, nk, .. } = shared.settings.orders;
         let phi = &mut self.phi;
-        phi[..na].copy_from_slice(&self.outputs);
-        phi[na..na + nb].copy_from_slice(&self.inputs[nk..]);
+        phi[..na].copy_from_slice(&shared.outputs);
+        phi[na..na + nb].copy_from_slice(&shared.inputs[nk..]);
         phi[na + nb..].copy_from_slice(&self.residuals);
         if shared.begins() {
             shared.hand_over(&mut self.root);
@@ -99,16 +95,6 @@ impl Extended {
         };
         push(&mut self.residuals, residual);
     }
-}
-
-impl RecursiveMethod for Extended {
-    fn take(&mut self, shared: &mut Shared, u: f64, y: f64, _: bool) {
-        push(&mut self.inputs, u);
-        if shared.has_equation() {
-            self.step(shared, y);
-        }
-        push(&mut self.outputs, -y);
-    }
 
     fn variance(&self, theta: &[f64]) -> f64 {
         let root = &self.root;
@@ -121,8 +107,6 @@ impl RecursiveMethod for Extended {
     }
 
     fn restart(&mut self, _: &mut Shared) {
-        for signal in [&mut self.outputs, &mut self.inputs, &mut self.residuals] {
-            signal.fill(0.0);
-        }
+        self.residuals.fill(0.0);
     }
 }

@@ -85,8 +85,6 @@ pub type RecursiveIv = Recursion<Instrumental>;
 pub struct Instrumental {
     instruments: RecursiveInstruments,
     update: InstrumentalUpdate,
-    outputs: Vec<f64>,
-    inputs: Vec<f64>,
     /// -x(k-1), -x(k-2), ...
     auxiliary: Vec<f64>,
     /// The last theta with a stable A.
@@ -247,8 +245,6 @@ impl RecursiveIv {
         let method = Instrumental {
             instruments,
             update: InstrumentalUpdate::new(d),
-            outputs: vec![0.0; na],
-            inputs: vec![0.0; nk + nb + na],
             auxiliary: vec![0.0; na],
             stable: vec![0.0; d],
             unit: 1.0,
@@ -256,20 +252,23 @@ impl RecursiveIv {
             phi: vec![0.0; d],
             z: vec![0.0; d],
         };
-        Self::begin(settings, (0..d).collect(), method)
+        Self::begin(settings, [na, nk + nb + na], (0..d).collect(), method)
     }
 }
 
-impl Instrumental {
-    fn step(&mut self, shared: &mut Shared, y: f64, wanted: bool) {
+impl RecursiveMethod for Instrumental {
+    fn take(&mut self, shared: &mut Shared, _: f64, y: f64, wanted: bool) {
+        if !shared.has_equation() {
+            return;
+        }
         let Orders { na, nb, nk, .. } = shared.settings.orders;
         let own_output = self.instruments == RecursiveInstruments::Auxiliary;
         let (phi, z) = (&mut self.phi, &mut self.z);
-        phi[..na].copy_from_slice(&self.outputs);
-        phi[na..].copy_from_slice(&self.inputs[nk..nk + nb]);
+        phi[..na].copy_from_slice(&shared.outputs);
+        phi[na..].copy_from_slice(&shared.inputs[nk..nk + nb]);
         z.copy_from_slice(phi);
         z[..na].copy_from_slice(match self.instruments {
-            RecursiveInstruments::Delayed => &self.inputs[nk + nb..],
+            RecursiveInstruments::Delayed => &shared.inputs[nk + nb..],
             RecursiveInstruments::Auxiliary => &self.auxiliary,
         });
         if shared.begins() {
@@ -298,16 +297,6 @@ impl Instrumental {
             push(&mut self.auxiliary, -x);
         }
     }
-}
-
-impl RecursiveMethod for Instrumental {
-    fn take(&mut self, shared: &mut Shared, u: f64, y: f64, wanted: bool) {
-        push(&mut self.inputs, u);
-        if shared.has_equation() {
-            self.step(shared, y, wanted);
-        }
-        push(&mut self.outputs, -y);
-    }
 
     fn variance(&self, theta: &[f64]) -> f64 {
         self.update.variance(theta)
@@ -320,13 +309,7 @@ impl RecursiveMethod for Instrumental {
     fn restart(&mut self, shared: &mut Shared) {
         self.update.restart(&shared.settings);
         self.unit = 1.0;
-        for signal in [
-            &mut self.outputs,
-            &mut self.inputs,
-            &mut self.auxiliary,
-            &mut self.stable,
-        ] {
-            signal.fill(0.0);
-        }
+        self.auxiliary.fill(0.0);
+        self.stable.fill(0.0);
     }
 }

@@ -1,6 +1,5 @@
 //! Recursive least squares.
 
-use super::lags::push;
 use super::options::{RecursiveOptions, recursive_options};
 use super::recursion::{Recursion, RecursiveMethod, Shared};
 use super::weights::Weights;
@@ -73,10 +72,6 @@ pub type RecursiveLeastSquares = Recursion<LeastSquares>;
 #[derive(Clone, Debug)]
 pub struct LeastSquares {
     memory: Memory,
-    /// -y(k-1), -y(k-2), ...
-    outputs: Vec<f64>,
-    /// u(k), u(k-1), ...
-    inputs: Vec<f64>,
     phi: Vec<f64>,
 }
 
@@ -112,21 +107,22 @@ impl RecursiveLeastSquares {
         };
         let method = LeastSquares {
             memory,
-            outputs: vec![0.0; na],
-            inputs: vec![0.0; nb + nk],
             phi: vec![0.0; d],
         };
         // It needs no start.
-        Self::begin(settings, Vec::new(), method)
+        Self::begin(settings, [na, nb + nk], Vec::new(), method)
     }
 }
 
-impl LeastSquares {
-    fn step(&mut self, shared: &mut Shared, y: f64, wanted: bool) {
+impl RecursiveMethod for LeastSquares {
+    fn take(&mut self, shared: &mut Shared, _: f64, y: f64, wanted: bool) {
+        if !shared.has_equation() {
+            return;
+        }
         let (na, nk) = (shared.settings.orders.na, shared.settings.orders.nk);
         let (lambda, phi) = (shared.settings.forgetting, &mut self.phi);
-        phi[..na].copy_from_slice(&self.outputs);
-        phi[na..].copy_from_slice(&self.inputs[nk..]);
+        phi[..na].copy_from_slice(&shared.outputs);
+        phi[na..].copy_from_slice(&shared.inputs[nk..]);
         match &mut self.memory {
             Memory::Root(root) => {
                 root.update(phi, y, lambda);
@@ -158,16 +154,6 @@ impl LeastSquares {
                 weights.add(lambda);
             }
         }
-    }
-}
-
-impl RecursiveMethod for LeastSquares {
-    fn take(&mut self, shared: &mut Shared, u: f64, y: f64, wanted: bool) {
-        push(&mut self.inputs, u);
-        if shared.has_equation() {
-            self.step(shared, y, wanted);
-        }
-        push(&mut self.outputs, -y);
     }
 
     fn numbers<'a>(&'a self, shared: &'a Shared) -> (&'a [f64], f64) {
@@ -221,7 +207,5 @@ impl RecursiveMethod for LeastSquares {
             }
         }
         shared.started = true;
-        self.outputs.fill(0.0);
-        self.inputs.fill(0.0);
     }
 }

@@ -101,7 +101,7 @@ impl RecursivePrediction {
             next: vec![0.0; d],
             residual_sum: 0.0,
         };
-        Self::begin(settings, places, method)
+        Self::begin(settings, [0; 2], places, method)
     }
 }
 

@@ -1,5 +1,6 @@
 //! The common parts of recursive methods: settings, the start, theta, and when a recursion ends.
 
+use super::lags::push;
 use super::settings::Forgetting;
 use super::start::Start;
 use super::{Clock, Diverged, RecursiveEstimator, RecursiveSettings, SquareRoot};
@@ -14,6 +15,10 @@ pub struct Shared {
     /// Whether the method has taken over from the start.
     pub(super) started: bool,
     pub(super) theta: Vec<f64>,
+    /// -y(k-1), -y(k-2), ...
+    pub(super) outputs: Vec<f64>,
+    /// u(k), u(k-1), ...
+    pub(super) inputs: Vec<f64>,
     clock: Clock,
 }
 
@@ -46,13 +51,15 @@ impl Shared {
         self.started = false;
         self.forgetting = Forgetting::new(&self.settings);
         self.theta.copy_from_slice(&self.settings.theta0);
+        self.outputs.fill(0.0);
+        self.inputs.fill(0.0);
         self.clock = Clock::default();
     }
 }
 
 /// A method of one equation after the other.
 pub trait RecursiveMethod: Clone + std::fmt::Debug + Send {
-    /// Takes u(k) and y(k).
+    /// Takes u(k), which is among the inputs, and y(k), which is not yet among the outputs.
     fn take(&mut self, shared: &mut Shared, u: f64, y: f64, wanted: bool);
 
     /// Returns numbers that must be finite, and one that is not finite once the information was not.
@@ -83,11 +90,17 @@ pub struct Recursion<M> {
 }
 
 impl<M: RecursiveMethod> Recursion<M> {
-    /// Begins a recursion, of whose parameters the start estimates those at these places.
+    /// Begins a recursion that remembers so many outputs and inputs, and of whose parameters the start estimates those
+    /// at these places.
     ///
     /// # Panics
     /// If theta0 does not fit the orders.
-    pub(super) fn begin(settings: RecursiveSettings, places: Vec<usize>, method: M) -> Self {
+    pub(super) fn begin(
+        settings: RecursiveSettings,
+        [outputs, inputs]: [usize; 2],
+        places: Vec<usize>,
+        method: M,
+    ) -> Self {
         let d = settings.orders.parameters();
         assert_eq!(settings.theta0.len(), d);
         let shared = Shared {
@@ -95,6 +108,8 @@ impl<M: RecursiveMethod> Recursion<M> {
             start: Start::new(places),
             started: false,
             theta: vec![0.0; d],
+            outputs: vec![0.0; outputs],
+            inputs: vec![0.0; inputs],
             clock: Clock::default(),
             settings,
         };
@@ -111,7 +126,9 @@ impl<M: RecursiveMethod> RecursiveEstimator for Recursion<M> {
 
     fn advance(&mut self, u: f64, y: f64, wanted: bool) -> Result<(), Diverged> {
         self.shared.clock.begin(u, y)?;
+        push(&mut self.shared.inputs, u);
         self.method.take(&mut self.shared, u, y, wanted);
+        push(&mut self.shared.outputs, -y);
         let (numbers, size) = self.method.numbers(&self.shared);
         let mut clock = self.shared.clock;
         let ended = clock.end(numbers, size);

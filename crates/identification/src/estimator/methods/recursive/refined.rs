@@ -61,8 +61,6 @@ pub type RecursiveSriv = Recursion<Refined>;
 #[derive(Clone, Debug)]
 pub struct Refined {
     update: InstrumentalUpdate,
-    inputs: Vec<f64>,
-    outputs: Vec<f64>,
     /// uf(k), uf(k-1), ...
     filtered_inputs: Vec<f64>,
     /// -yf(k-1), -yf(k-2), ...
@@ -88,8 +86,6 @@ impl RecursiveSriv {
         let (of_outputs, of_parameters) = (|| vec![0.0; nf], || vec![0.0; d]);
         let method = Refined {
             update: InstrumentalUpdate::new(d),
-            inputs: vec![0.0; nk + nb],
-            outputs: of_outputs(),
             filtered_inputs: vec![0.0; (nk + nb).max(nf + 1)],
             filtered_outputs: of_outputs(),
             auxiliary: of_outputs(),
@@ -99,7 +95,7 @@ impl RecursiveSriv {
             phi: of_parameters(),
             z: of_parameters(),
         };
-        Self::begin(settings, (0..d).collect(), method)
+        Self::begin(settings, [nf, nk + nb], (0..d).collect(), method)
     }
 }
 
@@ -119,8 +115,8 @@ impl Refined {
             let lambda = shared.forgetting.next();
             self.update.take(&self.z, phi, filtered, lambda, &mut shared.theta);
         } else {
-            phi[..nb].copy_from_slice(&self.inputs[nk..]);
-            phi[nb..].copy_from_slice(&self.outputs);
+            phi[..nb].copy_from_slice(&shared.inputs[nk..]);
+            phi[nb..].copy_from_slice(&shared.outputs);
             shared.take(phi, y);
             self.update.keep(phi, y, shared.settings.forgetting);
         }
@@ -134,7 +130,6 @@ impl RecursiveMethod for Refined {
         let f = &self.stable[nb..];
         let uf = u - dot(f, &self.filtered_inputs[..nf]);
         let yf = y + dot(f, &self.filtered_outputs);
-        push(&mut self.inputs, u);
         push(&mut self.filtered_inputs, uf);
         if shared.has_equation() {
             self.step(shared, y, yf);
@@ -143,9 +138,8 @@ impl RecursiveMethod for Refined {
             }
         }
         let (b, f) = self.stable.split_at(nb);
-        let x = dot(b, &self.inputs[nk..]) + dot(f, &self.auxiliary);
+        let x = dot(b, &shared.inputs[nk..]) + dot(f, &self.auxiliary);
         let xf = x + dot(f, &self.filtered_auxiliary);
-        push(&mut self.outputs, -y);
         push(&mut self.filtered_outputs, -yf);
         push(&mut self.auxiliary, -x);
         push(&mut self.filtered_auxiliary, -xf);
@@ -162,8 +156,6 @@ impl RecursiveMethod for Refined {
     fn restart(&mut self, shared: &mut Shared) {
         self.update.restart(&shared.settings);
         for signal in [
-            &mut self.inputs,
-            &mut self.outputs,
             &mut self.filtered_inputs,
             &mut self.filtered_outputs,
             &mut self.auxiliary,

@@ -1,7 +1,7 @@
 //! The square root of the information, updated by Givens rotations.
 
 use super::weights::Weights;
-use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns, triangular_condition};
+use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns};
 use crate::real::with_fma;
 use faer::MatRef;
 
@@ -148,10 +148,7 @@ impl SquareRoot {
         let d = self.d;
         let r = MatRef::from_row_major_slice_with_stride(&self.r, d, d, d + 1);
         let growth = (self.rows as f64 / d as f64).sqrt();
-        let condition = self
-            .equilibration
-            .of_columns(r)
-            .and_then(|()| triangular_condition(r, &self.equilibration.columns, &mut self.row));
+        let condition = self.equilibration.of_triangle(r, &mut self.row);
         condition.is_ok_and(|condition| check_rank_of_columns(condition * growth, d).is_ok())
     }
 

@@ -10,7 +10,7 @@
 //! "Estimation of dimensionality in canonical correlation analysis", Biometrika 66 (1979), 345-351 (the order).
 
 mod canonical;
-mod innovations;
+pub(super) mod innovations;
 
 use super::subspace::{block_rows, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
@@ -23,7 +23,6 @@ use crate::estimator::reflection::Stabilise;
 use crate::estimator::{Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 use canonical::Canonical;
-pub(super) use innovations::Innovations;
 
 /// The future signals, of which the past tells the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,21 +74,13 @@ macro_rules! innovations_options {
                 Some(self.orders.unwrap_or(Orders::arx(setting, setting, 1)))
             }
 
-            fn takes_memory(&self) -> bool {
-                true
-            }
-
             fn prepare(&self, problem: &Problem<'_>) -> Result<Box<dyn Estimator>, SetupError> {
                 let orders = self.model_orders(problem.shape.order).unwrap_or_default();
                 if let Some(rule) = self.choose {
-                    return Chosen::prepare(rule, orders.na, problem, |n, problem| {
-                        let orders = Some(Orders::arx(n, n, orders.nk));
-                        Self {
-                            orders,
-                            choose: None,
-                            ..self.clone()
-                        }
-                        .prepare(problem)
+                    return Chosen::prepare(rule, orders.na, problem, |n| Self {
+                        orders: Some(Orders::arx(n, n, orders.nk)),
+                        choose: None,
+                        ..self.clone()
                     });
                 }
                 type Prepare<T> =
@@ -143,13 +134,7 @@ state_sequence!(SsarxOptions, "The options of `ssarx`.", Future::Predicted);
 
 /// Returns the orders of the innovations form of order n as `A y = B u + C e`.
 pub(super) fn model_orders(n: usize, nk: usize) -> Orders {
-    Orders {
-        na: n,
-        nb: n + 1 - nk.min(1),
-        nc: n,
-        nk,
-        ..Orders::default()
-    }
+    Orders::armax(n, n + 1 - nk.min(1), n, nk)
 }
 
 /// Finds the states of a record, and the innovations form from them. Zeros of C outside the unit circle are reflected
@@ -165,7 +150,6 @@ pub struct StateSequence {
     /// Whether the model is a start, for which u need not excite the block rows.
     is_start: bool,
     window: usize,
-    innovations: Innovations,
 }
 
 impl StateSequence {
@@ -183,7 +167,6 @@ impl StateSequence {
             rows,
             is_start: false,
             window,
-            innovations: Innovations::new(window),
         })
     }
 
@@ -212,7 +195,7 @@ impl StateSequence {
         pass.correlations.clone_from(&canonical.correlations);
         let states = canonical.states(n)?;
         let mut model = LinearModel::zero(model_orders(n, nk));
-        let condition = self.innovations.fit(u, y, &states, rows, &mut model)?;
+        let condition = innovations::fit(u, y, &states, rows, &mut model)?;
         Ok((model, condition))
     }
 }
@@ -230,7 +213,7 @@ fn no_solution(u: &[f64], y: &[f64]) -> FailureKind {
 impl SinglePass for StateSequence {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let found = self.find(window.u, window.y, pass)?;
-        self.innovations.conclude(window, self.ending, found, pass)
+        innovations::conclude(window, self.ending, found, pass)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::estimator::{Progress, Shape};
+use crate::plant::polynomial_from_poles;
 use crate::signal::{Input, InputLaw, Purpose, Sequence, stream};
 
 const N: usize = 400;

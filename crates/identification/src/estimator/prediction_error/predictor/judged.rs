@@ -5,7 +5,7 @@ use crate::estimator::FailureKind;
 use crate::estimator::covariance::Covariance;
 use crate::estimator::offset::leading_block;
 use crate::estimator::regression::covariance_of_triangle;
-use crate::estimator::solver::rank::{check_rank_of_columns, triangular_condition};
+use crate::estimator::solver::rank::check_rank_of_columns;
 
 impl Predictor {
     /// Returns `|| Q'e || / || e ||`, at the last [`Self::linearise`].
@@ -44,9 +44,7 @@ impl Predictor {
     pub(in crate::estimator::prediction_error) fn condition(&mut self) -> Result<f64, FailureKind> {
         let singular = |_| FailureKind::NotIdentifiable;
         let r = self.psi.r();
-        self.equilibration.of_columns(r).map_err(singular)?;
-        let columns = &self.equilibration.columns;
-        let condition = triangular_condition(r, columns, &mut self.column).map_err(singular)?;
+        let condition = self.equilibration.of_triangle(r, &mut self.column).map_err(singular)?;
         check_rank_of_columns(condition, self.column.len()).map_err(singular)?;
         Ok(condition)
     }
