@@ -7,10 +7,10 @@ use std::process::{Command, Stdio};
 
 /// Noise with the same bits everywhere: a linear congruential generator (Knuth's constants), and the sum of twelve
 /// uniform numbers less 6.
-struct Noise(u64);
+pub(super) struct Noise(pub(super) u64);
 
 impl Noise {
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         let mut sum = 0.0;
         for _ in 0..12 {
             self.0 = self.0.wrapping_mul(6364136223846793005);

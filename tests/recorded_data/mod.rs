@@ -6,6 +6,7 @@ mod hints;
 mod methods;
 mod newcomers;
 mod optima;
+mod situations;
 
 use crate::common::PROGRAM;
 use asobench::data::{Detrend, Trend, csv};

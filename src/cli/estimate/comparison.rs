@@ -52,7 +52,7 @@ pub(super) fn bic(estimate: &Estimate, report: &Report) -> Option<f64> {
 }
 
 /// The better of two comes first: by FIT of the simulated output on samples that the models have not seen; where there
-/// are none, by BIC. Unstable models come last, and after them methods that leave no model.
+/// are none, by BIC. Models that grow over the record come last, and after them methods that leave no model.
 pub(super) fn is_better(a: &Estimate, b: &Estimate, report: &Report) -> Ordering {
     let merit = |estimate: &Estimate| {
         let merit = if is_validated(report) {
@@ -62,7 +62,7 @@ pub(super) fn is_better(a: &Estimate, b: &Estimate, report: &Report) -> Ordering
         };
         merit.filter(|merit| merit.is_finite()).unwrap_or(f64::NEG_INFINITY)
     };
-    let rank = |estimate: &Estimate| (merit(estimate) == f64::NEG_INFINITY, is_unstable(estimate));
+    let rank = |estimate: &Estimate| (merit(estimate) == f64::NEG_INFINITY, grows(estimate, report));
     rank(a).cmp(&rank(b)).then(merit(b).total_cmp(&merit(a)))
 }
 
@@ -83,6 +83,13 @@ pub(super) fn status(estimate: &Estimate) -> String {
 
 fn is_unstable(estimate: &Estimate) -> bool {
     estimate.last().fitted.pass.unstable
+}
+
+/// Whether a model is unstable, and more than an integrator is to rounding and noise: its slowest unstable mode doubles
+/// within the record.
+fn grows(estimate: &Estimate, report: &Report) -> bool {
+    let radius = estimate.last().radius.unwrap_or(f64::INFINITY);
+    is_unstable(estimate) && radius.powf(report.record.y.len() as f64) > 2.0
 }
 
 /// Writes models in their order, and why the first is the best.
@@ -176,14 +183,16 @@ fn reason(report: &Report, ranked: &[&Estimate]) -> String {
                 let of = |estimate: &Estimate| bic(estimate, report);
                 of(first).zip(of(second)).map(|(a, b)| (b - a, 1, ""))
             };
-            let told = numbers.filter(|(by, ..)| by.is_finite());
+            // Of two useless models none leads.
+            let useless = fit(first, report).is_some_and(|fit| fit.simulated <= 0.0);
+            let told = numbers.filter(|(by, ..)| by.is_finite() && !useless);
             told.map_or_else(String::new, |(by, digits, unit)| {
                 format!(", {by:.digits$}{unit} ahead of {}", second.name)
             })
         }
         _ => String::new(),
     };
-    let last = if ranked.iter().any(|of| is_unstable(of)) {
+    let last = if ranked.iter().any(|of| grows(of, report)) {
         ", unstable models last"
     } else {
         ""

@@ -1,6 +1,7 @@
 //! Hints on a record: an integrator, a start that is not at rest, a step.
 
 use super::comparison;
+use super::levels;
 use super::levels::LEVEL;
 use super::report::{Estimate, Report};
 use crate::cli::output::note;
@@ -23,15 +24,15 @@ pub(super) fn of(estimate: &Estimate, report: &Report, of_start: Option<String>)
     let hints = [
         direct(estimate, report),
         of_start.or_else(|| outlier(estimate, report)),
-        integrator(estimate),
+        integrator(estimate, report),
         coloured(estimate),
         step(estimate, report),
     ];
     hints.into_iter().flatten().collect()
 }
 
-/// A real pole that may be 1.
-fn integrator(estimate: &Estimate) -> Option<String> {
+/// A real pole that may be 1, or with a zero beside it stands for an offset.
+fn integrator(estimate: &Estimate, report: &Report) -> Option<String> {
     let last = estimate.last();
     if last.fitted.pass.continuous.has_integrator() {
         return None;
@@ -49,10 +50,15 @@ fn integrator(estimate: &Estimate) -> Option<String> {
     let place = format!("{:.6}", pole.at.re);
     let mut zeros = precision.zeros.iter();
     if let Some(zero) = zeros.find(|zero| zero.at.im == 0.0 && (zero.at.re - 1.0).abs() <= 0.02) {
+        let pair = format!("the pole {place} and the zero {:.6}", zero.at.re);
+        if estimate.name.takes("offset") {
+            return levels::offset_of_pair(estimate, report).map(|(flags, lead)| {
+                format!("{pair} stand for an offset: one order less with {flags} has a BIC lower by {lead:.0}")
+            });
+        }
         return Some(format!(
-            "the pole {place} and the zero {:.6} are what an offset leaves that was not subtracted: a model of one \
-             order less, and --operating-point U,Y",
-            zero.at.re
+            "{pair} are either a slow part of the plant or an offset: --estimator oe --offset estimate with one order \
+             less tells by its BIC"
         ));
     }
     let offset = if last.fitted.pass.offsets.is_empty() {
@@ -109,7 +115,13 @@ fn coloured(estimate: &Estimate) -> Option<String> {
     // Without a choice they assume it too.
     let chosen = estimate.options.get("covariance").and_then(Value::as_str);
     let is_assumed = estimate.name.takes("covariance") && chosen.unwrap_or("white") == "white";
-    is_assumed.then(|| format!("{ASSUMED}: --covariance robust"))
+    let biased = matches!(estimate.name, EstimatorName::Arx | EstimatorName::LeastSquares);
+    let model = if biased {
+        "; least squares are biased then: --estimator oe or bj, or a higher order"
+    } else {
+        ""
+    };
+    is_assumed.then(|| format!("{ASSUMED}: --covariance robust{model}"))
 }
 
 /// Outliers that are named beside the largest.
@@ -154,12 +166,18 @@ fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
     ))
 }
 
+/// The hint on a loop, where models are compared.
+pub(super) const LOOP: &str = "u follows y, as a controller makes it: of a loop, models whose residuals are white are \
+                               right (bj, armax); iv, moesp and n4sid are biased; with the loop's reference \
+                               --estimator clriv --reference COLUMN needs no model of the noise";
+
 /// An input that moves together with y: a direct term, where the delay of the model is the smallest one after that, or
 /// a controller.
 fn direct(estimate: &Estimate, report: &Report) -> Option<String> {
     let sentence = match report.feedback?.verdict() {
         LoopVerdict::AtOnce if estimate.last().fitted.model.delay == 1 => {
-            "u(k) and y(k) move together: if u acts on y at once, --delay 0 fits a direct term"
+            "u(k) and y(k) move together: if u acts on y at once, --delay 0 fits a direct term; if a controller without \
+             memory answers y, the record is of a loop"
         }
         LoopVerdict::Told => {
             "y tells u: of a loop whose setpoint stays the same no model of the plant can be told from the controller; \

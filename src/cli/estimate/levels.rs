@@ -1,9 +1,11 @@
 //! Whether a record begins at rest and moves about zero, as a model without a start and an offset has it.
 
+use super::flags::ORDERS;
 use super::report::{Estimate, Report};
 use crate::diagnosis::LoopVerdict;
 use crate::estimator::{Method, Window};
 use crate::metric::tails::chi_square_above;
+use crate::model::Orders;
 use crate::text::rounded;
 use asobench_identification::Fitted;
 use serde_json::json;
@@ -86,10 +88,10 @@ pub(super) fn levels(estimate: &Estimate, report: &Report, tried: &mut Tried) ->
     if report.feedback.is_some_and(|test| test.verdict() == LoopVerdict::Told) {
         return None;
     }
-    let first = report.record.u[0];
-    let may_shift = report.subtracted().is_none() && report.parts.is_empty() && first != 0.0;
+    // Where an offset is fitted, a start is what is left to ask for.
+    let may_shift = may_shift(report) && !offset;
     let allowed = |of: &&Addition| {
-        let adds = (of.start && !start) || (of.offset && !offset) || of.from_first;
+        let adds = (of.start && !start) || (of.offset && !offset);
         let keeps = (of.start || !start || of.from_first) && (of.offset || !offset);
         adds && keeps && (has_offset || !of.offset) && (may_shift || !of.from_first)
     };
@@ -109,11 +111,6 @@ pub(super) fn levels(estimate: &Estimate, report: &Report, tried: &mut Tried) ->
         .min_by(|a, b| a.0.total_cmp(&b.0));
     let (_, of, found, chance) = best?;
     let unit = report.unit;
-    let point = if of.from_first {
-        format!("--operating-point {},0 ", rounded(first * unit, 6))
-    } else {
-        String::new()
-    };
     let why = match of {
         Addition { from_first: true, .. } => "the record fits better as one that begins at rest, but not at zero",
         Addition {
@@ -129,10 +126,45 @@ pub(super) fn levels(estimate: &Estimate, report: &Report, tried: &mut Tried) ->
         start: of.start && !start,
         chance,
         sentence: format!(
-            "{why}: with {point}{} the noise variance is {} (now {})",
-            of.flags, variances[1], variances[0]
+            "{why}: with {} the noise variance is {} (now {})",
+            of.flags(report),
+            variances[1],
+            variances[0]
         ),
     })
+}
+
+/// Whether u may be taken less its first value.
+fn may_shift(report: &Report) -> bool {
+    report.subtracted().is_none() && report.parts.is_empty() && report.record.u[0] != 0.0
+}
+
+/// Returns the flags of an offset with which the same method has a lower BIC at one order less, and by how much: a pole
+/// and a zero near 1 stand for the offset. `None` where they do not, or where the method takes none.
+pub(super) fn offset_of_pair(estimate: &Estimate, report: &Report) -> Option<(String, f64)> {
+    let last = &estimate.last().fitted;
+    if estimate.options.get("offset")?.as_str()? == "estimate" || report.window > MOST {
+        return None;
+    }
+    let orders = last.model.orders();
+    let fewer = Orders {
+        na: orders.na.saturating_sub(1),
+        nf: orders.nf.saturating_sub(1),
+        nb: orders.nb.checked_sub(1).filter(|nb| *nb > 0)?,
+        ..orders
+    };
+    let samples = report.window as f64;
+    let bic = |fitted: &Fitted| {
+        let parameters = fitted.model.orders().parameters() + fitted.pass.start_numbers;
+        samples * fitted.pass.loss.ln() + parameters as f64 * samples.ln()
+    };
+    let with_offset = ADDITIONS
+        .iter()
+        .filter(|of| of.offset && (may_shift(report) || !of.from_first));
+    let found = with_offset.filter_map(|of| Some((of, bic(&fit(estimate, report, of, Some(fewer))?))));
+    let (of, least) = found.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let lead = bic(last) - least;
+    (lead > 0.0).then(|| (of.flags(report), lead))
 }
 
 /// The fits of a method with additions.
@@ -144,13 +176,22 @@ impl Tried {
         if let Some((_, found)) = self.0.iter().find(|(tried, _)| *tried == of) {
             return found.clone();
         }
-        let found = fit(estimate, report, &of);
+        let found = fit(estimate, report, &of, None);
         self.0.push((of, found.clone()));
         found
     }
 }
 
 impl Addition {
+    /// The flags by which it is asked for.
+    fn flags(&self, report: &Report) -> String {
+        if !self.from_first {
+            return self.flags.to_owned();
+        }
+        let first = rounded(report.record.u[0] * report.unit, 6);
+        format!("--operating-point {first},0 {}", self.flags)
+    }
+
     /// u as the model sees it.
     fn input(&self, report: &Report) -> Vec<f64> {
         let u = &report.record.u[..report.window];
@@ -159,9 +200,12 @@ impl Addition {
     }
 }
 
-/// Fits the method with the addition; `None` if it fails.
-fn fit(estimate: &Estimate, report: &Report, of: &Addition) -> Option<Fitted> {
+/// Fits the method with the addition, at the same orders or at others; `None` if it fails.
+fn fit(estimate: &Estimate, report: &Report, of: &Addition, orders: Option<Orders>) -> Option<Fitted> {
     let mut options = estimate.given();
+    if let Some(orders) = orders {
+        options.insert(ORDERS.to_owned(), json!(orders));
+    }
     for (key, is) in [("initial", of.start), ("offset", of.offset)] {
         let value = match (key, is) {
             (_, true) => "estimate",

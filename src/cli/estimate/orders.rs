@@ -5,6 +5,7 @@ use super::drawing::Kind;
 use super::flags::{LETTERS, ORDERS};
 use super::span::{Given, Span, list, words};
 use crate::cli::error::{Error, bad_input};
+use crate::data::csv::Missing;
 use crate::estimator::EstimatorName;
 use crate::model::Orders;
 use crate::observer::Gain;
@@ -26,7 +27,9 @@ pub(super) fn understand(arguments: &mut Arguments) -> Result<(), Error> {
     if arguments.estimator.is_empty() {
         // ls has no direct term.
         let direct = arguments.record.delay.is_some_and(|delay| delay.first == 0);
-        let one = has_orders || direct || ranges(arguments).is_some() || !arguments.more.is_empty();
+        // Nor does ls take parts of a record.
+        let parts = !arguments.more.is_empty() || arguments.record.missing == Missing::Equations;
+        let one = has_orders || direct || parts || ranges(arguments).is_some();
         arguments.estimator = if one {
             vec![EstimatorName::Arx]
         } else {

@@ -10,7 +10,9 @@ use super::span::{Given, Span};
 use super::{comparison, hints, orders, words};
 use crate::cli::error::Error;
 use crate::cli::output::{Format, print, print_json, wrapped};
+use crate::cli::progress::Steps;
 use crate::data::csv::Record;
+use crate::diagnosis::LoopVerdict;
 use crate::estimator::{Criterion, EstimatorName, OrderComparison};
 use crate::model::Orders;
 use crate::text::visible;
@@ -95,12 +97,19 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         delay.first
     };
     let (mut rows, mut without, mut begun) = (Vec::new(), Vec::new(), false);
+    let mut steps = Steps::new();
     for &method in &chosen {
+        steps.show(&format!(
+            "{method} of order {order}, {} of {}",
+            rows.len() + without.len() + 1,
+            chosen.len()
+        ));
         match row(&mut arguments, &mut report, method, (order, nk), is_default, &mut begun)? {
             Ok(row) => rows.push(row),
             Err(reason) => without.push((method.name(), reason)),
         }
     }
+    drop(steps);
     if let ([], Some((_, Some(reason)))) = (rows.as_slice(), without.first()) {
         return Err(Error::Input(reason.clone()));
     }
@@ -278,6 +287,12 @@ impl Panel<'_> {
         let Some(best) = self.rows.first() else {
             return Ok(());
         };
+        if report
+            .feedback
+            .is_some_and(|test| test.verdict() == LoopVerdict::Feedback)
+        {
+            text.push_str(&wrapped(&format!("hint: {}", hints::LOOP), "  "));
+        }
         text.push_str(&comparison::hints(&best.estimate));
         if !best.estimate.name.takes("offset") {
             let can_fit = self.rows.iter().find(|row| row.estimate.name.takes("offset"));

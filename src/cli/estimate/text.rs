@@ -167,7 +167,7 @@ fn write_pass(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::R
         } else {
             text.extend(words::offsets(pass).map(|(name, offset)| vector(&name, &[offset.value])));
         }
-        write_continuous(text, &pass.continuous)?;
+        write_continuous(text, &pass.continuous, report.window)?;
         for (name, value) in [("noise variance", model.noise_variance), ("loss", pass.loss)] {
             *text += &if value.is_finite() {
                 vector(name, &[value])
@@ -192,8 +192,7 @@ fn write_pass(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::R
         write_modes(text, last.modes.as_deref().unwrap_or_default(), report.frequency())?;
         write_roots(text, "zeros", &precision.zeros)?;
         text.extend(words::cancellation(model, precision).map(|sentence| fact("order", sentence)));
-        let gain = plus_minus(precision.static_gain, precision.static_gain_se);
-        *text += &fact("static gain", gain);
+        *text += &fact("static gain", words::static_gain(precision));
     }
     if let Some(radius) = last.radius {
         let note = if pass.continuous.has_integrator() {
@@ -226,7 +225,7 @@ pub(super) fn equation(model: &LinearModel) -> String {
 }
 
 /// Writes a model in continuous time, if there is one.
-fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
+fn write_continuous(text: &mut String, model: &ContinuousModel, samples: usize) -> fmt::Result {
     let (nb, n) = (model.numerator.len(), model.denominator.len().max(1) - 1);
     if nb == 0 {
         return Ok(());
@@ -237,9 +236,7 @@ fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
     let about = format!("y = B(s)/A(s) u{integrator}, {hold} hold, {step} s between samples");
     *text += &fact("continuous time", about);
     if model.dead_time > 0.0 || model.dead_time_error().is_some() {
-        let error = model.dead_time_error().unwrap_or(f64::NAN);
-        let seconds = plus_minus(model.dead_time * model.step, error);
-        *text += &fact("dead time", seconds + " s");
+        *text += &fact("dead time", words::dead_time(model, samples));
     }
     let of_b = (0..nb).rev().map(|power| format!("B(s): s^{power}"));
     let of_a = (fixed..n).rev().map(|power| format!("A(s): s^{power}"));
@@ -282,6 +279,10 @@ fn write_modes(text: &mut String, modes: &[Mode], unit: Frequency) -> fmt::Resul
             || "does not decay".to_owned(),
             |time| format!("time constant {} s", plus_minus(time, mode.time_constant_se)),
         );
+        if mode.damping.is_nan() {
+            *text += &fact(name, "an integrator: a pole at 1");
+            continue;
+        }
         // Of a real pole the damping is 1 whatever its error.
         let damping = plus_minus(mode.damping, mode.damping_se);
         *text += &fact(name, frequency);

@@ -4,8 +4,9 @@ use super::report::{Clock, Estimate, MOST_EXCITED, Report, Validation};
 use crate::cli::output::wrapped;
 use crate::diagnosis::{Cancellation, FeedbackTest, LoopVerdict, Precision, Residuals, Whiteness};
 use crate::estimator::{EstimatorName, FailureKind, Offset, Pass, Progress};
-use crate::model::LinearModel;
 use crate::model::polynomial::multiply;
+use crate::model::{ContinuousModel, LinearModel};
+use crate::number::plus_minus;
 use crate::plant::PoleFinder;
 use crate::plant::canonical::reverse_negated;
 use crate::text::{rounded, visible};
@@ -78,6 +79,27 @@ pub(super) fn start(estimate: &Estimate) -> Option<String> {
             ),
         }
     })
+}
+
+/// Returns the static gain with its standard error.
+pub(super) fn static_gain(precision: &Precision) -> String {
+    if precision.static_gain.is_finite() {
+        plus_minus(precision.static_gain, precision.static_gain_se)
+    } else {
+        "none: an integrator (a pole at 1)".to_owned()
+    }
+}
+
+/// Returns the dead time with its standard error. Where B(s) acts as it does the record does not tell it.
+pub(super) fn dead_time(model: &ContinuousModel, samples: usize) -> String {
+    let (value, error) = (model.dead_time * model.step, model.dead_time_error());
+    match error {
+        Some(error) if !(error < samples as f64 * model.step) => format!(
+            "{} s, without a standard error: here it acts as the numerator does; one coefficient of B(s) less tells it",
+            rounded(value, 6)
+        ),
+        error => plus_minus(value, error.unwrap_or(f64::NAN)) + " s",
+    }
 }
 
 /// Capitalises a sentence.

@@ -11,7 +11,7 @@ use serde::Serialize;
 /// NaN where that is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Mode {
-    /// The natural frequency `|s|`, rad/s.
+    /// The natural frequency `|s|`, rad/s; 0 of a pole at 1.
     pub frequency: f64,
     /// Its standard error.
     pub frequency_se: f64,
@@ -25,6 +25,10 @@ pub struct Mode {
     pub time_constant_se: f64,
 }
 
+/// A pole that is closer to 1 is at 1: of a simple pole the rounding of the coefficients moves it by less, and a time
+/// constant of as many samples is in no record.
+const AT_ONE: f64 = 1e-10;
+
 impl Mode {
     /// Returns the mode of a pole, with the time `step` between samples in seconds; `None` of a pole at 0, and of the
     /// lower one of a pair.
@@ -33,7 +37,8 @@ impl Mode {
         if z.norm() == 0.0 || z.im < 0.0 {
             return None;
         }
-        let (sigma, omega) = (z.norm().ln() / step, z.arg() / step);
+        let is_integrator = (z - 1.0).norm() < AT_ONE;
+        let [sigma, omega] = [z.norm().ln(), z.arg()].map(|part| if is_integrator { 0.0 } else { part / step });
         let frequency = sigma.hypot(omega);
         let slope = c64::new(1.0, 0.0) / (z * step);
         // The standard error of `g_1 sigma + g_2 omega`, linear in the parts of z.
@@ -93,6 +98,8 @@ mod tests {
         assert!((real.time_constant.unwrap() - 0.2).abs() < 1e-15 && real.damping_se == 0.0);
         let unstable = Mode::of(&root(c64::new(1.1, 0.2)), 1.0).unwrap();
         assert!(unstable.damping < 0.0 && unstable.time_constant.is_none());
+        let integrator = Mode::of(&root(c64::new(1.0 - 1e-15, 0.0)), 0.1).unwrap();
+        assert!(integrator.frequency == 0.0 && integrator.damping.is_nan() && integrator.time_constant.is_none());
         assert_eq!(Mode::of(&root(c64::new(0.0, 0.0)), 1.0), None);
         assert_eq!(Mode::of(&root(c64::new(0.5, -0.1)), 1.0), None);
     }

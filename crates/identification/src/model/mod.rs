@@ -23,6 +23,10 @@ use crate::plant::{StateSpace, TransferFunction};
 use polynomial::{divide, filter};
 use units::multiply_part;
 
+/// A denominator whose sum is a smaller part of its coefficients' sum has a zero at 1: with less than three digits of it
+/// left after rounding, no gain is computed.
+const AT_ONE: f64 = 1e-13;
+
 /// The model `A(q) y = B(q)/F(q) u + C(q)/D(q) e`, with what is known of e and of the parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearModel {
@@ -228,10 +232,15 @@ impl LinearModel {
         divide(&self.c, e);
     }
 
-    /// Returns the static gain from u to y, `B(1)/(A(1) F(1))`.
+    /// Returns the static gain from u to y, `B(1)/(A(1) F(1))`; infinite with a pole at 1, to the rounding of the
+    /// coefficients.
     pub fn static_gain(&self) -> f64 {
         let sum = |c: &[f64]| c.iter().sum::<f64>();
-        sum(&self.b) / (sum(&self.a) * sum(&self.f))
+        let denominator = |c: &[f64]| {
+            let (sum, size) = (sum(c), c.iter().map(|c| c.abs()).sum::<f64>());
+            if sum.abs() > AT_ONE * size { sum } else { 0.0 }
+        };
+        sum(&self.b) / (denominator(&self.a) * denominator(&self.f))
     }
 
     /// Returns the derivatives of [`Self::static_gain`] with respect to the parameters, in the order A, B, C, D, F.
