@@ -117,7 +117,15 @@ fn tables(arguments: &Arguments, mut report: Report, (order, delay): (Span, Span
         } else {
             StartChoice::Given
         };
-        let (scan, hint) = scan::scan_from_start(&report, (estimator, options), [order, delay], start)?;
+        let (scan, hint) = {
+            let ends = false;
+            scan::scan_from_start(
+                &report,
+                (estimator, options),
+                scan::Ranges { order, delay, ends },
+                start,
+            )?
+        };
         if let Some(reason) = scan.refused() {
             return Err(Error::Input(reason.to_owned()));
         }

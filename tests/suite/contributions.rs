@@ -67,7 +67,7 @@ fn what_does_not_fit_is_refused() {
     let (open, _) = text.rsplit_once(",\"checksum\":").unwrap();
     let open = format!("{open}}}");
     write("changed.json", &text.replacen("0.", "1.", 1));
-    write("edition.json", &open.replace("\"suite\":\"1.1\"", "\"suite\":\"0.9\""));
+    write("edition.json", &open.replace("\"suite\":\"2.0\"", "\"suite\":\"0.9\""));
     write("taken.json", &open.replace("\"method\":\"mine\"", "\"method\":\"arx\""));
     let (before, content) = open.split_once("\"content\":\"").unwrap();
     write("scenario.json", &format!("{before}\"content\":\"z{}", &content[1..]));

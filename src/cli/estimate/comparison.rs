@@ -198,8 +198,21 @@ fn reason(report: &Report, ranked: &[&Estimate]) -> String {
         ""
     };
     match ranked.first().filter(|first| fit(first, report).is_some()) {
-        Some(Estimate { name, .. }) => {
-            format!("FIT % (simulated) and 1 step: on {place}. Best first by {by}{last}: {name}{ahead}.")
+        Some(first @ Estimate { name, .. }) => {
+            let whites: Vec<&str> = ranked
+                .iter()
+                .filter(|of| white(of) == Some(true))
+                .map(|of| of.name.name())
+                .collect();
+            let alone = match whites.as_slice() {
+                [] => String::new(),
+                _ if white(first) == Some(true) => String::new(),
+                names => format!(
+                    " White residuals, on which standard errors rest, have {}.",
+                    names.join(", ")
+                ),
+            };
+            format!("FIT % (simulated) and 1 step: on {place}. Best first by {by}{last}: {name}{ahead}.{alone}")
         }
         None => "No method leaves a model.".to_owned(),
     }

@@ -5,7 +5,7 @@ use super::levels;
 use super::levels::LEVEL;
 use super::report::{Estimate, Report};
 use crate::cli::output::note;
-use crate::diagnosis::{LoopVerdict, Outlier, Z_95};
+use crate::diagnosis::{LoopVerdict, Outlier, Residuals, Z_95};
 use crate::estimator::{EstimatorName, FailureKind, Rows, initial_numbers};
 use crate::metric::prediction_errors;
 use crate::metric::tails::chi_square_above;
@@ -18,12 +18,28 @@ const NEAR_ONE: f64 = 2e-3;
 /// Returns the hints for an estimate, as sentences without a full stop; the first is that `of_start`.
 pub(super) fn of(estimate: &Estimate, report: &Report, of_start: Option<String>) -> Vec<String> {
     if !report.parts.is_empty() {
-        return of_start.into_iter().chain(coloured(estimate)).collect();
+        let outlier = || {
+            let runs = report.runs();
+            let mut parts = report.parts.iter().zip(&estimate.parts).zip(runs.iter());
+            parts.find_map(|((part, of), run)| {
+                let first = part.lines?[0];
+                let line = |sample: usize| Some(first + sample as u64);
+                outlier(estimate, report, of.residuals.as_ref()?, (run.start, &line))
+            })
+        };
+        return of_start
+            .or_else(outlier)
+            .into_iter()
+            .chain(coloured(estimate))
+            .collect();
     }
     // A model without its start or level misses much of the record.
     let hints = [
         direct(estimate, report),
-        of_start.or_else(|| outlier(estimate, report)),
+        of_start.or_else(|| {
+            let line = |sample: usize| report.lines.get(sample).copied();
+            outlier(estimate, report, estimate.last().residuals.as_ref()?, (0, &line))
+        }),
         integrator(estimate, report),
         coloured(estimate),
         step(estimate, report),
@@ -61,14 +77,19 @@ fn integrator(estimate: &Estimate, report: &Report) -> Option<String> {
              less tells by its BIC"
         ));
     }
+    let way = if estimate.name.takes("integrator") {
+        "--integrator fixes it; "
+    } else {
+        ""
+    };
     let offset = if last.fitted.pass.offsets.is_empty() {
         ""
     } else {
         "; an integrator has no equilibrium, and its record does not determine an offset"
     };
     Some(format!(
-        "the pole {place} may be 1, an integrator: the differences y(k) - y(k-1) have a model without it, one order \
-         lower{offset}"
+        "the pole {place} may be 1, an integrator: {way}the differences y(k) - y(k-1) have a model without it, one order \
+         lower, in coloured noise{offset}"
     ))
 }
 
@@ -121,22 +142,37 @@ fn coloured(estimate: &Estimate) -> Option<String> {
     } else {
         ""
     };
+    let residuals = estimate.last().residuals.as_ref();
+    let of_input = residuals.and_then(|of| of.free_of_past_input);
+    if !biased && of_input.is_some_and(|test| !test.passed) {
+        return Some(
+            "past input tells the residuals, so the delay or the order is wrong, or the record drifts; until it tells \
+             nothing no standard errors hold"
+                .to_owned(),
+        );
+    }
     is_assumed.then(|| format!("{ASSUMED}: --covariance robust{model}"))
 }
 
 /// Outliers that are named beside the largest.
 const NAMED: usize = 9;
 
-/// Residuals that normal noise does not have, with the largest of them in the words of the file.
-fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
-    let outliers = &estimate.last().residuals.as_ref()?.outliers;
+/// Residuals that normal noise does not have, with the largest of them in the words of the file: of a record, or of a
+/// part that begins at sample `begin`, with the line of each of its samples.
+fn outlier(
+    estimate: &Estimate,
+    report: &Report,
+    residuals: &Residuals,
+    (begin, line): (usize, &dyn Fn(usize) -> Option<u64>),
+) -> Option<String> {
+    let outliers = &residuals.outliers;
     let first = outliers.first()?;
-    let line = report.lines.get(first.sample).map_or_else(String::new, |line| {
+    let line_of = |other: &Outlier| Some(line(other.sample)?.to_string());
+    let line = line_of(first).map_or_else(String::new, |line| {
         let [level, slope] = report.trends[1].line();
-        let y = report.record.y[first.sample] + level + slope * first.sample as f64;
+        let y = report.record.y[begin + first.sample] + level + slope * first.sample as f64;
         format!(", line {line}, y = {},", rounded(y * report.unit, 6))
     });
-    let line_of = |other: &Outlier| Some(report.lines.get(other.sample)?.to_string());
     let named = outliers.iter().skip(1).take(NAMED).filter_map(line_of);
     let named: Vec<String> = named.collect();
     let others = match outliers.len() - 1 {
@@ -162,7 +198,7 @@ fn outlier(estimate: &Estimate, report: &Report) -> Option<String> {
          {way}",
         first.sample,
         rounded(first.deviations, 3),
-        estimate.last().residuals.as_ref()?.rows
+        residuals.rows
     ))
 }
 

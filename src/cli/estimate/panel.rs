@@ -5,7 +5,7 @@ use super::load::load;
 use super::one_estimator::estimate;
 use super::record;
 use super::report::{Estimate, Report};
-use super::scan::{StartChoice, scan_from_start};
+use super::scan::{Ranges, STRONG, StartChoice, scan_from_start};
 use super::span::{Given, Span};
 use super::{comparison, hints, orders, words};
 use crate::cli::error::Error;
@@ -15,7 +15,7 @@ use crate::data::csv::Record;
 use crate::diagnosis::LoopVerdict;
 use crate::estimator::{Criterion, EstimatorName, OrderComparison};
 use crate::model::Orders;
-use crate::text::visible;
+use crate::text::{count, visible};
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use std::process::ExitCode;
@@ -30,10 +30,8 @@ const METHODS: [EstimatorName; 5] = {
 /// Largest order that is tried, and the samples for each.
 const ORDER: usize = 6;
 const SAMPLES: usize = 20;
-/// The delays that are looked at where none is given, and the lead in BIC from which one of them is told: strong
-/// evidence (Kass and Raftery, *Bayes factors*, 1995).
+/// The delays that are looked at where none is given; one of them is told by strong evidence.
 const DELAYS: Span = Span { first: 1, last: 10 };
-const STRONG: f64 = 6.0;
 /// The share of the record on which models are fitted, per cent; on the rest they are validated.
 const WINDOW: f64 = 70.0;
 
@@ -190,8 +188,12 @@ fn row(
         true if *begun => StartChoice::Told,
         true => StartChoice::Free,
     };
-    let span = Span { last, ..order };
-    let (of_orders, _) = scan_from_start(report, (method, options), [span, delay], start)?;
+    let ranges = Ranges {
+        order: Span { last, ..order },
+        delay,
+        ends: true,
+    };
+    let (of_orders, _) = scan_from_start(report, (method, options), ranges, start)?;
     *begun |= of_orders.start_told;
     let Some((n, nk)) = of_orders.chosen() else {
         return Ok(Err(of_orders.refused().map(str::to_owned)));
@@ -258,10 +260,10 @@ impl Panel<'_> {
             format!("delay {nk}")
         };
         let about = format!(
-            "{}: {} methods, each at the order of {order} that its BIC chooses, {delay}; window {} of {} samples, \
-             detrend {}",
+            "{}: {}, at the order of {order} that BIC chooses (a search ends after two orders that are worse by {STRONG}), \
+             {delay}; window {} of {} samples, detrend {}",
             visible(report.file.display()),
-            self.rows.len() + self.without.len(),
+            count((self.rows.len() + self.without.len()) as u64, "method"),
             report.window,
             report.record.y.len(),
             report.detrend

@@ -63,22 +63,24 @@ fn scan(
     report: &Report,
     estimator: EstimatorName,
     given: &Map<String, Value>,
-    [order, delay]: [Span; 2],
+    Ranges { order, delay, ends }: Ranges,
 ) -> Result<Scan, Error> {
     let both = (delay.first..=delay.last).flat_map(|nk| (order.first..=order.last).map(move |n| (n, nk)));
     let (rows, equations) = if estimator == EstimatorName::Arx {
         regressions(report, both)?
     } else {
-        let rows: Result<Vec<Row>, Error> = both
-            .map(|(n, nk)| {
-                let mut row = Row::new(n, Orders::arx(n, n, nk));
-                row.fit(report, estimator, of_order(estimator, given, n, nk)?)?;
-                row.loss = row.own_loss;
-                row.judge(report.window);
-                Ok(row)
-            })
-            .collect();
-        (rows?, report.window)
+        let mut rows: Vec<Row> = Vec::new();
+        for (n, nk) in both {
+            let mut row = Row::new(n, Orders::arx(n, n, nk));
+            row.fit(report, estimator, of_order(estimator, given, n, nk)?)?;
+            row.loss = row.own_loss;
+            row.judge(report.window);
+            rows.push(row);
+            if ends && two_are_worse(&rows) {
+                break;
+            }
+        }
+        (rows, report.window)
     };
     let best = (0..Criterion::ALL.len()).map(|criterion| {
         let values = rows.iter().enumerate();
@@ -103,6 +105,30 @@ fn scan(
     })
 }
 
+/// Whether each of the last two orders has a BIC that is higher than the least one by strong evidence.
+fn two_are_worse(rows: &[Row]) -> bool {
+    let bic = |row: &Row| row.criteria[place_of(Criterion::Bic)];
+    let least = rows.iter().filter_map(bic).fold(f64::INFINITY, f64::min);
+    let worse = rows
+        .iter()
+        .rev()
+        .take(2)
+        .filter(|row| bic(row).is_some_and(|bic| bic - least > STRONG));
+    worse.count() == 2
+}
+
+/// The lead in BIC of strong evidence (Kass and Raftery, *Bayes factors*, 1995).
+pub(super) const STRONG: f64 = 6.0;
+
+/// The orders and delays of a table.
+#[derive(Clone, Copy)]
+pub(super) struct Ranges {
+    pub(super) order: Span,
+    pub(super) delay: Span,
+    /// Whether a search of orders ends after two in a row that are worse.
+    pub(super) ends: bool,
+}
+
 /// Whether the start of the record is for the program to choose.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum StartChoice {
@@ -117,19 +143,19 @@ pub(super) enum StartChoice {
 pub(super) fn scan_from_start(
     report: &Report,
     (estimator, given): (EstimatorName, Map<String, Value>),
-    spans: [Span; 2],
+    ranges: Ranges,
     start: StartChoice,
 ) -> Result<(Scan, Option<String>), Error> {
     let from_start = |mut given: Map<String, Value>| {
         OptionFlags::estimate_start(&mut given);
-        let mut found = scan(report, estimator, &given, spans)?;
+        let mut found = scan(report, estimator, &given, ranges)?;
         found.start_told = true;
         Ok::<Scan, Error>(found)
     };
     if start == StartChoice::Told {
         return Ok((from_start(given)?, None));
     }
-    let mut found = scan(report, estimator, &given, spans)?;
+    let mut found = scan(report, estimator, &given, ranges)?;
     let Some(chosen) = found.of_bic() else {
         return Ok((found, None));
     };

@@ -167,7 +167,7 @@ fn write_pass(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::R
         } else {
             text.extend(words::offsets(pass).map(|(name, offset)| vector(&name, &[offset.value])));
         }
-        write_continuous(text, &pass.continuous, report.window)?;
+        write_continuous(text, &pass.continuous)?;
         for (name, value) in [("noise variance", model.noise_variance), ("loss", pass.loss)] {
             *text += &if value.is_finite() {
                 vector(name, &[value])
@@ -225,7 +225,7 @@ pub(super) fn equation(model: &LinearModel) -> String {
 }
 
 /// Writes a model in continuous time, if there is one.
-fn write_continuous(text: &mut String, model: &ContinuousModel, samples: usize) -> fmt::Result {
+fn write_continuous(text: &mut String, model: &ContinuousModel) -> fmt::Result {
     let (nb, n) = (model.numerator.len(), model.denominator.len().max(1) - 1);
     if nb == 0 {
         return Ok(());
@@ -236,7 +236,7 @@ fn write_continuous(text: &mut String, model: &ContinuousModel, samples: usize) 
     let about = format!("y = B(s)/A(s) u{integrator}, {hold} hold, {step} s between samples");
     *text += &fact("continuous time", about);
     if model.dead_time > 0.0 || model.dead_time_error().is_some() {
-        *text += &fact("dead time", words::dead_time(model, samples));
+        *text += &fact("dead time", words::dead_time(model));
     }
     let of_b = (0..nb).rev().map(|power| format!("B(s): s^{power}"));
     let of_a = (fixed..n).rev().map(|power| format!("A(s): s^{power}"));

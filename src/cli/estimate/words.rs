@@ -90,11 +90,11 @@ pub(super) fn static_gain(precision: &Precision) -> String {
     }
 }
 
-/// Returns the dead time with its standard error. Where B(s) acts as it does the record does not tell it.
-pub(super) fn dead_time(model: &ContinuousModel, samples: usize) -> String {
-    let (value, error) = (model.dead_time * model.step, model.dead_time_error());
-    match error {
-        Some(error) if !(error < samples as f64 * model.step) => format!(
+/// Returns the dead time with its standard error.
+pub(super) fn dead_time(model: &ContinuousModel) -> String {
+    let value = model.dead_time * model.step;
+    match model.dead_time_error() {
+        Some(error) if error.is_nan() => format!(
             "{} s, without a standard error: here it acts as the numerator does; one coefficient of B(s) less tells it",
             rounded(value, 6)
         ),

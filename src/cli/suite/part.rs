@@ -15,14 +15,14 @@ pub(super) const TIMES: &str = "times.json";
 /// A part of the suite.
 #[derive(Clone, clap::Args)]
 pub(super) struct Part {
-    /// How much of it: quick (a minute), standard (a quarter of an hour on two cores) or full
+    /// How much of it: quick (minutes), standard (an hour on two cores) or full
     #[arg(long, value_name = "TIER", default_value_t)]
     pub(super) tier: Tier,
     /// Knowledge of the methods: orders (na, nb, nk), structure (which polynomials), or open (nothing but the record);
     /// of editions 1 closed or open [default: orders, of editions 1 closed]
     #[arg(long = "contest", alias = "division", value_name = "CONTEST")]
     pub(super) division: Option<Division>,
-    /// Edition of the suite, such as 1.0 [default: the current one, 1.1; 2.0 is a draft]
+    /// Edition of the suite, such as 1.0 [default: the current one, 2.0]
     #[arg(long, value_name = "E")]
     pub(super) edition: Option<String>,
     /// Only this system, study or scenario, such as P07 or P07-ar-500; may be repeated

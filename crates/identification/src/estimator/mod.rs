@@ -22,6 +22,7 @@ mod kinship;
 mod known_model;
 mod lag_sums;
 mod last_samples;
+mod least_value;
 mod loop_input;
 mod method;
 mod method_kind;

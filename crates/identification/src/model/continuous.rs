@@ -188,10 +188,14 @@ impl ContinuousModel {
         (!self.covariance.is_empty()).then(|| (0..count).map(|i| self.error(i)).collect())
     }
 
-    /// Returns the standard error of the dead time in seconds; `None` if it was not estimated or has no covariance.
+    /// Returns the standard error of the dead time in seconds; `None` if it was not estimated or has no covariance, NaN
+    /// beyond a million samples: where the leading coefficient of B(s) is 0, both change the output alike.
     pub fn dead_time_error(&self) -> Option<f64> {
         let count = self.numerator.len() + self.denominator.len().max(1) - 1;
-        (self.covariance.len() > count * count).then(|| self.error(count))
+        (self.covariance.len() > count * count).then(|| {
+            let error = self.error(count);
+            if error < 1e6 * self.step { error } else { f64::NAN }
+        })
     }
 
     fn error(&self, i: usize) -> f64 {

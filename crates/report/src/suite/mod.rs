@@ -7,8 +7,8 @@ mod tables;
 use super::document::paper;
 use super::folder::Files;
 use super::html::{Page, Section};
-use asobench_study::suite::{Division, REFERENCE, RecordedFits, Suite, TIME_LIMIT};
-use asobench_study::text::grouped;
+use asobench_study::suite::{Division, IDEAL, REFERENCE, RecordedFits, Suite, TIME_LIMIT};
+use asobench_study::text::{count, grouped};
 use std::collections::BTreeSet;
 pub use subject::SuitePage;
 use tables::Tables;
@@ -102,7 +102,7 @@ impl Sheet<'_> {
         for SuiteTable { name, title, table } in tables {
             section.table(&table);
             let mut files = vec![(format!("tables/{name}.csv"), table.csv())];
-            files.extend(paper::files(&name, title, &table));
+            files.extend(paper::files(&name, &title, &table));
             section.files(&paper::links(&files, ""));
             self.files.extend(files);
         }
@@ -198,11 +198,12 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
             )
         }),
     );
+    let rivals = of.methods.iter().filter(|of| of.method != IDEAL).count();
     section.paragraph(&format!(
-        "{} methods with default options, each {}, on {published} scenarios of published systems with {} runs \
-         each{bank}. Relative efficiency is the error at the Cramer-Rao bound over that of the method; 0.88(3) is 0.88 \
+        "{} with default options, each {}, on {published} scenarios of published systems with {} runs each{bank}. \
+         Relative efficiency is the error at the Cramer-Rao bound over that of the method; 0.88(3) is 0.88 \
          with Monte-Carlo standard error 0.03.",
-        of.methods.len(),
+        count(rivals as u64, "method"),
         told(suite),
         grouped(suite.trials()),
     ));
@@ -212,7 +213,10 @@ fn introduction(section: &mut Section, of: &SuitePage<'_>) {
 fn told(suite: &Suite) -> &'static str {
     match suite.division {
         Division::Closed => "told the orders of the truth in its own form",
-        Division::Orders => "told na, nb and nk of the plant, and nothing of the noise",
+        Division::Orders => {
+            "told na, nb and nk of the plant (n where it takes no orders) and nothing of the noise, whose orders are its \
+             own defaults"
+        }
         Division::Structure => "told the polynomials of plant and noise with their orders",
         Division::Open if suite.manifest.has_contests() => "told nothing but the record",
         Division::Open => "told the delay",
@@ -243,8 +247,9 @@ fn words(section: &mut Section, of: &SuitePage<'_>) {
         (
             "relative efficiency",
             "the median of d at the bound over the median of d of the method in each scenario, then the mean over \
-             scenarios; from edition 2.0 on at most 1 in each, so that luck or bias in one does not make up for \
-             another, and a perfect method has a little less than 1",
+             scenarios. From edition 2.0 on a plant counts once in it, the published plants and the bank half each, and \
+             no scenario counts more than 1, so that luck or bias in one does not make up for another; a perfect method \
+             has a little less than 1. Tables of single scenarios show the ratio as it is; of five runs it is rough",
         ),
         (
             "90 %",
@@ -289,7 +294,9 @@ fn about(section: &mut Section, of: &SuitePage<'_>) {
     section.code(of.command);
     section.settings(&[
         ("suite", of.suite.manifest.edition.clone()),
+        ("contest", of.suite.division.to_string()),
         ("tier", of.suite.tier.to_string()),
+        ("seed", of.suite.manifest.seed.to_string()),
         ("program", format!("asobench {}", env!("CARGO_PKG_VERSION"))),
     ]);
     let loops = of.suite.scenarios().filter(|of| of.is_closed).map(|of| &of.plant);
@@ -312,6 +319,8 @@ fn about(section: &mut Section, of: &SuitePage<'_>) {
              those of its plants. Its closed loops are of {} plants.",
             loops.len()
         ),
+        "To cite a number: its name, method, contest, tier and edition, the program's version, and the error in \
+         parentheses (`CITATION.cff`); the results file of the method has d of every run.",
         "The page of `asobench suite run` has a report of every study, and links each number of a scenario to it.",
     ]);
 }

@@ -36,7 +36,7 @@ pub struct SuiteTable {
     /// The name of the files, without an ending.
     pub name: String,
     /// The title in a paper.
-    pub title: &'static str,
+    pub title: String,
     /// The table.
     pub table: Table,
 }
@@ -159,8 +159,18 @@ impl<'a> Tables<'a> {
 
     /// A table of this part. The names of its files have a word in the open division, whose page is that of the closed
     /// one.
-    fn table(&self, name: &str, title: &'static str, table: Table) -> SuiteTable {
-        let is_open = self.of.suite.division == Division::Open;
+    fn table(&self, name: &str, title: &str, table: Table) -> SuiteTable {
+        let asobench_study::suite::Suite {
+            division,
+            tier,
+            manifest,
+            ..
+        } = self.of.suite;
+        let title = format!(
+            "{title} (edition {}, contest {division}, tier {tier})",
+            manifest.edition
+        );
+        let is_open = *division == Division::Open;
         let name = format!("{}{name}", if is_open { "choosing-" } else { "" });
         SuiteTable { name, title, table }
     }

@@ -17,6 +17,7 @@
 use super::output_error_iteration::output_error;
 use super::pem::search;
 use crate::estimator::covariance::Covariance;
+use crate::estimator::least_value::least;
 use crate::estimator::method_kind::{MethodKind, Needs, OptionUnits, Problem, options};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::prediction_error::kernels::Triangle;
@@ -34,8 +35,8 @@ const FLAT: f64 = 1e-5;
 const MOST_ITERATIONS: usize = 200;
 const HALVINGS: usize = 30;
 
-/// Steps of the search for nu, each of which narrows log(nu) by the golden section, and of that for s.
-const SECTIONS: usize = 36;
+/// Points of the grid of log(nu), and the most steps of the search for s.
+const POINTS: u32 = 6;
 const MOST_SCALINGS: usize = 500;
 const SAME_SCALE: f64 = 1e-14;
 
@@ -109,22 +110,31 @@ struct Law {
 }
 
 impl Law {
-    /// The law of given degrees of freedom; `square` is where the search for s begins.
+    /// The law of given degrees of freedom; `square` is where the search for s begins. s solves
+    /// `(nu + 1) sum_k q_k = N`, `q_k = e(k)^2 / (nu s^2 + e(k)^2)`, by Newton's steps in log(s^2), of 1 at most, between
+    /// the ends that the sign of the left side leaves.
     fn of(errors: &[f64], freedom: f64, mut square: f64) -> Self {
         let count = errors.len() as f64;
+        let (mut least, mut most) = (0.0, f64::INFINITY);
         for _ in 0..MOST_SCALINGS {
-            let (mut sum, mut weights) = (0.0, 0.0);
+            let (mut sum, mut slope) = (0.0, 0.0);
             for e in errors {
-                let weight = (freedom + 1.0) / (freedom + e * e / square);
-                sum += weight * e * e;
-                weights += weight;
+                let q = e * e / (freedom * square + e * e);
+                sum += q;
+                slope += q * (1.0 - q);
             }
-            let next = sum / weights;
-            let rests = (next - square).abs() <= SAME_SCALE * square;
-            square = next;
-            if rests || !(square > 0.0) {
+            let excess = sum - count / (freedom + 1.0);
+            *(if excess > 0.0 { &mut least } else { &mut most }) = square;
+            let by = (excess / slope).clamp(-1.0, 1.0);
+            if by.abs() <= SAME_SCALE || !by.is_finite() {
                 break;
             }
+            let next = square * libm::exp(by);
+            square = if next > least && next < most {
+                next
+            } else {
+                (least * most).sqrt()
+            };
         }
         let log = |e: &f64| libm::log1p(e * e / (freedom * square));
         let spread = errors.iter().map(log).sum::<f64>();
@@ -134,28 +144,30 @@ impl Law {
         Self { freedom, square, loss }
     }
 
-    /// The law of the least J, by a golden section of log(nu) if it is not given.
+    /// The law of the least J, over log(nu) too if it is not given.
     fn new(errors: &[f64], freedom: Option<f64>, square: f64) -> Self {
         if let Some(freedom) = freedom {
             return Self::of(errors, freedom, square);
         }
-        let share = (5_f64.sqrt() - 1.0) / 2.0;
-        let [mut left, mut right] = FREEDOM.map(libm::log);
-        let at = |log: f64, square: f64| (log, Self::of(errors, libm::exp(log), square));
-        let mut low = at(right - share * (right - left), square);
-        let mut high = at(left + share * (right - left), low.1.square);
-        for _ in 0..SECTIONS {
-            if low.1.loss < high.1.loss {
-                right = high.0;
-                high = low;
-                low = at(right - share * (right - left), high.1.square);
-            } else {
-                left = low.0;
-                low = high;
-                high = at(left + share * (right - left), low.1.square);
+        let [low, high] = FREEDOM.map(libm::log);
+        let grid = (0..POINTS).map(|i| low + (high - low) * f64::from(i) / f64::from(POINTS - 1));
+        let mut best = Self {
+            freedom: f64::NAN,
+            square,
+            loss: f64::INFINITY,
+        };
+        least(grid, |log| {
+            let law = Self::of(
+                errors,
+                libm::exp(log),
+                if best.loss.is_finite() { best.square } else { square },
+            );
+            if law.loss < best.loss || !best.loss.is_finite() {
+                best = law;
             }
-        }
-        if low.1.loss < high.1.loss { low.1 } else { high.1 }
+            law.loss
+        });
+        best
     }
 
     fn weight(&self, e: f64) -> f64 {

@@ -28,8 +28,8 @@ impl Tables<'_> {
         }
         let ranked = self.ranked(all);
         let mut caption = format!(
-            "Methods over the same scenarios ({}), by relative efficiency: 1 is the Cramer-Rao bound, 0 says that the \
-             run of that quantile is lost",
+            "Methods over the same scenarios ({}), by relative efficiency: 1 is the Cramer-Rao bound, 0 a quantile \
+             that is lost",
             all.members.len()
         );
         if most < ranked.len() {
@@ -39,7 +39,8 @@ impl Tables<'_> {
             let [median, tenth] = score.efficiency.map(|of| efficient(of).text);
             let _ = write!(
                 caption,
-                ". {IDEAL}, told the structure and started at the truth, has {median} and {tenth} over {over}"
+                ". The ideal {IDEAL}, told the structure and started at the truth, has a median of {median} and {tenth} at \
+                 90 % over {over} scenarios"
             );
         }
         let mut table = Table::new(caption, columns);

@@ -151,7 +151,7 @@ pub fn recorded(fits: &RecordedFits) -> Vec<SuiteTable> {
         }
         SuiteTable {
             name: name.to_owned(),
-            title: "Recorded data",
+            title: "Recorded data".to_owned(),
             table,
         }
     });

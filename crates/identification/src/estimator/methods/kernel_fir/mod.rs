@@ -14,6 +14,7 @@ mod kernel;
 mod reduced;
 
 use super::output_error_iteration::{check_output_error, output_error};
+use crate::estimator::least_value::least;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::is_cut;
 use crate::estimator::option_error::OptionError;
@@ -25,7 +26,7 @@ use crate::estimator::triangular::solve_transposed;
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LARGEST, LinearModel, Orders};
 use crate::names::named_enum;
-use evidence::{Bidiagonal, Evidence, Variance, least};
+use evidence::{Bidiagonal, Evidence, Variance};
 use faer::MatMut;
 pub use kernel::Kernel;
 use reduced::Reduced;
