@@ -261,7 +261,7 @@ impl Observed<'_> {
         }
         let is_placed = matches!(self.choice, Choice::OfModel(ObserverKind::Luenberger(_)));
         let coloured = self.states.white.is_some_and(|white| !white.passed);
-        if coloured && matches!(self.choice, Choice::OfModel(ObserverKind::Kalman)) {
+        if coloured && !self.is_known && matches!(self.choice, Choice::OfModel(ObserverKind::Kalman)) {
             return Some(
                 "the innovations are not white: --observer kalman-coloured models a coloured measurement noise",
             );
