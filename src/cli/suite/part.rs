@@ -15,7 +15,7 @@ pub(super) const TIMES: &str = "times.json";
 /// A part of the suite.
 #[derive(Clone, clap::Args)]
 pub(super) struct Part {
-    /// How much of it: quick (minutes), standard (an hour on two cores) or full
+    /// How much of it: quick (a minute), standard (an hour on two cores) or full
     #[arg(long, value_name = "TIER", default_value_t)]
     pub(super) tier: Tier,
     /// Knowledge of the methods: orders (na, nb, nk), structure (which polynomials), or open (nothing but the record);
