@@ -169,7 +169,7 @@ fn a_best_model_of_no_use_is_told() {
     assert!(!stdout(&output).contains("No model simulates"));
 }
 
-/// Modes of 0.95 and of modulus 0.89, far from rest at k = 0. The order is chosen with the start that is fitted: at rest
+/// Modes of 0.95 and of modulus 0.89, far from rest at k = 0. The order is chosen with the fitted start: at rest
 /// a model of order 2 has the lowest BIC, for it spends its modes on the start.
 #[test]
 fn orders_are_chosen_with_the_start() {
@@ -232,8 +232,8 @@ fn simulated(samples: usize, delay: usize, noise: f64) -> TempDir {
     folder
 }
 
-/// Of models that fit to the rounding of a record without noise, the smallest is chosen: criteria of larger ones compare
-/// rounding. A range of orders says so.
+/// Of models that fit to the rounding of a record without noise, the smallest is chosen: criteria of larger ones
+/// compare rounding. A range of orders says so.
 #[test]
 fn of_exact_models_the_smallest_is_chosen() {
     let folder = simulated(300, 1, 0.0);

@@ -117,15 +117,9 @@ fn tables(arguments: &Arguments, mut report: Report, (order, delay): (Span, Span
         } else {
             StartChoice::Given
         };
-        let (scan, hint) = {
-            let ends = false;
-            scan::scan_from_start(
-                &report,
-                (estimator, options),
-                scan::Ranges { order, delay, ends },
-                start,
-            )?
-        };
+        let ends = false;
+        let ranges = scan::Ranges { order, delay, ends };
+        let (scan, hint) = scan::scan_from_start(&report, (estimator, options), ranges, start)?;
         if let Some(reason) = scan.refused() {
             return Err(Error::Input(reason.to_owned()));
         }

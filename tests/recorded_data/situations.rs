@@ -116,20 +116,23 @@ fn an_integrator_has_no_static_gain() {
     assert!(estimate(&folder, "--estimator arx --order 2")["static_gain"].is_null());
 }
 
-/// A gap needs methods that take several parts: without `--estimator` one of them is taken.
+/// A gap needs methods that take several parts: without `--estimator` one of them is taken. An outlier of a part is
+/// named with its line in the file.
 #[test]
 fn equations_beside_a_gap_need_no_estimator() {
     let mut noise = Noise(3);
-    let u: Vec<f64> = (0..300).map(|_| noise.next()).collect();
+    // At rest at first, so that nothing but the outlier is left to say.
+    let u: Vec<f64> = (0..300).map(|k| if k == 0 { 0.0 } else { noise.next() }).collect();
     let folder = record(&[0.0, 1.0, 0.5], &[1.0, -1.5, 0.7], &u, (0.0, 0.1));
     let path = folder.path().join("record.csv");
     let text = std::fs::read_to_string(&path).expect("a file");
     let lines = text.lines().enumerate();
     let lines = lines.map(|(i, line)| {
-        if i == 100 {
-            format!("{},", line.split(',').next().expect("u"))
-        } else {
-            line.to_owned()
+        let (u, y) = line.split_once(',').expect("two cells");
+        match i {
+            100 => format!("{u},"),
+            200 => format!("{u},{}", y.parse::<f64>().expect("a number") + 3.0),
+            _ => line.to_owned(),
         }
     });
     std::fs::write(&path, lines.collect::<Vec<_>>().join("\n")).expect("written");
@@ -137,4 +140,7 @@ fn equations_beside_a_gap_need_no_estimator() {
     assert!(text.contains("arx: Least squares"), "{text}");
     // Least squares of an output error are biased: robust standard errors do not help alone.
     assert!(text.contains("least squares are biased then"), "{text}");
+    let text = said(&folder, "--estimator oe --order 2 --missing equations");
+    // The header is line 1.
+    assert!(text.contains(", line 201, has a residual of"), "{text}");
 }

@@ -204,13 +204,11 @@ fn reason(report: &Report, ranked: &[&Estimate]) -> String {
                 .filter(|of| white(of) == Some(true))
                 .map(|of| of.name.name())
                 .collect();
-            let alone = match whites.as_slice() {
-                [] => String::new(),
-                _ if white(first) == Some(true) => String::new(),
-                names => format!(
-                    " White residuals, on which standard errors rest, have {}.",
-                    names.join(", ")
-                ),
+            let alone = if whites.is_empty() || white(first) == Some(true) {
+                String::new()
+            } else {
+                let names = whites.join(", ");
+                format!(" White residuals, on which standard errors rest, have {names}.")
             };
             format!("FIT % (simulated) and 1 step: on {place}. Best first by {by}{last}: {name}{ahead}.{alone}")
         }

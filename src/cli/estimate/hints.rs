@@ -19,12 +19,13 @@ const NEAR_ONE: f64 = 2e-3;
 pub(super) fn of(estimate: &Estimate, report: &Report, of_start: Option<String>) -> Vec<String> {
     if !report.parts.is_empty() {
         let outlier = || {
-            let runs = report.runs();
-            let mut parts = report.parts.iter().zip(&estimate.parts).zip(runs.iter());
-            parts.find_map(|((part, of), run)| {
-                let first = part.lines?[0];
-                let line = |sample: usize| Some(first + sample as u64);
-                outlier(estimate, report, of.residuals.as_ref()?, (run.start, &line))
+            let mut parts = report.parts.iter().zip(&estimate.parts);
+            parts.find_map(|(part, of)| {
+                // Of a part whose rows are not one line each the lines are unknown; what was subtracted is too.
+                let [first, last] = part.lines?;
+                let known = last - first + 1 == part.samples as u64;
+                let line = |sample: usize| known.then(|| first + sample as u64);
+                outlier(estimate, of.residuals.as_ref()?, &line, &|_| None)
             })
         };
         return of_start
@@ -38,7 +39,9 @@ pub(super) fn of(estimate: &Estimate, report: &Report, of_start: Option<String>)
         direct(estimate, report),
         of_start.or_else(|| {
             let line = |sample: usize| report.lines.get(sample).copied();
-            outlier(estimate, report, estimate.last().residuals.as_ref()?, (0, &line))
+            let [level, slope] = report.trends[1].line();
+            let y = |sample: usize| Some((report.record.y[sample] + level + slope * sample as f64) * report.unit);
+            outlier(estimate, estimate.last().residuals.as_ref()?, &line, &y)
         }),
         integrator(estimate, report),
         coloured(estimate),
@@ -88,8 +91,8 @@ fn integrator(estimate: &Estimate, report: &Report) -> Option<String> {
         "; an integrator has no equilibrium, and its record does not determine an offset"
     };
     Some(format!(
-        "the pole {place} may be 1, an integrator: {way}the differences y(k) - y(k-1) have a model without it, one order \
-         lower, in coloured noise{offset}"
+        "the pole {place} may be 1, an integrator: {way}the differences y(k) - y(k-1) have a model without it, one \
+         order lower, in coloured noise{offset}"
     ))
 }
 
@@ -157,21 +160,20 @@ fn coloured(estimate: &Estimate) -> Option<String> {
 /// Outliers that are named beside the largest.
 const NAMED: usize = 9;
 
-/// Residuals that normal noise does not have, with the largest of them in the words of the file: of a record, or of a
-/// part that begins at sample `begin`, with the line of each of its samples.
+/// Residuals that normal noise does not have, of a record or of a part between gaps, with the largest of them in the
+/// words of the file: the line of a sample, and y there, where they are known.
 fn outlier(
     estimate: &Estimate,
-    report: &Report,
     residuals: &Residuals,
-    (begin, line): (usize, &dyn Fn(usize) -> Option<u64>),
+    line: &dyn Fn(usize) -> Option<u64>,
+    y: &dyn Fn(usize) -> Option<f64>,
 ) -> Option<String> {
     let outliers = &residuals.outliers;
     let first = outliers.first()?;
     let line_of = |other: &Outlier| Some(line(other.sample)?.to_string());
     let line = line_of(first).map_or_else(String::new, |line| {
-        let [level, slope] = report.trends[1].line();
-        let y = report.record.y[begin + first.sample] + level + slope * first.sample as f64;
-        format!(", line {line}, y = {},", rounded(y * report.unit, 6))
+        let y = y(first.sample).map_or_else(String::new, |y| format!(" y = {},", rounded(y, 6)));
+        format!(", line {line},{y}")
     });
     let named = outliers.iter().skip(1).take(NAMED).filter_map(line_of);
     let named: Vec<String> = named.collect();
@@ -212,8 +214,8 @@ pub(super) const LOOP: &str = "u follows y, as a controller makes it: of a loop,
 fn direct(estimate: &Estimate, report: &Report) -> Option<String> {
     let sentence = match report.feedback?.verdict() {
         LoopVerdict::AtOnce if estimate.last().fitted.model.delay == 1 => {
-            "u(k) and y(k) move together: if u acts on y at once, --delay 0 fits a direct term; if a controller without \
-             memory answers y, the record is of a loop"
+            "u(k) and y(k) move together: if u acts on y at once, --delay 0 fits a direct term; if a controller \
+             without memory answers y, the record is of a loop"
         }
         LoopVerdict::Told => {
             "y tells u: of a loop whose setpoint stays the same no model of the plant can be told from the controller; \

@@ -3,7 +3,7 @@
 use super::flags::ORDERS;
 use super::report::{Estimate, Report};
 use crate::diagnosis::LoopVerdict;
-use crate::estimator::{Method, Window};
+use crate::estimator::{Criterion, Method, Window};
 use crate::metric::tails::chi_square_above;
 use crate::model::Orders;
 use crate::text::rounded;
@@ -153,11 +153,7 @@ pub(super) fn offset_of_pair(estimate: &Estimate, report: &Report) -> Option<(St
         nb: orders.nb.checked_sub(1).filter(|nb| *nb > 0)?,
         ..orders
     };
-    let samples = report.window as f64;
-    let bic = |fitted: &Fitted| {
-        let parameters = fitted.model.orders().parameters() + fitted.pass.start_numbers;
-        samples * fitted.pass.loss.ln() + parameters as f64 * samples.ln()
-    };
+    let bic = |Fitted { pass, .. }: &Fitted| Criterion::Bic.value(pass.loss, report.window, pass.fitted_numbers());
     let with_offset = ADDITIONS
         .iter()
         .filter(|of| of.offset && (may_shift(report) || !of.from_first));

@@ -260,8 +260,8 @@ impl Panel<'_> {
             format!("delay {nk}")
         };
         let about = format!(
-            "{}: {}, at the order of {order} that BIC chooses (a search ends after two orders that are worse by {STRONG}), \
-             {delay}; window {} of {} samples, detrend {}",
+            "{}: {}, at the order of {order} that BIC chooses (a search ends after two orders that are worse by \
+             {STRONG}), {delay}; window {} of {} samples, detrend {}",
             visible(report.file.display()),
             count((self.rows.len() + self.without.len()) as u64, "method"),
             report.window,
@@ -282,7 +282,8 @@ impl Panel<'_> {
         }
         if let Some((nk, lead)) = self.later {
             let line = format!(
-                "hint: the BIC of long ARX models is lower by {lead:.0} with a delay of {nk} than of 1: --delay {DELAYS}"
+                "hint: the BIC of long ARX models is lower by {lead:.0} with a delay of {nk} than of 1: --delay \
+                 {DELAYS}"
             );
             text.push_str(&wrapped(&line, "  "));
         }

@@ -55,8 +55,8 @@ pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> 
         };
         if arguments.record.detrend == Detrend::Linear && !found.segments.is_empty() {
             return Err(bad_input(
-                "--detrend linear: a record with gaps has no line through its samples' numbers; expected mean, first or \
-                 none",
+                "--detrend linear: a record with gaps has no line through its samples' numbers; expected mean, first \
+                 or none",
             ));
         }
         let samples = found.record.y.len();

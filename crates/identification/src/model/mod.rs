@@ -23,8 +23,8 @@ use crate::plant::{StateSpace, TransferFunction};
 use polynomial::{divide, filter};
 use units::multiply_part;
 
-/// A denominator whose sum is a smaller part of its coefficients' sum has a zero at 1: with less than three digits of it
-/// left after rounding, no gain is computed.
+/// A denominator whose sum is a smaller part of its coefficients' sum has a zero at 1: with less than three digits of
+/// it left after rounding, no gain is computed.
 const AT_ONE: f64 = 1e-13;
 
 /// The model `A(q) y = B(q)/F(q) u + C(q)/D(q) e`, with what is known of e and of the parameters.

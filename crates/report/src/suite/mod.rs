@@ -214,8 +214,8 @@ fn told(suite: &Suite) -> &'static str {
     match suite.division {
         Division::Closed => "told the orders of the truth in its own form",
         Division::Orders => {
-            "told na, nb and nk of the plant (n where it takes no orders) and nothing of the noise, whose orders are its \
-             own defaults"
+            "told na, nb and nk of the plant (n where it takes no orders) and nothing of the noise, whose orders are \
+             its own defaults"
         }
         Division::Structure => "told the polynomials of plant and noise with their orders",
         Division::Open if suite.manifest.has_contests() => "told nothing but the record",
@@ -247,9 +247,10 @@ fn words(section: &mut Section, of: &SuitePage<'_>) {
         (
             "relative efficiency",
             "the median of d at the bound over the median of d of the method in each scenario, then the mean over \
-             scenarios. From edition 2.0 on a plant counts once in it, the published plants and the bank half each, and \
-             no scenario counts more than 1, so that luck or bias in one does not make up for another; a perfect method \
-             has a little less than 1. Tables of single scenarios show the ratio as it is; of five runs it is rough",
+             scenarios. From edition 2.0 on a plant counts once in it, the published plants and the bank half each, \
+             and no scenario counts more than 1, so that luck or bias in one does not make up for another; a perfect \
+             method has a little less than 1. Tables of single scenarios show the ratio as it is; of five runs it is \
+             rough",
         ),
         (
             "90 %",

@@ -160,18 +160,10 @@ impl<'a> Tables<'a> {
     /// A table of this part. The names of its files have a word in the open division, whose page is that of the closed
     /// one.
     fn table(&self, name: &str, title: &str, table: Table) -> SuiteTable {
-        let asobench_study::suite::Suite {
-            division,
-            tier,
-            manifest,
-            ..
-        } = self.of.suite;
-        let title = format!(
-            "{title} (edition {}, contest {division}, tier {tier})",
-            manifest.edition
-        );
-        let is_open = *division == Division::Open;
-        let name = format!("{}{name}", if is_open { "choosing-" } else { "" });
+        let suite = self.of.suite;
+        let (edition, contest, tier) = (&suite.manifest.edition, suite.division, suite.tier);
+        let title = format!("{title} (edition {edition}, contest {contest}, tier {tier})");
+        let name = format!("{}{name}", if contest == Division::Open { "choosing-" } else { "" });
         SuiteTable { name, title, table }
     }
 

@@ -150,8 +150,8 @@ pub fn score_by(of: &[(&Scenario, &ScenarioResults)], weight: impl Fn(&Scenario)
     }
 }
 
-/// The places of the methods that are for every scenario, but for the ideal, by typical efficiency up to 1: over the published scenarios
-/// with equal weights, by plant, and in the bank; the best is 1, and equal ones share a place.
+/// The places of the methods that are for every scenario, but for the ideal, by typical efficiency up to 1: over the
+/// published scenarios with equal weights, by plant, and in the bank; the best is 1, and equal ones share a place.
 pub fn ranks(suite: &Suite, methods: &[MethodResults]) -> Vec<Ranks> {
     let all: Vec<&MethodResults> = methods
         .iter()

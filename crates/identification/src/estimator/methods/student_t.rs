@@ -111,8 +111,8 @@ struct Law {
 
 impl Law {
     /// The law of given degrees of freedom; `square` is where the search for s begins. s solves
-    /// `(nu + 1) sum_k q_k = N`, `q_k = e(k)^2 / (nu s^2 + e(k)^2)`, by Newton's steps in log(s^2), of 1 at most, between
-    /// the ends that the sign of the left side leaves.
+    /// `(nu + 1) sum_k q_k = N`, `q_k = e(k)^2 / (nu s^2 + e(k)^2)`, by Newton's steps in log(s^2), of 1 at most,
+    /// between the ends that the sign of the left side leaves.
     fn of(errors: &[f64], freedom: f64, mut square: f64) -> Self {
         let count = errors.len() as f64;
         let (mut least, mut most) = (0.0, f64::INFINITY);
@@ -157,12 +157,8 @@ impl Law {
             loss: f64::INFINITY,
         };
         least(grid, |log| {
-            let law = Self::of(
-                errors,
-                libm::exp(log),
-                if best.loss.is_finite() { best.square } else { square },
-            );
-            if law.loss < best.loss || !best.loss.is_finite() {
+            let law = Self::of(errors, libm::exp(log), best.square);
+            if law.loss < best.loss {
                 best = law;
             }
             law.loss

@@ -39,8 +39,8 @@ impl Tables<'_> {
             let [median, tenth] = score.efficiency.map(|of| efficient(of).text);
             let _ = write!(
                 caption,
-                ". The ideal {IDEAL}, told the structure and started at the truth, has a median of {median} and {tenth} at \
-                 90 % over {over} scenarios"
+                ". The ideal {IDEAL}, told the structure and started at the truth, has a median of {median} and \
+                 {tenth} at 90 % over {over} scenarios"
             );
         }
         let mut table = Table::new(caption, columns);
