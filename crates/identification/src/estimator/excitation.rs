@@ -1,9 +1,8 @@
 //! How many parameters an input can tell apart.
 
 use super::FailureKind;
-use super::solver::Reduction;
+use super::hankel::{Delays, Triangle};
 use crate::data::rounding_of;
-use faer::MatMut;
 
 /// Singular values below this share of the largest are rounding, whatever the digits of u.
 const SMALLEST: f64 = 1e-11;
@@ -18,18 +17,17 @@ const SMALLEST: f64 = 1e-11;
 pub fn excitation_order(u: &[f64], most: usize) -> usize {
     let most = most.min(u.len().div_ceil(2)).max(1);
     let rows = u.len() + 1 - most;
-    let mut reduction = Reduction::new(most, rows, 0);
-    let reduced = reduction.run(rows, |first, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
-        for j in 0..most {
-            for i in 0..z.nrows() {
-                z[(i, j)] = u[first + i + most - 1 - j];
-            }
-        }
-    });
-    let values = reduced.ok().and_then(|()| reduction.r().singular_values().ok());
-    let values = values.unwrap_or_default();
+    let Ok(triangle) = Triangle::new(&[Delays::new(u, 0, most, 0)], rows) else {
+        return 0;
+    };
+    let rounding = rounding_of(u) * (rows as f64).sqrt();
+    // Well-conditioned, so far above the smallest share of the largest.
+    if triangle.least_singular_value().is_some_and(|least| least > rounding) {
+        return most;
+    }
+    let values = triangle.r().singular_values().unwrap_or_default();
     let largest = values.iter().copied().fold(0.0, f64::max);
-    let limit = (SMALLEST * largest).max(rounding_of(u) * (rows as f64).sqrt());
+    let limit = (SMALLEST * largest).max(rounding);
     values.iter().filter(|value| **value > limit).count()
 }
 

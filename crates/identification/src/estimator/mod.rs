@@ -13,6 +13,7 @@ mod covariance;
 mod excitation;
 mod fixed_model;
 mod general_iv;
+mod hankel;
 pub mod information;
 pub mod initial_state;
 mod initial_state_choice;

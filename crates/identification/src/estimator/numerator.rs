@@ -1,7 +1,7 @@
 //! B of a model whose other polynomials are known.
 
 use super::FailureKind;
-use super::prediction_error::kernels::{Triangle, divide, filter};
+use super::prediction_error::kernels::{Triangle, delay, divide, filter};
 use crate::model::{LinearModel, Orders};
 
 /// Fits B such that the sum of squared prediction errors `D/C (A y - B/F u)` is least. C and F are stable.
@@ -20,13 +20,8 @@ pub(super) fn fit_numerator(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Re
     divide(&model.c, &mut of_y);
     let mut triangle = Triangle::new(nb);
     triangle.run(y.len(), |i, first, to| {
-        for (to, k) in to.iter_mut().zip(first..) {
-            *to = if i == nb {
-                of_y[k]
-            } else {
-                k.checked_sub(nk + i).map_or(0.0, |k| of_u[k])
-            };
-        }
+        let (signal, lag) = if i < nb { (&of_u, nk + i) } else { (&of_y, 0) };
+        delay(signal, lag, first, to);
     })?;
     let b = &mut model.b[nk..];
     b.copy_from_slice(triangle.top());

@@ -7,18 +7,17 @@ use super::state_sequence::{innovations, innovations_options, model_orders};
 use super::subspace::{block_rows, columns, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::excitation::excited_rows;
+use crate::estimator::hankel::{Delays, Triangle};
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
-use crate::estimator::prediction_error::kernels::Triangle;
+use crate::estimator::prediction_error::kernels::{self, delay, divide_each};
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
-use crate::estimator::solver::Reduction;
 use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
 use crate::estimator::{Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window};
-use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
+use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
-use faer::{Mat, MatMut};
 
 innovations_options!(
     ParsimKOptions,
@@ -97,20 +96,15 @@ fn observability(
     let count = columns(s, y.len());
     // Columns z, then u and y of each future row.
     let (of_u, of_y) = (|i: usize| 2 * s + 2 * i, |i: usize| 2 * s + 2 * i + 1);
-    let mut reduction = Reduction::new(4 * s, count, 0);
-    reduction.run(count, |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
-        for row in 0..z.nrows() {
-            let t = s + first + row;
-            for i in 0..s {
-                z[(row, i)] = y[t - 1 - i];
-                z[(row, s + i)] = u[t - 1 - i];
-                z[(row, of_u(i))] = u[t + i];
-                z[(row, of_y(i))] = y[t + i];
-            }
-        }
-    })?;
+    let past = |signal, at| Delays::new(signal, 0, s, at).backwards();
+    let future = |signal, at| Delays {
+        step: 2,
+        ..Delays::new(signal, s, s, at)
+    };
+    let blocks = [past(y, 0), past(u, s), future(u, of_u(0)), future(y, of_y(0))];
+    let triangle = Triangle::new(&blocks, count)?;
     // In the coordinates of R every signal is a column of it.
-    let r = reduction.r();
+    let r = triangle.r();
     let signal = |j: usize| Mat::from_fn(4 * s, 1, |i, _| if i <= j { r[(i, j)] } else { 0.0 });
     let upper = |width: usize| Mat::from_fn(4 * s, width, |i, j| if i <= j { r[(i, j)] } else { 0.0 });
     let first = Inverse::of(&upper(2 * s + usize::from(direct)))?;
@@ -187,26 +181,19 @@ impl Inverse {
 /// Fits A, B and the effect of the initial state, given a stable C; returns the condition.
 fn fit_given_c(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
     let Orders { na: n, nb, nk, .. } = model.orders();
-    let filtered = |signal: &[f64]| {
-        let mut signal = signal.to_vec();
-        divide(&model.c, &mut signal);
-        signal
-    };
-    let mut impulse = vec![0.0; y.len()];
+    let (mut of_y, mut of_u, mut impulse) = (y.to_vec(), u.to_vec(), vec![0.0; y.len()]);
     impulse[0] = 1.0;
-    let (of_y, of_u, impulse) = (filtered(y), filtered(u), filtered(&impulse));
+    divide_each(&model.c, [&mut of_y, &mut of_u, &mut impulse]);
     let width = 2 * n + nb;
-    let mut triangle = Triangle::new(width);
+    let mut triangle = kernels::Triangle::new(width);
     triangle.run(y.len(), |j, first, to| {
         let (signal, lag) = match j {
             j if j < n => (&of_y, j + 1),
             j if j < n + nb => (&of_u, nk + j - n),
             j if j < width => (&impulse, j - n - nb),
-            _ => return to.copy_from_slice(&y[first..][..to.len()]),
+            _ => return delay(y, 0, first, to),
         };
-        for (to, k) in to.iter_mut().zip(first..) {
-            *to = k.checked_sub(lag).map_or(0.0, |k| signal[k]);
-        }
+        delay(signal, lag, first, to);
     })?;
     let mut theta = triangle.top().to_vec();
     let condition = condition_of_triangle(triangle.r())?;

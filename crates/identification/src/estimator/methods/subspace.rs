@@ -7,20 +7,24 @@
 use super::state_sequence::innovations::characteristic;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::excitation::excited_rows;
+use crate::estimator::hankel::{Delays, Triangle};
+use crate::estimator::lag_sums::dot;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
+use crate::estimator::prediction_error::kernels::{self, add_multiple, delay, divide_each};
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
-use crate::estimator::solver::Reduction;
 use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
-use crate::model::polynomial::divide;
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
 use crate::signal::arithmetic::variance;
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::solvers::SolveLstsq;
-use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
-use faer::{Mat, MatMut, Par};
+use faer::linalg::svd::{ComputeSvdVectors, svd, svd_scratch};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par};
 
 named_enum! {
     /// The weighting of the oblique projection `O` of the future outputs on the past along the future inputs; `P`
@@ -161,7 +165,7 @@ pub struct Subspace {
     /// The source of the number of block rows; `None` if it is given.
     high: Option<HighOrder>,
     rows: usize,
-    outputs: Reduction,
+    outputs: kernels::Triangle,
     model: LinearModel,
     theta: Vec<f64>,
     x0: Vec<f64>,
@@ -184,7 +188,7 @@ impl Subspace {
             reading: None,
             high,
             rows,
-            outputs: Reduction::new(parameters, window, 1),
+            outputs: kernels::Triangle::new(parameters),
             model: LinearModel::zero(orders),
             theta: vec![0.0; parameters],
             x0: vec![0.0; orders.nf],
@@ -254,7 +258,7 @@ impl Subspace {
     /// Computes the denominator F, and the singular values that indicate the order, from Hankel matrices of s rows.
     fn denominator(
         &mut self,
-        hankel: &Reduction,
+        hankel: &Triangle,
         s: usize,
         weights: Weights,
         singular_values: &mut Vec<f64>,
@@ -267,9 +271,14 @@ impl Subspace {
             Weights::Moesp | Weights::Auto => past,
             Weights::N4sid => {
                 // L_32 L_22^+ [L_21 L_22], where L_21 belongs to the future inputs.
-                let of_inputs = Mat::from_fn(2 * s, s, |i, j| r[(j, s + i)]);
+                let mut of_inputs = Mat::from_fn(2 * s, s, |i, j| r[(j, s + i)]);
                 let of_past = Mat::from_fn(2 * s, 2 * s, |i, j| r[(s + j, s + i)]);
-                let product = &past * pseudo_inverse_times(&of_past, &of_inputs)?;
+                if hankel.is_well_conditioned() {
+                    solve_lower_triangular_in_place(of_past.as_ref(), of_inputs.as_mut(), Par::Seq);
+                } else {
+                    of_inputs = pseudo_inverse_times(&of_past, &of_inputs)?;
+                }
+                let product = &past * of_inputs;
                 Mat::from_fn(s, 3 * s, |i, j| match j.checked_sub(s) {
                     None => product[(i, j)],
                     Some(j) => past[(i, j)],
@@ -282,14 +291,13 @@ impl Subspace {
                 root.as_ref().map_or(past.clone(), |root| &root.inverse * &past)
             }
         };
-        let svd = projected.thin_svd().map_err(|_| FailureKind::NonFinite)?;
-        singular_values.clear();
-        singular_values.extend((0..s).map(|i| svd.S()[i]));
+        let (left, values) = left_singular_vectors(&projected)?;
+        *singular_values = values;
         let n = self.orders.nf;
         if !(singular_values[n - 1] > 0.0) {
             return Err(FailureKind::RankDeficient);
         }
-        let of_states = svd.U().get(.., ..n);
+        let of_states = left.get(.., ..n);
         let observability = match &root {
             None => of_states.to_owned(),
             Some(Root { root, .. }) => root * of_states,
@@ -307,41 +315,35 @@ impl Subspace {
         let Orders { nb, nf, nk, .. } = self.orders;
         let (mut filtered, mut impulse) = (u.to_vec(), vec![0.0; y.len()]);
         impulse[0] = 1.0;
-        divide(&self.model.f, &mut filtered);
-        divide(&self.model.f, &mut impulse);
-        let value = |signal: &[f64], k: usize, lag: usize| k.checked_sub(lag).map_or(0.0, |k| signal[k]);
-        let fill = |first: usize, mut z: MatMut<'_, f64>, mut right: MatMut<'_, f64>| {
-            for row in 0..z.nrows() {
-                let k = first + row;
-                for i in 0..nb {
-                    z[(row, i)] = value(&filtered, k, nk + i);
-                }
-                for i in 0..nf {
-                    z[(row, nb + i)] = value(&impulse, k, i);
-                }
-                right[(row, 0)] = y[k];
+        divide_each(&self.model.f, [&mut filtered, &mut impulse]);
+        let column = |j: usize| {
+            if j < nb {
+                (&filtered[..], nk + j)
+            } else {
+                (&impulse[..], j - nb)
             }
         };
-        self.outputs.run(y.len(), fill)?;
-        let (r, n) = (self.outputs.r(), nb + nf);
-        let condition = condition_of_triangle(r)?;
+        let n = nb + nf;
+        self.outputs.run(y.len(), |j, first, to| {
+            let (signal, lag) = if j < n { column(j) } else { (y, 0) };
+            delay(signal, lag, first, to);
+        })?;
+        let condition = condition_of_triangle(self.outputs.r())?;
         check_rank_of_columns(condition, n)?;
-        let top = self.outputs.top();
-        for (i, theta) in self.theta.iter_mut().enumerate() {
-            *theta = top[(i, 0)];
+        self.theta.copy_from_slice(self.outputs.top());
+        if !self.outputs.solve(&mut self.theta) {
+            return Err(FailureKind::Singular);
         }
-        let theta = MatMut::from_column_major_slice_mut(&mut self.theta, n, 1);
-        solve_upper_triangular_in_place(r, theta, Par::Seq);
         self.model.b[nk..].copy_from_slice(&self.theta[..nb]);
-        let predicted = |k: usize| -> f64 {
-            let of_u = (0..nb).map(|i| self.theta[i] * value(&filtered, k, nk + i));
-            let free = (0..nf).map(|i| self.theta[nb + i] * value(&impulse, k, i));
-            of_u.sum::<f64>() + free.sum::<f64>()
-        };
-        self.sum = (0..y.len()).map(|k| (y[k] - predicted(k)).powi(2)).sum();
+        let mut residual = y.to_vec();
+        for (j, theta) in self.theta.iter().enumerate() {
+            let (signal, lag) = column(j);
+            add_multiple(-theta, signal, residual.get_mut(lag..).unwrap_or_default());
+        }
+        self.sum = dot(&residual, &residual);
         // x0 in the paper's coordinates: the first samples of the free response.
         for k in 0..nf {
-            self.x0[k] = (0..nf).map(|i| self.theta[nb + i] * value(&impulse, k, i)).sum();
+            self.x0[k] = (0..=k).map(|i| self.theta[nb + i] * impulse[k - i]).sum();
         }
         Ok(condition)
     }
@@ -355,20 +357,10 @@ impl Subspace {
 }
 
 /// Reduces the Hankel matrices of s rows to a triangle.
-fn reduce(u: &[f64], y: &[f64], s: usize) -> Result<Reduction, FailureKind> {
-    let blocks: [(&[f64], usize); 4] = [(u, s), (u, 0), (y, 0), (y, s)];
-    let columns = columns(s, y.len());
-    let mut hankel = Reduction::new(4 * s, columns, 0);
-    hankel.run(columns, |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
-        for (block, (signal, from)) in blocks.iter().enumerate() {
-            for i in 0..s {
-                for row in 0..z.nrows() {
-                    z[(row, block * s + i)] = signal[from + i + first + row];
-                }
-            }
-        }
-    })?;
-    Ok(hankel)
+fn reduce(u: &[f64], y: &[f64], s: usize) -> Result<Triangle, FailureKind> {
+    let blocks = [(u, s), (u, 0), (y, 0), (y, s)];
+    let blocks: [Delays<'_>; 4] = std::array::from_fn(|i| Delays::new(blocks[i].0, blocks[i].1, s, i * s));
+    Triangle::new(&blocks, columns(s, y.len()))
 }
 
 /// Returns the number of columns of the Hankel matrices.
@@ -393,6 +385,25 @@ pub(super) fn longest_rows(window: usize) -> usize {
     ((window + 1) / 6).min(MOST_ROWS)
 }
 
+/// Returns the left singular vectors of a matrix that is not tall, and its singular values.
+fn left_singular_vectors(m: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), FailureKind> {
+    let (rows, columns) = (m.nrows(), m.ncols());
+    let (compute, none) = (ComputeSvdVectors::Thin, ComputeSvdVectors::No);
+    let memory = svd_scratch::<f64>(rows, columns, compute, none, Par::Seq, Default::default());
+    let (mut left, mut values) = (Mat::zeros(rows, rows), Diag::zeros(rows));
+    svd(
+        m.as_ref(),
+        values.as_mut(),
+        Some(left.as_mut()),
+        None,
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(memory)),
+        Default::default(),
+    )
+    .map_err(|_| FailureKind::NonFinite)?;
+    Ok((left, (0..rows).map(|i| values[i]).collect()))
+}
+
 /// The symmetric square root of `M M'`, and its inverse.
 struct Root {
     root: Mat<f64>,
@@ -401,8 +412,7 @@ struct Root {
 
 impl Root {
     fn of(m: &Mat<f64>) -> Result<Self, FailureKind> {
-        let svd = m.thin_svd().map_err(|_| FailureKind::NonFinite)?;
-        let (u, values) = (svd.U(), svd.S());
+        let (u, values) = left_singular_vectors(m)?;
         // Directions without any output beyond rounding have no correlation.
         let smallest = values[0] * m.nrows() as f64 * f64::EPSILON * 16.0;
         let with = |of: fn(f64) -> f64| {

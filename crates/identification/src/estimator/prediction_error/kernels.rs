@@ -12,9 +12,17 @@ use faer::MatRef;
 /// Rows that are reduced at a time: a block of some ten columns stays in the first cache.
 const BLOCK_ROWS: usize = 256;
 
+/// Computes `to(i) = signal(first + i - lag)`, with zeros before the record.
+pub(in crate::estimator) fn delay(signal: &[f64], lag: usize, first: usize, to: &mut [f64]) {
+    let (before, rest) = to.split_at_mut(lag.saturating_sub(first).min(to.len()));
+    before.fill(0.0);
+    let from = (first + before.len()).saturating_sub(lag);
+    rest.copy_from_slice(&signal[from..][..rest.len()]);
+}
+
 /// Computes `to += factor x` over the shorter length.
 #[inline(always)]
-fn add_multiple(factor: f64, x: &[f64], to: &mut [f64]) {
+pub(in crate::estimator) fn add_multiple(factor: f64, x: &[f64], to: &mut [f64]) {
     for (to, x) in to.iter_mut().zip(x) {
         *to = factor.mul_add(*x, *to);
     }

@@ -7,7 +7,7 @@
 mod judged;
 mod second;
 
-use super::kernels::{Triangle, divide, divide_each, filter};
+use super::kernels::{Triangle, delay, divide, divide_each, filter};
 use crate::estimator::covariance::Influence;
 use crate::estimator::lag_sums::dot;
 use crate::estimator::lag_sums::{System, lagged_products};
@@ -315,14 +315,12 @@ impl Predictor {
     pub(super) fn best_start(&self) -> Option<Vec<f64>> {
         let mut columns = Triangle::new(self.initial);
         let reduced = columns.run(self.e.len(), |j, first, to| {
-            let (signal, delay) = if j < self.initial {
+            let (signal, lag) = if j < self.initial {
                 (&self.impulse, j)
             } else {
                 (&self.e, 0)
             };
-            for (to, k) in to.iter_mut().zip(first..) {
-                *to = k.checked_sub(delay).map_or(0.0, |k| signal[k]);
-            }
+            delay(signal, lag, first, to);
         });
         let mut start: Vec<f64> = columns.top().iter().map(|e| -e).collect();
         (reduced.is_ok() && columns.solve(&mut start)).then_some(start)

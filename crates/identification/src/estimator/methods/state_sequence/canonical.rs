@@ -1,5 +1,6 @@
 //! Canonical correlations of the past with the future, and the states that they define.
 
+use crate::estimator::hankel::{Delays, Triangle};
 use crate::estimator::methods::subspace::columns;
 use crate::estimator::solver::Reduction;
 use crate::estimator::{Criterion, FailureKind};
@@ -19,49 +20,42 @@ pub(super) struct Canonical {
 impl Canonical {
     /// Correlates past and future outputs, future inputs projected out of both.
     pub(super) fn projected(u: &[f64], y: &[f64], s: usize) -> Result<Self, FailureKind> {
-        Self::new(u, y, s, s, |t, i| y[t + i])
+        let future = |signal, at| Delays::new(signal, s, s, at);
+        let past = |signal, at| Delays::new(signal, 0, s, at).backwards();
+        let blocks = [future(u, 0), past(y, s), past(u, 2 * s), future(y, 3 * s)];
+        let count = columns(s, y.len());
+        let triangle = Triangle::new(&blocks, count)?;
+        Self::of(triangle.r().get(s.., s..), s, count)
     }
 
     /// Correlates the past with `y(t+i) - sum_j h_j (y or u)(t+i-j)`, j up to i, h being the predictor of an ARX model:
     /// what is left is the state's.
     pub(super) fn predicted(u: &[f64], y: &[f64], s: usize, high: &LinearModel) -> Result<Self, FailureKind> {
-        Self::new(u, y, s, 0, |t, i| {
+        let future = |t: usize, i: usize| {
             let lags = |c: &[f64]| c.len().min(i + 1);
             let of_y = (0..lags(&high.a)).map(|j| high.a[j] * y[t + i - j]);
             let of_u = (0..lags(&high.b)).map(|j| high.b[j] * u[t + i - j]);
             of_y.sum::<f64>() - of_u.sum::<f64>()
-        })
-    }
-
-    /// `future(t, i)` is row i of the future at time t; `inputs` future inputs are projected out.
-    fn new(
-        u: &[f64],
-        y: &[f64],
-        s: usize,
-        inputs: usize,
-        future: impl Fn(usize, usize) -> f64,
-    ) -> Result<Self, FailureKind> {
+        };
         let count = columns(s, y.len());
-        let mut reduction = Reduction::new(inputs + 3 * s, count, 0);
+        let mut reduction = Reduction::new(3 * s, count, 0);
         reduction.run(count, |first: usize, mut z: MatMut<'_, f64>, _: MatMut<'_, f64>| {
             for row in 0..z.nrows() {
                 let t = s + first + row;
-                for i in 0..inputs {
-                    z[(row, i)] = u[t + i];
-                }
                 for i in 0..s {
-                    z[(row, inputs + i)] = y[t - 1 - i];
-                    z[(row, inputs + s + i)] = u[t - 1 - i];
-                    z[(row, inputs + 2 * s + i)] = future(t, i);
+                    z[(row, i)] = y[t - 1 - i];
+                    z[(row, s + i)] = u[t - 1 - i];
+                    z[(row, 2 * s + i)] = future(t, i);
                 }
             }
         })?;
-        let r = reduction.r();
-        // Without W: the past Z is R_22, the future Y is (R_23; R_33).
-        let rest = 3 * s;
-        let part = |first: usize, count: usize| Mat::from_fn(rest, count, |i, j| r[(inputs + i, inputs + first + j)]);
-        let past = Whitened::of(part(0, 2 * s).as_ref())?;
-        let future = Whitened::of(part(2 * s, s).as_ref())?;
+        Self::of(reduction.r(), s, count)
+    }
+
+    /// The triangle of `[Z Y]` without W: R_22, and for Y (R_23; R_33).
+    fn of(r: MatRef<'_, f64>, s: usize, count: usize) -> Result<Self, FailureKind> {
+        let past = Whitened::of(r.get(.., ..2 * s))?;
+        let future = Whitened::of(r.get(.., 2 * s..))?;
         let product = future.basis.transpose() * &past.basis;
         let svd = product.thin_svd().map_err(|_| FailureKind::NonFinite)?;
         let found = product.nrows().min(product.ncols());
