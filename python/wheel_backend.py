@@ -33,6 +33,8 @@ def program(profile):
     if profile is None:
         return
     root = HERE.parent
+    if not (root / "src" / "main.rs").exists():
+        raise SystemExit(f"profile={profile}: these sources are of the extension alone; the program is in a clone")
     subprocess.run(["cargo", "build", "--profile", profile, "--bin", "asobench"], cwd=root, check=True)
     target = Path(os.environ.get("CARGO_TARGET_DIR", root / "target"))
     shutil.copy(target / profile / "asobench", SCRIPTS)
