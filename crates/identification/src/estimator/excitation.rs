@@ -1,7 +1,7 @@
 //! How many parameters an input can tell apart.
 
 use super::FailureKind;
-use super::hankel::{Delays, Triangle};
+use super::hankel::{Delays, Hankel};
 use crate::data::rounding_of;
 
 /// Singular values below this share of the largest are rounding, whatever the digits of u.
@@ -17,7 +17,7 @@ const SMALLEST: f64 = 1e-11;
 pub fn excitation_order(u: &[f64], most: usize) -> usize {
     let most = most.min(u.len().div_ceil(2)).max(1);
     let rows = u.len() + 1 - most;
-    let Ok(triangle) = Triangle::new(&[Delays::new(u, 0, most, 0)], rows) else {
+    let Ok(triangle) = Hankel::new(&[Delays::new(u, 0, most, 0)], rows) else {
         return 0;
     };
     let rounding = rounding_of(u) * (rows as f64).sqrt();

@@ -43,18 +43,18 @@ impl<'a> Delays<'a> {
     }
 }
 
-/// Above this condition number R comes from H itself. Products square it, so that models keep some ten digits (moesp and
-/// n4sid all).
+/// Above this condition number R comes from H itself. Products square it: models keep some ten digits, those of moesp
+/// and n4sid all.
 const MOST: f64 = 2e4;
 
-/// R, upper triangular with zeros below the diagonal.
-pub(super) struct Triangle {
+/// H, reduced to R: upper triangular with zeros below the diagonal.
+pub(super) struct Hankel {
     r: Mat<f64>,
     /// The 1-norm condition number with u and y in their own units, where R comes from products.
     condition: Option<f64>,
 }
 
-impl Triangle {
+impl Hankel {
     /// Reduces the `rows` rows of H: by the Cholesky factor of `H'H`, whose entries follow from few inner products, or
     /// where that would lose digits by Householder reflections.
     ///
@@ -134,12 +134,11 @@ fn products(a: &Delays<'_>, b: &Delays<'_>, same: bool, rows: usize, mut put: im
     let (x, y) = (&a.signal[a.first..], &b.signal[b.first..]);
     let mut diagonal = |i: usize, j: usize| {
         let mut sum = dot(&x[i..i + rows], &y[j..j + rows]);
-        for step in 0..(a.count - i).min(b.count - j) {
+        put(i, j, sum);
+        for step in 1..(a.count - i).min(b.count - j) {
             let (i, j) = (i + step, j + step);
+            sum += x[i - 1 + rows] * y[j - 1 + rows] - x[i - 1] * y[j - 1];
             put(i, j, sum);
-            if i + rows < x.len() && j + rows < y.len() {
-                sum += x[i + rows] * y[j + rows] - x[i] * y[j];
-            }
         }
     };
     (0..b.count).for_each(|j| diagonal(0, j));
@@ -176,7 +175,7 @@ mod tests {
             let backwards = Delays::new(y, 0, 2, 6).backwards();
             let blocks = [among(&u, 0), among(y, 1), backwards, Delays::new(&u, 5, 2, 8)];
             let (rows, width) = (n - 9, 10);
-            let triangle = Triangle::new(&blocks, rows).unwrap();
+            let triangle = Hankel::new(&blocks, rows).unwrap();
             assert_eq!(triangle.is_well_conditioned(), by_products);
             let mut h = Mat::zeros(rows, width);
             for block in &blocks {
@@ -195,7 +194,7 @@ mod tests {
                 }
             }
         }
-        let alone = Triangle::new(&[Delays::new(&u, 0, 8, 0)], n - 7).unwrap();
+        let alone = Hankel::new(&[Delays::new(&u, 0, 8, 0)], n - 7).unwrap();
         let values = alone.r().singular_values().unwrap();
         let bound = alone.least_singular_value().unwrap();
         assert!(bound < values[7] && bound > 0.01 * values[7]);
@@ -206,7 +205,7 @@ mod tests {
     fn units_at_the_ends_of_the_numbers_are_reduced_too() {
         for unit in [1e-170, 1e160] {
             let u: Vec<f64> = normal(6, 1, Purpose::Input, 60).iter().map(|u| u * unit).collect();
-            let triangle = Triangle::new(&[Delays::new(&u, 0, 3, 0)], 58).unwrap();
+            let triangle = Hankel::new(&[Delays::new(&u, 0, 3, 0)], 58).unwrap();
             assert!(!triangle.is_well_conditioned());
             assert!(triangle.r()[(0, 0)].abs() > unit);
         }

@@ -1,7 +1,7 @@
 //! B of a model whose other polynomials are known.
 
 use super::FailureKind;
-use super::prediction_error::kernels::{Triangle, delay, divide, filter};
+use super::prediction_error::kernels::{Triangle, copy_delayed, divide, filter};
 use crate::model::{LinearModel, Orders};
 
 /// Fits B such that the sum of squared prediction errors `D/C (A y - B/F u)` is least. C and F are stable.
@@ -21,7 +21,7 @@ pub(super) fn fit_numerator(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Re
     let mut triangle = Triangle::new(nb);
     triangle.run(y.len(), |i, first, to| {
         let (signal, lag) = if i < nb { (&of_u, nk + i) } else { (&of_y, 0) };
-        delay(signal, lag, first, to);
+        copy_delayed(signal, lag, first, to);
     })?;
     let b = &mut model.b[nk..];
     b.copy_from_slice(triangle.top());

@@ -4,14 +4,14 @@
 //! J. Process Control 20 (2010), 517-524.
 
 use super::state_sequence::{innovations, innovations_options, model_orders};
-use super::subspace::{block_rows, columns, longest_rows};
+use super::subspace::{block_rows, columns, left_singular_vectors, longest_rows};
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::excitation::excited_rows;
-use crate::estimator::hankel::{Delays, Triangle};
+use crate::estimator::hankel::{Delays, Hankel};
 use crate::estimator::method_kind::{MethodKind, Problem};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
-use crate::estimator::prediction_error::kernels::{self, delay, divide_each};
+use crate::estimator::prediction_error::kernels::{Triangle, copy_delayed, divide_each};
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
 use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
 use crate::estimator::{Estimator, FailureKind, InitialCondition, Pass, SetupError, SinglePass, Window};
@@ -102,7 +102,7 @@ fn observability(
         ..Delays::new(signal, s, s, at)
     };
     let blocks = [past(y, 0), past(u, s), future(u, of_u(0)), future(y, of_y(0))];
-    let triangle = Triangle::new(&blocks, count)?;
+    let triangle = Hankel::new(&blocks, count)?;
     // In the coordinates of R every signal is a column of it.
     let r = triangle.r();
     let signal = |j: usize| Mat::from_fn(4 * s, 1, |i, _| if i <= j { r[(i, j)] } else { 0.0 });
@@ -139,16 +139,14 @@ fn observability(
     let qr = both.qr();
     let triangle = qr.thin_R();
     let weight = Mat::from_fn(2 * s, 2 * s, |i, j| if i <= j { triangle[(s + i, s + j)] } else { 0.0 });
-    let svd = (&g * weight.transpose()).thin_svd();
-    let svd = svd.map_err(|_| FailureKind::NonFinite)?;
-    singular_values.clear();
-    singular_values.extend((0..s).map(|i| svd.S()[i]));
+    let (left, values) = left_singular_vectors(&(&g * weight.transpose()))?;
+    *singular_values = values;
     // Rounding of a record without noise is no direction.
     let smallest = singular_values[0] * s as f64 * f64::EPSILON * 16.0;
     for value in singular_values.iter_mut().filter(|value| **value <= smallest) {
         *value = 0.0;
     }
-    Ok(Mat::from_fn(s, s, |i, j| svd.U()[(i, j)] * singular_values[j].sqrt()))
+    Ok(Mat::from_fn(s, s, |i, j| left[(i, j)] * singular_values[j].sqrt()))
 }
 
 /// The pseudo-inverse of a matrix; singular values that are rounding of the largest are taken as 0.
@@ -185,15 +183,15 @@ fn fit_given_c(model: &mut LinearModel, u: &[f64], y: &[f64]) -> Result<f64, Fai
     impulse[0] = 1.0;
     divide_each(&model.c, [&mut of_y, &mut of_u, &mut impulse]);
     let width = 2 * n + nb;
-    let mut triangle = kernels::Triangle::new(width);
+    let mut triangle = Triangle::new(width);
     triangle.run(y.len(), |j, first, to| {
         let (signal, lag) = match j {
             j if j < n => (&of_y, j + 1),
             j if j < n + nb => (&of_u, nk + j - n),
             j if j < width => (&impulse, j - n - nb),
-            _ => return delay(y, 0, first, to),
+            _ => return copy_delayed(y, 0, first, to),
         };
-        delay(signal, lag, first, to);
+        copy_delayed(signal, lag, first, to);
     })?;
     let mut theta = triangle.top().to_vec();
     let condition = condition_of_triangle(triangle.r())?;

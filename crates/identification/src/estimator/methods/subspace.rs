@@ -7,17 +7,18 @@
 use super::state_sequence::innovations::characteristic;
 use crate::estimator::chosen::{Chosen, OrderRule};
 use crate::estimator::excitation::excited_rows;
-use crate::estimator::hankel::{Delays, Triangle};
+use crate::estimator::hankel::{Delays, Hankel};
 use crate::estimator::lag_sums::dot;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::option_error::OptionError;
-use crate::estimator::prediction_error::kernels::{self, add_multiple, delay, divide_each};
+use crate::estimator::prediction_error::kernels::{Triangle, add_multiple, copy_delayed, divide_each};
 use crate::estimator::reflection::{Stabilise, reflect_zeros, stable};
 use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangle};
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
+use crate::real::with_fma;
 use crate::signal::arithmetic::variance;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -165,7 +166,7 @@ pub struct Subspace {
     /// The source of the number of block rows; `None` if it is given.
     high: Option<HighOrder>,
     rows: usize,
-    outputs: kernels::Triangle,
+    outputs: Triangle,
     model: LinearModel,
     theta: Vec<f64>,
     x0: Vec<f64>,
@@ -188,7 +189,7 @@ impl Subspace {
             reading: None,
             high,
             rows,
-            outputs: kernels::Triangle::new(parameters),
+            outputs: Triangle::new(parameters),
             model: LinearModel::zero(orders),
             theta: vec![0.0; parameters],
             x0: vec![0.0; orders.nf],
@@ -258,7 +259,7 @@ impl Subspace {
     /// Computes the denominator F, and the singular values that indicate the order, from Hankel matrices of s rows.
     fn denominator(
         &mut self,
-        hankel: &Triangle,
+        hankel: &Hankel,
         s: usize,
         weights: Weights,
         singular_values: &mut Vec<f64>,
@@ -326,7 +327,7 @@ impl Subspace {
         let n = nb + nf;
         self.outputs.run(y.len(), |j, first, to| {
             let (signal, lag) = if j < n { column(j) } else { (y, 0) };
-            delay(signal, lag, first, to);
+            copy_delayed(signal, lag, first, to);
         })?;
         let condition = condition_of_triangle(self.outputs.r())?;
         check_rank_of_columns(condition, n)?;
@@ -336,10 +337,15 @@ impl Subspace {
         }
         self.model.b[nk..].copy_from_slice(&self.theta[..nb]);
         let mut residual = y.to_vec();
-        for (j, theta) in self.theta.iter().enumerate() {
-            let (signal, lag) = column(j);
-            add_multiple(-theta, signal, residual.get_mut(lag..).unwrap_or_default());
-        }
+        with_fma(
+            #[inline(always)]
+            || {
+                for (j, theta) in self.theta.iter().enumerate() {
+                    let (signal, lag) = column(j);
+                    add_multiple(-theta, signal, residual.get_mut(lag..).unwrap_or_default());
+                }
+            },
+        );
         self.sum = dot(&residual, &residual);
         // x0 in the paper's coordinates: the first samples of the free response.
         for k in 0..nf {
@@ -357,10 +363,10 @@ impl Subspace {
 }
 
 /// Reduces the Hankel matrices of s rows to a triangle.
-fn reduce(u: &[f64], y: &[f64], s: usize) -> Result<Triangle, FailureKind> {
+fn reduce(u: &[f64], y: &[f64], s: usize) -> Result<Hankel, FailureKind> {
     let blocks = [(u, s), (u, 0), (y, 0), (y, s)];
     let blocks: [Delays<'_>; 4] = std::array::from_fn(|i| Delays::new(blocks[i].0, blocks[i].1, s, i * s));
-    Triangle::new(&blocks, columns(s, y.len()))
+    Hankel::new(&blocks, columns(s, y.len()))
 }
 
 /// Returns the number of columns of the Hankel matrices.
@@ -386,7 +392,7 @@ pub(super) fn longest_rows(window: usize) -> usize {
 }
 
 /// Returns the left singular vectors of a matrix that is not tall, and its singular values.
-fn left_singular_vectors(m: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), FailureKind> {
+pub(super) fn left_singular_vectors(m: &Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), FailureKind> {
     let (rows, columns) = (m.nrows(), m.ncols());
     let (compute, none) = (ComputeSvdVectors::Thin, ComputeSvdVectors::No);
     let memory = svd_scratch::<f64>(rows, columns, compute, none, Par::Seq, Default::default());

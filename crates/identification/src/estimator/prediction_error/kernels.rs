@@ -13,7 +13,7 @@ use faer::MatRef;
 const BLOCK_ROWS: usize = 256;
 
 /// Computes `to(i) = signal(first + i - lag)`, with zeros before the record.
-pub(in crate::estimator) fn delay(signal: &[f64], lag: usize, first: usize, to: &mut [f64]) {
+pub(in crate::estimator) fn copy_delayed(signal: &[f64], lag: usize, first: usize, to: &mut [f64]) {
     let (before, rest) = to.split_at_mut(lag.saturating_sub(first).min(to.len()));
     before.fill(0.0);
     let from = (first + before.len()).saturating_sub(lag);

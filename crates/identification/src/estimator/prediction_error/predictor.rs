@@ -7,7 +7,7 @@
 mod judged;
 mod second;
 
-use super::kernels::{Triangle, delay, divide, divide_each, filter};
+use super::kernels::{Triangle, copy_delayed, divide, divide_each, filter};
 use crate::estimator::covariance::Influence;
 use crate::estimator::lag_sums::dot;
 use crate::estimator::lag_sums::{System, lagged_products};
@@ -320,7 +320,7 @@ impl Predictor {
             } else {
                 (&self.e, 0)
             };
-            delay(signal, lag, first, to);
+            copy_delayed(signal, lag, first, to);
         });
         let mut start: Vec<f64> = columns.top().iter().map(|e| -e).collect();
         (reduced.is_ok() && columns.solve(&mut start)).then_some(start)

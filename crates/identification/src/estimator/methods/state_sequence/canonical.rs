@@ -1,6 +1,6 @@
 //! Canonical correlations of the past with the future, and the states that they define.
 
-use crate::estimator::hankel::{Delays, Triangle};
+use crate::estimator::hankel::{Delays, Hankel};
 use crate::estimator::methods::subspace::columns;
 use crate::estimator::solver::Reduction;
 use crate::estimator::{Criterion, FailureKind};
@@ -24,7 +24,7 @@ impl Canonical {
         let past = |signal, at| Delays::new(signal, 0, s, at).backwards();
         let blocks = [future(u, 0), past(y, s), past(u, 2 * s), future(y, 3 * s)];
         let count = columns(s, y.len());
-        let triangle = Triangle::new(&blocks, count)?;
+        let triangle = Hankel::new(&blocks, count)?;
         Self::of(triangle.r().get(s.., s..), s, count)
     }
 
