@@ -1179,15 +1179,15 @@ fn an_interrupted_run_leaves_nothing() {
     assert_eq!(listing(Path::new(&out)), Vec::<String>::new());
 }
 
-/// Ten million rows within 2 GB of memory, by each solver that promises it.
+/// Long records take at most 200 bytes a row, so that ten million fit into 2 GB: here a quarter of both.
 #[test]
-fn ten_million_rows() {
+fn long_records_take_200_bytes_a_row() {
     let files = Files::new();
     let path = files.path("long.csv");
     let mut to = std::io::BufWriter::new(std::fs::File::create(&path).expect("a writable file"));
     writeln!(to, "u,y").expect("written");
     let (mut x, mut word) = (0.0_f64, 1_u64);
-    for _ in 0..10_000_000 {
+    for _ in 0..2_500_000 {
         word = word
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
@@ -1204,13 +1204,13 @@ fn ten_million_rows() {
         ("qr", "ls,iv"),
     ] {
         let script = format!(
-            "ulimit -v 2000000; exec '{PROGRAM}' estimate '{path}' --order 1 --estimator {estimator} \
+            "ulimit -v 500000; exec '{PROGRAM}' estimate '{path}' --order 1 --estimator {estimator} \
              --solver {solver} --format json"
         );
         let output = Command::new("bash").args(["-c", &script]).output().expect("bash runs");
         assert_eq!(output.status.code(), Some(0), "{solver}: {}", stderr(&output));
         let json: Value = serde_json::from_str(&stdout(&output)).expect("JSON");
-        assert_eq!(json["window"], 10_000_000);
+        assert_eq!(json["window"], 2_500_000);
         let last = json["estimates"].as_array().expect("estimates").len() - 1;
         let a = json["estimates"][last]["a"][0].as_f64().expect("a");
         assert!((a - 0.8).abs() < 0.01, "{solver}: {a}");

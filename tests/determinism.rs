@@ -1,12 +1,12 @@
 //! Same bits for any number of threads, any order of cells, any length of the run.
 
+use crate::common::table::Table;
 use asobench::estimator::{Estimator, LeastSquares, Method, Output, Pass, Solver, Window};
 use asobench::study::file::{ExperimentFile, TrialRule};
 use asobench::study::{
     Campaign, Cell, CellTally, DiscreteCell, Engine, Experiment, Measure, Row, Rows, RunOptions, Source, StoredTrials,
     Trial, Trials, Worker, run,
 };
-use polars::prelude::{Column, DataFrame, ParquetReader, ParquetWriter, SerReader};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -72,27 +72,13 @@ fn parts(tallies: &[CellTally]) -> Vec<(CellTally, Vec<Vec<u64>>)> {
     tallies.iter().map(part).collect()
 }
 
-fn table(path: &Path) -> DataFrame {
-    let file = std::fs::File::open(path).expect("the file");
-    ParquetReader::new(file).finish().expect("a table")
-}
-
 /// Writes a table with the last bit of one number flipped.
-fn write_changed(table: &DataFrame, name: &str, row: usize, path: &Path) {
-    let column = table.column(name).expect("a column");
-    let values = column.f64().expect("numbers").iter().enumerate();
-    let values: Vec<Option<f64>> = values
-        .map(|(at, value)| match value {
-            Some(x) if at == row => Some(f64::from_bits(x.to_bits() ^ 1)),
-            value => value,
-        })
-        .collect();
+fn write_changed(table: &Table, name: &str, row: usize, path: &Path) {
+    let mut values = table.numbers::<f64>(name);
+    values[row] = values[row].map(|x| f64::from_bits(x.to_bits() ^ 1));
     let mut changed = table.clone();
-    let column = Column::new(name.into(), values);
-    changed.with_column(column).expect("as many rows");
-    let file = std::fs::File::create(path).expect("a file");
-    let written = ParquetWriter::new(file).finish(&mut changed);
-    written.expect("a table");
+    changed.set(name, values);
+    changed.write(path);
 }
 
 #[test]
@@ -129,10 +115,9 @@ fn check_threads(experiment: &Experiment) {
         std::fs::write(copy, &expected).expect("a writable file");
     }
     // The numbers in the file are those that any trial gives alone, in any order.
-    let table = table(&path);
+    let table = Table::read(&path);
     let outputs = experiment.outputs().len();
-    let column = table.column("e_a").expect("a column");
-    let values: Vec<Option<f64>> = column.f64().expect("numbers").iter().collect();
+    let values = table.numbers::<f64>("e_a");
     assert_eq!(values.len(), 3 * outputs * TRIALS as usize);
     let trials = [TRIALS; 3];
     for (cell, trial) in [(2, 699), (0, 0), (1, 256), (1, 3)] {

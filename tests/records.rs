@@ -2,7 +2,10 @@
 //!
 //! The plant is of second order: natural frequency 10 rad/s, damping 0.2, sampled every 0.05 s.
 
+use crate::common::table::Table;
+use polars_arrow::array::{PrimitiveArray, Utf8ViewArray};
 use std::fmt::Write as _;
+use std::path::Path;
 use std::process::{Command, Output};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_asobench");
@@ -625,7 +628,6 @@ fn exports_of_matlab() {
 /// A Parquet table gives the digits of the same table in CSV; damaged ones and columns without numbers end in one line.
 #[test]
 fn parquet_tables() {
-    use polars::prelude::*;
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);
     let numbers = |place: usize| -> Vec<f64> {
@@ -635,15 +637,14 @@ fn parquet_tables() {
             .map(|row| row[place].parse().expect("a number"))
             .collect()
     };
-    let columns = vec![
-        Column::new("step".into(), (0..SAMPLES as i64).collect::<Vec<_>>()),
-        Column::new("Heizung [V]".into(), numbers(0)),
-        Column::new("Druck".into(), numbers(1)),
-        Column::new("note".into(), vec!["a, b"; SAMPLES]),
+    let columns = [
+        ("step", PrimitiveArray::from_vec((0..SAMPLES as i64).collect()).boxed()),
+        ("Heizung [V]", PrimitiveArray::from_vec(numbers(0)).boxed()),
+        ("Druck", PrimitiveArray::from_vec(numbers(1)).boxed()),
+        ("note", Utf8ViewArray::from_slice_values(vec!["a, b"; SAMPLES]).boxed()),
     ];
-    let mut frame = DataFrame::new(SAMPLES, columns).expect("a table");
-    let file = std::fs::File::create(at("my.parquet")).expect("a file");
-    ParquetWriter::new(file).finish(&mut frame).expect("written");
+    let columns = columns.map(|(name, column)| (name.to_owned(), column));
+    Table(columns.to_vec()).write(&at("my.parquet"));
     let text = table("step,Heizung [V],Druck\n", |k, u, y| format!("{k},{u},{y}"));
     std::fs::write(at("my.csv"), text).expect("a file");
     let estimate = |file: &str, more: &[&str]| {
@@ -687,6 +688,32 @@ fn parquet_tables() {
         let code = output.status.code();
         assert!(matches!(code, Some(0..=2)), "{place}: {}", stderr(&output));
         assert!(!stderr(&output).contains("panicked"), "{place}: {}", stderr(&output));
+    }
+}
+
+/// Tables as pyarrow and polars encode them (dictionaries, pages of both versions, snappy, gzip, several groups of rows)
+/// give the digits of the same table in CSV.
+#[test]
+fn parquet_of_other_programs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let csv = folder.path().join("table.csv");
+    let rows = (0..60).map(|k| format!("{},{}\n", 7 * k * k % 11, 5 * k * k % 11));
+    std::fs::write(&csv, "u,y\n".to_owned() + &rows.collect::<String>()).expect("a file");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded_data/data");
+    let estimate = |file: &Path| {
+        let mut program = Command::new(PROGRAM);
+        program.arg("estimate").arg(file).args(["--input", "u", "--output", "y"]);
+        program.args(["--order", "2", "--estimator", "arx", "--format", "json"]);
+        let output = program.output().expect("the program");
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let mut json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        json["file"] = "".into();
+        json["form"] = "".into();
+        json
+    };
+    let expected = estimate(&csv);
+    for file in ["pyarrow.parquet", "polars.parquet"] {
+        assert_eq!(estimate(&data.join(file)), expected, "{file}");
     }
 }
 

@@ -10,7 +10,7 @@ use crate::common::{copy, counting, stderr};
 use crate::hostile::{command, parquet_files, wait};
 use crate::stored_damage::{Random, STUDY, originals};
 use asobench::data::csv::{Missing, ReadOptions};
-use asobench::files::read_record;
+use asobench::files::{numbers_as_parquet, read_record};
 use asobench::report::{Study, report};
 use asobench::study::file::ExperimentFile;
 use asobench::study::{BlockFolder, Content, Experiment};
@@ -261,14 +261,9 @@ fn worksheet() -> Vec<u8> {
 
 /// A table of u and y with compressed pages.
 fn table() -> Vec<u8> {
-    use polars::prelude::{Column, DataFrame, ParquetWriter};
     let numbers = |factor: i64| (0..60_i64).map(move |k| (k * k * factor % 11) as f64);
-    let column = |name: &str, factor| Column::new(name.into(), numbers(factor).collect::<Vec<_>>());
-    let frame = DataFrame::new(60, vec![column("u", 7), column("y", 5)]);
-    let mut bytes = Vec::new();
-    let written = ParquetWriter::new(&mut bytes).finish(&mut frame.expect("a table"));
-    written.expect("written");
-    bytes
+    let column = |name: &str, factor| (name.to_owned(), numbers(factor).collect::<Vec<_>>());
+    numbers_as_parquet(vec![column("u", 7), column("y", 5)]).expect("written")
 }
 
 /// Reports the results about a manifest or a summary.

@@ -2,6 +2,7 @@
 
 pub mod browser;
 pub mod counting;
+pub mod table;
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

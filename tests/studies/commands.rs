@@ -1,11 +1,12 @@
 //! `new`, `check`, `schema`, `replay`, `--set`, and the columns of tables.
 
 use super::{EVERYTHING, Place, assert_same, contents, stderr, stdout, succeeds};
+use crate::common::table::Table;
 use asobench::study::Experiment;
 use asobench::study::file::{ExperimentFile, TrialRule};
-use polars::prelude::{DataFrame, DataType, ParquetReader, SerReader};
+use polars_arrow::datatypes::ArrowDataType as DataType;
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -338,22 +339,17 @@ fn keys_are_set_as_in_the_file() {
     }
 }
 
-fn table(path: &Path) -> DataFrame {
-    let file = std::fs::File::open(path).expect("the file");
-    ParquetReader::new(file).finish().expect("a table")
-}
-
 /// The columns of `trials.parquet` before there were experiment files.
 fn columns() -> Vec<(&'static str, DataType)> {
     let mut columns = vec![
         ("cell", DataType::Int32),
-        ("claim", DataType::String),
+        ("claim", DataType::Utf8View),
         ("eta", DataType::Float64),
         ("window", DataType::Int32),
         ("trial", DataType::Int64),
-        ("estimator", DataType::String),
+        ("estimator", DataType::Utf8View),
         ("pass", DataType::Int32),
-        ("status", DataType::String),
+        ("status", DataType::Utf8View),
         ("failed_pass", DataType::Int32),
         ("failed_stage", DataType::Int32),
         ("unstable", DataType::Boolean),
@@ -379,41 +375,33 @@ fn columns() -> Vec<(&'static str, DataType)> {
     columns
 }
 
-fn columns_of(table: &DataFrame) -> Vec<(&str, DataType)> {
-    table
-        .columns()
-        .iter()
-        .map(|column| (column.name().as_str(), column.dtype().clone()))
-        .collect()
-}
-
 #[test]
 fn tables_have_the_columns_they_had() {
     let place = Place::new();
     succeeds(&place.run(&["reproduce", "--paper", "nikolov", "--trials", "3", "--out", "paper"]));
-    let paper = table(&place.path("paper/trials.parquet"));
-    assert_eq!(columns_of(&paper), columns());
+    let paper = Table::read(&place.path("paper/trials.parquet"));
+    assert_eq!(paper.types(), columns());
     assert_eq!(paper.height(), 3 * 3 * 5);
 
     let grid = root().join("experiments/check-grid.toml");
     let grid = grid.to_str().expect("UTF-8");
     succeeds(&place.run(&["run", grid, "--trials", "3", "--out", "grid"]));
-    let grid = table(&place.path("grid/trials.parquet"));
+    let grid = Table::read(&place.path("grid/trials.parquet"));
     let mut expected = columns();
-    expected.insert(4, ("noise", DataType::String));
-    assert_eq!(columns_of(&grid), expected);
+    expected.insert(4, ("noise", DataType::Utf8View));
+    assert_eq!(grid.types(), expected);
     assert_eq!(grid.height(), 24 * 3 * 5);
-    let noise = grid.column("noise").expect("a column").str().expect("texts");
+    let noise = grid.texts("noise");
     assert_eq!(
-        noise.iter().flatten().filter(|noise| *noise == "white").count(),
+        noise.iter().filter(|noise| **noise == Some("white")).count(),
         12 * 3 * 5
     );
 
     // One row for every cell, output and figure; parameters are figures of their own.
     place.results("everything", &["--trials", "25"]);
-    let summary = table(&place.path("everything/summary.parquet"));
+    let summary = Table::read(&place.path("everything/summary.parquet"));
     assert_eq!(summary.height(), 12 * 4 * (5 + 4));
-    let names: Vec<&str> = columns_of(&summary).into_iter().map(|(name, _)| name).collect();
+    let names: Vec<&str> = summary.types().into_iter().map(|(name, _)| name).collect();
     assert_eq!(
         names[..12],
         [

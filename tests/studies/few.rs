@@ -2,7 +2,7 @@
 //! there. And studies that ask for more memory than there is.
 
 use super::{Place, stderr, stdout, succeeds};
-use polars::prelude::{ParquetReader, SerReader};
+use crate::common::table::Table;
 use serde_json::Value;
 
 fn json(place: &Place, name: &str) -> Value {
@@ -63,10 +63,9 @@ fn one_trial_has_values_and_no_errors() {
     let mut found = Vec::new();
     errors(&json(&place, "one/summary.json"), &mut found);
     assert!(found.len() > 100 && found.iter().all(Value::is_null));
-    let file = std::fs::File::open(place.path("one/summary.parquet")).expect("a file");
-    let table = ParquetReader::new(file).finish().expect("a table");
+    let table = Table::read(&place.path("one/summary.parquet"));
     for name in ["mean", "sd", "mse", "rmse", "trimmed", "q05", "q50", "q95"] {
-        let column = table.column(&format!("{name}_mcse")).expect("a column");
+        let column = table.column(&format!("{name}_mcse"));
         assert_eq!(column.null_count(), table.height(), "{name}");
     }
     let output = place.run(&["report", "one"]);

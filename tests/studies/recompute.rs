@@ -1,7 +1,7 @@
 //! Checks of the results by a reader: bias and coverage from the trials, failed trials by number, one unit.
 
 use super::{Place, contents, stdout, succeeds};
-use polars::prelude::{Column, DataFrame, ParquetReader, ParquetWriter, SerReader};
+use crate::common::table::Table;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -53,26 +53,18 @@ fn summary(folder: &Path) -> Value {
     serde_json::from_slice(&text).expect("JSON")
 }
 
-fn table(folder: &Path) -> DataFrame {
-    let file = std::fs::File::open(folder.join("trials.parquet")).expect("the trials");
-    ParquetReader::new(file).finish().expect("a table")
-}
-
-fn numbers(table: &DataFrame, name: &str) -> Vec<Option<f64>> {
-    let column = table.column(name).expect("a column");
-    column.f64().expect("numbers").iter().collect()
+fn table(folder: &Path) -> Table {
+    Table::read(&folder.join("trials.parquet"))
 }
 
 /// The rows of each output of each cell: by cell, estimator and pass.
-fn rows_of(table: &DataFrame) -> BTreeMap<(i32, String, i32), Vec<usize>> {
-    let column = |name: &str| table.column(name).expect("a column");
-    let cells = column("cell").i32().expect("numbers");
-    let estimators = column("estimator").str().expect("texts");
-    let passes = column("pass").i32().expect("numbers");
+fn rows_of(table: &Table) -> BTreeMap<(i32, String, i32), Vec<usize>> {
+    let [cells, passes] = ["cell", "pass"].map(|name| table.numbers::<i32>(name));
+    let estimators = table.texts("estimator");
     let mut rows: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for row in 0..table.height() {
-        let estimator = estimators.get(row).expect("an estimator").to_owned();
-        let key = (cells.get(row), estimator, passes.get(row));
+        let estimator = estimators[row].expect("an estimator").to_owned();
+        let key = (cells[row], estimator, passes[row]);
         let key = (key.0.expect("a cell"), key.1, key.2.expect("a pass"));
         rows.entry(key).or_default().push(row);
     }
@@ -80,7 +72,7 @@ fn rows_of(table: &DataFrame) -> BTreeMap<(i32, String, i32), Vec<usize>> {
 }
 
 /// Every output of every cell with its rows in the table.
-fn outputs<'a>(summary: &'a Value, table: &DataFrame) -> Vec<(i32, &'a Value, Vec<usize>)> {
+fn outputs<'a>(summary: &'a Value, table: &Table) -> Vec<(i32, &'a Value, Vec<usize>)> {
     let rows = rows_of(table);
     let mut all = Vec::new();
     for (cell, of_cell) in (0..).zip(summary["cells"].as_array().expect("cells")) {
@@ -104,13 +96,13 @@ fn is_as_printed(printed: &Value, computed: f64) -> bool {
 fn bias_and_coverage_follow_from_the_trials() {
     let place = place();
     let (summary, table) = (summary(&place.path("out")), table(&place.path("out")));
-    let statuses = table.column("status").expect("a column").clone();
-    let ok = |row: &usize| statuses.str().expect("texts").get(*row) == Some("ok");
+    let statuses = table.texts("status");
+    let ok = |row: &usize| statuses[*row] == Some("ok");
     let (mut biases, mut coverages) = (0, 0);
     for (cell, output, rows) in outputs(&summary, &table) {
         for of in output["parameters"].as_array().expect("parameters") {
             let name = of[0].as_str().expect("a name");
-            let errors = numbers(&table, &format!("error_{name}"));
+            let errors = table.numbers::<f64>(&format!("error_{name}"));
             let errors = rows.iter().filter_map(|row| {
                 let error = errors[*row];
                 assert!(ok(row) || error.is_none(), "{cell} {name}: a failed trial");
@@ -131,7 +123,7 @@ fn bias_and_coverage_follow_from_the_trials() {
         let coverage = output["coverage"].as_array();
         for of in coverage.map_or(&[][..], Vec::as_slice) {
             let name = of[0].as_str().expect("a name");
-            let [errors, ses] = ["error", "se"].map(|kind| numbers(&table, &format!("{kind}_{name}")));
+            let [errors, ses] = ["error", "se"].map(|kind| table.numbers::<f64>(&format!("{kind}_{name}")));
             let pairs = rows.iter().map(|row| Some((errors[*row]?, ses[*row]?)));
             let pairs: Vec<(f64, f64)> = pairs.flatten().collect();
             let holds = |(error, se): &&(f64, f64)| {
@@ -148,8 +140,8 @@ fn bias_and_coverage_follow_from_the_trials() {
     assert_eq!(biases, 3 * 6 * (2 + 4));
     assert!(coverages > 30, "{coverages}");
     // A first-order plant has no a_2.
-    let cells = table.column("cell").expect("a column").i32().expect("i32");
-    for (cell, error) in cells.iter().flatten().zip(numbers(&table, "error_a_2")) {
+    let cells = table.numbers::<i32>("cell");
+    for (cell, error) in cells.into_iter().flatten().zip(table.numbers::<f64>("error_a_2")) {
         let order = &summary["cells"][cell as usize]["order"];
         assert!(*order == 2 || error.is_none(), "{cell} {order}");
     }
@@ -166,14 +158,12 @@ fn failed_trials_are_listed_and_replayed() {
     let whole = contents(&place.path("out"));
     assert!(contents(&place.path("blocks"))["summary.json"] == whole["summary.json"]);
     let (summary, table) = (summary(&place.path("out")), table(&place.path("out")));
-    let statuses = table.column("status").expect("a column").clone();
-    let trials = table.column("trial").expect("a column").clone();
+    let (statuses, trials) = (table.texts("status"), table.numbers::<i64>("trial"));
     let (mut long, mut short) = (0, 0);
     for (cell, output, rows) in outputs(&summary, &table) {
         let mut failed: BTreeMap<&str, Vec<i64>> = BTreeMap::new();
         for row in rows {
-            let status = statuses.str().expect("texts").get(row).expect("a status");
-            let trial = trials.i64().expect("numbers").get(row).expect("a trial");
+            let (status, trial) = (statuses[row].expect("a status"), trials[row].expect("a trial"));
             if status != "ok" {
                 failed.entry(status).or_default().push(trial);
             }
@@ -213,11 +203,10 @@ fn failed_trials_are_listed_and_replayed() {
 }
 
 /// Writes trials.parquet anew after a change.
-fn rewrite(folder: &Path, change: impl FnOnce(DataFrame) -> DataFrame) {
-    let mut changed = change(table(folder));
-    let file = std::fs::File::create(folder.join("trials.parquet")).expect("a file");
-    let written = ParquetWriter::new(file).finish(&mut changed);
-    written.expect("a table");
+fn rewrite(folder: &Path, change: impl FnOnce(&mut Table)) {
+    let mut changed = table(folder);
+    change(&mut changed);
+    changed.write(&folder.join("trials.parquet"));
 }
 
 /// A replay compares coefficients too. Folders of older builds have neither these nor lists of failed trials.
@@ -234,20 +223,19 @@ fn folders_of_older_builds_are_read() {
     succeeds(&place.run(&["report", "out", "--out", "new"]));
     place.take_checksums("out");
     let whole = table(&folder);
-    rewrite(&folder, |mut table| {
-        let ses = numbers(&table, "se_h_2");
+    rewrite(&folder, |table| {
+        let ses = table.numbers::<f64>("se_h_2");
         let next = |se: Option<f64>| se.map(|se| f64::from_bits(se.to_bits() + 1));
         let ses: Vec<Option<f64>> = ses.into_iter().map(next).collect();
-        let column = Column::new("se_h_2".into(), ses);
-        table.with_column(column).expect("as many rows");
-        table
+        table.set("se_h_2", ses);
     });
     replayed("These rows DIFFER");
-    let names = whole.columns().iter().map(|column| column.name().as_str());
-    let added = |name: &&str| name.starts_with("error_") || name.starts_with("se_");
-    let added: Vec<String> = names.filter(added).map(str::to_owned).collect();
-    assert_eq!(added.len(), 8, "{added:?}");
-    rewrite(&folder, |_| whole.drop_many(added));
+    let added = |name: &str| name.starts_with("error_") || name.starts_with("se_");
+    assert_eq!(whole.0.iter().filter(|(name, _)| added(name)).count(), 8);
+    rewrite(&folder, |table| {
+        *table = whole;
+        table.0.retain(|(name, _)| !added(name));
+    });
     replayed("These rows equal, bit for bit");
 
     let mut older = summary(&folder);

@@ -441,7 +441,7 @@ impl Observed<'_> {
             .is_some_and(|form| form.eq_ignore_ascii_case("parquet"))
         {
             return write_whole("--out", path, Kind::States, |to| {
-                to.write_all(&numbers_as_parquet(&columns)?)
+                to.write_all(&numbers_as_parquet(columns)?)
             });
         }
         let about = format!("observer {}; {}", self.choice, self.form());

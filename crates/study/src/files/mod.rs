@@ -10,8 +10,7 @@
 #![allow(clippy::disallowed_methods, reason = "this is the place that touches files")]
 
 mod kind;
-mod numbers;
-mod parquet;
+pub(crate) mod parquet;
 #[cfg(target_os = "linux")]
 mod pipes;
 mod quietly;
@@ -21,9 +20,9 @@ mod staged;
 mod workbook;
 
 pub use kind::{AGREED_TITLE, Kind, LATEX_TITLE, PAGE_MAKER, SIMULATED, SIMULATED_TITLE, WORKERS_TITLE};
-pub use numbers::numbers_as_parquet;
 use parquet::ParquetText;
 pub(crate) use parquet::{Column, Table, Values};
+pub use parquet::{numbers_as_parquet, parquet_of};
 #[cfg(target_os = "linux")]
 pub(crate) use pipes::{Mark, Pipes};
 pub use record::read_record;

@@ -3,25 +3,20 @@
 use crate::design::file::{Key, Scalar};
 use crate::design::{Experiment, Measure};
 use crate::files::PathError;
+use crate::files::parquet::{Columns, EncodedAs, Group, TableWriter, defined_numbers, numbers, texts};
 use crate::outcome::coefficients::Kept;
 use crate::outcome::folder_error::FolderError;
 use crate::outcome::rows::{OutputRows, Rows};
 use asobench_identification::estimator::{FailureKind, Output};
-use polars::prelude::{PlSmallStr, PolarsError, PolarsResult};
-use polars_arrow::array::{Array, BooleanArray, DictionaryArray, PrimitiveArray, Utf8ViewArray};
-use polars_arrow::bitmap::Bitmap;
-use polars_arrow::datatypes::{ArrowDataType, ArrowSchema, Field};
-use polars_parquet::read::ParquetError;
-use polars_parquet::write::{
-    CompressedPage, CompressionOptions, Compressor, DynIter, DynStreamingIterator, Encoding, FileWriter, ParquetType,
-    StatisticsOptions, Version, WriteOptions, ZstdLevel, array_to_columns, fallible_streaming_iterator,
-    to_parquet_schema,
-};
+use polars_arrow::array::{Array, BooleanArray, DictionaryArray, PrimitiveArray};
+use polars_arrow::datatypes::ArrowDataType;
+use polars_error::{PolarsError, PolarsResult};
+use polars_parquet::write::Encoding;
 use rayon::Scope;
 use std::borrow::Cow;
 use std::collections::{BTreeSet, VecDeque};
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -29,9 +24,6 @@ use std::sync::mpsc::{Receiver, sync_channel};
 
 /// The least number of rows in a group. Groups end with a trial. No measure depends on it.
 pub(crate) const GROUP_ROWS: usize = 1 << 16;
-
-/// Numbers hardly compress, so the fastest level does nearly as well as the others.
-const ZSTD_LEVEL: i32 = 1;
 
 /// The columns of trials.parquet for an experiment.
 ///
@@ -44,9 +36,7 @@ pub(crate) struct TrialTable<'e> {
     settings: Vec<(Key, bool)>,
     outputs: Vec<Output>,
     coefficients: Kept,
-    schema: ArrowSchema,
-    types: Vec<ParquetType>,
-    options: WriteOptions,
+    columns: Columns,
 }
 
 /// Trials of a cell that belong to a group, as indices into their rows.
@@ -56,15 +46,6 @@ pub(crate) struct Part {
     rows: Arc<Rows>,
     places: Range<usize>,
 }
-
-/// A group of rows in the form of the file: the pages of every column.
-struct Encoded {
-    rows: usize,
-    columns: Vec<Vec<CompressedPage>>,
-}
-
-/// A column of a group with its encoding.
-type Column = (Box<dyn Array>, Encoding);
 
 impl<'e> TrialTable<'e> {
     /// # Errors
@@ -96,25 +77,12 @@ impl<'e> TrialTable<'e> {
         let coefficients = Kept::new(&experiment.file, &experiment.cells);
         let names = coefficients.names();
         fields.extend(names.iter().map(|name| (name.as_str(), Float64)));
-        let fields = fields.into_iter().map(|(name, dtype)| {
-            let name = PlSmallStr::from(name);
-            (name.clone(), Field::new(name, dtype, true))
-        });
-        let schema: ArrowSchema = fields.collect();
-        let types = to_parquet_schema(&schema)?.fields().to_vec();
         Ok(Self {
             experiment,
             settings,
             outputs: experiment.outputs(),
             coefficients,
-            schema,
-            types,
-            options: WriteOptions {
-                statistics: StatisticsOptions::default(),
-                version: Version::V1,
-                compression: CompressionOptions::Zstd(Some(ZstdLevel::try_new(ZSTD_LEVEL)?)),
-                data_page_size: None,
-            },
+            columns: Columns::new(&fields)?,
         })
     }
 
@@ -128,38 +96,12 @@ impl<'e> TrialTable<'e> {
         let places = 0..rows.trial_count();
         let rows = Arc::new(rows);
         let part = Part { cell, rows, places };
-        let mut writer = self.writer(Vec::new())?;
-        append(&mut writer, &self.encode(&[part])?)?;
-        writer.end(None)?;
-        Ok(writer.into_inner())
-    }
-
-    fn writer<W: Write>(&self, to: W) -> PolarsResult<FileWriter<W>> {
-        FileWriter::try_new(to, self.schema.clone(), self.options)
+        self.columns.file_of(&self.columns_of(&[part])?)
     }
 
     /// Encodes and compresses a group.
-    fn encode(&self, group: &[Part]) -> PolarsResult<Encoded> {
-        let columns = self.columns(group)?;
-        let columns = columns.iter().zip(&self.types);
-        let columns = columns.map(|((array, encoding), type_)| {
-            // Ranges of numbers help no reader, and take time.
-            let ranges = !matches!(array.dtype(), ArrowDataType::Float64);
-            let mut options = self.options;
-            options.statistics.min_value = ranges;
-            options.statistics.max_value = ranges;
-            let pages = array_to_columns(array, type_.clone(), options, &[*encoding])?;
-            let pages = pages
-                .into_iter()
-                .flatten()
-                .map(|page| page.map_err(|error| ParquetError::FeatureNotSupported(error.to_string())));
-            let pages = Compressor::new(pages, self.options.compression, Vec::new());
-            Ok(pages.collect::<Result<_, _>>()?)
-        });
-        Ok(Encoded {
-            rows: self.row_count(group),
-            columns: columns.collect::<PolarsResult<_>>()?,
-        })
+    fn encode(&self, group: &[Part]) -> PolarsResult<Group> {
+        self.columns.encode(&self.columns_of(group)?)
     }
 
     fn row_count(&self, group: &[Part]) -> usize {
@@ -168,11 +110,11 @@ impl<'e> TrialTable<'e> {
     }
 
     /// Returns every column of a group, in the order of the schema.
-    fn columns(&self, group: &[Part]) -> PolarsResult<Vec<Column>> {
+    fn columns_of(&self, group: &[Part]) -> PolarsResult<Vec<EncodedAs>> {
         let cell = |part: &Part| &self.experiment.cells[part.cell];
         let mut columns = vec![
             self.of_cells(group, |part| Some(part.cell as i32), numbers)?,
-            self.of_cells(group, |part| Some(cell(part).claim.clone()), texts)?,
+            self.of_cells(group, |part| Some(cell(part).claim.clone()), |of| texts(&of))?,
             self.of_cells(group, |part| Some(cell(part).columns().0), numbers)?,
             self.of_cells(group, |part| Some(cell(part).columns().1 as i32), numbers)?,
         ];
@@ -185,11 +127,11 @@ impl<'e> TrialTable<'e> {
                 };
                 self.of_cells(group, number, numbers)?
             } else {
-                self.of_cells(group, |part| setting(part).map(ToString::to_string), texts)?
+                self.of_cells(group, |part| setting(part).map(ToString::to_string), |of| texts(&of))?
             });
         }
         let outputs = self.outputs.iter();
-        let estimators: Vec<String> = outputs.clone().map(|output| output.estimator.clone()).collect();
+        let estimators: Vec<&str> = outputs.clone().map(|output| output.estimator.as_str()).collect();
         let passes: Vec<i32> = outputs.map(|output| output.pass as i32).collect();
         let names = Self::statuses(group);
         let status = |output: &OutputRows, place: usize| {
@@ -197,18 +139,17 @@ impl<'e> TrialTable<'e> {
             let name = failure.as_ref().map_or("ok", |of| of.kind.name());
             names.iter().position(|known| *known == name).unwrap_or(0) as u32
         };
-        let statuses = names.iter().map(|name| (*name).to_owned()).collect();
         let failed_pass = |output: &OutputRows, place: usize| Some(output.failure(place)?.pass as i32);
         let failed_stage = |output: &OutputRows, place: usize| Some(output.failure(place)?.stage as i32);
         let trials = self.rows(group, |rows, place, _| rows.trials().start as i64 + place as i64);
         columns.extend([
             (PrimitiveArray::from_vec(trials).boxed(), Encoding::Plain),
-            self.by_key(group, |_, _, output| Some(output as u32), texts(estimators))?,
+            self.by_key(group, |_, _, output| Some(output as u32), texts(&estimators))?,
             self.by_key(group, |_, _, output| Some(output as u32), numbers(passes))?,
             self.by_key(
                 group,
                 |rows, place, output| Some(status(&rows.outputs()[output], place)),
-                texts(statuses),
+                texts(&names),
             )?,
             self.optional(group, failed_pass),
             self.optional(group, failed_stage),
@@ -255,7 +196,7 @@ impl<'e> TrialTable<'e> {
         group: &[Part],
         key: impl Fn(&Rows, usize, usize) -> Option<u32>,
         values: Box<dyn Array>,
-    ) -> PolarsResult<Column> {
+    ) -> PolarsResult<EncodedAs> {
         let keys = PrimitiveArray::from(self.rows(group, key));
         let array = DictionaryArray::try_from_keys(keys, values, false)?;
         Ok((Box::new(array), Encoding::RleDictionary))
@@ -267,7 +208,7 @@ impl<'e> TrialTable<'e> {
         group: &[Part],
         value: impl Fn(&Part) -> Option<T>,
         array: impl Fn(Vec<T>) -> Box<dyn Array>,
-    ) -> PolarsResult<Column> {
+    ) -> PolarsResult<EncodedAs> {
         let (mut keys, mut values) = (Vec::with_capacity(self.row_count(group)), Vec::new());
         let mut last = None;
         for part in group {
@@ -286,18 +227,18 @@ impl<'e> TrialTable<'e> {
     }
 
     /// Returns a column of numbers that most rows lack.
-    fn optional(&self, group: &[Part], value: impl Fn(&OutputRows, usize) -> Option<i32>) -> Column {
+    fn optional(&self, group: &[Part], value: impl Fn(&OutputRows, usize) -> Option<i32>) -> EncodedAs {
         let values = self.rows(group, |rows, place, output| value(&rows.outputs()[output], place));
         (PrimitiveArray::from(values).boxed(), Encoding::Plain)
     }
 
-    fn flags(&self, group: &[Part], value: impl Fn(&OutputRows, usize) -> Option<bool>) -> Column {
+    fn flags(&self, group: &[Part], value: impl Fn(&OutputRows, usize) -> Option<bool>) -> EncodedAs {
         let values = self.rows(group, |rows, place, output| value(&rows.outputs()[output], place));
         (BooleanArray::from(values).boxed(), Encoding::Plain)
     }
 
     /// Returns the column of a measure of the file, null where undefined.
-    pub(crate) fn measure(&self, group: &[Part], measure: Measure) -> Column {
+    pub(crate) fn measure(&self, group: &[Part], measure: Measure) -> EncodedAs {
         self.numbers(group, |part, output| {
             let mut measures = part.rows.measures().iter();
             let at = measures.position(|other| *other == measure)?;
@@ -306,7 +247,7 @@ impl<'e> TrialTable<'e> {
     }
 
     /// Returns a column of [`Self::coefficients`], null where undefined and for failed trials.
-    fn coefficient(&self, group: &[Part], column: usize) -> Column {
+    fn coefficient(&self, group: &[Part], column: usize) -> EncodedAs {
         self.numbers(group, |part, output| {
             let order = self.experiment.cells[part.cell].order();
             let place = self.coefficients.place(column, order)?;
@@ -319,7 +260,7 @@ impl<'e> TrialTable<'e> {
         &self,
         group: &[Part],
         of_output: impl for<'a> Fn(&Part, &'a OutputRows) -> Option<Cow<'a, [f64]>>,
-    ) -> Column {
+    ) -> EncodedAs {
         let mut values = Vec::with_capacity(self.row_count(group));
         for part in group {
             let outputs = part.rows.outputs().iter();
@@ -332,29 +273,8 @@ impl<'e> TrialTable<'e> {
                 );
             }
         }
-        let defined = |x: &f64| !x.is_nan();
-        let validity = (!values.iter().all(defined)).then(|| values.iter().map(defined).collect::<Bitmap>());
-        let array = PrimitiveArray::new(ArrowDataType::Float64, values.into(), validity);
-        (array.boxed(), Encoding::Plain)
+        (defined_numbers(values), Encoding::Plain)
     }
-}
-
-fn numbers<T: polars_arrow::types::NativeType>(values: Vec<T>) -> Box<dyn Array> {
-    PrimitiveArray::from_vec(values).boxed()
-}
-
-fn texts(values: Vec<String>) -> Box<dyn Array> {
-    Utf8ViewArray::from_slice_values(values).boxed()
-}
-
-/// Appends a group to a file.
-fn append<W: Write>(to: &mut FileWriter<W>, group: &Encoded) -> PolarsResult<()> {
-    let columns = group.columns.iter().map(|pages| {
-        let pages = pages.iter().map(PolarsResult::Ok);
-        let pages = fallible_streaming_iterator::convert(pages);
-        Ok::<_, PolarsError>(DynStreamingIterator::new(pages))
-    });
-    to.write(group.rows as u64, DynIter::new(columns))
 }
 
 /// Writes the trials of an experiment to one file, cell by cell. Groups are encoded on the threads of a scope.
@@ -363,11 +283,11 @@ pub(crate) struct TrialWriter<'t> {
     path: PathBuf,
     /// The same file, to flush it to the disk.
     file: File,
-    writer: FileWriter<BufWriter<File>>,
+    writer: TableWriter<BufWriter<File>>,
     /// Trials that wait until their group is full.
     waiting: Vec<Part>,
     /// Groups being encoded, in order.
-    encoding: VecDeque<Receiver<PolarsResult<Encoded>>>,
+    encoding: VecDeque<Receiver<PolarsResult<Group>>>,
     /// The largest number of these.
     most: usize,
 }
@@ -384,7 +304,7 @@ impl<'t> TrialWriter<'t> {
         threads: usize,
     ) -> Result<Self, StoreError> {
         let to = BufWriter::new(file.try_clone().map_err(PathError::io(&path))?);
-        match table.writer(to) {
+        match table.columns.begin(to) {
             Ok(writer) => Ok(Self {
                 table,
                 path,
@@ -452,7 +372,7 @@ impl<'t> TrialWriter<'t> {
         };
         let lost = |_| PolarsError::ComputeError("a group of rows was lost".into());
         let group = receiver.recv().map_err(lost).and_then(|group| group);
-        let appended = group.and_then(|group| append(&mut self.writer, &group));
+        let appended = group.and_then(|group| self.writer.append(&group));
         appended.map_err(|source| self.parquet_error(source))
     }
 
@@ -468,9 +388,11 @@ impl<'t> TrialWriter<'t> {
         while !self.encoding.is_empty() {
             self.append_next()?;
         }
-        let ended = self.writer.end(None);
-        ended.map_err(|source| self.parquet_error(source))?;
-        Ok(self.file.sync_all().map_err(PathError::io(&self.path))?)
+        let (file, path) = (self.file, self.path);
+        if let Err(source) = self.writer.end() {
+            return Err(StoreError::Parquet { path, source });
+        }
+        Ok(file.sync_all().map_err(PathError::io(&path))?)
     }
 
     fn parquet_error(&self, source: PolarsError) -> StoreError {

@@ -1,4 +1,4 @@
-//! Parquet tables: records of the user, and trials that a run stored.
+//! Parquet tables: records of the user, and the tables that a run stores.
 
 mod footer;
 mod kind;
@@ -8,7 +8,10 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod thrift;
+mod write;
 
 pub(crate) use footer::Column;
 pub use record::ParquetText;
 pub(crate) use table::{Table, Values};
+pub(crate) use write::{Columns, EncodedAs, Group, Named, TableWriter, defined_numbers, numbers, plain, texts};
+pub use write::{numbers_as_parquet, parquet_of};

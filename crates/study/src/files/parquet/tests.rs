@@ -1,53 +1,13 @@
 //! Every type of number, decimal and time in Parquet is read as what it is.
 
-use super::ParquetText;
+use super::{ParquetText, parquet_of};
 use asobench_identification::data::csv::{ReadOptions, Table, read_table, uses};
-use polars::prelude::{PolarsError, PolarsResult};
 use polars_arrow::array::{Array, FixedSizeBinaryArray, PrimitiveArray, Utf8ViewArray};
-use polars_arrow::datatypes::{ArrowDataType, ArrowSchema, Field, TimeUnit};
-use polars_parquet::read::ParquetError;
-use polars_parquet::write::{
-    CompressionOptions, Compressor, DynIter, DynStreamingIterator, Encoding, FileWriter, StatisticsOptions, Version,
-    WriteOptions, array_to_columns, fallible_streaming_iterator, to_parquet_schema,
-};
-
-/// A table of columns by their names.
-fn parquet(columns: &[(&str, Box<dyn Array>)]) -> PolarsResult<Vec<u8>> {
-    let options = WriteOptions {
-        statistics: StatisticsOptions::default(),
-        version: Version::V1,
-        compression: CompressionOptions::Uncompressed,
-        data_page_size: None,
-    };
-    let fields = columns.iter().map(|(name, array)| {
-        let name: polars::prelude::PlSmallStr = (*name).into();
-        (name.clone(), Field::new(name, array.dtype().clone(), true))
-    });
-    let schema: ArrowSchema = fields.collect();
-    let types = to_parquet_schema(&schema)?.fields().to_vec();
-    let mut writer = FileWriter::try_new(Vec::new(), schema, options)?;
-    let mut chunks = Vec::new();
-    for ((_, array), type_) in columns.iter().zip(types) {
-        let pages = array_to_columns(array, type_, options, &[Encoding::Plain])?;
-        let pages = pages
-            .into_iter()
-            .flatten()
-            .map(|page| page.map_err(|error| ParquetError::FeatureNotSupported(error.to_string())));
-        let pages = Compressor::new(pages, options.compression, Vec::new());
-        chunks.push(pages.collect::<Result<Vec<_>, _>>()?);
-    }
-    let rows = columns[0].1.len() as u64;
-    let chunks = chunks.iter().map(|pages| {
-        let pages = fallible_streaming_iterator::convert(pages.iter().map(PolarsResult::Ok));
-        Ok::<_, PolarsError>(DynStreamingIterator::new(pages))
-    });
-    writer.write(rows, DynIter::new(chunks))?;
-    writer.end(None)?;
-    Ok(writer.into_inner())
-}
+use polars_arrow::datatypes::{ArrowDataType, TimeUnit};
 
 fn read(columns: &[(&str, Box<dyn Array>)]) -> Result<Table, String> {
-    let bytes = parquet(columns).map_err(|error| error.to_string())?;
+    let named = columns.iter().map(|(name, array)| ((*name).to_owned(), array.clone()));
+    let bytes = parquet_of(named.collect()).map_err(|error| error.to_string())?;
     let options = ReadOptions::default();
     let text = ParquetText::open(bytes.as_slice(), |names| uses(names, &options))?;
     read_table(text, &options).map_err(|error| error.to_string())
