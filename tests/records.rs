@@ -702,7 +702,10 @@ fn parquet_of_other_programs() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded_data/data");
     let estimate = |file: &Path| {
         let mut program = Command::new(PROGRAM);
-        program.arg("estimate").arg(file).args(["--input", "u", "--output", "y"]);
+        program
+            .arg("estimate")
+            .arg(file)
+            .args(["--input", "u", "--output", "y"]);
         program.args(["--order", "2", "--estimator", "arx", "--format", "json"]);
         let output = program.output().expect("the program");
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
