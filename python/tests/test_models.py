@@ -275,7 +275,7 @@ class Models(unittest.TestCase):
         self.assertEqual(found, [expected] * 40)
 
     def test_the_interpreter_is_free_meanwhile(self):
-        u, y = record(20_000)
+        u, y = record(200_000)
         ticks, done = [], threading.Event()
 
         def count():
