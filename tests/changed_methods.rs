@@ -147,6 +147,14 @@ fn comparisons_of_old_and_new() {
         said.starts_with("the methods changed: 10 kept; computed: new\n"),
         "{said}"
     );
+    // The ratio of two measures of one output is there, whatever comes beside it.
+    let ratio = "\n[[claims]]\nid = \"M\"\ntext = \"m\"\n\
+        test = { ratio = \"e_a\", of = \"c(1)\", to = \"c(1)\", measure_of_to = \"e_b\", below = 20 }\n";
+    let said = changed(&(study("", &LANES[..10]) + ratio), &(study("", &LANES) + ratio), true);
+    assert!(
+        said.starts_with("the methods changed: 10 kept; computed: new\n"),
+        "{said}"
+    );
     let said = changed(&before(""), &after(""), true);
     // ls is compared with c, so c goes with it.
     assert!(

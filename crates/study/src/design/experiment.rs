@@ -1,6 +1,6 @@
 //! The experiment: its cells, each with a process, and its methods.
 
-use crate::design::file::{Axis, ExperimentFile, FileError, Key, Scalar, Until};
+use crate::design::file::{Axis, ExperimentFile, FileError, Key, MediansTable, Scalar, Until};
 use crate::design::{Cell, FoundTheory, Measure, Theories};
 use crate::worker::Program;
 use asobench_identification::estimator::{Method, Output};
@@ -128,6 +128,15 @@ impl Experiment {
             .filter_map(|(label, measure)| Some((self.output("output", label).ok()?, measure)))
             .collect();
         found.into_iter()
+    }
+
+    /// Returns the ratios whose distribution a cell keeps, with the indices of their outputs.
+    pub fn kept_ratios(&self) -> Vec<(&MediansTable, [usize; 2])> {
+        let tables = self.file.needed.iter().flat_map(|needed| &needed.ratios);
+        let output = |label: &str| self.output("output", label).ok();
+        tables
+            .filter_map(|of| Some((of, [output(&of.output)?, output(&of.to)?])))
+            .collect()
     }
 
     /// Returns the measures that slopes need, each once. The jackknife's groups are kept for these.

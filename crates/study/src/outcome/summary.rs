@@ -146,13 +146,18 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// Returns the pairs of a cell whose series are there.
+    /// Returns the ratios that a cell kept, then the pairs whose series are there.
     fn of_cell(experiment: &Experiment, index: usize, tally: &CellTally, judged: &Distributions) -> Vec<Self> {
+        let ratios = experiment.kept_ratios().into_iter();
+        let ratios = ratios.zip(tally.pairs.get(experiment.compare.len()).into_iter().flatten());
+        let mut joint: Vec<Self> = ratios
+            .map(|((table, _), paired)| Self::new(table, paired, Vec::new()))
+            .collect();
         let kept: Vec<(usize, Measure)> = experiment.series_of(&experiment.cells[index]).collect();
         let needed = experiment.file.needed.iter();
         let tables: Vec<&MediansTable> = needed.flat_map(|needed| &needed.medians).collect();
         if tables.is_empty() {
-            return Vec::new();
+            return joint;
         }
         let series = tally.whole_series();
         let values = |label: &str, measure: Measure| {
@@ -167,14 +172,20 @@ impl Joint {
             let pairs = first.zip(second);
             let paired = Paired::from_pairs(pairs.clone());
             let trials = pairs.map(|(a, b)| [a, b]);
-            Some(Self {
-                table: (*table).clone(),
-                ratio: paired.statistics(table.measure.worse()),
-                ratios: paired.ratio().clone(),
-                trials: trials.take_while(|_| judged.joint.contains(table)).collect(),
-            })
+            let trials = trials.take_while(|_| judged.joint.contains(table)).collect();
+            Some(Self::new(table, &paired, trials))
         };
-        tables.iter().filter_map(pair).collect()
+        joint.extend(tables.iter().filter_map(pair));
+        joint
+    }
+
+    fn new(table: &MediansTable, paired: &Paired, trials: Vec<[Option<f64>; 2]>) -> Self {
+        Self {
+            table: table.clone(),
+            ratio: paired.statistics(table.measure.worse()),
+            ratios: paired.ratio().clone(),
+            trials,
+        }
     }
 }
 

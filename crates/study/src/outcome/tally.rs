@@ -1,6 +1,6 @@
 //! The tally of a block: counts and accumulators that give the same bits in whatever order they are merged.
 
-use crate::design::file::BoundTable;
+use crate::design::file::{BoundTable, MediansTable};
 use crate::design::{Cell, Experiment, Measure, curve_bytes};
 use crate::outcome::coefficients;
 use crate::outcome::curves::Curves;
@@ -38,7 +38,7 @@ pub struct CellTally {
     pub fallbacks: u64,
     /// Every output.
     pub outputs: Vec<OutputTally>,
-    /// Every measure of every comparison.
+    /// Every measure of every comparison; then, if there are any, the ratios of [`Experiment::kept_ratios`].
     pub pairs: Vec<Vec<Paired>>,
     /// The jackknife's groups, for every measure with a slope and every output.
     pub groups: Vec<Vec<Vec<Sample>>>,
@@ -112,12 +112,23 @@ impl CellTally {
             met: met(experiment, cell, rows.measures(), output),
         };
         let outputs: Vec<OutputTally> = rows.outputs().iter().zip(&columns).map(of_output).collect();
-        let pair = |compared: &[usize; 2], measure: usize| {
-            let columns = compared.map(|output| &*columns[output][measure]);
-            Paired::of_columns::<R>(columns, compared.map(|output| &outputs[output].samples[measure]))
+        let pair = |compared: [(usize, usize); 2]| {
+            let values = compared.map(|(output, measure)| &*columns[output][measure]);
+            Paired::of_columns::<R>(
+                values,
+                compared.map(|(output, measure)| &outputs[output].samples[measure]),
+            )
         };
-        let all_measures = |compared| (0..file.measures.len()).map(|at| pair(compared, at)).collect();
-        let pairs = experiment.compare.iter().map(all_measures).collect();
+        let measures = 0..file.measures.len();
+        let all_measures = |of: &[usize; 2]| measures.clone().map(|at| pair(of.map(|output| (output, at)))).collect();
+        let mut pairs: Vec<Vec<Paired>> = experiment.compare.iter().map(all_measures).collect();
+        let ratio = |(of, outputs): (&MediansTable, [usize; 2])| {
+            let place = |measure| file.measures.iter().position(|other| *other == measure);
+            let measures = [place(of.measure)?, place(of.measure_of_to)?];
+            Some(pair(std::array::from_fn(|i| (outputs[i], measures[i]))))
+        };
+        let ratios: Vec<Paired> = experiment.kept_ratios().into_iter().filter_map(ratio).collect();
+        pairs.extend(Some(ratios).filter(|ratios| !ratios.is_empty()));
         let first = rows.trials().start;
         let group = |column: &[f64], group: usize| {
             let groups = JACKKNIFE_GROUPS as u64;

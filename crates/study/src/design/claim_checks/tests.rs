@@ -89,6 +89,18 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
             },
         ),
         (
+            "{ ratio = 'e_a', of = 'ls', to = 'ls', measure_of_to = 'e_b', below = 1 }".to_owned(),
+            Needs {
+                ratios: vec![MediansTable {
+                    output: "ls".to_owned(),
+                    measure: Measure::Ea,
+                    to: "ls".to_owned(),
+                    measure_of_to: Measure::Eb,
+                }],
+                ..Needs::default()
+            },
+        ),
+        (
             format!("{{ slope = 'e_a', {ls}, over = 'window', between = [-0.6, -0.4] }}"),
             Needs {
                 slopes: vec![slope(SlopeOf::Median)],

@@ -136,10 +136,11 @@ impl Needs {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.measures, &file.measures, *measure_of_to);
                 let of_theory = TheoryReference::named(to).is_some();
-                let is_joint =
-                    *statistic == RatioStatistic::Median || test.assumption.is_some() || measure != measure_of_to;
-                if is_joint && !of_theory {
+                let of_values = *statistic == RatioStatistic::Median || test.assumption.is_some();
+                if of_values && !of_theory {
                     push(&mut self.medians, &[], test.joint());
+                } else if measure != measure_of_to && !of_theory {
+                    push(&mut self.ratios, &[], test.joint());
                 }
                 if *statistic != RatioStatistic::Median && measure == measure_of_to && !of_theory {
                     push(&mut self.compare, &file.compare, [output(), to.clone()]);

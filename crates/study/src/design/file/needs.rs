@@ -20,7 +20,8 @@ tables! {
         to: Scalar,
     }
 
-    /// Two measures of a cell that a claim compares trial by trial: by their medians, or by capped mean squares.
+    /// Two measures of a cell that a claim compares trial by trial: by their ratio, their medians or their capped mean
+    /// squares.
     pub struct MediansTable {
         /// The output in the numerator.
         output: String,
@@ -48,7 +49,9 @@ tables! {
         slopes?: Vec<SlopeTable>,
         /// Pairs of cells.
         series?: Vec<SeriesTable>,
-        /// Ratios of two medians.
+        /// Ratios of two measures, whose distribution is kept.
+        ratios?: Vec<MediansTable>,
+        /// Ratios of two medians, or of capped mean squares, for which both values of every trial are kept.
         medians?: Vec<MediansTable>,
         /// Times of the methods.
         timing?: bool,

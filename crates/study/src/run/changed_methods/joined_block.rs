@@ -1,7 +1,7 @@
 //! A block of the new study, put together from that of the old one and the same trials of the new methods.
 
-use super::{ADDED, Change, Source, remove_added};
-use crate::design::file::Store;
+use super::{ADDED, Change, Source, place_of_ratio, remove_added};
+use crate::design::file::{MediansTable, Store};
 use crate::files::{self, Kind};
 use crate::outcome::curves::Curves;
 use crate::outcome::layout::{BLOCKS, DESIGN, span_of};
@@ -10,6 +10,7 @@ use crate::outcome::trials::Trials;
 use crate::run::blocks::{BlockError, BlockFolder, Content, StoredBlock};
 use crate::run::event::CampaignError;
 use crate::run::runner::Span;
+use asobench_identification::metric::Paired;
 use std::path::Path;
 
 impl Change<'_> {
@@ -141,6 +142,18 @@ impl Change<'_> {
             let at = compared.position(|other| *other == places)?;
             Some(added.pairs[at].clone())
         };
+        let ratio = |(of, outputs): (&MediansTable, [usize; 2])| {
+            let (tally, source, outputs) = match outputs.map(|output| self.sources[output]) {
+                [Source::Old(first), Source::Old(second)] => (before, &self.old, [first, second]),
+                [Source::Added(first), Source::Added(second)] => (added, of_added?, [first, second]),
+                _ => return None,
+            };
+            let place = place_of_ratio(source, of, outputs)?;
+            Some(tally.pairs.get(source.compare.len())?.get(place)?.clone())
+        };
+        let mut pairs = self.new.compare.iter().map(pair).collect::<Option<Vec<_>>>()?;
+        let ratios: Vec<Paired> = self.new.kept_ratios().into_iter().map(ratio).collect::<Option<_>>()?;
+        pairs.extend(Some(ratios).filter(|ratios| !ratios.is_empty()));
         let groups = |measure: usize| {
             let groups = self.sources.iter().map(|source| from(*source));
             groups.map(|(tally, at)| tally.groups[measure][at].clone()).collect()
@@ -155,7 +168,7 @@ impl Change<'_> {
             Some(tally.series[place].clone())
         };
         Some(CellTally {
-            pairs: self.new.compare.iter().map(pair).collect::<Option<_>>()?,
+            pairs,
             groups: (0..self.new.sloped_measures().len()).map(groups).collect(),
             series: self
                 .new
