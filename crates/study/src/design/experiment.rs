@@ -1,6 +1,6 @@
 //! The experiment: its cells, each with a process, and its methods.
 
-use crate::design::file::{Axis, ExperimentFile, FileError, Key, MediansTable, Scalar, Until};
+use crate::design::file::{Axis, ExperimentFile, FileError, JointTable, Key, Scalar, Until};
 use crate::design::{Cell, FoundTheory, Measure, Theories};
 use crate::worker::Program;
 use asobench_identification::estimator::{Method, Output};
@@ -130,13 +130,15 @@ impl Experiment {
         found.into_iter()
     }
 
-    /// Returns the ratios whose distribution a cell keeps, with the indices of their outputs.
-    pub fn kept_ratios(&self) -> Vec<(&MediansTable, [usize; 2])> {
+    /// Returns the ratios whose distribution a cell keeps, each with the indices of two outputs and of their measures.
+    pub fn kept_ratios(&self) -> Vec<(&JointTable, [(usize, usize); 2])> {
         let tables = self.file.needed.iter().flat_map(|needed| &needed.ratios);
-        let output = |label: &str| self.output("output", label).ok();
-        tables
-            .filter_map(|of| Some((of, [output(&of.output)?, output(&of.to)?])))
-            .collect()
+        let place = |label: &str, measure| {
+            let output = self.output("output", label).ok()?;
+            Some((output, self.measure("measure", measure).ok()?))
+        };
+        let places = |of: &JointTable| Some([place(&of.output, of.measure)?, place(&of.to, of.measure_of_to)?]);
+        tables.filter_map(|of| Some((of, places(of)?))).collect()
     }
 
     /// Returns the measures that slopes need, each once. The jackknife's groups are kept for these.

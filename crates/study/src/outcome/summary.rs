@@ -1,6 +1,6 @@
 //! The summary of a study: all that a report shows, computed from tallies and stored in summary.json.
 
-use crate::design::file::{BoundTable, Distributions, Key, MediansTable, Scalar, Settings, SlopeTable};
+use crate::design::file::{BoundTable, Distributions, JointTable, Key, Scalar, Settings, SlopeTable};
 use crate::design::{Cell, Experiment, Measure, smooth};
 use crate::outcome::cell_pair::{CellPair, cell_pairs};
 use crate::outcome::coefficient_statistics;
@@ -135,7 +135,7 @@ pub struct ComparisonSummary {
 pub struct Joint {
     /// Which measures.
     #[serde(rename = "of")]
-    pub table: MediansTable,
+    pub table: JointTable,
     /// The ratio of the first to the second.
     pub ratio: PairedStatistics,
     /// The distribution of this ratio.
@@ -155,7 +155,7 @@ impl Joint {
             .collect();
         let kept: Vec<(usize, Measure)> = experiment.series_of(&experiment.cells[index]).collect();
         let needed = experiment.file.needed.iter();
-        let tables: Vec<&MediansTable> = needed.flat_map(|needed| &needed.medians).collect();
+        let tables: Vec<&JointTable> = needed.flat_map(|needed| &needed.medians).collect();
         if tables.is_empty() {
             return joint;
         }
@@ -166,7 +166,7 @@ impl Joint {
             series.get(place)
         };
         let number = |x: &f64| Some(*x).filter(|x| x.is_finite());
-        let pair = |table: &&MediansTable| {
+        let pair = |table: &&JointTable| {
             let first = values(&table.output, table.measure)?.iter().map(number);
             let second = values(&table.to, table.measure_of_to)?.iter().map(number);
             let pairs = first.zip(second);
@@ -179,7 +179,7 @@ impl Joint {
         joint
     }
 
-    fn new(table: &MediansTable, paired: &Paired, trials: Vec<[Option<f64>; 2]>) -> Self {
+    fn new(table: &JointTable, paired: &Paired, trials: Vec<[Option<f64>; 2]>) -> Self {
         Self {
             table: table.clone(),
             ratio: paired.statistics(table.measure.worse()),

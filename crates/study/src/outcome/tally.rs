@@ -1,6 +1,6 @@
 //! The tally of a block: counts and accumulators that give the same bits in whatever order they are merged.
 
-use crate::design::file::{BoundTable, MediansTable};
+use crate::design::file::BoundTable;
 use crate::design::{Cell, Experiment, Measure, curve_bytes};
 use crate::outcome::coefficients;
 use crate::outcome::curves::Curves;
@@ -122,12 +122,8 @@ impl CellTally {
         let measures = 0..file.measures.len();
         let all_measures = |of: &[usize; 2]| measures.clone().map(|at| pair(of.map(|output| (output, at)))).collect();
         let mut pairs: Vec<Vec<Paired>> = experiment.compare.iter().map(all_measures).collect();
-        let ratio = |(of, outputs): (&MediansTable, [usize; 2])| {
-            let place = |measure| file.measures.iter().position(|other| *other == measure);
-            let measures = [place(of.measure)?, place(of.measure_of_to)?];
-            Some(pair(std::array::from_fn(|i| (outputs[i], measures[i]))))
-        };
-        let ratios: Vec<Paired> = experiment.kept_ratios().into_iter().filter_map(ratio).collect();
+        let ratios = experiment.kept_ratios().into_iter();
+        let ratios: Vec<Paired> = ratios.map(|(_, of)| pair(of)).collect();
         pairs.extend(Some(ratios).filter(|ratios| !ratios.is_empty()));
         let first = rows.trials().start;
         let group = |column: &[f64], group: usize| {

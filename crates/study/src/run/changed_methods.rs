@@ -6,7 +6,7 @@
 //! design before, too, until the last one is. A kill at any moment leaves a folder that the same command continues.
 
 use crate::design::Experiment;
-use crate::design::file::{Engine, ExperimentFile, FileError, MediansTable, MethodTable, Store, TrialRule};
+use crate::design::file::{Engine, ExperimentFile, FileError, JointTable, MethodTable, Store, TrialRule};
 use crate::files::{self, Kind};
 use crate::outcome::design_difference::same_but_for_methods;
 use crate::outcome::layout::{BLOCKS, DESIGN, remove_own};
@@ -255,7 +255,8 @@ impl<'e> Change<'e> {
                 let is_there = self.old_pair([*first, *second]).is_some() || self.are_added([*first, *second]);
                 wanted.extend([(*first, is_there), (*second, is_there)]);
             }
-            for (of, [first, second]) in self.new.kept_ratios() {
+            for (of, places) in self.new.kept_ratios() {
+                let [first, second] = places.map(|(output, _)| output);
                 let is_there = self.old_ratio(of, [first, second]) || self.are_added([first, second]);
                 wanted.extend([(first, is_there), (second, is_there)]);
             }
@@ -283,7 +284,7 @@ impl<'e> Change<'e> {
     }
 
     /// Whether the old study kept a ratio.
-    fn old_ratio(&self, of: &MediansTable, outputs: [usize; 2]) -> bool {
+    fn old_ratio(&self, of: &JointTable, outputs: [usize; 2]) -> bool {
         let [Source::Old(first), Source::Old(second)] = outputs.map(|output| self.sources[output]) else {
             return false;
         };
@@ -396,8 +397,8 @@ impl<'e> Change<'e> {
 }
 
 /// Returns the place of the ratio of two outputs among those whose distribution a study keeps.
-fn place_of_ratio(study: &Experiment, of: &MediansTable, outputs: [usize; 2]) -> Option<usize> {
-    let measures = |of: &MediansTable| [of.measure, of.measure_of_to];
+fn place_of_ratio(study: &Experiment, of: &JointTable, outputs: [usize; 2]) -> Option<usize> {
+    let measures = |of: &JointTable| [of.measure, of.measure_of_to];
     let mut kept = study.kept_ratios().into_iter();
-    kept.position(|(other, places)| measures(other) == measures(of) && places == outputs)
+    kept.position(|(other, places)| measures(other) == measures(of) && places.map(|(output, _)| output) == outputs)
 }

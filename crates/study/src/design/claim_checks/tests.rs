@@ -1,5 +1,5 @@
 use super::*;
-use crate::design::file::needs::MediansTable;
+use crate::design::file::needs::JointTable;
 use crate::design::file::needs::Needs;
 use crate::design::file::tables::SlopeTable;
 use crate::design::measure::Measure;
@@ -79,7 +79,7 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
         (
             format!("{{ ratio = 'e_a', {iv}, statistic = 'median', below = 1 }}"),
             Needs {
-                medians: vec![MediansTable {
+                medians: vec![JointTable {
                     output: "iv(4)".to_owned(),
                     measure: Measure::Ea,
                     to: "ls".to_owned(),
@@ -91,7 +91,7 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
         (
             "{ ratio = 'e_a', of = 'ls', to = 'ls', measure_of_to = 'e_b', below = 1 }".to_owned(),
             Needs {
-                ratios: vec![MediansTable {
+                ratios: vec![JointTable {
                     output: "ls".to_owned(),
                     measure: Measure::Ea,
                     to: "ls".to_owned(),

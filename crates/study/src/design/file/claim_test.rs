@@ -2,7 +2,7 @@
 
 use crate::design::Measure;
 use crate::design::file::{
-    At, Axis, BoundTable, CoefficientStatistic, FileError, Key, MediansTable, RatioStatistic, SLOPE_STATISTICS, Scalar,
+    At, Axis, BoundTable, CoefficientStatistic, FileError, JointTable, Key, RatioStatistic, SLOPE_STATISTICS, Scalar,
     SlopeTable, TestTable, TheoryReference, TimeOf, ValueStatistic, wrong,
 };
 use asobench_identification::names::{UnknownName, named_enum};
@@ -418,9 +418,9 @@ impl ClaimTest {
     }
 
     /// Returns the two measures of a ratio that are compared trial by trial.
-    pub(crate) fn joint(&self) -> MediansTable {
+    pub(crate) fn joint(&self) -> JointTable {
         let measures = self.measures();
-        MediansTable {
+        JointTable {
             output: self.output.clone(),
             measure: measures[0],
             to: self.kind.other().cloned().unwrap_or_default(),

@@ -45,7 +45,7 @@ pub use grid::{CELL_LIMIT, Conditions, Settings, cells, conditions, matches, par
 pub use input_table::InputTable;
 pub use key::{AUTOMATIC, Entry as KeyEntry, Key, StudyKind};
 pub use method::MethodTable;
-pub use needs::{MediansTable, Needs, SeriesTable};
+pub use needs::{JointTable, Needs, SeriesTable};
 pub use observer_table::{FactorName, ObserverOptions, ObserverTable};
 pub use parse::schema;
 pub use rule::{TRIAL_LIMIT, TrialRule, Until, UntilDecided, UntilStatistic};

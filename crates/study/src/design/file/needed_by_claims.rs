@@ -2,7 +2,7 @@
 
 use crate::design::Measure;
 use crate::design::file::{
-    BoundTable, ClaimTable, ClaimTest, CoefficientStatistic, ExperimentFile, Key, MediansTable, Needs, RatioStatistic,
+    BoundTable, ClaimTable, ClaimTest, CoefficientStatistic, ExperimentFile, JointTable, Key, Needs, RatioStatistic,
     SeriesTable, TestKind, TheoryReference,
 };
 
@@ -60,7 +60,7 @@ pub(crate) struct Distributions {
     /// The ratio of a measure of two outputs on the same trials.
     pub(crate) ratios: Vec<([String; 2], Measure)>,
     /// Both values of each trial.
-    pub(crate) joint: Vec<MediansTable>,
+    pub(crate) joint: Vec<JointTable>,
 }
 
 impl Distributions {

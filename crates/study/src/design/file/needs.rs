@@ -22,7 +22,7 @@ tables! {
 
     /// Two measures of a cell that a claim compares trial by trial: by their ratio, their medians or their capped mean
     /// squares.
-    pub struct MediansTable {
+    pub struct JointTable {
         /// The output in the numerator.
         output: String,
         /// Its measure.
@@ -50,9 +50,9 @@ tables! {
         /// Pairs of cells.
         series?: Vec<SeriesTable>,
         /// Ratios of two measures, whose distribution is kept.
-        ratios?: Vec<MediansTable>,
+        ratios?: Vec<JointTable>,
         /// Ratios of two medians, or of capped mean squares, for which both values of every trial are kept.
-        medians?: Vec<MediansTable>,
+        medians?: Vec<JointTable>,
         /// Times of the methods.
         timing?: bool,
     }

@@ -64,7 +64,13 @@ impl Columns {
     }
 
     /// Encodes and compresses a group, whose columns are in the order of the fields.
+    ///
+    /// # Errors
+    /// If columns differ in length.
     pub(crate) fn encode(&self, group: &[EncodedAs]) -> PolarsResult<Group> {
+        let rows = group.first().map_or(0, |(array, _)| array.len());
+        let alike = group.iter().all(|(array, _)| array.len() == rows);
+        polars_ensure!(alike, ShapeMismatch: "columns of different lengths");
         let columns = group.iter().zip(&self.types).map(|((array, encoding), type_)| {
             // Ranges of numbers help no reader, and take time.
             let ranges = !matches!(array.dtype(), ArrowDataType::Float64);
@@ -80,7 +86,7 @@ impl Columns {
             Ok(pages.collect::<Result<_, _>>()?)
         });
         Ok(Group {
-            rows: group.first().map_or(0, |(array, _)| array.len()),
+            rows,
             columns: columns.collect::<PolarsResult<_>>()?,
         })
     }
@@ -144,19 +150,19 @@ pub(crate) fn plain(named: Vec<Named>) -> PolarsResult<(Columns, Vec<EncodedAs>)
     Ok((columns, group.collect()))
 }
 
-/// Returns a table of columns of equal length.
+/// Returns a table of some columns.
 ///
 /// # Errors
-/// If two columns have one name.
+/// If two columns have one name, or differ in length.
 pub fn parquet_of(named: Vec<Named>) -> PolarsResult<Vec<u8>> {
     let (columns, group) = plain(named)?;
     columns.file_of(&group)
 }
 
-/// Returns a table of columns of equal length, with null for NaN.
+/// Returns a table of columns of numbers, with null for NaN.
 ///
 /// # Errors
-/// If two columns have one name.
+/// If two columns have one name, or differ in length.
 pub fn numbers_as_parquet(columns: Vec<(String, Vec<f64>)>) -> std::io::Result<Vec<u8>> {
     let named = columns
         .into_iter()

@@ -1,7 +1,7 @@
 //! A block of the new study, put together from that of the old one and the same trials of the new methods.
 
 use super::{ADDED, Change, Source, place_of_ratio, remove_added};
-use crate::design::file::{MediansTable, Store};
+use crate::design::file::{JointTable, Store};
 use crate::files::{self, Kind};
 use crate::outcome::curves::Curves;
 use crate::outcome::layout::{BLOCKS, DESIGN, span_of};
@@ -142,8 +142,8 @@ impl Change<'_> {
             let at = compared.position(|other| *other == places)?;
             Some(added.pairs[at].clone())
         };
-        let ratio = |(of, outputs): (&MediansTable, [usize; 2])| {
-            let (tally, source, outputs) = match outputs.map(|output| self.sources[output]) {
+        let ratio = |(of, places): (&JointTable, [(usize, usize); 2])| {
+            let (tally, source, outputs) = match places.map(|(output, _)| self.sources[output]) {
                 [Source::Old(first), Source::Old(second)] => (before, &self.old, [first, second]),
                 [Source::Added(first), Source::Added(second)] => (added, of_added?, [first, second]),
                 _ => return None,
