@@ -33,3 +33,29 @@ fn results_of_0_2_0_are_read_judged_and_replayed() {
     let errors: Vec<f64> = rounding.map(|text| text.trim().parse().expect("a number")).collect();
     assert!(errors.len() > 1 && errors.iter().all(|error| *error < 1e-6));
 }
+
+/// What a build of 0.3.0 printed of the 20 trials: C1 holds with 100 %, C2 has none, and E3, whose ratios it kept as both
+/// numbers of every trial, does not hold. Its stored trials are those that a replay computes.
+#[test]
+fn results_of_0_3_0_are_read_judged_and_replayed() {
+    let folder = of_version("0.3.0");
+    let run = |words: &[&str]| {
+        let done = asobench_in(folder.path(), words);
+        assert!(done.status.success(), "{words:?}: {done:?}");
+        stdout(&done)
+    };
+    let judged = run(&["report", "old", "--out", "page"]);
+    let judged = judged.split_whitespace().collect::<Vec<_>>().join(" ");
+    for verdict in [
+        "C1 holds: the share of trials of iv(4) with e_a = 0 up to rounding, and < 1e-6 is 100.0 %, above 50 %.",
+        "C2 does not hold: the share of trials of iv(4) with e_a < 0.033 is 0 %, not above 50 %.",
+        "E3 does not hold: the median ratio of e_a as printed of iv(4) to e_a of iv(4) is 1.8062(2) at C2",
+    ] {
+        assert!(judged.contains(verdict), "{verdict}\n{judged}");
+    }
+    assert!(folder.path().join("page/report.html").exists());
+    run(&["check", "old"]);
+    let trial = run(&["replay", "old", "C2:7"]);
+    assert!(trial.contains("trial 7, seed 2023"), "{trial}");
+    assert!(trial.contains("These rows equal, bit for bit"), "{trial}");
+}
