@@ -40,6 +40,14 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
         statistic,
         from: 0.0,
     };
+    let joint = |output: &str, measure_of_to| {
+        vec![JointTable {
+            output: output.to_owned(),
+            measure: Measure::Ea,
+            to: "ls".to_owned(),
+            measure_of_to,
+        }]
+    };
     use asobench_identification::metric::SlopeOf;
     for (test, needs) in [
         (format!("{{ share = 'lost', {ls}, below = 0.01 }}"), Needs::default()),
@@ -79,24 +87,14 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
         (
             format!("{{ ratio = 'e_a', {iv}, statistic = 'median', below = 1 }}"),
             Needs {
-                medians: vec![JointTable {
-                    output: "iv(4)".to_owned(),
-                    measure: Measure::Ea,
-                    to: "ls".to_owned(),
-                    measure_of_to: Measure::Ea,
-                }],
+                medians: joint("iv(4)", Measure::Ea),
                 ..Needs::default()
             },
         ),
         (
             "{ ratio = 'e_a', of = 'ls', to = 'ls', measure_of_to = 'e_b', below = 1 }".to_owned(),
             Needs {
-                ratios: vec![JointTable {
-                    output: "ls".to_owned(),
-                    measure: Measure::Ea,
-                    to: "ls".to_owned(),
-                    measure_of_to: Measure::Eb,
-                }],
+                ratios: joint("ls", Measure::Eb),
                 ..Needs::default()
             },
         ),
