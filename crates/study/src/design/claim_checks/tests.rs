@@ -28,6 +28,16 @@ fn a_plan_of_looks_needs_a_number_of_trials() {
     assert_eq!(refused("looks = 2\n"), "");
 }
 
+/// e_a of an output beside a measure of ls.
+fn joint(output: &str, measure_of_to: Measure) -> Vec<JointTable> {
+    vec![JointTable {
+        output: output.to_owned(),
+        measure: Measure::Ea,
+        to: "ls".to_owned(),
+        measure_of_to,
+    }]
+}
+
 #[test]
 fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
     let ls = "of = 'ls'";
@@ -39,14 +49,6 @@ fn every_kind_of_test_is_accepted_and_tells_what_it_needs() {
         over: Key::Window,
         statistic,
         from: 0.0,
-    };
-    let joint = |output: &str, measure_of_to| {
-        vec![JointTable {
-            output: output.to_owned(),
-            measure: Measure::Ea,
-            to: "ls".to_owned(),
-            measure_of_to,
-        }]
     };
     use asobench_identification::metric::SlopeOf;
     for (test, needs) in [
