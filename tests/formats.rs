@@ -11,16 +11,19 @@ fn of_version(version: &str) -> tempfile::TempDir {
     folder
 }
 
+/// The output of a command that succeeds beside such a folder.
+fn output_in(folder: &tempfile::TempDir, words: &[&str]) -> String {
+    let done = asobench_in(folder.path(), words);
+    assert!(done.status.success(), "{words:?}: {done:?}");
+    stdout(&done)
+}
+
 /// Version 0.2.0 printed for claim C1 that max e_x of iv(4) is 0 up to rounding in 99.5 +- 0.1 %, and for C2 that it
 /// is below 0.065 in none (`git show 37b5a469:results/nikolov2023/verdict.txt`).
 #[test]
 fn results_of_0_2_0_are_read_judged_and_replayed() {
     let folder = of_version("0.2.0");
-    let run = |words: &[&str]| {
-        let done = asobench_in(folder.path(), words);
-        assert!(done.status.success(), "{words:?}: {done:?}");
-        stdout(&done)
-    };
+    let run = |words: &[&str]| output_in(&folder, words);
     let judged = run(&["report", "old", "--out", "page"]);
     assert!(judged.contains("C1  holds"), "{judged}");
     assert!(judged.contains("is 99.48(7) %, above 50 %"), "{judged}");
@@ -34,16 +37,12 @@ fn results_of_0_2_0_are_read_judged_and_replayed() {
     assert!(errors.len() > 1 && errors.iter().all(|error| *error < 1e-6));
 }
 
-/// What a build of 0.3.0 printed of the 20 trials: C1 holds with 100 %, C2 has none, and E3, whose ratios it kept as both
-/// numbers of every trial, does not hold. Its stored trials are those that a replay computes.
+/// A build of 0.3.0 printed of the 20 trials that C1 holds with 100 %, C2 has none, and E3, whose ratios it kept as
+/// both numbers of every trial, does not hold. Its stored trials are those that a replay computes.
 #[test]
 fn results_of_0_3_0_are_read_judged_and_replayed() {
     let folder = of_version("0.3.0");
-    let run = |words: &[&str]| {
-        let done = asobench_in(folder.path(), words);
-        assert!(done.status.success(), "{words:?}: {done:?}");
-        stdout(&done)
-    };
+    let run = |words: &[&str]| output_in(&folder, words);
     let judged = run(&["report", "old", "--out", "page"]);
     let judged = judged.split_whitespace().collect::<Vec<_>>().join(" ");
     for verdict in [

@@ -149,8 +149,8 @@ impl Joint {
     /// Returns the ratios that a cell kept, then the pairs whose series are there.
     fn of_cell(experiment: &Experiment, index: usize, tally: &CellTally, judged: &Distributions) -> Vec<Self> {
         let ratios = experiment.kept_ratios().into_iter();
-        let ratios = ratios.zip(tally.pairs.get(experiment.compare.len()).into_iter().flatten());
         let mut joint: Vec<Self> = ratios
+            .zip(tally.ratios(experiment))
             .map(|((table, _), paired)| Self::new(table, paired, Vec::new()))
             .collect();
         let kept: Vec<(usize, Measure)> = experiment.series_of(&experiment.cells[index]).collect();

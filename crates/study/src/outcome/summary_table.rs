@@ -3,7 +3,7 @@
 use crate::design::file::Scalar;
 use crate::design::{Cell, Experiment};
 use crate::files::PathError;
-use crate::files::parquet::{Named, defined_numbers, numbers, parquet_of, plain, texts};
+use crate::files::parquet::{Named, Schema, defined_numbers, numbers, parquet_of, plain, texts};
 use crate::outcome::summary::{CellSummary, OutputSummary, Summary};
 use crate::outcome::trial_table::{GROUP_ROWS, Setting, StoreError, numeric_settings};
 use asobench_identification::metric::{Statistic, Statistics};
@@ -25,10 +25,10 @@ pub fn write_summary(file: &File, path: &Path, experiment: &Experiment, summary:
     let io = PathError::io(path);
     let to = BufWriter::new(file.try_clone().map_err(io)?);
     let settings = numeric_settings(experiment);
-    let (columns, _) = plain(table(experiment, &settings, &[])).map_err(parquet)?;
-    let mut writer = columns.begin(to).map_err(parquet)?;
+    let schema = Schema::of(&table(experiment, &settings, &[])).map_err(parquet)?;
+    let mut writer = schema.begin(to).map_err(parquet)?;
     for cells in summary.cells.chunks(group_cells(summary)) {
-        let group = plain(table(experiment, &settings, cells)).and_then(|(columns, group)| columns.encode(&group));
+        let group = schema.encode(&plain(table(experiment, &settings, cells)));
         writer.append(&group.map_err(parquet)?).map_err(parquet)?;
     }
     writer.end().map_err(parquet)?;

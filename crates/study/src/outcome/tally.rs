@@ -208,6 +208,11 @@ impl CellTally {
             + curves
     }
 
+    /// Returns the ratios of [`Experiment::kept_ratios`].
+    pub(crate) fn ratios(&self, experiment: &Experiment) -> &[Paired] {
+        self.pairs.get(experiment.compare.len()).map_or(&[], Vec::as_slice)
+    }
+
     /// Returns the series of all trials, in their order.
     pub fn whole_series(&self) -> CellSeries {
         let whole = |parts: &BTreeMap<u64, Vec<f64>>| parts.values().flatten().copied().collect();

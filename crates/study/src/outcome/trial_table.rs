@@ -3,7 +3,7 @@
 use crate::design::file::{Key, Scalar};
 use crate::design::{Experiment, Measure};
 use crate::files::PathError;
-use crate::files::parquet::{Columns, EncodedAs, Group, TableWriter, defined_numbers, numbers, texts};
+use crate::files::parquet::{EncodedAs, Group, Schema, TableWriter, defined_numbers, numbers, texts};
 use crate::outcome::coefficients::Kept;
 use crate::outcome::folder_error::FolderError;
 use crate::outcome::rows::{OutputRows, Rows};
@@ -36,7 +36,7 @@ pub(crate) struct TrialTable<'e> {
     settings: Vec<(Key, bool)>,
     outputs: Vec<Output>,
     coefficients: Kept,
-    columns: Columns,
+    schema: Schema,
 }
 
 /// Trials of a cell that belong to a group, as indices into their rows.
@@ -82,7 +82,7 @@ impl<'e> TrialTable<'e> {
             settings,
             outputs: experiment.outputs(),
             coefficients,
-            columns: Columns::new(&fields)?,
+            schema: Schema::new(&fields)?,
         })
     }
 
@@ -96,12 +96,12 @@ impl<'e> TrialTable<'e> {
         let places = 0..rows.trial_count();
         let rows = Arc::new(rows);
         let part = Part { cell, rows, places };
-        self.columns.file_of(&self.columns_of(&[part])?)
+        self.schema.file_of(&self.columns(&[part])?)
     }
 
     /// Encodes and compresses a group.
     fn encode(&self, group: &[Part]) -> PolarsResult<Group> {
-        self.columns.encode(&self.columns_of(group)?)
+        self.schema.encode(&self.columns(group)?)
     }
 
     fn row_count(&self, group: &[Part]) -> usize {
@@ -110,7 +110,7 @@ impl<'e> TrialTable<'e> {
     }
 
     /// Returns every column of a group, in the order of the schema.
-    fn columns_of(&self, group: &[Part]) -> PolarsResult<Vec<EncodedAs>> {
+    fn columns(&self, group: &[Part]) -> PolarsResult<Vec<EncodedAs>> {
         let cell = |part: &Part| &self.experiment.cells[part.cell];
         let mut columns = vec![
             self.of_cells(group, |part| Some(part.cell as i32), numbers)?,
@@ -304,7 +304,7 @@ impl<'t> TrialWriter<'t> {
         threads: usize,
     ) -> Result<Self, StoreError> {
         let to = BufWriter::new(file.try_clone().map_err(PathError::io(&path))?);
-        match table.columns.begin(to) {
+        match table.schema.begin(to) {
             Ok(writer) => Ok(Self {
                 table,
                 path,

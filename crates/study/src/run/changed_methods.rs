@@ -257,7 +257,7 @@ impl<'e> Change<'e> {
             }
             for (of, places) in self.new.kept_ratios() {
                 let [first, second] = places.map(|(output, _)| output);
-                let is_there = self.old_ratio(of, [first, second]) || self.are_added([first, second]);
+                let is_there = self.old_ratio(of, [first, second]).is_some() || self.are_added([first, second]);
                 wanted.extend([(first, is_there), (second, is_there)]);
             }
             for (old, new) in self.old.cells.iter().zip(&self.new.cells) {
@@ -283,12 +283,12 @@ impl<'e> Change<'e> {
         self.old.compare.iter().position(|other| *other == [first, second])
     }
 
-    /// Whether the old study kept a ratio.
-    fn old_ratio(&self, of: &JointTable, outputs: [usize; 2]) -> bool {
+    /// Returns the place of a ratio in the old study, if it kept it.
+    fn old_ratio(&self, of: &JointTable, outputs: [usize; 2]) -> Option<usize> {
         let [Source::Old(first), Source::Old(second)] = outputs.map(|output| self.sources[output]) else {
-            return false;
+            return None;
         };
-        place_of_ratio(&self.old, of, [first, second]).is_some()
+        place_of_ratio(&self.old, of, [first, second])
     }
 
     fn are_added(&self, pair: [usize; 2]) -> bool {

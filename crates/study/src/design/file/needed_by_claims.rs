@@ -135,14 +135,15 @@ impl Needs {
             } => {
                 push(&mut self.measures, &file.measures, *measure);
                 push(&mut self.measures, &file.measures, *measure_of_to);
-                let of_theory = TheoryReference::named(to).is_some();
-                let of_values = *statistic == RatioStatistic::Median || test.assumption.is_some();
-                if of_values && !of_theory {
+                if TheoryReference::named(to).is_some() {
+                    return;
+                }
+                if *statistic == RatioStatistic::Median || test.assumption.is_some() {
                     push(&mut self.medians, &[], test.joint());
-                } else if measure != measure_of_to && !of_theory {
+                } else if measure != measure_of_to {
                     push(&mut self.ratios, &[], test.joint());
                 }
-                if *statistic != RatioStatistic::Median && measure == measure_of_to && !of_theory {
+                if *statistic != RatioStatistic::Median && measure == measure_of_to {
                     push(&mut self.compare, &file.compare, [output(), to.clone()]);
                 }
             }

@@ -13,5 +13,5 @@ mod write;
 pub(crate) use footer::Column;
 pub use record::ParquetText;
 pub(crate) use table::{Table, Values};
-pub(crate) use write::{Columns, EncodedAs, Group, Named, TableWriter, defined_numbers, numbers, plain, texts};
+pub(crate) use write::{EncodedAs, Group, Named, Schema, TableWriter, defined_numbers, numbers, plain, texts};
 pub use write::{numbers_as_parquet, parquet_of};

@@ -23,9 +23,9 @@ pub(crate) type EncodedAs = (Box<dyn Array>, Encoding);
 /// A column with its name.
 pub type Named = (String, Box<dyn Array>);
 
-/// The columns of a table, in the form of the file.
-pub(crate) struct Columns {
-    schema: ArrowSchema,
+/// The names and types of the columns of a table, and how they are encoded.
+pub(crate) struct Schema {
+    columns: ArrowSchema,
     types: Vec<ParquetType>,
     options: WriteOptions,
 }
@@ -39,8 +39,8 @@ pub(crate) struct Group {
 /// A file to which groups are appended.
 pub(crate) struct TableWriter<W: Write>(FileWriter<W>);
 
-impl Columns {
-    /// Returns columns given their names and types, all of which may have nulls.
+impl Schema {
+    /// Returns the schema of columns with these names and types, all of which may have nulls.
     ///
     /// # Errors
     /// If two columns have one name.
@@ -49,11 +49,11 @@ impl Columns {
             let name = PlSmallStr::from(*name);
             (name.clone(), Field::new(name, dtype.clone(), true))
         });
-        let schema: ArrowSchema = named.collect();
-        polars_ensure!(schema.len() == fields.len(), Duplicate: "two columns have one name");
+        let columns: ArrowSchema = named.collect();
+        polars_ensure!(columns.len() == fields.len(), Duplicate: "two columns have one name");
         Ok(Self {
-            types: to_parquet_schema(&schema)?.fields().to_vec(),
-            schema,
+            types: to_parquet_schema(&columns)?.fields().to_vec(),
+            columns,
             options: WriteOptions {
                 statistics: StatisticsOptions::default(),
                 version: Version::V1,
@@ -61,6 +61,15 @@ impl Columns {
                 data_page_size: None,
             },
         })
+    }
+
+    /// Returns the schema of these columns.
+    ///
+    /// # Errors
+    /// If two have one name.
+    pub(crate) fn of(named: &[Named]) -> PolarsResult<Self> {
+        let fields = named.iter().map(|(name, array)| (name.as_str(), array.dtype().clone()));
+        Self::new(&fields.collect::<Vec<_>>())
     }
 
     /// Encodes and compresses a group, whose columns are in the order of the fields.
@@ -93,7 +102,7 @@ impl Columns {
 
     /// Begins a table.
     pub(crate) fn begin<W: Write>(&self, to: W) -> PolarsResult<TableWriter<W>> {
-        FileWriter::try_new(to, self.schema.clone(), self.options).map(TableWriter)
+        FileWriter::try_new(to, self.columns.clone(), self.options).map(TableWriter)
     }
 
     /// Returns the bytes of a complete file with one group.
@@ -139,15 +148,10 @@ pub(crate) fn texts<T: AsRef<str>>(values: &[T]) -> Box<dyn Array> {
     Utf8ViewArray::from_slice_values(values).boxed()
 }
 
-/// Returns the columns of a table, and its only group, without encodings of their own.
-///
-/// # Errors
-/// If two columns have one name.
-pub(crate) fn plain(named: Vec<Named>) -> PolarsResult<(Columns, Vec<EncodedAs>)> {
-    let fields = named.iter().map(|(name, array)| (name.as_str(), array.dtype().clone()));
-    let columns = Columns::new(&fields.collect::<Vec<_>>())?;
+/// Returns a group of columns without encodings of their own.
+pub(crate) fn plain(named: Vec<Named>) -> Vec<EncodedAs> {
     let group = named.into_iter().map(|(_, array)| (array, Encoding::Plain));
-    Ok((columns, group.collect()))
+    group.collect()
 }
 
 /// Returns a table of some columns.
@@ -155,8 +159,7 @@ pub(crate) fn plain(named: Vec<Named>) -> PolarsResult<(Columns, Vec<EncodedAs>)
 /// # Errors
 /// If two columns have one name, or differ in length.
 pub fn parquet_of(named: Vec<Named>) -> PolarsResult<Vec<u8>> {
-    let (columns, group) = plain(named)?;
-    columns.file_of(&group)
+    Schema::of(&named)?.file_of(&plain(named))
 }
 
 /// Returns a table of columns of numbers, with null for NaN.

@@ -143,13 +143,13 @@ impl Change<'_> {
             Some(added.pairs[at].clone())
         };
         let ratio = |(of, places): (&JointTable, [(usize, usize); 2])| {
-            let (tally, source, outputs) = match places.map(|(output, _)| self.sources[output]) {
-                [Source::Old(first), Source::Old(second)] => (before, &self.old, [first, second]),
-                [Source::Added(first), Source::Added(second)] => (added, of_added?, [first, second]),
-                _ => return None,
-            };
-            let place = place_of_ratio(source, of, outputs)?;
-            Some(tally.pairs.get(source.compare.len())?.get(place)?.clone())
+            let outputs = places.map(|(output, _)| output);
+            if let Some(at) = self.old_ratio(of, outputs) {
+                return before.ratios(&self.old).get(at).cloned();
+            }
+            let places = outputs.map(|output| from(self.sources[output]).1);
+            let at = place_of_ratio(of_added?, of, places).filter(|_| self.are_added(outputs))?;
+            added.ratios(of_added?).get(at).cloned()
         };
         let mut pairs = self.new.compare.iter().map(pair).collect::<Option<Vec<_>>>()?;
         let ratios: Vec<Paired> = self.new.kept_ratios().into_iter().map(ratio).collect::<Option<_>>()?;
