@@ -2,10 +2,10 @@
 //! threads.
 
 use asobench::lanes::Isa;
+use asobench::lanes::pack::Kernel;
 use asobench::plant::{Numerator, PoleFinder, nikolov2023, random_stable};
 use asobench::signal::{Purpose, stream};
 use asobench::study::file::ExperimentFile;
-use asobench::study::kernels::Kernel;
 use asobench::study::{Block, Engine, Experiment, PackTrial, Plan, Trials, W98, Worker, run};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -68,15 +68,15 @@ fn kernels(criterion: &mut Criterion) {
     let with_condition = experiment(&with_condition);
     for isa in widths() {
         let mut group = group(criterion, &format!("lanes_{isa}"));
-        let mut pack = plan(&w98).kernels(isa);
+        let mut pack = plan(&w98).first_pack(isa);
         group.throughput(Throughput::Elements(pack.lanes() as u64));
         for &kernel in Kernel::ALL {
-            group.bench_function(kernel.name(), |b| b.iter(|| pack.run(kernel)));
+            group.bench_function(kernel.name(), |b| b.iter(|| pack.run_kernel(kernel)));
         }
-        let mut pack = plan(&with_condition).kernels(isa);
+        let mut pack = plan(&with_condition).first_pack(isa);
         for kernel in [Kernel::Solve, Kernel::Estimate] {
             let name = format!("{kernel}_condition");
-            group.bench_function(name, |b| b.iter(|| pack.run(kernel)));
+            group.bench_function(name, |b| b.iter(|| pack.run_kernel(kernel)));
         }
         group.finish();
     }
@@ -101,7 +101,7 @@ fn bench_pack(
     group: &mut BenchmarkGroup<'_, WallTime>,
     id: BenchmarkId,
     experiment: &Experiment,
-    pack: &mut dyn PackTrial,
+    pack: &mut PackTrial,
 ) {
     let lanes = pack.lanes() as u64;
     let trials = Trials::new(experiment, &experiment.cells[0]);
@@ -146,7 +146,7 @@ fn packs(criterion: &mut Criterion) {
     for isa in widths() {
         let mut pack = plan(&w98).pack(isa);
         let id = BenchmarkId::new("trials", isa.name());
-        bench_pack(&mut group, id, &w98, &mut *pack);
+        bench_pack(&mut group, id, &w98, &mut pack);
     }
     bench_faer(&mut group, BenchmarkId::new("trials", "faer"), &w98);
     group.finish();
@@ -165,7 +165,7 @@ fn scaling(criterion: &mut Criterion) {
     for (name, size, experiment) in of_windows.into_iter().chain(of_orders) {
         let mut group = group(criterion, name);
         let mut pack = plan(&experiment).pack(Isa::best());
-        bench_pack(&mut group, BenchmarkId::new("lanes", &size), &experiment, &mut *pack);
+        bench_pack(&mut group, BenchmarkId::new("lanes", &size), &experiment, &mut pack);
         bench_faer(&mut group, BenchmarkId::new("faer", &size), &experiment);
         group.finish();
     }

@@ -27,7 +27,7 @@ fn main() -> Result<()> {
         if !isa.is_here() {
             return Err(format!("{isa} is not on this machine").into());
         }
-        Worker::Lanes(Plan::new(&experiment, cell)?.pack(isa))
+        Worker::Lanes(Box::new(Plan::new(&experiment, cell)?.pack(isa)))
     };
     // Reserves room for all rows, so that growing the list adds no instructions.
     let mut trials = Trials::new(&experiment, cell);

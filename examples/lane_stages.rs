@@ -12,12 +12,12 @@ use asobench::estimator::{
     Drive, Estimator, InstrumentalVariables, Instruments, IvOptions, Pass, Shape, Solver, Stage10, Window,
 };
 use asobench::lanes::Isa;
+use asobench::lanes::pack::Kernel;
 use asobench::metric::{Response, StateError, System};
 use asobench::observer::{Gain, ObservedModel, Observer};
 use asobench::plant::PoleFinder;
 use asobench::signal::{Purpose, stream};
 use asobench::study::file::ExperimentFile;
-use asobench::study::kernels::Kernel;
 use asobench::study::{DiscreteCell, Engine, Experiment, Plan, Trials, W98, Worker, fma_peak};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -303,10 +303,10 @@ impl<'a> Timed<'a> {
 
 /// The kernel of a stage in the lanes, and on faer.
 fn stage<'e>(fast: &'e Experiment, slow: &'e Experiment, isa: Isa, kernel: Kernel) -> Result<[Timed<'e>; 2]> {
-    let mut pack = Plan::new(fast, &fast.cells[0])?.kernels(isa);
+    let mut pack = Plan::new(fast, &fast.cells[0])?.first_pack(isa);
     let mut faer = Faer::new(slow)?;
     Ok([
-        Timed::new(move || pack.run(kernel)),
+        Timed::new(move || pack.run_kernel(kernel)),
         Timed::new(move || faer.run(kernel)),
     ])
 }
@@ -395,7 +395,7 @@ fn main() -> Result<()> {
         timed.push(stage(&fast, &slow, isa, kernel)?);
     }
     timed.push(stage(&fast, &slow, isa, Kernel::Estimate)?);
-    let pack = Worker::Lanes(Plan::new(&fast, cell)?.pack(isa));
+    let pack = Worker::Lanes(Box::new(Plan::new(&fast, cell)?.pack(isa)));
     let trial = Worker::new(&slow, &slow.cells[0])?;
     timed.push([whole(&fast, lanes as u64, pack), whole(&slow, 1, trial)]);
     let mut peaks = Vec::new();

@@ -10,8 +10,10 @@
 pub mod information;
 pub mod initial_state;
 mod inverses;
-
 pub mod one_record;
+// The tests of the program run whole packs; to compile them for unit tests too would take a minute.
+#[cfg(not(test))]
+pub mod pack;
 pub mod partitioned;
 pub mod passes;
 mod peak;

@@ -7,7 +7,7 @@ use asobench_identification::data::Truth;
 use asobench_identification::metric::{relative_error, relative_error_as_printed};
 use asobench_identification::observer::Gain;
 use asobench_identification::plant::inlined::{observe, observe_step, simulate};
-use asobench_identification::real::Real;
+use asobench_identification::real::{MOST_LANES, Real};
 use std::ops::Range;
 
 /// Errors of one output, NaN where undefined.
@@ -25,17 +25,38 @@ pub struct Errors<R> {
     pub state_absolute: R,
 }
 
+impl<T: Copy> Errors<T> {
+    /// The same for every error.
+    pub(crate) fn all(value: T) -> Self {
+        Self {
+            relative: [value; 4],
+            as_printed: [value; 4],
+            state: [value; 2],
+            state_as_printed: [value; 2],
+            state_absolute: value,
+        }
+    }
+}
+
 impl<R: Real> Errors<R> {
     /// Nothing scored yet.
     pub fn unknown() -> Self {
-        let undefined = R::splat(f64::NAN);
-        Self {
-            relative: [undefined; 4],
-            as_printed: [undefined; 4],
-            state: [undefined; 2],
-            state_as_printed: [undefined; 2],
-            state_absolute: undefined,
+        Self::all(R::splat(f64::NAN))
+    }
+
+    /// Stores the errors of each lane.
+    #[inline(always)]
+    pub fn store(self, to: &mut Errors<[f64; MOST_LANES]>) {
+        let groups = [
+            (&self.relative[..], &mut to.relative[..]),
+            (&self.as_printed, &mut to.as_printed),
+            (&self.state, &mut to.state),
+            (&self.state_as_printed, &mut to.state_as_printed),
+        ];
+        for (errors, to) in groups {
+            errors.iter().zip(to).for_each(|(error, to)| error.store(to));
         }
+        self.state_absolute.store(&mut to.state_absolute);
     }
 }
 

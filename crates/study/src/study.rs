@@ -51,7 +51,6 @@ pub use crate::run::cluster;
 pub use crate::run::continuous_trial::ContinuousTrial;
 pub use crate::run::event::{CampaignError, Event};
 pub use crate::run::forecast::{Disk, Forecast};
-pub use crate::run::kernels;
 pub use crate::run::machine_peak::fma_peak;
 pub use crate::run::pack::PackTrial;
 pub use crate::run::partial::partial_results;

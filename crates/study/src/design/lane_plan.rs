@@ -1,43 +1,23 @@
 //! The part of an experiment that the lanes can run.
 
-use crate::design::{Cell, DiscreteCell, Experiment, ObserverStart, ScoredFrom};
+use crate::design::{Cell, DiscreteCell, Experiment, ObserverStart, RESPONSE_SAMPLES, ScoredFrom};
 use asobench_identification::data::{Feedback, NoiseColour, PlantSource, Process, ProcessSettings, Truth};
-use asobench_identification::estimator::IvOptions;
 use asobench_identification::plant::StateSpace;
 use asobench_identification::signal::{Input, NoiseFilter, ProcessVariances};
 use asobench_lanes::LARGEST_ORDER;
+use asobench_lanes::pack::{PackMethod, PackPlan};
 use asobench_lanes::record::RecordSource;
 use asobench_lanes::score::Wanted;
 
 /// The longest record of a pack: its lanes together take 256 MiB.
 const LONGEST_HORIZON: usize = 1 << 20;
 
-/// A method of a plan.
-pub(crate) struct PlannedMethod<'e> {
-    pub(crate) options: IvOptions,
-    pub(crate) passes: usize,
-    pub(crate) reported: &'e [usize],
-}
-
 /// The computations of a pack for a cell.
 ///
 /// The lanes cover open loops with one plant for all trials, of the estimator's order and at most [`LARGEST_ORDER`];
 /// inputs without measurement noise; least squares and IV by the partitioned inverse, stage 10 corrected, with every
 /// reading of E4, E11 and E12; every gain; and the measures that the table of measures marks.
-#[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
-pub struct Plan<'e> {
-    pub(crate) cell: &'e DiscreteCell,
-    pub(crate) source: RecordSource<'e>,
-    pub(crate) truth: Truth,
-    pub(crate) methods: Vec<PlannedMethod<'e>>,
-    pub(crate) wanted_condition: bool,
-    pub(crate) wanted_states: bool,
-    pub(crate) wanted: Wanted,
-    pub(crate) wanted_radius: bool,
-    pub(crate) wanted_impulse_response: bool,
-    pub(crate) wanted_fresh_fit: bool,
-    pub(crate) from_zero: bool,
-}
+pub struct Plan<'e>(pub(crate) PackPlan<'e>);
 
 impl<'e> Plan<'e> {
     /// Makes the plan of a cell.
@@ -52,14 +32,13 @@ impl<'e> Plan<'e> {
         let asked = experiment.measures_asked();
         let any = |measures: &[F]| asked.iter().any(|measure| measures.contains(measure));
         let methods = experiment.methods.iter().filter_map(|method| {
-            Some(PlannedMethod {
+            Some(PackMethod {
                 options: method.options()?.in_lanes().ok()?,
                 passes: method.passes(),
                 reported: method.reported(),
             })
         });
-        Ok(Self {
-            cell,
+        Ok(Self(PackPlan {
             source: RecordSource {
                 settings: process.settings(),
                 plant,
@@ -75,6 +54,10 @@ impl<'e> Plan<'e> {
                 h: plant.h(),
                 x0: process.settings().x0.clone(),
             },
+            order: cell.order,
+            horizon: cell.horizon,
+            gain: cell.gain.clone(),
+            from_zero: cell.observer_start == ObserverStart::Zero,
             methods: methods.collect(),
             wanted_condition: any(&[F::Condition]),
             wanted_states: file.curves || asked.iter().any(|of| of.entry().of_state),
@@ -86,8 +69,8 @@ impl<'e> Plan<'e> {
             wanted_radius: any(&[F::SpectralRadius]),
             wanted_impulse_response: any(&[F::ImpulseResponse]),
             wanted_fresh_fit: any(&[F::FreshFit]),
-            from_zero: cell.observer_start == ObserverStart::Zero,
-        })
+            response_samples: RESPONSE_SAMPLES,
+        }))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The kinds of files that the program knows: their largest size, and how it recognises its own.
 
+use asobench_identification::names::named_enum;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -28,55 +29,56 @@ const HEAD: u64 = 1 << 16;
 /// Longest footer of a Parquet file that is searched.
 const LONGEST_FOOTER: u64 = 16 * MIB;
 
-/// A kind of file.
-#[derive(Clone, Copy, Debug, Eq, PartialEq)]
-pub enum Kind {
-    /// An experiment file. Once it exists, it belongs to the user.
-    Experiment,
-    /// The samples of a disturbance, `t,delta`.
-    Signal,
-    /// A record `k,u,y`.
-    Record,
-    /// Observer states of `estimate --states` and of `observe --out`, as CSV or Parquet.
-    States,
-    /// `manifest.json`.
-    Manifest,
-    /// `looks.json`.
-    Looks,
-    /// `blocks/design.json`.
-    Design,
-    /// A block of trials.
-    Block,
-    /// `summary.json`.
-    Summary,
-    /// A Parquet table.
-    Parquet,
-    /// `timing/times.json`.
-    Times,
-    /// The results of a method in the reference suite.
-    Suite,
-    /// A figure as SVG or PDF.
-    Figure,
-    /// `report.html`.
-    Page,
-    /// `claims.md`.
-    Verdicts,
-    /// A CSV table of a report.
-    Table,
-    /// A LaTeX table of a report.
-    Latex,
-    /// `simulated.md`.
-    Simulated,
-    /// The plan of a study in shards.
-    Plan,
-    /// `run.json` of a process that computed blocks of a shard.
-    Run,
-    /// A job script. Once it exists, it belongs to the user.
-    Script,
-    /// `workers.log`: the output of external programs.
-    Log,
-    /// The commands that the user has agreed to.
-    Agreed,
+named_enum! {
+    /// A kind of file, named as in the names of temporary files.
+    Kind, "kind of file" {
+        /// An experiment file. Once it exists, it belongs to the user.
+        Experiment = "experiment",
+        /// The samples of a disturbance, `t,delta`.
+        Signal = "signal",
+        /// A record `k,u,y`.
+        Record = "record",
+        /// Observer states of `estimate --states` and of `observe --out`, as CSV or Parquet.
+        States = "states",
+        /// `manifest.json`.
+        Manifest = "manifest",
+        /// `looks.json`.
+        Looks = "looks",
+        /// `blocks/design.json`.
+        Design = "design",
+        /// A block of trials.
+        Block = "block",
+        /// `summary.json`.
+        Summary = "summary",
+        /// A Parquet table.
+        Parquet = "parquet",
+        /// `timing/times.json`.
+        Times = "times",
+        /// The results of a method in the reference suite.
+        Suite = "suite",
+        /// A figure as SVG or PDF.
+        Figure = "figure",
+        /// `report.html`.
+        Page = "page",
+        /// `claims.md`.
+        Verdicts = "verdicts",
+        /// A CSV table of a report.
+        Table = "table",
+        /// A LaTeX table of a report.
+        Latex = "latex",
+        /// `simulated.md`.
+        Simulated = "simulated",
+        /// The plan of a study in shards.
+        Plan = "plan",
+        /// `run.json` of a process that computed blocks of a shard.
+        Run = "run",
+        /// A job script. Once it exists, it belongs to the user.
+        Script = "script",
+        /// `workers.log`: the output of external programs.
+        Log = "log",
+        /// The commands that the user has agreed to.
+        Agreed = "agreed",
+    }
 }
 
 impl Kind {
@@ -120,35 +122,6 @@ impl Kind {
             | Self::Table
             | Self::Latex
             | Self::Simulated => u64::MAX,
-        }
-    }
-
-    /// The word in the names of temporary files.
-    pub(super) const fn word(self) -> &'static str {
-        match self {
-            Self::Experiment => "experiment",
-            Self::Signal => "signal",
-            Self::Record => "record",
-            Self::States => "states",
-            Self::Manifest => "manifest",
-            Self::Looks => "looks",
-            Self::Design => "design",
-            Self::Block => "block",
-            Self::Summary => "summary",
-            Self::Parquet => "parquet",
-            Self::Times => "times",
-            Self::Suite => "suite",
-            Self::Figure => "figure",
-            Self::Page => "page",
-            Self::Verdicts => "verdicts",
-            Self::Table => "table",
-            Self::Latex => "latex",
-            Self::Simulated => "simulated",
-            Self::Plan => "plan",
-            Self::Run => "run",
-            Self::Script => "script",
-            Self::Log => "log",
-            Self::Agreed => "agreed",
         }
     }
 

@@ -125,7 +125,7 @@ fn create_temporary(folder: &Path, kind: Kind) -> io::Result<(File, PathBuf)> {
     let mut made = Err(io::Error::from(io::ErrorKind::AlreadyExists));
     for _ in 0..ATTEMPTS {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let name = format!(".asobench-{}-{}-{number}.tmp", kind.word(), std::process::id());
+        let name = format!(".asobench-{}-{}-{number}.tmp", kind.name(), std::process::id());
         let path = folder.join(name);
         made = File::create_new(&path).map(|file| (file, path));
         if !matches!(&made, Err(error) if error.kind() == io::ErrorKind::AlreadyExists) {
@@ -139,7 +139,7 @@ fn create_temporary(folder: &Path, kind: Kind) -> io::Result<(File, PathBuf)> {
 fn is_temporary(name: &str, kind: Kind) -> bool {
     let number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
     name.strip_prefix(".asobench-")
-        .and_then(|rest| rest.strip_prefix(kind.word()))
+        .and_then(|rest| rest.strip_prefix(kind.name()))
         .and_then(|rest| rest.strip_prefix('-'))
         .and_then(|rest| rest.strip_suffix(".tmp"))
         .and_then(|rest| rest.split_once('-'))

@@ -5,7 +5,7 @@
 //! middle of its bin; its relative error is at most [`CURVE_BIN_ERROR`].
 
 use crate::design::{BINS, BINS_PER_OCTAVE_LOG2, CURVE_TRIALS, CURVES_LIMIT, LOWEST_EXPONENT, curve_bytes};
-use asobench_identification::real::{MOST_LANES, Real};
+use asobench_identification::real::{MOST_LANES, with_fma};
 use serde::{Deserialize, Serialize, Serializer};
 use std::ops::Range;
 
@@ -127,24 +127,22 @@ impl Waiting {
         self.count + MOST_LANES > WAITING
     }
 
-    /// Adds e_x(k)^2 of a pack of trials, for the lanes whose bits are set.
-    pub(crate) fn add_squares<R: Real>(&mut self, squares: &[R], lanes: u8) {
+    /// Adds e_x(k) of a pack of so many trials, for the lanes whose bits are set.
+    pub(crate) fn add(&mut self, errors: &[[f64; MOST_LANES]], lanes: usize, counted: u8) {
         let at = self.count;
-        R::run(
+        with_fma(
             #[inline(always)]
             || {
-                for (square, bins) in squares.iter().zip(self.bins.chunks_exact_mut(WAITING)) {
-                    let mut error = [0.0; MOST_LANES];
-                    square.sqrt().store(&mut error);
-                    let bins = &mut bins[at..at + R::LANES];
-                    for lane in 0..R::LANES {
-                        let counted = lanes >> lane & 1 == 1 && !error[lane].is_nan();
-                        bins[lane] = if counted { bin(error[lane]) } else { BINS } as u16;
+                for (errors, bins) in errors.iter().zip(self.bins.chunks_exact_mut(WAITING)) {
+                    let bins = &mut bins[at..at + lanes];
+                    for (lane, (error, to)) in errors.iter().zip(bins).enumerate() {
+                        let counted = counted >> lane & 1 == 1 && !error.is_nan();
+                        *to = if counted { bin(*error) } else { BINS } as u16;
                     }
                 }
             },
         );
-        self.count += R::LANES;
+        self.count += lanes;
     }
 }
 

@@ -9,7 +9,6 @@ pub(crate) mod continuous_trial;
 pub(crate) mod course;
 pub(crate) mod event;
 pub(crate) mod forecast;
-pub mod kernels;
 pub(crate) mod machine_peak;
 pub(crate) mod pack;
 pub(crate) mod partial;

@@ -31,7 +31,7 @@ pub enum Worker<'e> {
     /// One trial after the other.
     Faer(Box<Trial<'e>>),
     /// One pack at a time.
-    Lanes(Box<dyn PackTrial + 'e>),
+    Lanes(Box<PackTrial<'e>>),
     /// Courses in continuous time, one pack at a time.
     Continuous(Box<ContinuousTrial<'e>>),
 }
@@ -50,7 +50,7 @@ impl<'e> Worker<'e> {
         match engine.map_err(WorkerError::NotCovered)? {
             Engine::Lanes => {
                 let plan = Plan::new(experiment, cell).map_err(WorkerError::NotCovered)?;
-                Ok(Self::Lanes(plan.pack(Isa::best())))
+                Ok(Self::Lanes(Box::new(plan.pack(Isa::best()))))
             }
             Engine::Auto | Engine::Faer => Ok(Self::Faer(Box::new(Trial::new(experiment, cell)?))),
         }

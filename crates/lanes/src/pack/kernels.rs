@@ -1,12 +1,11 @@
-//! Runs the kernels of a pack one at a time, for benches and examples that measure. Only with the feature `bench`.
+//! Runs the kernels of a pack one at a time, for benches and examples that measure.
 
-use crate::design::Plan;
-use crate::run::pack::Pack;
+use super::PackOf;
+use crate::order;
+use crate::passes::PassPack;
 use asobench_identification::names::named_enum;
 use asobench_identification::plant::radius::spectral_radius;
 use asobench_identification::real::{Mask, Real};
-use asobench_lanes::passes::PassPack;
-use asobench_lanes::{Call, Isa, order};
 use std::hint::black_box;
 
 named_enum! {
@@ -37,53 +36,20 @@ named_enum! {
     }
 }
 
-/// The first pack of trials of one cell, with their estimates by its first method.
-pub trait RunKernel {
-    /// Runs a kernel; for a kernel of one pass, that of the last pass. The numbers are the same every time.
-    fn run(&mut self, kernel: Kernel);
-    /// Returns the number of trials in a pack.
-    fn lanes(&self) -> usize;
-}
-
-impl<'e> Plan<'e> {
-    /// Draws and estimates the first pack of trials.
-    ///
-    /// # Panics
-    /// If this machine does not have the instructions.
-    pub fn kernels(self, isa: Isa) -> Box<dyn RunKernel + 'e> {
-        isa.dispatch(self.cell.order, Prepare(self))
-    }
-}
-
-struct Prepare<'e>(Plan<'e>);
-
-impl<'e> Call for Prepare<'e> {
-    type Output = Box<dyn RunKernel + 'e>;
-
-    fn with<R: Real, const N: usize>(self) -> Self::Output {
-        let mut kernels = Kernels::<R, N>(Pack::new(self.0));
-        kernels.run(Kernel::Draw);
-        kernels.run(Kernel::Estimate);
-        Box::new(kernels)
-    }
-}
-
-struct Kernels<'e, R: Real, const N: usize>(Pack<'e, R, N>);
-
-impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
-    fn run(&mut self, kernel: Kernel) {
-        let Pack {
+impl<R: Real, const N: usize> PackOf<'_, R, N> {
+    pub(super) fn kernel(&mut self, kernel: Kernel) {
+        let Self {
             plan,
             record,
             methods,
             responses,
             ..
-        } = &mut self.0;
+        } = self;
         let trials = std::array::from_fn(|lane| lane as u64);
         if kernel == Kernel::Draw {
             return record.draw(&plan.source, &trials);
         }
-        let (u, y) = (&record.u[..plan.cell.window], &record.y[..]);
+        let (u, y) = (&record.u[..plan.source.window], &record.y[..]);
         let all = R::Mask::from_bits(u8::MAX);
         let (passes, last) = (&mut methods[0], plan.methods[0].passes - 1);
         let mut pass = PassPack::unknown();
@@ -106,7 +72,7 @@ impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
             Kernel::Estimate => {
                 passes.estimate(u, y, all);
             }
-            Kernel::Observer => self.0.observe(),
+            Kernel::Observer => self.observe(),
             Kernel::ImpulseResponse => {
                 pass.a[0] = responses.impulse_response_error(&passes.done[last]);
             }
@@ -116,7 +82,7 @@ impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
             }
             Kernel::SpectralRadius => {
                 let PassPack { a, unstable, .. } = &passes.done[last];
-                let n = plan.cell.order;
+                let n = plan.order;
                 pass.a[0] = R::run(
                     #[inline(always)]
                     || spectral_radius::<R, N>(&a[..order::<N>(n)], !*unstable),
@@ -124,9 +90,5 @@ impl<R: Real, const N: usize> RunKernel for Kernels<'_, R, N> {
             }
         }
         black_box(&pass);
-    }
-
-    fn lanes(&self) -> usize {
-        R::LANES
     }
 }
