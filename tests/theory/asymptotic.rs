@@ -6,7 +6,7 @@ use super::study::{cut, mean, run};
 use asobench::claim::judge;
 use asobench::data::PlantSource;
 use asobench::study::file::ExperimentFile;
-use asobench::study::{CellSummary, DiscreteCell, Experiment, Look, Measure, Summary};
+use asobench::study::{CellPart, DiscreteCell, Experiment, Look, Measure, Summary};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -194,9 +194,9 @@ fn summaries_and_claims_know_the_bounds() {
     let experiment = Experiment::new(ExperimentFile::parse(&text).unwrap()).unwrap();
     let cells = experiment.cells.iter().enumerate().map(|(index, cell)| {
         let tally = run(&experiment, index, 2000).tally(&experiment, cell);
-        CellSummary::new(&experiment, index, &tally)
+        CellPart::new(&experiment, index, &tally)
     });
-    let summary = Summary::new(&experiment, cells.collect(), &[], &[]);
+    let summary = Summary::new(&experiment, cells.collect());
     let [own, white] = [0, 1].map(|cell| summary.cells[cell].outputs[0].theory[&Measure::Ea]);
     let shared = own.efficiency.shared.unwrap();
     assert!((shared - 1.0).abs() < 0.1, "{shared}");

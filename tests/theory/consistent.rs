@@ -6,7 +6,7 @@ use super::study::{self, Check, Found, Theory, cut, extrapolate, mean, median, r
 use asobench::estimator::FailureKind;
 use asobench::plant::StateSpace;
 use asobench::study::file::ExperimentFile;
-use asobench::study::{CellSummary, CellTally, Experiment, Measure, SlopeStatistics, Summary};
+use asobench::study::{CellPart, Experiment, Measure, Summary};
 use faer::Mat;
 
 const PARTS: [(Measure, usize); 3] = [(Measure::Ea, 0), (Measure::Eh, 1), (Measure::Eb, 2)];
@@ -132,19 +132,12 @@ pub fn windows() -> Vec<Check> {
     let experiment = Experiment::new(file.set("window=[2000, 5000, 10000]").unwrap()).unwrap();
     let mut found: Vec<Found> = (0..6).map(|cell| run(&experiment, cell, TRIALS)).collect();
     let found_in = experiment.cells.iter().zip(&mut found);
-    let tallies = found_in.map(|(cell, found)| found.tally(&experiment, cell));
-    let tallies: Vec<CellTally> = tallies.collect();
-    let cells = tallies
-        .iter()
-        .enumerate()
-        .map(|(i, tally)| CellSummary::new(&experiment, i, tally))
-        .collect();
-    let statistics: Vec<SlopeStatistics> = tallies
-        .iter()
-        .map(|tally| SlopeStatistics::new(&experiment, tally))
-        .collect();
+    let parts = found_in.enumerate().map(|(index, (cell, found))| {
+        let tally = found.tally(&experiment, cell);
+        CellPart::new(&experiment, index, &tally)
+    });
     let mut checks = Vec::new();
-    for slope in Summary::new(&experiment, cells, &statistics, &[]).slopes {
+    for slope in Summary::new(&experiment, parts.collect()).slopes {
         let noise = slope
             .settings
             .values()

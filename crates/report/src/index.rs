@@ -143,12 +143,12 @@ fn varying(values: &BTreeMap<Key, Values>, kind: StudyKind) -> Vec<Key> {
 mod tests {
     use super::*;
     use asobench_study::study::file::ExperimentFile;
-    use asobench_study::study::{CellSummary, CellTally, Experiment};
+    use asobench_study::study::{CellPart, CellTally, Experiment};
 
     fn index(toml: &str) -> (Index, Summary) {
         let experiment = Experiment::new(ExperimentFile::parse(toml).unwrap()).unwrap();
-        let cells = (0..experiment.cells.len()).map(|cell| CellSummary::new(&experiment, cell, &CellTally::default()));
-        let summary = Summary::new(&experiment, cells.collect(), &[], &[]);
+        let cells = (0..experiment.cells.len()).map(|cell| CellPart::new(&experiment, cell, &CellTally::default()));
+        let summary = Summary::new(&experiment, cells.collect());
         (Index::new(&summary, StudyKind::Discrete), summary)
     }
 

@@ -34,8 +34,7 @@ pub use crate::outcome::stored_results::{
 };
 pub use crate::outcome::stored_trials::{CellRows, StoredTrials};
 pub use crate::outcome::summary::{
-    BoundSummary, CellSummary, ComparisonSummary, Joint, OutputShare, OutputSummary, SlopeStatistics, SlopeSummary,
-    Summary,
+    BoundSummary, CellPart, CellSummary, ComparisonSummary, Joint, OutputShare, OutputSummary, SlopeSummary, Summary,
 };
 pub use crate::outcome::tally::{CellTally, OutputTally};
 pub use crate::outcome::theory_summary::{LimitError, OfBounds, TheorySummary};

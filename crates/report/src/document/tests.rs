@@ -6,7 +6,7 @@ use asobench_identification::estimator::Output;
 use asobench_identification::metric::{Sample, Share};
 use asobench_study::study::file::ExperimentFile;
 use asobench_study::study::file::StudyKind;
-use asobench_study::study::{CellSummary, CellTally, ComparisonSummary, Experiment, Outcomes, OutputSummary, Summary};
+use asobench_study::study::{CellPart, CellTally, ComparisonSummary, Experiment, Outcomes, OutputSummary, Summary};
 use std::collections::HashMap;
 use std::path::PathBuf;
 
@@ -17,7 +17,8 @@ pub(crate) fn study(toml: &str) -> Study {
     let summary_of = |index: usize| {
         let statistics = Sample::from_values([0.5, 1.0, 1.5].map(|x| x * (index + 1) as f64))
             .statistics(asobench_identification::metric::Worse::Larger);
-        let mut cell = CellSummary::new(&experiment, index, &CellTally::default());
+        let mut part = CellPart::new(&experiment, index, &CellTally::default());
+        let cell = &mut part.cell;
         cell.trials = 3;
         let output = |output: &Output| OutputSummary {
             estimator: output.estimator.clone(),
@@ -46,10 +47,10 @@ pub(crate) fn study(toml: &str) -> Study {
                 ratios: Default::default(),
             })
             .collect();
-        cell
+        part
     };
     let cells = (0..experiment.cells.len()).map(summary_of).collect();
-    let summary = Summary::new(&experiment, cells, &[], &[]);
+    let summary = Summary::new(&experiment, cells);
     Study {
         look: asobench_study::study::Look::ONLY,
         machine: None,

@@ -9,8 +9,8 @@
 use crate::{Study, report};
 use asobench_study::study::file::ExperimentFile;
 use asobench_study::study::{
-    BlockFolder, Campaign, CellSummary, CellTally, Content, Experiment, Looks, RunOptions, SlopeStatistics, Span,
-    Summary, check_result, parse_manifest, read_manifest,
+    BlockFolder, Campaign, CellPart, CellTally, Content, Experiment, Looks, RunOptions, Span, Summary, check_result,
+    parse_manifest, read_manifest,
 };
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -134,7 +134,7 @@ impl Original {
         let Some((span, content)) = self.decode(&self.blocks[cell].0, bytes) else {
             return false;
         };
-        let (mut cells, mut slopes) = (Vec::new(), Vec::new());
+        let mut parts = Vec::new();
         for (index, (path, bytes)) in self.blocks.iter().enumerate() {
             let (_, own) = self.decode(path, bytes.clone()).expect("a true block");
             let mut tally = CellTally::default();
@@ -144,10 +144,9 @@ impl Original {
             } else {
                 tally.merge(own.tally.clone());
             }
-            cells.push(CellSummary::new(&self.experiment, index, &tally));
-            slopes.push(SlopeStatistics::new(&self.experiment, &tally));
+            parts.push(CellPart::new(&self.experiment, index, &tally));
         }
-        let summary = Summary::new(&self.experiment, cells, &slopes, &[]);
+        let summary = Summary::new(&self.experiment, parts);
         let summary = serde_json::to_value(summary).expect("a summary is JSON");
         let taken = self.take_results(&self.manifest, &summary);
         assert!(taken, "a summary of what was taken is refused");

@@ -24,14 +24,14 @@ pub struct CellPair {
 }
 
 /// Returns every pair of cells that claims compare, over the trials that both have.
-pub(crate) fn cell_pairs(experiment: &Experiment, series: &[CellSeries]) -> Vec<CellPair> {
+pub(crate) fn cell_pairs<'s>(experiment: &Experiment, series: impl Fn(usize) -> &'s CellSeries) -> Vec<CellPair> {
     let file = &experiment.file;
     let settings: Vec<&Settings> = experiment.cells.iter().map(|cell| &cell.settings).collect();
     let values = |cell: usize, table: &SeriesTable| {
         let mut kept = experiment.series_of(&experiment.cells[cell]);
         let output = experiment.output("output", &table.output).ok()?;
         let place = kept.position(|kept| kept == (output, table.measure))?;
-        series.get(cell)?.get(place)
+        series(cell).get(place)
     };
     let tables = file.needed.iter().flat_map(|needed| &needed.series);
     let found = tables.flat_map(|table| {

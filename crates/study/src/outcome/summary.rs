@@ -391,30 +391,37 @@ pub(crate) fn bounds(experiment: &Experiment, claim: &str, labels: &[String], ta
         .collect()
 }
 
-/// The numbers that slopes need of a cell: a few for every slope of the file and every output, instead of tallies.
+/// What a study's summary needs of a cell, instead of its tally.
 #[derive(Clone, Debug)]
-pub struct SlopeStatistics(Vec<Vec<Option<Jackknife>>>);
+pub struct CellPart {
+    /// The summary of the cell.
+    pub cell: CellSummary,
+    /// For every slope of the file, the statistic of every output.
+    slopes: Vec<Vec<Option<Jackknife>>>,
+    /// The series that pairs of cells are made of.
+    series: CellSeries,
+}
 
-impl SlopeStatistics {
-    /// Extracts them from a cell's tally.
-    pub fn new(experiment: &Experiment, tally: &CellTally) -> Self {
+impl CellPart {
+    /// Extracts it from a cell's tally.
+    pub fn new(experiment: &Experiment, index: usize, tally: &CellTally) -> Self {
         let measures = experiment.sloped_measures();
         let groups_of = |table: &SlopeTable| {
             let groups = measures.iter().zip(&tally.groups);
             let mut groups = groups.filter(|(measure, _)| **measure == table.measure);
             groups.next().map_or(&[][..], |(_, outputs)| outputs)
         };
-        let slopes = experiment.file.slopes.iter();
-        Self(
-            slopes
-                .map(|table| {
-                    groups_of(table)
-                        .iter()
-                        .map(|groups| Jackknife::from_groups(groups, table.statistic, table.measure.worse()))
-                        .collect()
-                })
-                .collect(),
-        )
+        let slopes = experiment.file.slopes.iter().map(|table| {
+            let groups = groups_of(table).iter();
+            groups
+                .map(|groups| Jackknife::from_groups(groups, table.statistic, table.measure.worse()))
+                .collect()
+        });
+        Self {
+            cell: CellSummary::new(experiment, index, tally),
+            slopes: slopes.collect(),
+            series: tally.whole_series(),
+        }
     }
 }
 
@@ -473,13 +480,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Puts cells together. `statistics` holds what the slopes need of every cell, `series` what pairs of cells need.
-    pub fn new(
-        experiment: &Experiment,
-        cells: Vec<CellSummary>,
-        statistics: &[SlopeStatistics],
-        series: &[CellSeries],
-    ) -> Self {
+    /// Puts cells together.
+    pub fn new(experiment: &Experiment, parts: Vec<CellPart>) -> Self {
         let file = &experiment.file;
         let asked = file.slopes.iter().enumerate();
         Self {
@@ -493,10 +495,10 @@ impl Summary {
             quantile_relative_error: SKETCH_ERROR,
             curve_relative_error: CURVE_BIN_ERROR,
             slopes: asked
-                .flat_map(|(i, table)| slopes(experiment, i, table, &cells, statistics))
+                .flat_map(|(i, table)| slopes(experiment, i, table, &parts))
                 .collect(),
-            cell_pairs: cell_pairs(experiment, series),
-            cells,
+            cell_pairs: cell_pairs(experiment, |cell| &parts[cell].series),
+            cells: parts.into_iter().map(|part| part.cell).collect(),
         }
     }
 
@@ -542,8 +544,7 @@ pub(crate) fn slopes(
     experiment: &Experiment,
     index: usize,
     table: &SlopeTable,
-    cells: &[CellSummary],
-    statistics: &[SlopeStatistics],
+    parts: &[CellPart],
 ) -> Vec<SlopeSummary> {
     let axes = [Key::Claim, Key::Eta, Key::Window].into_iter().chain(experiment.axes());
     // Settings that change together with the axis do not tell families apart: those zipped with it, and l, which
@@ -557,7 +558,7 @@ pub(crate) fn slopes(
     let others: Vec<Key> = axes.filter(|key| !moves(key)).collect();
     let x = |cell: &CellSummary| cell.setting(table.over).parse::<f64>().unwrap_or(f64::NAN);
     let mut families: BTreeMap<String, (Settings, Vec<usize>)> = BTreeMap::new();
-    for cell in cells.iter().filter(|cell| x(cell) >= table.from) {
+    for cell in parts.iter().map(|part| &part.cell).filter(|cell| x(cell) >= table.from) {
         let shared: Settings = others
             .iter()
             .filter_map(|key| cell.settings.get(key).map(|value| (*key, value.clone())))
@@ -568,9 +569,9 @@ pub(crate) fn slopes(
     }
     let mut found = Vec::new();
     for (settings, members) in families.into_values() {
-        let xs: Vec<f64> = members.iter().map(|cell| x(&cells[*cell])).collect();
+        let xs: Vec<f64> = members.iter().map(|cell| x(&parts[*cell].cell)).collect();
         for (number, output) in experiment.outputs().iter().enumerate() {
-            let of_cell = |cell: &usize| statistics[*cell].0[index][number];
+            let of_cell = |cell: &usize| parts[*cell].slopes[index][number];
             let of_cells: Vec<Option<Jackknife>> = members.iter().map(of_cell).collect();
             let slope = slope_of_statistics(&xs, &of_cells);
             found.push(SlopeSummary {

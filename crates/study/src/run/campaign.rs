@@ -9,9 +9,9 @@ use crate::outcome::results_folder::ResultsFolder;
 use crate::outcome::rows::Rows;
 use crate::outcome::spent::{Spent, Watch};
 use crate::outcome::stored_results::stored_design;
-use crate::outcome::summary::{CellSummary, SlopeStatistics, Summary};
+use crate::outcome::summary::{CellPart, Summary};
 use crate::outcome::summary_table::write_summary;
-use crate::outcome::tally::{CellSeries, CellTally};
+use crate::outcome::tally::CellTally;
 use crate::outcome::trial_table::{StoreError, TrialTable, TrialWriter};
 use crate::outcome::trials::Trials;
 use crate::run::blocks::{BlockFolder, StoredBlock};
@@ -57,7 +57,7 @@ pub struct Campaign<'e> {
     /// The stored blocks of every cell, ascending.
     pub(crate) stored: Vec<Vec<StoredBlock>>,
     /// The statistics that the summary needs of the cells whose trials this run has computed all.
-    parts: Vec<Option<Part>>,
+    parts: Vec<Option<CellPart>>,
     /// The origin that the results state.
     pub(crate) origin: Origin,
     /// The looks at the folder's results before this run.
@@ -231,7 +231,7 @@ impl<'e> Campaign<'e> {
 
     /// Returns the summary of the stored blocks.
     pub(crate) fn summary(&self, stop: &AtomicBool) -> Result<Summary, CampaignError> {
-        Ok(self.read_tallies(stop)?.summary(self.experiment))
+        Ok(Summary::new(self.experiment, self.read_tallies(stop)?))
     }
 
     /// Returns the summary of the stored blocks as that of a part, and stores in the announced manifest that it was
@@ -290,7 +290,7 @@ impl<'e> Campaign<'e> {
             let of_cell = &mut stored[cell];
             of_cell.sort_by_key(|block| block.span.trials.start);
             if of_cell.len() == 1 {
-                parts[cell] = tally.map(|tally| Part::new(experiment, cell, tally));
+                parts[cell] = tally.map(|tally| CellPart::new(experiment, cell, tally));
             } else if !keep {
                 *of_cell = vec![blocks.consolidate(of_cell)?];
             }
@@ -314,7 +314,7 @@ impl<'e> Campaign<'e> {
         } else {
             self.read_tallies(stop)?
         };
-        let mut summary = parts.summary(experiment);
+        let mut summary = Summary::new(experiment, parts);
         summary.partial = self.origin.partial;
         let (file, path) = self.folder.stage("summary.parquet", Kind::Parquet)?;
         write_summary(&file, &path, experiment, &summary)?;
@@ -334,7 +334,7 @@ impl<'e> Campaign<'e> {
     }
 
     /// Reads what the summary needs of every cell and is not known, with as many cells at a time as there are threads.
-    fn read_tallies(&self, stop: &AtomicBool) -> Result<Parts, CampaignError> {
+    fn read_tallies(&self, stop: &AtomicBool) -> Result<Vec<CellPart>, CampaignError> {
         let of_cell = |cell: usize| {
             if let Some(part) = &self.parts[cell] {
                 return Ok(part.clone());
@@ -343,7 +343,7 @@ impl<'e> Campaign<'e> {
             tally.merge(self.blocks.tally(&self.stored[cell])?);
             Ok(self.part(cell, tally))
         };
-        Parts::read(self.stored.len(), self.options.threads, stop, of_cell)
+        read_cells(self.stored.len(), self.options.threads, stop, of_cell)
     }
 
     /// Returns the summary of some blocks of all cells.
@@ -356,9 +356,10 @@ impl<'e> Campaign<'e> {
     ) -> Result<Summary, CampaignError> {
         let of_cell = |cell: usize| {
             let tally = blocks.tally(&stored[cell])?;
-            Ok(Part::new(experiment, cell, &tally))
+            Ok(CellPart::new(experiment, cell, &tally))
         };
-        Ok(Parts::read(stored.len(), threads, stop, of_cell)?.summary(experiment))
+        let parts = read_cells(stored.len(), threads, stop, of_cell)?;
+        Ok(Summary::new(experiment, parts))
     }
 
     /// Reads every block once, for the summary, and passes on its rows if they are kept.
@@ -366,8 +367,8 @@ impl<'e> Campaign<'e> {
         &self,
         stop: &AtomicBool,
         mut on_rows: impl FnMut(usize, Rows) -> Result<(), StoreError>,
-    ) -> Result<Parts, CampaignError> {
-        let mut parts = Parts::default();
+    ) -> Result<Vec<CellPart>, CampaignError> {
+        let mut parts = Vec::new();
         for (cell, blocks) in self.stored.iter().enumerate() {
             let mut tally = self.no_trials(cell);
             for block in blocks {
@@ -378,7 +379,7 @@ impl<'e> Campaign<'e> {
                     on_rows(cell, rows)?;
                 }
             }
-            parts.add(self.part(cell, tally));
+            parts.push(self.part(cell, tally));
         }
         Ok(parts)
     }
@@ -395,7 +396,7 @@ impl<'e> Campaign<'e> {
 
     /// Returns what the summary needs of a cell. A series with gaps is cut at the first gap, because cells are paired
     /// by trials.
-    fn part(&self, cell: usize, mut tally: CellTally) -> Part {
+    fn part(&self, cell: usize, mut tally: CellTally) -> CellPart {
         if self.origin.partial {
             for series in &mut tally.series {
                 let mut next = 0;
@@ -406,11 +407,11 @@ impl<'e> Campaign<'e> {
                 });
             }
         }
-        Part::new(self.experiment, cell, &tally)
+        CellPart::new(self.experiment, cell, &tally)
     }
 
     /// Does the same as [`Self::read`], and writes the rows to a table.
-    fn write_trials(&self, file: File, path: PathBuf, stop: &AtomicBool) -> Result<Parts, CampaignError> {
+    fn write_trials(&self, file: File, path: PathBuf, stop: &AtomicBool) -> Result<Vec<CellPart>, CampaignError> {
         let threads = self.options.threads.max(1);
         let table = TrialTable::new(self.experiment).map_err(|source| StoreError::Parquet {
             path: path.clone(),
@@ -425,64 +426,23 @@ impl<'e> Campaign<'e> {
     }
 }
 
-/// The statistics that the summary needs of every cell.
-#[derive(Default)]
-struct Parts {
-    cells: Vec<CellSummary>,
-    slopes: Vec<SlopeStatistics>,
-    series: Vec<CellSeries>,
-}
-
-/// The statistics that the summary needs of one cell.
-#[derive(Clone)]
-pub(crate) struct Part {
-    cell: CellSummary,
-    slopes: SlopeStatistics,
-    series: CellSeries,
-}
-
-impl Part {
-    pub(crate) fn new(experiment: &Experiment, cell: usize, tally: &CellTally) -> Self {
-        Self {
-            cell: CellSummary::new(experiment, cell, tally),
-            slopes: SlopeStatistics::new(experiment, tally),
-            series: tally.whole_series(),
-        }
+/// Reads what the summary needs of every cell, of as many at a time as there are threads.
+fn read_cells(
+    cells: usize,
+    threads: usize,
+    stop: &AtomicBool,
+    of_cell: impl Fn(usize) -> Result<CellPart, CampaignError> + Sync,
+) -> Result<Vec<CellPart>, CampaignError> {
+    let threads = threads.max(1);
+    let mut parts = Vec::new();
+    let pool = pool(threads)?;
+    let of_cell = |cell| go_on(stop).and_then(|()| of_cell(cell));
+    for first in (0..cells).step_by(threads) {
+        let next = first..cells.min(first + threads);
+        let found: Result<Vec<CellPart>, _> = pool.install(|| next.into_par_iter().map(of_cell).collect());
+        parts.extend(found?);
     }
-}
-
-impl Parts {
-    /// Reads every cell, as many at a time as there are threads.
-    fn read(
-        cells: usize,
-        threads: usize,
-        stop: &AtomicBool,
-        of_cell: impl Fn(usize) -> Result<Part, CampaignError> + Sync,
-    ) -> Result<Self, CampaignError> {
-        let threads = threads.max(1);
-        let mut parts = Self::default();
-        let pool = pool(threads)?;
-        let of_cell = |cell| go_on(stop).and_then(|()| of_cell(cell));
-        for first in (0..cells).step_by(threads) {
-            let next = first..cells.min(first + threads);
-            let found: Vec<Result<Part, CampaignError>> = pool.install(|| next.into_par_iter().map(of_cell).collect());
-            for part in found {
-                parts.add(part?);
-            }
-        }
-        Ok(parts)
-    }
-
-    /// Adds the next cell.
-    fn add(&mut self, part: Part) {
-        self.cells.push(part.cell);
-        self.slopes.push(part.slopes);
-        self.series.push(part.series);
-    }
-
-    fn summary(self, experiment: &Experiment) -> Summary {
-        Summary::new(experiment, self.cells, &self.slopes, &self.series)
-    }
+    Ok(parts)
 }
 
 impl Drop for Campaign<'_> {

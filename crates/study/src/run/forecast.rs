@@ -7,7 +7,7 @@
 use crate::design::file::Store;
 use crate::design::{Cell, Experiment, Source};
 use crate::outcome::nine_digits::stored;
-use crate::outcome::summary::{CellSummary, SlopeStatistics};
+use crate::outcome::summary::{CellPart, CellSummary};
 use crate::outcome::summary_table::table_of;
 use crate::outcome::tally::CellTally;
 use crate::outcome::trial_table::{GROUP_ROWS, TrialTable};
@@ -415,8 +415,7 @@ fn sample(
     let tally_stored = [&few, &tally].map(|tally| encoded(tally, false).len() as f64);
     let whole = [&few, &tally].map(|tally| tally.bytes() as f64);
     let (seconds, (summary, json)) = clocked(times, || {
-        let summary = CellSummary::new(experiment, index, &tally);
-        let _ = SlopeStatistics::new(experiment, &tally);
+        let summary = CellPart::new(experiment, index, &tally).cell;
         let json = stored(&summary).to_string().len();
         (summary, json)
     });

@@ -2,8 +2,8 @@
 //! the study's.
 
 use crate::design::Experiment;
-use crate::outcome::summary::{CellSummary, SlopeStatistics, Summary};
-use crate::outcome::tally::{CellSeries, CellTally};
+use crate::outcome::summary::{CellPart, Summary};
+use crate::outcome::tally::CellTally;
 use crate::run::runner::{Block, Keep, RunError, Span, run_spans};
 use std::convert::Infallible;
 use std::ops::Range;
@@ -46,7 +46,7 @@ impl Pilot {
         stop: &AtomicBool,
         mut on_block: impl FnMut(u64),
     ) -> Result<Self, RunError<Infallible>> {
-        let (mut cells, mut slopes, mut series) = (Vec::new(), Vec::new(), Vec::new());
+        let mut parts = Vec::new();
         let mut spent = Duration::ZERO;
         let all = experiment.cells.len();
         for first in (0..all).step_by(CELLS) {
@@ -56,15 +56,13 @@ impl Pilot {
                 on_block(block.span.len());
             };
             let tallies = tallies(experiment, some.clone(), trials, threads, stop, &mut add)?;
-            for (cell, tally) in some.zip(&tallies) {
-                cells.push(CellSummary::new(experiment, cell, tally));
-                slopes.push(SlopeStatistics::new(experiment, tally));
-                series.push(tally.whole_series());
-            }
+            parts.extend(
+                some.zip(&tallies)
+                    .map(|(cell, tally)| CellPart::new(experiment, cell, tally)),
+            );
         }
-        let series: Vec<CellSeries> = series;
         Ok(Self {
-            summary: Summary::new(experiment, cells, &slopes, &series),
+            summary: Summary::new(experiment, parts),
             trials,
             spent,
         })
