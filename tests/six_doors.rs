@@ -13,7 +13,7 @@ use asobench::data::csv::{Missing, ReadOptions};
 use asobench::files::{numbers_as_parquet, read_record};
 use asobench::report::{Study, report};
 use asobench::study::file::ExperimentFile;
-use asobench::study::{BlockFolder, Content, Experiment};
+use asobench::study::{Block, BlockFolder, Experiment};
 use asobench::worker::{Record, heard};
 use std::io::{Cursor, Write};
 use std::ops::Range;
@@ -279,7 +279,7 @@ fn block(path: &Path) -> Result<(), String> {
     let folder = path.ancestors().nth(2).expect("results");
     let blocks = in_words(BlockFolder::open(folder, &experiment))?;
     let (span, content) = in_words(blocks.parsed(path, std::fs::read(path).expect("a file")))?;
-    in_words(Content::decode(&content, &experiment, &span)).map(drop)
+    in_words(Block::decode(&content, &experiment, span)).map(drop)
 }
 
 /// Reads a greeting, or a reply about two records.

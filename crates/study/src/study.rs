@@ -43,7 +43,7 @@ pub use crate::outcome::trial_table::StoreError;
 pub use crate::outcome::trials::Trials;
 pub use crate::run::blocks::BlockError;
 #[doc(hidden)]
-pub use crate::run::blocks::{BlockFolder, Content};
+pub use crate::run::blocks::BlockFolder;
 pub use crate::run::campaign::{Campaign, RunOptions};
 pub use crate::run::changed_methods::{MethodChange, take_over};
 pub use crate::run::cluster;

@@ -9,7 +9,7 @@
 use crate::{Study, report};
 use asobench_study::study::file::ExperimentFile;
 use asobench_study::study::{
-    BlockFolder, Campaign, CellPart, CellTally, Content, Experiment, Looks, RunOptions, Span, Summary, check_result,
+    Block, BlockFolder, Campaign, CellPart, CellTally, Experiment, Looks, RunOptions, Summary, check_result,
     parse_manifest, read_manifest,
 };
 use rand::{RngExt, SeedableRng};
@@ -115,7 +115,7 @@ impl Original {
     }
 
     /// Decodes a block file; `None` if it is refused.
-    fn decode(&self, path: &Path, bytes: Vec<u8>) -> Option<(Span, Content)> {
+    fn decode(&self, path: &Path, bytes: Vec<u8>) -> Option<Block> {
         let blocks = BlockFolder::open(self.folder.path(), &self.experiment).unwrap();
         let refused = |reason: String| assert!(!reason.contains('\n'), "one line: {reason}");
         let (span, content) = match blocks.parsed(path, bytes) {
@@ -125,21 +125,20 @@ impl Original {
                 return None;
             }
         };
-        let content = Content::decode(&content, &self.experiment, &span);
-        content.ok().map(|content| (span, content))
+        Block::decode(&content, &self.experiment, span).ok()
     }
 
     /// Decodes a block, merges it with the true ones and reports the result. Returns false if it was refused.
     fn take_block(&self, cell: usize, bytes: Vec<u8>) -> bool {
-        let Some((span, content)) = self.decode(&self.blocks[cell].0, bytes) else {
+        let Some(block) = self.decode(&self.blocks[cell].0, bytes) else {
             return false;
         };
         let mut parts = Vec::new();
         for (index, (path, bytes)) in self.blocks.iter().enumerate() {
-            let (_, own) = self.decode(path, bytes.clone()).expect("a true block");
+            let own = self.decode(path, bytes.clone()).expect("a true block");
             let mut tally = CellTally::default();
-            if index == span.cell {
-                tally.merge(content.tally.clone());
+            if index == block.span.cell {
+                tally.merge(block.tally.clone());
                 tally.merge(own.tally.clone());
             } else {
                 tally.merge(own.tally.clone());

@@ -9,16 +9,17 @@
 //! All numbers are little-endian. The checksum is XXH3 of everything before it. A block file may hold any range of
 //! trials: ranges within others are ignored, gaps are computed.
 
+use crate::design::Experiment;
 use crate::design::file::{Store, TRIAL_LIMIT};
-use crate::design::{Cell, Experiment};
 use crate::files;
 use crate::files::Kind;
 use crate::files::PathError;
 use crate::outcome::layout::{BLOCKS, span_of};
 use crate::outcome::rows;
 use crate::outcome::rows::Rows;
+use crate::outcome::spent::Spent;
 use crate::outcome::tally::{CellTally, outcomes};
-use crate::run::runner::Span;
+use crate::run::runner::{Block, Span};
 use std::io;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_128;
@@ -104,25 +105,27 @@ impl EncodedBlock {
     }
 }
 
-/// The content of a block file.
-pub struct Content {
-    /// The tally of the trials.
-    pub tally: CellTally,
-    /// The rows of the trials, if they are kept.
-    pub rows: Option<Rows>,
-}
+impl Block {
+    /// Returns a block of trials that are not kept themselves.
+    pub(crate) fn of_tally(span: Span, tally: CellTally) -> Self {
+        Self {
+            span,
+            rows: Rows::default(),
+            tally,
+            spent: Spent::default(),
+        }
+    }
 
-impl Content {
-    /// Appends the content to a block file.
-    pub(crate) fn encode(&self, experiment: &Experiment, cell: &Cell, to: &mut Vec<u8>) -> postcard::Result<()> {
+    /// Appends the content to a block file; the rows if the study keeps them.
+    pub(crate) fn encode(&self, experiment: &Experiment, to: &mut Vec<u8>) -> postcard::Result<()> {
         let start = to.len() + LENGTH;
         to.extend([0; LENGTH]);
         *to = postcard::to_extend(&self.tally, std::mem::take(to))?;
         let length = (to.len() - start) as u64;
         to[start - LENGTH..start].copy_from_slice(&length.to_le_bytes());
-        match &self.rows {
-            Some(rows) => rows::stored::encode(rows, experiment, cell, to),
-            None => Ok(()),
+        match experiment.file.store {
+            Store::Trials => rows::stored::encode(&self.rows, experiment, &experiment.cells[self.span.cell], to),
+            Store::Summaries => Ok(()),
         }
     }
 
@@ -130,7 +133,7 @@ impl Content {
     ///
     /// # Errors
     /// The fault in the content.
-    pub fn decode(bytes: &[u8], experiment: &Experiment, span: &Span) -> Result<Self, &'static str> {
+    pub fn decode(bytes: &[u8], experiment: &Experiment, span: Span) -> Result<Self, &'static str> {
         const UNKNOWN: &str = "its content cannot be decoded";
         let (length, bytes) = bytes.split_first_chunk().ok_or(UNKNOWN)?;
         let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| UNKNOWN)?;
@@ -143,7 +146,7 @@ impl Content {
         tally.check(experiment, cell, &span.trials)?;
         if experiment.file.store != Store::Trials {
             return if bytes.is_empty() {
-                Ok(Self { tally, rows: None })
+                Ok(Self::of_tally(span, tally))
             } else {
                 Err("rows, although the study stores none")
             };
@@ -151,8 +154,10 @@ impl Content {
         let rows = rows::stored::decode(bytes, experiment, cell, &span.trials)?;
         let mut outputs = rows.outputs().iter().zip(&tally.outputs);
         if outputs.all(|(rows, tally)| outcomes(rows, span.trials.start) == tally.outcomes) {
-            let rows = Some(rows);
-            Ok(Self { tally, rows })
+            Ok(Self {
+                rows,
+                ..Self::of_tally(span, tally)
+            })
         } else {
             Err("rows of other trials")
         }
@@ -192,7 +197,8 @@ impl<'e> BlockFolder<'e> {
     ///
     /// # Errors
     /// If it cannot be encoded.
-    pub fn encode(&self, span: Span, content: &Content) -> Result<EncodedBlock, BlockError> {
+    pub fn encode(&self, block: &Block) -> Result<EncodedBlock, BlockError> {
+        let span = block.span.clone();
         let path = self.path.join(name_of(&span));
         let mut bytes = Vec::from(MAGIC);
         bytes.extend(FORMAT.to_le_bytes());
@@ -200,8 +206,7 @@ impl<'e> BlockFolder<'e> {
         bytes.extend((span.cell as u32).to_le_bytes());
         bytes.extend(span.trials.start.to_le_bytes());
         bytes.extend(span.trials.end.to_le_bytes());
-        let cell = &self.experiment.cells[span.cell];
-        let encoded = content.encode(self.experiment, cell, &mut bytes);
+        let encoded = block.encode(self.experiment, &mut bytes);
         encoded.map_err(|error| PathError::io(&path)(io::Error::other(error)))?;
         bytes.extend(xxh3_128(&bytes).to_le_bytes());
         let stored = StoredBlock { span, path };
@@ -308,7 +313,7 @@ impl<'e> BlockFolder<'e> {
     ///
     /// # Errors
     /// If it cannot be read or is damaged.
-    pub fn read(&self, block: &StoredBlock) -> Result<Content, BlockError> {
+    pub fn read(&self, block: &StoredBlock) -> Result<Block, BlockError> {
         let damaged = |reason| BlockError::Damaged {
             path: block.path.clone(),
             reason,
@@ -317,7 +322,7 @@ impl<'e> BlockFolder<'e> {
         if span != block.span {
             return Err(damaged("replaced since it was found"));
         }
-        Content::decode(&bytes, self.experiment, &span).map_err(damaged)
+        Block::decode(&bytes, self.experiment, span).map_err(damaged)
     }
 
     /// Merges the tallies of some blocks, holding one at a time in memory.
@@ -354,11 +359,7 @@ impl<'e> BlockFolder<'e> {
             cell: first.cell,
             trials: first.trials.start..last.trials.end,
         };
-        let content = Content {
-            tally: self.tally(blocks)?,
-            rows: None,
-        };
-        self.encode(span, &content)?.write()
+        self.encode(&Block::of_tally(span, self.tally(blocks)?))?.write()
     }
 }
 

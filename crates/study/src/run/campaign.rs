@@ -19,7 +19,7 @@ use crate::run::compute::Work;
 use crate::run::event::{CampaignError, Event, go_on};
 use crate::run::resume::stored;
 use crate::run::rounds::Rounds;
-use crate::run::runner::{Span, pool};
+use crate::run::runner::{Block, Span, pool};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::fs::File;
@@ -362,7 +362,7 @@ impl<'e> Campaign<'e> {
         Ok(Summary::new(experiment, parts))
     }
 
-    /// Reads every block once, for the summary, and passes on its rows if they are kept.
+    /// Reads every block once, for the summary, and passes on its rows.
     fn read(
         &self,
         stop: &AtomicBool,
@@ -373,11 +373,11 @@ impl<'e> Campaign<'e> {
             let mut tally = self.no_trials(cell);
             for block in blocks {
                 go_on(stop)?;
-                let content = self.blocks.read(block)?;
-                tally.merge(content.tally);
-                if let Some(rows) = content.rows {
-                    on_rows(cell, rows)?;
-                }
+                let Block {
+                    tally: of_block, rows, ..
+                } = self.blocks.read(block)?;
+                tally.merge(of_block);
+                on_rows(cell, rows)?;
             }
             parts.push(self.part(cell, tally));
         }

@@ -2,11 +2,12 @@
 
 use crate::design::Experiment;
 use crate::design::file::Store;
-use crate::outcome::spent::{Spent, Watch};
+use crate::outcome::rows::Rows;
+use crate::outcome::spent::Watch;
 use crate::outcome::tally::CellTally;
-use crate::run::blocks::{BlockError, BlockFolder, Content, EncodedBlock, StoredBlock};
+use crate::run::blocks::{BlockError, BlockFolder, EncodedBlock, StoredBlock};
 use crate::run::event::Event;
-use crate::run::runner::{Block, Delivery, Keep, RunError, Span, run_spans};
+use crate::run::runner::{Block, Keep, RunError, Span, run_spans};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
@@ -24,55 +25,6 @@ pub(crate) struct Work<'a> {
 
 /// Tallies are written when a span is whole, or after this time: so much is lost if the process is killed.
 const LONGEST_WAIT: Duration = Duration::from_secs(5);
-
-/// A block on its way from the thread that computed it to its file.
-struct Computed {
-    span: Span,
-    failures: u64,
-    spent: Spent,
-    content: Computation,
-}
-
-/// The content of a block.
-enum Computation {
-    /// Rows and their tally, encoded where they were computed.
-    Rows(Result<EncodedBlock, BlockError>),
-    /// The tally alone.
-    Tally(CellTally),
-}
-
-impl Computed {
-    fn new(block: Block, keep: bool, blocks: &BlockFolder<'_>) -> Self {
-        let mut watch = Watch::start();
-        let Block {
-            span,
-            rows,
-            tally,
-            mut spent,
-        } = block;
-        let outputs = tally.outputs.iter();
-        let failures = outputs.map(|output| output.outcomes.failed()).sum();
-        let content = if keep {
-            let rows = Some(rows);
-            Computation::Rows(blocks.encode(span.clone(), &Content { tally, rows }))
-        } else {
-            Computation::Tally(tally)
-        };
-        spent.storage += watch.lap();
-        Self {
-            span,
-            failures,
-            spent,
-            content,
-        }
-    }
-}
-
-impl Delivery for Computed {
-    fn trials(&self) -> u64 {
-        self.span.len()
-    }
-}
 
 /// The progress of a span, and its tallies that wait to be written. Tallies of neighbouring trials are put together, so
 /// that a span becomes one file. Spans stay apart: what they are for, such as a block to be replaced, may need each
@@ -145,7 +97,14 @@ impl Work<'_> {
     ) -> Result<(), RunError<BlockError>> {
         let kept = self.experiment.file.store == Store::Trials;
         let keep = if kept { Keep::Rows } else { Keep::Tally };
-        let encode = |block: Block| Computed::new(block, kept, self.blocks);
+        // Blocks with rows are encoded where they are computed.
+        let encode = |mut block: Block| {
+            let mut watch = Watch::start();
+            let encoded = kept.then(|| self.blocks.encode(&block));
+            block.rows = Rows::default();
+            block.spent.storage += watch.lap();
+            (block, encoded)
+        };
         let by_start = |span: &Span| ((span.cell, span.trials.start), Waiting::new(span));
         let mut waiting: BTreeMap<_, Waiting> = self.spans.iter().map(by_start).collect();
         let mut written = Instant::now();
@@ -155,24 +114,21 @@ impl Work<'_> {
         };
         let write_tallies = |ready: Vec<(Span, CellTally)>, file: &mut OnFile<'_>| {
             let of_one = |(span, tally)| {
-                let content = Content { tally, rows: None };
-                let encoded = self.blocks.encode(span, &content)?;
-                write(encoded, Some(&content.tally), file)
+                let block = Block::of_tally(span, tally);
+                write(self.blocks.encode(&block)?, Some(&block.tally), file)
             };
             ready.into_iter().map(of_one).sum::<Result<usize, BlockError>>()
         };
-        let store = |computed: Computed| {
+        let store = |(block, encoded): (Block, Option<Result<EncodedBlock, BlockError>>)| {
             let mut watch = Watch::start();
-            let Computed {
-                span,
-                failures,
-                mut spent,
-                content,
-            } = computed;
+            let Block {
+                span, tally, mut spent, ..
+            } = block;
             let trials = span.len();
-            let whole = match content {
-                Computation::Rows(encoded) => write(encoded?, None, &mut file)?,
-                Computation::Tally(tally) => {
+            let failures = tally.outputs.iter().map(|output| output.outcomes.failed()).sum();
+            let whole = match encoded {
+                Some(encoded) => write(encoded?, None, &mut file)?,
+                None => {
                     let mut ready = Vec::new();
                     let until = ..=(span.cell, span.trials.start);
                     if let Some((_, of_span)) = waiting.range_mut(until).next_back() {

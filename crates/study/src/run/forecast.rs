@@ -12,8 +12,7 @@ use crate::outcome::summary_table::table_of;
 use crate::outcome::tally::CellTally;
 use crate::outcome::trial_table::{GROUP_ROWS, TrialTable};
 use crate::outcome::trials::Trials;
-use crate::run::blocks::Content;
-use crate::run::runner::{Span, block_size};
+use crate::run::runner::{Block, Span, block_size};
 use crate::run::trial_worker::{Worker, WorkerError};
 use asobench_identification::metric::expected_bins;
 use std::convert::Infallible;
@@ -383,36 +382,28 @@ fn sample(
     // Curves have most of their bins from the start.
     few.curves.clone_from(&curves);
     let few = CellTally::from_trials(experiment, cell, &mut few);
-    let rows = found.rows.clone();
-    let encoded = |tally: &CellTally, kept: bool| {
-        let rows = kept.then(|| rows.clone());
-        let (content, mut bytes) = (
-            Content {
-                tally: tally.clone(),
-                rows,
-            },
-            Vec::new(),
-        );
-        // Content that cannot be encoded ends the run; here it takes no room.
-        let _ = content.encode(experiment, cell, &mut bytes);
-        bytes
-    };
-    let (encode, bytes) = clocked(times, || {
-        let bytes = encoded(&tally, kept);
-        (xxh3_128(&bytes), bytes).1
-    });
     let span = Span {
         cell: index,
         trials: found.rows.trials(),
     };
+    let mut block = Block::of_tally(span.clone(), tally.clone());
+    if kept {
+        block.rows = found.rows.clone();
+    }
+    let (encode, bytes) = clocked(times, || {
+        let mut bytes = Vec::new();
+        // A block that cannot be encoded ends the run; here it takes no room.
+        let _ = block.encode(experiment, &mut bytes);
+        (xxh3_128(&bytes), bytes).1
+    });
     let (decode, _) = clocked(times, || {
         let mut merged = CellTally::default();
-        if let Ok(content) = Content::decode(&bytes, experiment, &span) {
-            merged.merge(content.tally);
+        if let Ok(block) = Block::decode(&bytes, experiment, span.clone()) {
+            merged.merge(block.tally);
         }
         xxh3_128(&bytes)
     });
-    let tally_stored = [&few, &tally].map(|tally| encoded(tally, false).len() as f64);
+    let tally_stored = [&few, &tally].map(|tally| postcard::to_stdvec(tally).map_or(0.0, |bytes| bytes.len() as f64));
     let whole = [&few, &tally].map(|tally| tally.bytes() as f64);
     let (seconds, (summary, json)) = clocked(times, || {
         let summary = CellPart::new(experiment, index, &tally).cell;

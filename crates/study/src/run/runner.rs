@@ -82,7 +82,7 @@ impl Span {
     }
 }
 
-/// A computed block: a contiguous range of trials of one cell.
+/// A block: a contiguous range of trials of one cell, from the thread that computes them to their file.
 pub struct Block {
     /// The cell and the trials.
     pub span: Span,
@@ -90,7 +90,7 @@ pub struct Block {
     pub rows: Rows,
     /// Their tally.
     pub tally: CellTally,
-    /// Where the time went.
+    /// Where the time went; nothing if it was read.
     pub spent: Spent,
 }
 
@@ -222,7 +222,7 @@ fn whole(experiment: &Experiment, trials: u64) -> Vec<Span> {
 ///
 /// # Panics
 /// With the panic of an estimator, of `finish` or of `consume`.
-pub fn run_spans<E, T: Delivery>(
+pub(crate) fn run_spans<E, T: Send>(
     experiment: &Experiment,
     (spans, block): (&[Span], Option<u64>),
     keep: Keep,
@@ -234,18 +234,6 @@ pub fn run_spans<E, T: Delivery>(
     Shared::new(experiment, spans, block, keep, stop).run(threads, finish, consume)
 }
 
-/// A result that is delivered for a block.
-pub trait Delivery: Send {
-    /// Returns the number of trials.
-    fn trials(&self) -> u64;
-}
-
-impl Delivery for Block {
-    fn trials(&self) -> u64 {
-        self.span.len()
-    }
-}
-
 /// Returns a pool of so many threads.
 pub(crate) fn pool<E>(threads: usize) -> Result<rayon::ThreadPool, RunError<E>> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -255,9 +243,12 @@ pub(crate) fn pool<E>(threads: usize) -> Result<rayon::ThreadPool, RunError<E>> 
     })
 }
 
+/// A block's result with the number of its trials, or that a worker is done.
+type Message<T> = Option<(u64, T)>;
+
 /// Reports that a worker is done when dropped. If the worker panicked, this ends the run.
 struct Done<'a, T> {
-    sender: &'a SyncSender<Option<T>>,
+    sender: &'a SyncSender<Message<T>>,
     ended: &'a AtomicBool,
 }
 
@@ -313,7 +304,7 @@ impl<'a> Shared<'a> {
     }
 
     /// Runs all blocks.
-    fn run<E, T: Delivery>(
+    fn run<E, T: Send>(
         mut self,
         threads: usize,
         finish: impl Fn(Block) -> T + Sync,
@@ -393,7 +384,7 @@ impl<'a> Shared<'a> {
     }
 
     /// Runs one worker: takes blocks in order until none is left.
-    fn work<T>(&self, sender: &SyncSender<Option<T>>, finish: impl Fn(Block) -> T) {
+    fn work<T>(&self, sender: &SyncSender<Message<T>>, finish: impl Fn(Block) -> T) {
         let _done = Done {
             sender,
             ended: &self.ended,
@@ -423,7 +414,8 @@ impl<'a> Shared<'a> {
             while from < span.trials.end && !self.stopped() {
                 let (block, error) = self.block(worker, room, span.cell, from..span.trials.end);
                 from = block.span.trials.end;
-                if !block.span.is_empty() && sender.send(Some(finish(block))).is_err() {
+                let trials = block.span.len();
+                if trials > 0 && sender.send(Some((trials, finish(block)))).is_err() {
                     return;
                 }
                 if let Some(error) = error {
@@ -513,9 +505,9 @@ impl<'a> Shared<'a> {
 
     #[expect(clippy::needless_pass_by_value, reason = "dropping the receiver ends the workers")]
     /// Passes blocks to `consume` until every worker is done. Returns the number of trials delivered.
-    fn deliver<E, T: Delivery>(
+    fn deliver<E, T: Send>(
         &self,
-        receiver: Receiver<Option<T>>,
+        receiver: Receiver<Message<T>>,
         mut working: usize,
         mut consume: impl FnMut(T) -> Result<(), E>,
     ) -> Result<u64, E> {
@@ -534,12 +526,12 @@ impl<'a> Shared<'a> {
             let Ok(message) = receiver.recv() else {
                 break;
             };
-            let Some(block) = message else {
+            let Some((trials, result)) = message else {
                 working -= 1;
                 continue;
             };
-            done += block.trials();
-            if let Err(error) = consume(block) {
+            done += trials;
+            if let Err(error) = consume(result) {
                 self.ended.store(true, Ordering::Relaxed);
                 return Err(error);
             }

@@ -302,9 +302,10 @@ pub fn collect(
         all.push((output.estimator.clone(), empty.collect()));
     }
     for block in &stored {
-        let Some(rows) = blocks.read(block)?.rows else {
+        let rows = blocks.read(block)?.rows;
+        if rows.is_empty() {
             continue;
-        };
+        }
         let cell = block.span.cell;
         for (output, (_, scenarios)) in all.iter_mut().enumerate() {
             append(&rows, output, study.distance(), &mut scenarios[cell]);

@@ -7,9 +7,9 @@ use crate::outcome::curves::Curves;
 use crate::outcome::layout::{BLOCKS, DESIGN, span_of};
 use crate::outcome::tally::CellTally;
 use crate::outcome::trials::Trials;
-use crate::run::blocks::{BlockError, BlockFolder, Content, StoredBlock};
+use crate::run::blocks::{BlockError, BlockFolder, StoredBlock};
 use crate::run::event::CampaignError;
-use crate::run::runner::Span;
+use crate::run::runner::{Block, Span};
 use asobench_identification::metric::Paired;
 use std::path::Path;
 
@@ -36,7 +36,7 @@ impl Change<'_> {
                 Err(BlockError::OtherDesign { .. }) => continue,
                 Err(error) => return Err(error.into()),
             };
-            let before = Content::decode(&bytes, &self.old, &span);
+            let before = Block::decode(&bytes, &self.old, span.clone());
             let path = file.clone();
             let before = before.map_err(|reason| BlockError::Damaged { path, reason })?;
             let of_engine = added.iter().find(|(engine, ..)| *engine == self.engine(span.cell));
@@ -44,9 +44,9 @@ impl Change<'_> {
                 Some((_, folder, there)) => Some(read_within(folder, there, &span)?),
                 None => None,
             };
-            match self.joined(&span, &before, parts) {
-                Some(content) => {
-                    new.encode(span, &content)?.write()?;
+            match self.joined(span, &before, parts) {
+                Some(block) => {
+                    new.encode(&block)?.write()?;
                 }
                 None => files::remove(&file, Kind::Block)?,
             }
@@ -56,9 +56,9 @@ impl Change<'_> {
         remove_added(path)
     }
 
-    /// Returns the content of a block of the new study. `None` if it cannot be told: the lanes' repeated solves are
+    /// Returns a block of the new study. `None` if it cannot be told: the lanes' repeated solves are
     /// counted for all methods together.
-    fn joined(&self, span: &Span, before: &Content, added: Option<Content>) -> Option<Content> {
+    fn joined(&self, span: Span, before: &Block, added: Option<Block>) -> Option<Block> {
         let fewer = self
             .places
             .iter()
@@ -68,23 +68,10 @@ impl Change<'_> {
             return None;
         }
         let cell = &self.new.cells[span.cell];
-        let added = added.unwrap_or_else(|| Content {
-            tally: CellTally::default(),
-            rows: None,
-        });
+        let added = added.unwrap_or_else(|| Block::of_tally(span.clone(), CellTally::default()));
         let from = |source: &Source| match source {
             Source::Old(at) => (before, *at),
             Source::Added(at) => (&added, *at),
-        };
-        let rows = match (&before.rows, self.new.file.store) {
-            (Some(rows), Store::Trials) => {
-                let outputs = self.sources.iter().map(|source| {
-                    let (content, at) = from(source);
-                    Some(content.rows.as_ref()?.outputs()[at].clone())
-                });
-                Some(rows.with_outputs(outputs.collect::<Option<Vec<_>>>()?))
-            }
-            _ => None,
         };
         let curves = self.new.file.curves.then(|| {
             let of = |at: usize| from(&self.sources[at]).0.tally.curves.as_ref();
@@ -102,27 +89,27 @@ impl Change<'_> {
             curves: curves.unwrap_or_default(),
             ..CellTally::default()
         };
-        Some(match rows {
-            Some(rows) => {
-                let mut trials = Trials::new(self.new, cell);
-                (trials.rows, trials.curves) = (rows, None);
-                let of_rows = CellTally::from_trials(self.new, cell, &mut trials);
-                let (pairs, groups, series) = (of_rows.pairs, of_rows.groups, of_rows.series);
-                let rows = Some(trials.rows);
-                Content {
-                    tally: CellTally {
-                        pairs,
-                        groups,
-                        series,
-                        ..tally
-                    },
-                    rows,
-                }
-            }
-            None => Content {
-                tally: self.with_shared(tally, span.cell, &before.tally, &added.tally)?,
-                rows: None,
-            },
+        if self.new.file.store == Store::Summaries {
+            let tally = self.with_shared(tally, span.cell, &before.tally, &added.tally)?;
+            return Some(Block::of_tally(span, tally));
+        }
+        let outputs = self
+            .sources
+            .iter()
+            .map(from)
+            .map(|(of, at)| of.rows.outputs()[at].clone());
+        let mut trials = Trials::new(self.new, cell);
+        (trials.rows, trials.curves) = (before.rows.with_outputs(outputs.collect()), None);
+        let of_rows = CellTally::from_trials(self.new, cell, &mut trials);
+        let tally = CellTally {
+            pairs: of_rows.pairs,
+            groups: of_rows.groups,
+            series: of_rows.series,
+            ..tally
+        };
+        Some(Block {
+            rows: trials.rows,
+            ..Block::of_tally(span, tally)
         })
     }
 
@@ -181,22 +168,16 @@ impl Change<'_> {
 }
 
 /// Reads what a folder has of the trials of a span, which its blocks cover.
-fn read_within(folder: &BlockFolder<'_>, there: &[StoredBlock], span: &Span) -> Result<Content, BlockError> {
-    let mut whole = Content {
-        tally: CellTally::default(),
-        rows: None,
-    };
+fn read_within(folder: &BlockFolder<'_>, there: &[StoredBlock], span: &Span) -> Result<Block, BlockError> {
+    let mut whole = Block::of_tally(span.clone(), CellTally::default());
     for block in there.iter().filter(|block| span.holds(&block.span)) {
-        let Content { tally, rows } = folder.read(block)?;
+        let Block { tally, rows, .. } = folder.read(block)?;
         whole.tally.merge(tally);
-        whole.rows = match (whole.rows.take(), rows) {
-            (Some(mut before), Some(rows)) => {
-                before.append(rows);
-                Some(before)
-            }
-            (None, rows) => rows,
-            (before, None) => before,
-        };
+        if whole.rows.is_empty() {
+            whole.rows = rows;
+        } else {
+            whole.rows.append(rows);
+        }
     }
     Ok(whole)
 }
