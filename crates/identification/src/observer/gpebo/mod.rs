@@ -41,13 +41,13 @@ mod oscillators;
 mod proposed;
 mod recursive;
 mod refusal;
-mod riccati_filter;
 mod run;
 mod runs;
 mod scalar;
 mod scenario;
 mod score;
 mod setting_checks;
+mod state_observer;
 mod summary;
 
 pub use cascade::Cascade;

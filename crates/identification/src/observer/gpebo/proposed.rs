@@ -36,23 +36,9 @@ struct Component<R> {
     /// The scalar regression there.
     delta: Nodes<R>,
     mixed: Nodes<R>,
-    scalar: ScalarEstimator<R>,
 }
 
-impl<R: Real> Component<R> {
-    fn new(gain: f64) -> Self {
-        Self {
-            m: R::zero(),
-            factor: R::splat(1.0),
-            regressions: [[no_signal(); NUMBERS]; UNKNOWNS],
-            delta: no_signal(),
-            mixed: no_signal(),
-            scalar: ScalarEstimator::new(gain),
-        }
-    }
-}
-
-/// Estimates theta from Eq. (17), each component on its own. All filters start from zero.
+/// The scalar regressions of Eq. (17), each component on its own. All filters start from zero.
 #[derive(Clone, Debug)]
 pub struct Proposed<R> {
     k: f64,
@@ -66,14 +52,18 @@ pub struct Proposed<R> {
 }
 
 impl<R: Real> Proposed<R> {
-    /// Makes the estimator from checked settings; h is the first step's length, which matters to delays only.
-    pub fn new(k: f64, order: usize, filters: &[Operator], gains: &[f64], factor: Factor, h: f64) -> Self {
+    /// Makes them from checked settings for n components; h is the first step's length, which matters to delays only.
+    pub fn new(k: f64, order: usize, filters: &[Operator], n: usize, factor: Factor, h: f64) -> Self {
         let branch = |operator: &Operator| match operator {
             Operator::Lag(pole) => Some(Branch::Lag(Filter::new(*pole))),
-            Operator::Delay(delay) => Some(Branch::Delay(DelayLine::new(
-                gains.len() * NUMBERS,
-                whole_steps(*delay, h)?,
-            ))),
+            Operator::Delay(delay) => Some(Branch::Delay(DelayLine::new(n * NUMBERS, whole_steps(*delay, h)?))),
+        };
+        let component = Component {
+            m: R::zero(),
+            factor: R::splat(1.0),
+            regressions: [[no_signal(); NUMBERS]; UNKNOWNS],
+            delta: no_signal(),
+            mixed: no_signal(),
         };
         Self {
             k,
@@ -82,15 +72,15 @@ impl<R: Real> Proposed<R> {
             smoothing: Filter::new(k),
             branches: filters.iter().filter_map(branch).collect(),
             phi: R::zero(),
-            components: gains.iter().map(|gain| Component::new(*gain)).collect(),
+            components: vec![component; n],
             mixer: Mixer::new(order + 1),
         }
     }
 
-    /// Advances one step of length h, given the nodes of Delta and of each mbar_i, Eq. (10), and whether they may have
-    /// jumped at its start.
+    /// Advances the scalar estimators of the components by one step of length h, given the nodes of Delta and of each
+    /// mbar_i, Eq. (10), and whether they may have jumped at its start.
     #[inline(always)]
-    pub fn step(&mut self, h: R, delta: &Nodes<R>, mbar: &[Nodes<R>], jump: bool) {
+    pub fn step(&mut self, scalars: &mut [ScalarEstimator<R>], h: R, delta: &Nodes<R>, mbar: &[Nodes<R>], jump: bool) {
         self.smoothing.set_step(h);
         let mut delays = false;
         for branch in &mut self.branches {
@@ -134,24 +124,13 @@ impl<R: Real> Proposed<R> {
                 _ => mix::<R, UNKNOWNS>(&mut self.mixer, component, first),
             }
             let excited = Excited::new(h, &component.delta);
-            let mixed = component.mixed;
-            component.scalar.step_with(&excited, &mixed, &mut None);
+            scalars[i].step_with(&excited, &component.mixed, &mut None);
         }
         for branch in &mut self.branches {
             if let Branch::Delay(line) = branch {
                 line.advance();
             }
         }
-    }
-
-    /// Returns the scalar estimators, in the order of theta.
-    pub fn scalars(&self) -> impl Iterator<Item = &ScalarEstimator<R>> {
-        self.components.iter().map(|component| &component.scalar)
-    }
-
-    /// Returns the scalar estimators mutably, to record what they have learnt.
-    pub fn scalars_mut(&mut self) -> impl Iterator<Item = &mut ScalarEstimator<R>> {
-        self.components.iter_mut().map(|component| &mut component.scalar)
     }
 }
 
