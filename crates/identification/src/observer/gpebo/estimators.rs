@@ -1,28 +1,15 @@
 //! The observers of one run.
 
 use super::exponentials::exp_m1;
-use super::filter::Nodes;
-use super::least_squares_mixing::MixedSquares;
+use super::least_squares::{LeastSquares, LeastSquaresIntegrals, MixedSquares};
 use super::linear::LinearState;
-use super::observer_spec::ObserverSpec;
+use super::mixed_signals::MixedNodes;
+use super::operators::Nodes;
 use super::proposed::Proposed;
-use super::recursive::{LeastSquares, LeastSquaresIntegrals};
 use super::scalar::{At, Excited, ScalarEstimator};
+use super::settings::ObserverSpec;
 use super::summary::{Excitation, ObserverEstimate};
 use crate::real::{MOST_LANES, Real};
-
-/// The first mixing's result and Eq. (9) at the nodes of a step.
-#[derive(Clone, Debug)]
-pub struct MixedNodes<R> {
-    /// Delta.
-    pub delta: Nodes<R>,
-    /// mbar, n of them.
-    pub mbar: Vec<Nodes<R>>,
-    /// phi = C'Phi, n of them.
-    pub phi: Vec<Nodes<R>>,
-    /// z.
-    pub z: Nodes<R>,
-}
 
 /// An observer's state.
 #[derive(Clone, Debug)]
@@ -135,7 +122,7 @@ impl<R: Real> Estimator<R> {
 
     /// Returns what the scalar estimators have learnt over the horizon, in a lane; empty if there are none.
     pub fn excitation(&self, horizon: f64, lane: usize) -> Excitation {
-        let of = |scalar: &ScalarEstimator<R>| (scalar.integral().lane(lane), scalar.frozen_at(horizon, lane));
+        let of = |scalar: &ScalarEstimator<R>| (scalar.integral.lane(lane), scalar.window.frozen_at(horizon, lane));
         let (integral, frozen_at) = self.scalars.iter().map(of).unzip();
         Excitation { integral, frozen_at }
     }

@@ -10,8 +10,7 @@ use faer::Mat;
 use std::sync::Arc;
 
 use super::matrices::{fill_plant, fill_signals, multiply, regressor_matrix};
-use super::observer_spec::ObserverSpec;
-use super::scenario::{GpeboOptions, Scenario};
+use super::settings::{GpeboOptions, ObserverSpec, Scenario};
 use super::state_observer::{StateEstimate, StateObserver};
 use crate::plant::{ContinuousPlant, exponential_by};
 use crate::real::{MOST_LANES, Real};

@@ -9,7 +9,7 @@
 //! / r drives xhat. Source of the first: Bucy and Joseph, Filtering for Stochastic Processes (1968), chapter 5.
 
 use super::matrices::add_product;
-use super::observer_spec::ObserverSpec;
+use super::settings::ObserverSpec;
 use crate::observer::eliminate;
 use crate::plant::ContinuousPlant;
 use crate::real::Real;
