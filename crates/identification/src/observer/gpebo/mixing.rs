@@ -1,6 +1,7 @@
 //! Determinants and adjugates of small matrices, singular ones included: the mixing step of DREM.
 
-use crate::real::{Mask, Real};
+use crate::observer::determinant;
+use crate::real::Real;
 
 /// Buffers for the adjugates of matrices of one order.
 #[derive(Clone, Debug)]
@@ -105,65 +106,16 @@ fn cofactor<R: Real>(n: usize, m: &[R], [row, column]: [usize; 2], minor: &mut [
         _ => {
             for i in 0..n - 1 {
                 for j in 0..n - 1 {
-                    minor[i * (n - 1) + j] = at(i, j);
+                    minor[j * (n - 1) + i] = at(i, j);
                 }
             }
-            determinant(minor, n - 1)
+            determinant(n - 1, minor)
         }
     };
     if (row + column).is_multiple_of(2) {
         minor
     } else {
         -minor
-    }
-}
-
-/// Returns the determinant of a row-major n x n matrix by LU with partial pivoting. The matrix is overwritten.
-///
-/// # Panics
-/// If the slice is shorter than n^2.
-#[inline(always)]
-pub fn determinant<R: Real>(m: &mut [R], n: usize) -> R {
-    let mut product = R::splat(1.0);
-    let mut regular = R::Mask::from_bits(u8::MAX);
-    for k in 0..n {
-        let mut largest = m[k * n + k].abs();
-        let mut swapped = R::Mask::from_bits(0);
-        for i in k + 1..n {
-            let better = largest.less(m[i * n + k].abs());
-            largest = R::select(better, m[i * n + k].abs(), largest);
-            swapped = swapped | better;
-        }
-        if swapped.any() {
-            exchange(m, n, k, largest, swapped);
-            product = R::select(swapped, -product, product);
-        }
-        let diagonal = m[k * n + k];
-        let zero = diagonal.at_most(R::zero()) & R::zero().at_most(diagonal);
-        regular = regular & !zero;
-        product = product * diagonal;
-        for i in k + 1..n {
-            let factor = m[i * n + k] / diagonal;
-            for j in k + 1..n {
-                m[i * n + j] = m[i * n + j] - factor * m[k * n + j];
-            }
-        }
-    }
-    R::select(regular, product, R::zero())
-}
-
-/// Exchanges row k, in the lanes chosen, with the first row below whose entry in column k is as large as given.
-#[inline(always)]
-fn exchange<R: Real>(m: &mut [R], n: usize, k: usize, largest: R, chosen: R::Mask) {
-    let mut left = chosen;
-    for i in k + 1..n {
-        let here = left & largest.at_most(m[i * n + k].abs());
-        left = left & !here;
-        for j in k..n {
-            let (upper, lower) = (m[k * n + j], m[i * n + j]);
-            m[k * n + j] = R::select(here, lower, upper);
-            m[i * n + j] = R::select(here, upper, lower);
-        }
     }
 }
 
@@ -207,7 +159,7 @@ mod tests {
                     let mut adjugate = vec![0.0; n * n];
                     let det = super::adjugate(n, &m, &mut minor, &mut adjugate);
                     let tolerance = 8.0 * (n * n) as f64 * f64::EPSILON * norm(&m).powi(n as i32);
-                    assert!((det - determinant(&mut m.clone(), n)).abs() <= tolerance);
+                    assert!((det - determinant(n, &mut m.clone())).abs() <= tolerance);
                     if rank < n {
                         assert!(det.abs() <= tolerance);
                     }

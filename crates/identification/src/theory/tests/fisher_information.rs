@@ -9,7 +9,7 @@ const ABSOLUTE: LevelReading = LevelReading {
 };
 
 fn of(a: &[f64], b: &[f64], input: Input, noise: NoiseColour, feedback: Feedback) -> Process {
-    let plant: StateSpace = TransferFunction::from_polynomials(a, b).unwrap().into();
+    let plant = StateSpace::from_polynomials(a, b).unwrap();
     let settings = ProcessSettings {
         input,
         feedback,
@@ -120,8 +120,7 @@ fn free_coefficients_and_the_distance() {
     );
     let information = FisherInformation::new(&process, 30.0, 100).unwrap();
     assert_eq!(information.orders(), "nb=2,nf=1,nk=2".parse().unwrap());
-    let truth = TransferFunction::from_polynomials(&[-0.5, 0.0, 0.0], &[0.0, 0.6, -0.2]).unwrap();
-    let truth: StateSpace = truth.into();
+    let truth = StateSpace::from_polynomials(&[-0.5, 0.0, 0.0], &[0.0, 0.6, -0.2]).unwrap();
     let (a, h) = (truth.a().to_vec(), truth.h());
     let mut found = (a.clone(), h.clone());
     found.0[2] += 0.01;
@@ -171,8 +170,7 @@ fn a_response_has_its_bound_over_all_frequencies() {
     let relative = &gram * &inverse;
     let trace = |of: &Matrix| (0..4).map(|i| of[(i, i)]).sum::<f64>();
     let h: Vec<f64> = other.1.to_vec();
-    let model = TransferFunction::from_polynomials(&other.0, &h).unwrap();
-    let model = StateSpace::from(model);
+    let model = StateSpace::from_polynomials(&other.0, &h).unwrap();
     let found = bound.distance(model.a(), model.b(), 0.0);
     let expected = square / trace(&relative);
     assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
