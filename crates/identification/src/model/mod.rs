@@ -12,7 +12,6 @@ mod units;
 
 pub use continuous::{ContinuousModel, Hold};
 pub(crate) use continuous::{Sampled, controller_form, output_of, row_times_form};
-pub use equation::Equation;
 pub(crate) use orders::LARGEST;
 pub use orders::{Orders, OrdersError};
 pub use realisation::Realisation;
