@@ -8,7 +8,7 @@ use asobench::estimator::{
     Solver, Stabilise, Stage, StartState, Window,
 };
 use asobench::observer::Gain;
-use asobench::plant::{PoleFinder, StateSpace, TransferFunction};
+use asobench::plant::{PoleFinder, StateSpace};
 use asobench::signal::{Input, InputLaw, LevelOf, LevelOver, LevelReading, NoiseFilter, Sequence};
 use asobench::study::file::ExperimentFile;
 use asobench::study::{Experiment, LoopModel, Measure, StateFeedback, Trial};
@@ -18,7 +18,7 @@ const SEED: u64 = 2023;
 /// A(q) = 1 - 1.5 q^-1 + 0.7 q^-2, B(q) = q^-1 + 0.5 q^-2.
 fn plant() -> StateSpace {
     let (alpha, beta) = ([-1.5, 0.7], [1.0, 0.5]);
-    TransferFunction::from_polynomials(&alpha, &beta).unwrap().into()
+    StateSpace::from_polynomials(&alpha, &beta).unwrap()
 }
 
 fn settings(noise: &str, feedback: Feedback) -> ProcessSettings {

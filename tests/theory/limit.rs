@@ -131,7 +131,7 @@ fn autocovariances(numerator: &[f64], denominator: &[f64], lags: usize) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asobench::plant::{Numerator, TransferFunction, nikolov2023};
+    use asobench::plant::{Numerator, nikolov2023};
 
     /// An AR(1) process: `r(t) = a^t / (1 - a^2)`; a moving average `1 + c q^-1`: 1 + c^2, c, 0.
     #[test]
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn a_first_order_plant_by_hand() {
         let (alpha, beta) = (-0.8, 2.0);
-        let plant = TransferFunction::from_polynomials(&[alpha], &[beta]).unwrap().into();
+        let plant = StateSpace::from_polynomials(&[alpha], &[beta]).unwrap();
         let limit = least_squares_limit(&plant, 3.0, &NoiseFilter::white(), 50.0, 10.0).unwrap();
         assert!((limit[0] - alpha / 1.25).abs() < 1e-14);
         assert!((limit[1] - beta / 1.01).abs() < 1e-14);

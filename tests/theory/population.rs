@@ -2,7 +2,7 @@
 //! the crate, for open and closed loops. Soderstrom and Stoica, System Identification, chapters 7, 8, 10.
 
 use asobench::observer::Gain;
-use asobench::plant::{StateSpace, TransferFunction};
+use asobench::plant::StateSpace;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -274,8 +274,7 @@ impl Population {
 /// a, h and b of p.
 pub fn parts(p: &[f64]) -> [Vec<f64>; 3] {
     let n = p.len() / 2;
-    let plant = TransferFunction::from_polynomials(&p[..n], &p[n..]).unwrap();
-    let plant = StateSpace::from(plant);
+    let plant = StateSpace::from_polynomials(&p[..n], &p[n..]).unwrap();
     [plant.a().to_vec(), p[n..].to_vec(), plant.b().to_vec()]
 }
 

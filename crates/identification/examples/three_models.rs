@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arx = MethodOptions::from(ArxOptions::default());
     for options in [arx, OeOptions::default().into(), IvOptions::default().into()] {
         let model = fit(options, 2, &u, &y)?;
-        println!("{}", model.linear().equation().rounded(4));
+        println!("{}", model.linear().equation(Some(4)));
         println!("standard errors {:.4?}", model.linear().standard_errors());
     }
     Ok(())

@@ -8,7 +8,7 @@ use crate::estimator::InitialCondition;
 use crate::estimator::initial_state::InitialState;
 use crate::estimator::{Failure, FailureKind};
 use crate::estimator::{Method, MethodOptions, Offset, Pass, Progress, Runs, SetupError, Window};
-use crate::metric::{Fit, FitModel};
+use crate::metric::{Ahead, Fit, fit_ahead, mean, percent};
 use crate::model::{LinearModel, Units};
 use crate::plant::{PoleFinder, simulate};
 use faer::c64;
@@ -260,6 +260,7 @@ impl Fitted {
     }
 
     /// Returns the FIT over a range of samples from an initial state, predicted one step and `horizon` steps ahead too.
+    /// The first `window` samples determine the start of the predictor, unless the state is 0: then both begin at rest.
     ///
     /// # Panics
     /// If u and y differ in length, or are shorter than the range or than `window`, which determines the start of the
@@ -273,19 +274,35 @@ impl Fitted {
         range: Range<usize>,
         horizon: usize,
     ) -> Fit {
+        assert!(u.len() == y.len() && range.end <= y.len());
         let Pass {
             model, a, b, direct: d, ..
         } = &self.pass;
-        let d = *d;
-        let model = FitModel {
-            model,
+        let y = self.less_offset(y);
+        let (of_range, mut simulated, mut x) = (&y[range.clone()], 0.0, x0.to_vec());
+        simulate(
             a,
             b,
-            d,
-            x0,
-            horizon,
-        };
-        crate::metric::fit(model, u, &self.less_offset(y), window, range)
+            &mut x,
+            &u[..range.end],
+            #[inline(always)]
+            |k, x| {
+                if k >= range.start {
+                    let error = y[k] - x[0] - d * u[k];
+                    simulated += error * error;
+                }
+            },
+        );
+        let window = if x0.iter().all(|x| *x == 0.0) { 0 } else { window };
+        let predicted = |horizon| fit_ahead(model, u, &y, window, range.clone(), horizon);
+        Fit {
+            simulated: percent(simulated, of_range, mean(of_range)),
+            one_step: predicted(1),
+            ahead: (horizon > 1).then(|| Ahead {
+                steps: horizon,
+                fit: predicted(horizon),
+            }),
+        }
     }
 
     /// Returns the initial state on another record, by least squares of the simulated output; NaN if it overflows. u
@@ -421,5 +438,27 @@ mod tests {
             assert_eq!(model.poles().len(), 2);
             assert!(model.compare(&u, &y, 60, 0..60, 1).simulated > 99.9999);
         }
+    }
+
+    #[test]
+    fn a_perfect_model_has_100_and_the_mean_has_0() {
+        let u: Vec<f64> = (0..50).map(|k| f64::from((k * 7) % 5) - 2.0).collect();
+        let fitted = |a: f64, b: f64| {
+            let mut pass = Pass::new(1);
+            (pass.a, pass.b) = (vec![a], vec![b]);
+            pass.model = LinearModel::from_canonical(&[a], &[b], 1);
+            Fitted::new(pass, 0)
+        };
+        let mut y = Vec::new();
+        simulate(&[0.5], &[2.0], &mut [3.0], &u, |_, x| y.push(x[0]));
+        let model = fitted(0.5, 2.0);
+        let perfect = model.compare_from(&[3.0], &u, &y, 50, 10..50, 2);
+        assert!((perfect.simulated - 100.0).abs() < 1e-10 && (perfect.one_step - 100.0).abs() < 1e-10);
+        assert!((perfect.ahead.unwrap().fit - 100.0).abs() < 1e-10);
+        let mean = y[10..].iter().sum::<f64>() / 40.0;
+        let constant = fitted(1.0, 0.0).compare_from(&[mean], &u, &y, 50, 10..50, 1);
+        assert!(constant.simulated.abs() < 1e-10);
+        let level = model.compare_from(&[3.0], &u, &[1.0; 50], 50, 0..50, 2);
+        assert!(level.simulated.is_nan());
     }
 }

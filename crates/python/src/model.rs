@@ -260,7 +260,7 @@ impl Native {
     /// The model as an equation.
     fn equation(&self, digits: usize) -> PyResult<String> {
         fits("digits", digits, MOST_DIGITS)?;
-        Ok(self.0.model.equation().rounded(digits).to_string())
+        Ok(self.0.model.equation(Some(digits)))
     }
 
     /// Poles, zeros (real and imaginary part, their standard errors and covariance, that of the modulus), the static

@@ -65,7 +65,7 @@ fn described(plant: &StateSpace) -> String {
     let indent = " ".repeat(INDENT);
     let mut model = LinearModel::from(plant);
     without_rounding(&mut model.b);
-    let equation = model.equation().rounded(6).to_string();
+    let equation = model.equation(Some(6));
     let equation = broken(&equation, INDENT, INDENT + 4);
     let poles = PoleFinder::new(plant.order()).poles(plant.a());
     let poles = listed("poles ", &poles);

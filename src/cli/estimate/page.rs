@@ -136,7 +136,7 @@ fn write(section: &mut Section, slot: usize, estimate: &Estimate, report: &Repor
     let Some(model) = last.known_model() else {
         return;
     };
-    let equation = model.equation().rounded(DIGITS).to_string();
+    let equation = model.equation(Some(DIGITS));
     let lines = equation.lines().map(|line| broken(line, 0, 4));
     section.code(&lines.collect::<Vec<String>>().join("\n"));
     if last.fitted.pass.unstable {

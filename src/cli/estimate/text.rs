@@ -219,7 +219,7 @@ fn write_pass(text: &mut String, estimate: &Estimate, report: &Report) -> fmt::R
 
 /// The model as an equation.
 pub(super) fn equation(model: &LinearModel) -> String {
-    let equation = model.equation().rounded(DIGITS).to_string();
+    let equation = model.equation(Some(DIGITS));
     let lines = equation.lines().map(|line| format!("  {}\n", broken(line, 2, 6)));
     lines.collect()
 }

@@ -6,7 +6,6 @@ mod continuous_pole;
 mod feedback;
 mod outliers;
 mod past_input;
-mod poles_zeros_gain;
 mod response;
 mod root_errors;
 #[cfg(test)]
@@ -17,9 +16,8 @@ mod whiteness;
 pub use continuous_pole::Mode;
 pub use feedback::{FeedbackTest, LoopVerdict};
 pub use outliers::Outlier;
-pub use poles_zeros_gain::Precision;
 pub use response::{FrequencyPoint, StepPoint, frequency_response, step_response};
-pub use root_errors::{Cancellation, Root, RootError};
+pub use root_errors::{Cancellation, Precision, Root, RootError};
 pub use verdict::Whiteness;
 pub use whiteness::Residuals;
 

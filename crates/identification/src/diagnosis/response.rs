@@ -2,7 +2,7 @@
 //! the derivatives of the responses (the delta method).
 
 use crate::model::LinearModel;
-use crate::model::polynomial::divide;
+use crate::model::polynomial::{divide, value};
 use faer::c64;
 
 /// The step response at one k.
@@ -68,12 +68,7 @@ pub fn frequency_response(model: &LinearModel, frequencies: &[f64]) -> Vec<Frequ
     let mut before = 0.0;
     let at = |omega: &f64| {
         let back = c64::new(omega.cos(), -omega.sin());
-        let value = |polynomial: &[f64]| {
-            let zero = c64::new(0.0, 0.0);
-            let coefficients = polynomial.iter().rev();
-            coefficients.fold(zero, |value, c| value * back + *c)
-        };
-        let (a, b, f) = (value(&model.a), value(&model.b), value(&model.f));
+        let [a, b, f] = [&model.a, &model.b, &model.f].map(|c| value(c, back));
         let gain = b / (a * f);
         let mut gradient = Vec::with_capacity(orders.parameters());
         let mut powers = |first: usize, count: usize, factor: c64| {

@@ -43,14 +43,17 @@ fn square_distance<R: Real>(v: &[R], v_hat: &[R]) -> R {
 /// Collects the state errors e_x(k) over k: maximum and root mean square, in both readings of E3.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StateError {
-    relative: Gathered,
-    as_printed: Gathered,
-    absolute: Gathered,
+    /// `e_x(k)` in the reading `relative`.
+    pub relative: Gathered,
+    /// In the reading `as-printed`, over the k where it is defined.
+    pub as_printed: Gathered,
+    /// `||x(k) - xhat(k)||`.
+    pub absolute: Gathered,
 }
 
 /// Maximum and mean of the squares of a sequence.
 #[derive(Clone, Copy, Debug, Default)]
-struct Gathered {
+pub struct Gathered {
     count: u32,
     maximum: f64,
     sum: f64,
@@ -67,12 +70,13 @@ impl Gathered {
         self.maximum = if larger { square } else { self.maximum };
     }
 
-    fn maximum(self) -> f64 {
+    /// The largest; NaN if nothing was added.
+    pub fn maximum(self) -> f64 {
         if self.count == 0 { f64::NAN } else { self.maximum.sqrt() }
     }
 
     /// The root mean square; NaN if nothing was added.
-    fn rms(self) -> f64 {
+    pub fn rms(self) -> f64 {
         (self.sum / f64::from(self.count)).sqrt()
     }
 }
@@ -95,31 +99,6 @@ impl StateError {
         self.as_printed.add(distance / sum, sum > 0.0);
         relative
     }
-
-    /// Largest `e_x(k)`, reading `relative`; NaN if no k was added.
-    pub fn maximum(&self) -> f64 {
-        self.relative.maximum()
-    }
-
-    /// Root mean square of `e_x(k)`, reading `relative`; NaN if no k was added.
-    pub fn rms(&self) -> f64 {
-        self.relative.rms()
-    }
-
-    /// `sqrt(mean over k of ||x(k) - xhat(k)||^2)`; NaN if no k was added.
-    pub fn absolute_rms(&self) -> f64 {
-        self.absolute.rms()
-    }
-
-    /// Largest `e_x(k)`, reading `as-printed`, over the k where it is defined; NaN if there is none.
-    pub fn maximum_as_printed(&self) -> f64 {
-        self.as_printed.maximum()
-    }
-
-    /// Root mean square of `e_x(k)`, reading `as-printed`, over the k where it is defined; NaN if there is none.
-    pub fn rms_as_printed(&self) -> f64 {
-        self.as_printed.rms()
-    }
 }
 
 #[cfg(test)]
@@ -133,16 +112,16 @@ mod tests {
         assert_eq!(relative_error_as_printed(&v, &w), (1.0_f64 / 7.0).sqrt());
         assert!(relative_error_as_printed(&[1.0, -1.0], &w).is_nan());
         let mut errors = StateError::default();
-        assert!(errors.maximum().is_nan() && errors.rms().is_nan());
+        assert!(errors.relative.maximum().is_nan() && errors.relative.rms().is_nan());
         assert_eq!(errors.add(&v, &w), 0.04);
         errors.add(&[-3.0, -4.0], &[-3.0, -4.0]);
         errors.add(&[0.0, 0.0], &[1.0, 1.0]);
-        assert_eq!(errors.maximum(), 0.2);
-        assert!((errors.rms() - 0.02_f64.sqrt()).abs() < 1e-16);
+        assert_eq!(errors.relative.maximum(), 0.2);
+        assert!((errors.relative.rms() - 0.02_f64.sqrt()).abs() < 1e-16);
         // The squares of three samples are 1, 0 and 2; this measure includes x = 0.
-        assert_eq!(errors.absolute_rms(), 1.0);
-        assert_eq!(errors.maximum_as_printed(), (1.0_f64 / 7.0).sqrt());
+        assert_eq!(errors.absolute.rms(), 1.0);
+        assert_eq!(errors.as_printed.maximum(), (1.0_f64 / 7.0).sqrt());
         errors.add(&[1.0, 1.0], &[f64::NAN, 1.0]);
-        assert!(errors.maximum().is_nan());
+        assert!(errors.relative.maximum().is_nan());
     }
 }

@@ -84,11 +84,6 @@ impl Paired {
         self.product.merge(&other.product);
     }
 
-    /// The sample of the differences first - second.
-    pub fn difference(&self) -> &Sample {
-        &self.difference
-    }
-
     /// The distribution of the ratios first / second, without ties.
     pub fn ratio(&self) -> &Sketch {
         &self.ratio

@@ -142,9 +142,22 @@ impl Jackknife {
         if groups.len() != JACKKNIFE_GROUPS || groups.iter().any(|group| group.count() == 0) {
             return None;
         }
-        Some(match statistic {
-            SlopeOf::Rmse => rmses(groups),
-            SlopeOf::Median => medians(groups, worse),
+        let of = |samples: &mut dyn Iterator<Item = &Sample>| match statistic {
+            SlopeOf::Rmse => Sample::rmse_of_all(samples),
+            SlopeOf::Median => {
+                let mut merged = Sample::default();
+                samples.for_each(|sample| merged.merge(sample));
+                merged.median_value(worse)
+            }
+        };
+        let without = |left_out: usize| {
+            let others = groups.iter().enumerate();
+            of(&mut others.filter_map(|(g, group)| (g != left_out).then_some(group)))
+        };
+        Some(Self {
+            all: of(&mut groups.iter()),
+            without: std::array::from_fn(without),
+            has_error: statistic == SlopeOf::Rmse || groups.iter().all(|group| group.count() > 1),
         })
     }
 }
@@ -158,38 +171,6 @@ pub fn slope_weights(x: &[f64]) -> Option<Vec<f64>> {
     let mean = logs.iter().sum::<f64>() / logs.len() as f64;
     let squares: f64 = logs.iter().map(|l| (l - mean) * (l - mean)).sum();
     (squares > 0.0).then(|| logs.iter().map(|l| (l - mean) / squares).collect())
-}
-
-/// The RMSE over all groups, and with each group left out.
-fn rmses(groups: &[Sample]) -> Jackknife {
-    let without = |left_out: usize| {
-        let others = groups.iter().enumerate();
-        Sample::rmse_of_all(others.filter_map(|(g, group)| (g != left_out).then_some(group)))
-    };
-    Jackknife {
-        all: Sample::rmse_of_all(groups.iter()),
-        without: std::array::from_fn(without),
-        has_error: true,
-    }
-}
-
-/// The median over all trials of all groups, and with each group left out.
-fn medians(groups: &[Sample], worse: Worse) -> Jackknife {
-    let merged = |samples: &mut dyn Iterator<Item = &Sample>| {
-        let mut merged = Sample::default();
-        samples.for_each(|sample| merged.merge(sample));
-        merged
-    };
-    let all = merged(&mut groups.iter()).median_value(worse);
-    let without = |left_out: usize| {
-        let others = groups.iter().enumerate();
-        merged(&mut others.filter_map(|(g, group)| (g != left_out).then_some(group))).median_value(worse)
-    };
-    Jackknife {
-        all,
-        without: std::array::from_fn(without),
-        has_error: groups.iter().all(|group| group.count() > 1),
-    }
 }
 
 #[cfg(test)]

@@ -12,14 +12,13 @@ mod units;
 
 pub use continuous::{ContinuousModel, Hold};
 pub(crate) use continuous::{Sampled, controller_form, output_of, row_times_form};
-pub use equation::Equation;
 pub(crate) use orders::LARGEST;
 pub use orders::{Orders, OrdersError};
 pub use realisation::Realisation;
 pub use units::Units;
 pub(crate) use units::multiply;
 
-use crate::plant::{StateSpace, TransferFunction};
+use crate::plant::StateSpace;
 use polynomial::{divide, filter};
 use units::multiply_part;
 
@@ -274,8 +273,7 @@ impl LinearModel {
         h[..rest.len()].copy_from_slice(rest);
         let mut alpha = vec![0.0; n];
         alpha[..denominator.len() - 1].copy_from_slice(&denominator[1..]);
-        let plant = TransferFunction::from_polynomials(&alpha, &h).ok()?;
-        Some(plant.into())
+        StateSpace::from_polynomials(&alpha, &h).ok()
     }
 }
 

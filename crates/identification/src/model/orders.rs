@@ -96,20 +96,13 @@ impl Orders {
 
     /// Returns the names with their values, nk last.
     fn entries(self) -> [(&'static str, usize); 6] {
-        let Self { na, nb, nc, nd, nf, nk } = self;
-        [("na", na), ("nb", nb), ("nc", nc), ("nd", nd), ("nf", nf), ("nk", nk)]
+        let mut copy = self;
+        copy.places().map(|(name, place)| (name, *place))
     }
 
-    fn entry(&mut self, name: &str) -> Option<&mut usize> {
-        Some(match name {
-            "na" => &mut self.na,
-            "nb" => &mut self.nb,
-            "nc" => &mut self.nc,
-            "nd" => &mut self.nd,
-            "nf" => &mut self.nf,
-            "nk" => &mut self.nk,
-            _ => return None,
-        })
+    fn places(&mut self) -> [(&'static str, &mut usize); 6] {
+        let Self { na, nb, nc, nd, nf, nk } = self;
+        [("na", na), ("nb", nb), ("nc", nc), ("nd", nd), ("nf", nf), ("nk", nk)]
     }
 
     /// Reads names with numbers; `nk` is 1 if not given.
@@ -127,8 +120,8 @@ impl Orders {
                 (orders.na, orders.nb) = (number, number);
                 continue;
             }
-            let place = orders.entry(name);
-            let place = place.ok_or_else(|| OrdersError::Name(name.to_owned()))?;
+            let place = orders.places().into_iter().find(|(of, _)| *of == name);
+            let (_, place) = place.ok_or_else(|| OrdersError::Name(name.to_owned()))?;
             if given.contains(&name) {
                 return Err(OrdersError::Twice(name.to_owned()));
             }

@@ -1,6 +1,7 @@
 //! Polynomials in q^-1, `c_0 + c_1 q^-1 + ...`, as filters of signals that are zero before k = 0.
 
 use crate::real::with_fma;
+use faer::c64;
 
 /// Reads coefficients such as `1,-0.5`; `None` if one of them is not a number.
 pub fn parse(list: &str) -> Option<Vec<f64>> {
@@ -20,6 +21,11 @@ pub fn extent(c: &[f64]) -> Option<(usize, usize)> {
     let size = c.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
     let is_there = |c: &f64| c.abs() > 1e-13 * size;
     Some((c.iter().position(is_there)?, c.iter().rposition(is_there)?))
+}
+
+/// Returns the value of a polynomial at a `q^-1`.
+pub fn value(c: &[f64], delay: c64) -> c64 {
+    c.iter().rev().fold(c64::new(0.0, 0.0), |sum, c| sum * delay + c)
 }
 
 /// Returns the product of two polynomials.

@@ -250,13 +250,8 @@ impl Kalman {
         Ok(Self::new(model, Arc::new(gains)))
     }
 
-    /// Returns the gains.
-    pub fn gains(&self) -> &GainSequence {
-        &self.gains
-    }
-
     /// Returns the gains, shared with all clones.
-    pub fn shared_gains(&self) -> &Arc<GainSequence> {
+    pub fn gains(&self) -> &Arc<GainSequence> {
         &self.gains
     }
 

@@ -64,7 +64,7 @@ impl Kalman {
     /// # Panics
     /// As for [`Kalman::run`].
     pub fn log_likelihood(&mut self, u: &[f64], y: &[f64], x0: &[f64]) -> Result<Likelihood, FailureKind> {
-        let gains = Arc::clone(self.shared_gains());
+        let gains = Arc::clone(self.gains());
         let (mut squares, mut logs) = (0.0, 0.0);
         self.filter(u, y, x0, |k, _, e| {
             let variance = gains.variance(k);

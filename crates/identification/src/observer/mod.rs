@@ -22,5 +22,5 @@ pub use luenberger::{ObservedModel, Observer};
 pub use lyapunov::lyapunov;
 pub use pole_placement::{Gain, GainError, Poles};
 pub use riccati::{Riccati, RiccatiError, care, care_correlated, dare};
-use steady::eliminate;
+use steady::{determinant, eliminate};
 pub use stochastic_model::{MeasurementNoise, StochasticModel};

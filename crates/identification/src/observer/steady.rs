@@ -115,11 +115,11 @@ fn correlation(p: &[f64], lag: usize) -> f64 {
     p.iter().zip(later).map(|(a, b)| a * b).sum()
 }
 
-/// Replaces the columns b of each matrix by the solutions of `W x = b`, by elimination with row exchanges, which
-/// destroys W. Returns the lanes in which W is not exactly singular; elsewhere the columns are no solutions.
+/// Makes W, n x n and column by column, upper triangular by elimination with row exchanges, and does the same to further
+/// columns. Returns the lanes in which W is not exactly singular, and the sign that the exchanges give its determinant.
 #[inline(always)]
-pub(super) fn eliminate<R: Real>(n: usize, w: &mut [R], of: &mut [&mut [R]]) -> R::Mask {
-    let mut regular = R::Mask::from_bits(u8::MAX);
+fn triangularise<R: Real>(n: usize, w: &mut [R], of: &mut [&mut [R]]) -> (R::Mask, R) {
+    let (mut regular, mut sign) = (R::Mask::from_bits(u8::MAX), R::splat(1.0));
     for k in 0..n {
         // The pivot is the first of the largest.
         let (first, mut largest) = (w[k * n + k].abs(), w[k * n + k].abs());
@@ -128,6 +128,7 @@ pub(super) fn eliminate<R: Real>(n: usize, w: &mut [R], of: &mut [&mut [R]]) -> 
             largest = R::select(largest.less(size), size, largest);
         }
         let mut left = first.less(largest);
+        sign = R::select(left, -sign, sign);
         for i in k + 1..n {
             let here = left & largest.at_most(w[k * n + i].abs());
             left = left & !here;
@@ -152,6 +153,27 @@ pub(super) fn eliminate<R: Real>(n: usize, w: &mut [R], of: &mut [&mut [R]]) -> 
             }
         }
     }
+    (regular, sign)
+}
+
+/// Returns the determinant of W, which is destroyed.
+///
+/// # Panics
+/// If the slice is shorter than n^2.
+#[inline(always)]
+pub(super) fn determinant<R: Real>(n: usize, w: &mut [R]) -> R {
+    let (regular, mut product) = triangularise(n, w, &mut []);
+    for k in 0..n {
+        product = product * w[k * n + k];
+    }
+    R::select(regular, product, R::zero())
+}
+
+/// Replaces the columns b of each matrix by the solutions of `W x = b` and destroys W. Returns the lanes in which W is
+/// not exactly singular; elsewhere the columns are no solutions.
+#[inline(always)]
+pub(super) fn eliminate<R: Real>(n: usize, w: &mut [R], of: &mut [&mut [R]]) -> R::Mask {
+    let (regular, _) = triangularise(n, w, of);
     for columns in of.iter_mut() {
         for c in 0..columns.len() / n {
             let b = &mut columns[c * n..][..n];

@@ -16,48 +16,8 @@ pub struct ContinuousPlant {
 
 /// Why matrices do not form a plant, or cannot transform one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ContinuousPlantError {
-    /// A is empty or not square.
-    #[error("A must be n x n with n >= 1: row {row} of {rows} has {length} entries")]
-    NotSquare {
-        /// Rows of A.
-        rows: usize,
-        /// The first row that does not fit, counted from 1 (0 if A has no rows).
-        row: usize,
-        /// Its length.
-        length: usize,
-    },
-    /// A vector's length is not the order.
-    #[error("{what} must have {order} entries, one per row of A, not {found}")]
-    Length {
-        /// `B` or `C`.
-        what: &'static str,
-        /// The order n.
-        order: usize,
-        /// The length found.
-        found: usize,
-    },
-    /// An entry is not a finite number.
-    #[error("{0} must hold finite numbers")]
-    NotFinite(&'static str),
-    /// (A, C) is not observable.
-    #[error(
-        "the state cannot be observed: the observability matrix of (A, C) has rank {rank}, and the \
-        order is {order}"
-    )]
-    Unobservable {
-        /// The numerical rank.
-        rank: usize,
-        /// The order n.
-        order: usize,
-    },
-    /// A transformation is not n x n, or is singular to working precision.
-    #[error("a change of coordinates needs a nonsingular {order} x {order} matrix")]
-    Transformation {
-        /// The order n.
-        order: usize,
-    },
-}
+#[error("{0}")]
+pub struct ContinuousPlantError(String);
 
 impl ContinuousPlant {
     /// Makes the plant from the rows `a` of A, and from B and C.
@@ -67,43 +27,38 @@ impl ContinuousPlant {
     /// [`observability_rank`].
     pub fn new(a: &[Vec<f64>], b: Vec<f64>, c: Vec<f64>) -> Result<Self, ContinuousPlantError> {
         let n = a.len();
-        if n == 0 {
-            return Err(ContinuousPlantError::NotSquare {
-                rows: 0,
-                row: 0,
-                length: 0,
-            });
-        }
-        if let Some(row) = a.iter().position(|row| row.len() != n) {
-            return Err(ContinuousPlantError::NotSquare {
-                rows: n,
-                row: row + 1,
-                length: a[row].len(),
-            });
+        let wrong = (1..).zip(a).find(|(_, row)| row.len() != n);
+        if let Some((row, length)) = wrong.map(|(row, of)| (row, of.len())).or((n == 0).then_some((0, 0))) {
+            return Err(ContinuousPlantError(format!(
+                "A must be n x n with n >= 1: row {row} of {n} has {length} entries"
+            )));
         }
         Self::from_matrix(Mat::from_fn(n, n, |i, j| a[i][j]), b, c)
     }
 
     fn from_matrix(a: Mat<f64>, b: Vec<f64>, c: Vec<f64>) -> Result<Self, ContinuousPlantError> {
         let order = a.nrows();
+        let not_finite = |what: &str| ContinuousPlantError(format!("{what} must hold finite numbers"));
         for (what, vector) in [("B", &b), ("C", &c)] {
             if vector.len() != order {
-                return Err(ContinuousPlantError::Length {
-                    what,
-                    order,
-                    found: vector.len(),
-                });
+                return Err(ContinuousPlantError(format!(
+                    "{what} must have {order} entries, one per row of A, not {}",
+                    vector.len()
+                )));
             }
             if !vector.iter().all(|v| v.is_finite()) {
-                return Err(ContinuousPlantError::NotFinite(what));
+                return Err(not_finite(what));
             }
         }
         if !a.is_all_finite() {
-            return Err(ContinuousPlantError::NotFinite("A"));
+            return Err(not_finite("A"));
         }
         let rank = observability_rank(a.as_ref(), &c);
         if rank < order {
-            return Err(ContinuousPlantError::Unobservable { rank, order });
+            return Err(ContinuousPlantError(format!(
+                "the state cannot be observed: the observability matrix of (A, C) has rank {rank}, and the order is \
+                 {order}"
+            )));
         }
         Ok(Self { a, b, c })
     }
@@ -144,7 +99,9 @@ impl ContinuousPlant {
     /// If T is not n x n or singular to working precision, in units of its own rows and columns.
     pub fn transformed(&self, t: MatRef<'_, f64>) -> Result<Self, ContinuousPlantError> {
         let order = self.order();
-        let refusal = ContinuousPlantError::Transformation { order };
+        let refusal = ContinuousPlantError(format!(
+            "a change of coordinates needs a nonsingular {order} x {order} matrix"
+        ));
         if t.nrows() != order || t.ncols() != order || !t.is_all_finite() {
             return Err(refusal);
         }
@@ -178,35 +135,25 @@ mod tests {
 
     #[test]
     fn refusals() {
-        let new = ContinuousPlant::new;
-        assert!(matches!(
-            new(&[], vec![], vec![]),
-            Err(ContinuousPlantError::NotSquare { rows: 0, .. })
-        ));
-        assert_eq!(
-            new(&[vec![1.0, 2.0], vec![3.0]], vec![1.0; 2], vec![1.0; 2]),
-            Err(ContinuousPlantError::NotSquare {
-                rows: 2,
-                row: 2,
-                length: 1
-            })
+        let refused = |a: &[Vec<f64>], b: &[f64], c: &[f64], part: &str| {
+            let refusal = ContinuousPlant::new(a, b.to_vec(), c.to_vec()).unwrap_err().to_string();
+            assert!(refusal.contains(part), "{refusal}");
+        };
+        refused(&[], &[], &[], "row 0 of 0 has 0 entries");
+        refused(
+            &[vec![1.0, 2.0], vec![3.0]],
+            &[1.0; 2],
+            &[1.0; 2],
+            "row 2 of 2 has 1 entries",
         );
-        assert_eq!(
-            new(&[vec![1.0]], vec![1.0; 2], vec![1.0]),
-            Err(ContinuousPlantError::Length {
-                what: "B",
-                order: 1,
-                found: 2
-            })
+        refused(
+            &[vec![1.0]],
+            &[1.0; 2],
+            &[1.0],
+            "B must have 1 entries, one per row of A, not 2",
         );
-        assert_eq!(
-            new(&[vec![f64::NAN]], vec![1.0], vec![1.0]),
-            Err(ContinuousPlantError::NotFinite("A"))
-        );
-        assert_eq!(
-            new(&[vec![1.0]], vec![1.0], vec![0.0]),
-            Err(ContinuousPlantError::Unobservable { rank: 0, order: 1 })
-        );
+        refused(&[vec![f64::NAN]], &[1.0], &[1.0], "A must hold finite numbers");
+        refused(&[vec![1.0]], &[1.0], &[0.0], "has rank 0, and the order is 1");
     }
 
     /// A chain of integrators in units that differ by 1e20 is observable.

@@ -32,7 +32,7 @@ pub use sampled_plant::{SAMPLED_DEGREE_LIMIT, Sampling, SamplingError};
 pub(crate) use simulate::simulate_disturbed;
 pub use simulate::{drive, observe, simulate};
 pub use state_noise::{StateNoise, StateNoiseError};
-pub use system::{StateSpace, SystemError, TransferFunction};
+pub use system::{StateSpace, SystemError};
 
 /// The largest order of a plant or a model. At this order a matrix takes some MB, and the coefficients of any stable
 /// plant, which are below 2^n, are finite.

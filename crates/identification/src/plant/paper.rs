@@ -1,6 +1,6 @@
 //! The example plant of Nikolov et al. (2023).
 
-use super::{StateSpace, TransferFunction};
+use super::StateSpace;
 use crate::names::named_enum;
 
 named_enum! {
@@ -22,7 +22,7 @@ pub fn nikolov2023(numerator: Numerator) -> StateSpace {
     match numerator {
         Numerator::StateSpace => StateSpace::new(a, vec![0.6, 0.2, 0.1, 0.3, 0.4, 0.5]),
         Numerator::TransferFunction => {
-            TransferFunction::new(a, vec![0.6, 0.56, 0.2125, 0.3080, 0.5488, 0.7221]).map(StateSpace::from)
+            StateSpace::from_transfer_function(a, vec![0.6, 0.56, 0.2125, 0.3080, 0.5488, 0.7221])
         }
     }
     .expect("the printed coefficients are finite and of one length")

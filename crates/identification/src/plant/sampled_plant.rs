@@ -18,36 +18,8 @@ pub struct Sampling {
 
 /// Why a plant cannot be sampled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SamplingError {
-    /// A number is out of range.
-    #[error("{what}: {found}; expected {expected}")]
-    Number {
-        /// What.
-        what: &'static str,
-        /// The number.
-        found: f64,
-        /// The range.
-        expected: &'static str,
-    },
-    /// A polynomial is zero or not finite.
-    #[error("{0}: expected finite coefficients, the highest power of s first, not all of them 0")]
-    Polynomial(&'static str),
-    /// The numerator has the higher degree.
-    #[error("num has degree {0} and den {1} in s; expected at most the degree of den")]
-    Improper(usize, usize),
-    /// The degree is above [`SAMPLED_DEGREE_LIMIT`].
-    #[error("den has degree {0} in s; expected at most {SAMPLED_DEGREE_LIMIT}")]
-    LargeDegree(usize),
-    /// y(k) depends on u(k).
-    #[error(
-        "y(k) would depend on u(k), by {0}; expected a plant whose first input is u(k-1), such as one with a delay of \
-         a sample"
-    )]
-    Direct(&'static str),
-    /// The sampled plant cannot be told in numbers.
-    #[error("the sampled plant has coefficients that are not finite; expected another unit of time or of y")]
-    NotFinite,
-}
+#[error("{0}")]
+pub struct SamplingError(String);
 
 /// The responses of a strictly proper plant to a unit step and to a unit ramp. Time is in units of `1/rate`, so that no
 /// coefficient of the denominator is above 1.
@@ -96,14 +68,18 @@ impl Sampling {
         let product = |k: usize| a.iter().zip(pulses[..=k].iter().rev()).map(|(a, h)| a * h).sum();
         let b: Vec<f64> = (0..=last).map(|k| if k < first { 0.0 } else { product(k) }).collect();
         if !a.iter().chain(&b).all(|x| x.is_finite()) {
-            return Err(SamplingError::NotFinite);
+            let what = "the sampled plant has coefficients that are not finite; expected another unit of time or of y";
+            return Err(SamplingError(what.to_owned()));
         }
         if b[0] != 0.0 {
             let by = match self.hold {
                 Hold::Zero => "num of the degree of den",
                 Hold::Linear => "the straight line from u(k-1) to u(k)",
             };
-            return Err(SamplingError::Direct(by));
+            return Err(SamplingError(format!(
+                "y(k) would depend on u(k), by {by}; expected a plant whose first input is u(k-1), such as one with a \
+                 delay of a sample"
+            )));
         }
         Ok([a, b])
     }
@@ -111,7 +87,8 @@ impl Sampling {
     /// Returns the delay as whole samples and a part of one. A delay that is a multiple of T up to rounding has no
     /// part.
     fn delay_in_samples(&self) -> Result<(usize, f64), SamplingError> {
-        let number = |what, found, expected| SamplingError::Number { what, found, expected };
+        let number =
+            |what: &str, found: f64, expected: &str| SamplingError(format!("{what}: {found}; expected {expected}"));
         if !(self.interval > 0.0 && self.interval.is_finite()) {
             return Err(number("Ts", self.interval, "a sampling time above 0 in seconds"));
         }
@@ -128,11 +105,13 @@ impl Sampling {
 }
 
 /// Returns a polynomial without the zeros at its beginning.
-fn significant<'a>(what: &'static str, given: &'a [f64]) -> Result<&'a [f64], SamplingError> {
+fn significant<'a>(what: &str, given: &'a [f64]) -> Result<&'a [f64], SamplingError> {
     let first = given.iter().position(|x| *x != 0.0);
     match first {
         Some(first) if given.iter().all(|x| x.is_finite()) => Ok(&given[first..]),
-        _ => Err(SamplingError::Polynomial(what)),
+        _ => Err(SamplingError(format!(
+            "{what}: expected finite coefficients, the highest power of s first, not all of them 0"
+        ))),
     }
 }
 
@@ -140,10 +119,15 @@ impl Responses {
     fn new(num: &[f64], den: &[f64], interval: f64) -> Result<Self, SamplingError> {
         let n = den.len() - 1;
         if num.len() > den.len() {
-            return Err(SamplingError::Improper(num.len() - 1, n));
+            return Err(SamplingError(format!(
+                "num has degree {} and den {n} in s; expected at most the degree of den",
+                num.len() - 1
+            )));
         }
         if n > SAMPLED_DEGREE_LIMIT {
-            return Err(SamplingError::LargeDegree(n));
+            return Err(SamplingError(format!(
+                "den has degree {n} in s; expected at most {SAMPLED_DEGREE_LIMIT}"
+            )));
         }
         let a: Vec<f64> = den[1..].iter().map(|a| a / den[0]).collect();
         let direct = if num.len() == den.len() { num[0] / den[0] } else { 0.0 };

@@ -13,15 +13,6 @@ pub struct StateSpace {
     b: Vec<f64>,
 }
 
-/// The plant as `W(z) = (h_1 z^(n-1) + ... + h_n) / (z^n - a_n z^(n-1) - ... - a_1)`, Eq. (4).
-///
-/// In the usual notation this is `A(q) y = B(q) u` with `alpha_i = -a_(n+1-i)` and `beta_i = h_i`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TransferFunction {
-    a: Vec<f64>,
-    h: Vec<f64>,
-}
-
 /// Why coefficients do not form a plant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SystemError {
@@ -51,6 +42,28 @@ impl StateSpace {
     pub fn new(a: Vec<f64>, b: Vec<f64>) -> Result<Self, SystemError> {
         check(&a, &b)?;
         Ok(Self { a, b })
+    }
+
+    /// Makes the plant `W(z) = (h_1 z^(n-1) + ... + h_n) / (z^n - a_n z^(n-1) - ... - a_1)`, Eq. (4), with b from
+    /// `T b = h`, Eq. (5).
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub fn from_transfer_function(a: Vec<f64>, mut h: Vec<f64>) -> Result<Self, SystemError> {
+        check(&a, &h)?;
+        solve_toeplitz(&a, &mut h);
+        Ok(Self { a, b: h })
+    }
+
+    /// Makes the plant `A(q) y = B(q) u` from `alpha_1 ... alpha_n` and `beta_1 ... beta_n`: `alpha_i = -a_(n+1-i)` and
+    /// `beta_i = h_i`.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub fn from_polynomials(alpha: &[f64], beta: &[f64]) -> Result<Self, SystemError> {
+        let mut a = vec![0.0; alpha.len()];
+        reverse_negated(alpha, &mut a);
+        Self::from_transfer_function(a, beta.to_vec())
     }
 
     /// Returns the order n.
@@ -148,55 +161,6 @@ impl StateSpace {
     }
 }
 
-impl TransferFunction {
-    /// Makes the plant with denominator coefficients `a` and numerator `h`, Eq. (4).
-    ///
-    /// # Errors
-    /// If the lengths differ or are zero, or a coefficient is not finite.
-    pub fn new(a: Vec<f64>, h: Vec<f64>) -> Result<Self, SystemError> {
-        check(&a, &h)?;
-        Ok(Self { a, h })
-    }
-
-    /// Makes the plant `B(q) / A(q)` from `alpha_1 ... alpha_n` and `beta_1 ... beta_n`.
-    ///
-    /// # Errors
-    /// As for [`Self::new`].
-    pub fn from_polynomials(alpha: &[f64], beta: &[f64]) -> Result<Self, SystemError> {
-        let mut a = vec![0.0; alpha.len()];
-        reverse_negated(alpha, &mut a);
-        Self::new(a, beta.to_vec())
-    }
-
-    /// Returns `alpha_1 ... alpha_n` of `A(q) = 1 + alpha_1 q^-1 + ...`.
-    pub fn alpha(&self) -> Vec<f64> {
-        let mut alpha = vec![0.0; self.a.len()];
-        reverse_negated(&self.a, &mut alpha);
-        alpha
-    }
-
-    /// Returns `beta_1 ... beta_n` of `B(q) = beta_1 q^-1 + ...`, which is h.
-    pub fn beta(&self) -> &[f64] {
-        &self.h
-    }
-}
-
-impl From<TransferFunction> for StateSpace {
-    /// Solves `T b = h`, Eq. (5).
-    fn from(plant: TransferFunction) -> Self {
-        let mut b = plant.h;
-        solve_toeplitz(&plant.a, &mut b);
-        Self { a: plant.a, b }
-    }
-}
-
-impl From<StateSpace> for TransferFunction {
-    fn from(plant: StateSpace) -> Self {
-        let h = plant.h();
-        Self { a: plant.a, h }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -204,9 +168,7 @@ mod tests {
     /// An order-2 impulse response by hand: b holds the first Markov parameters.
     #[test]
     fn b_holds_the_first_markov_parameters() {
-        let plant: StateSpace = TransferFunction::from_polynomials(&[-1.5, 0.7], &[1.0, 0.5])
-            .unwrap()
-            .into();
+        let plant = StateSpace::from_polynomials(&[-1.5, 0.7], &[1.0, 0.5]).unwrap();
         // w(1) = 1, w(2) = 0.5 + 1.5, w(3) = 1.5 * 2 - 0.7
         assert_eq!(plant.b(), [1.0, 2.0]);
         let mut y = [0.0; 4];
@@ -251,7 +213,7 @@ mod tests {
     fn refusals() {
         assert_eq!(StateSpace::new(vec![], vec![]), Err(SystemError::Order(0, 0)));
         assert_eq!(
-            TransferFunction::new(vec![0.5], vec![1.0, 2.0]),
+            StateSpace::from_transfer_function(vec![0.5], vec![1.0, 2.0]),
             Err(SystemError::Order(1, 2))
         );
         assert_eq!(StateSpace::new(vec![f64::NAN], vec![1.0]), Err(SystemError::NotFinite));

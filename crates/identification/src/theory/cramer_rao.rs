@@ -81,13 +81,9 @@ pub(super) fn output_error_gradient(
 pub struct TrueModel {
     /// psi of the plant's parameters, A before F before B, then of the noise's.
     pub psi: Vec<Signal>,
-    /// Its orders.
-    pub orders: Orders,
     /// The derivative of `p = (alpha, beta)` with respect to the plant's parameters.
     pub slopes: Matrix,
-    /// The variance of the innovations.
-    pub variance: f64,
-    /// The model itself.
+    /// The model itself, with the variance of the innovations.
     pub model: LinearModel,
 }
 
@@ -140,13 +136,7 @@ impl TrueModel {
             f,
             ..LinearModel::zero(orders)
         };
-        Ok(Self {
-            psi,
-            orders,
-            slopes,
-            variance: noise.variance,
-            model,
-        })
+        Ok(Self { psi, slopes, model })
     }
 }
 
@@ -155,13 +145,12 @@ impl TrueModel {
 /// # Errors
 /// [`Missing`].
 pub fn shared_bound(population: &Population) -> Result<Matrix, Missing> {
-    let model = TrueModel::new(population)?;
-    if model.orders.na == 0 {
+    let TrueModel { psi, slopes, model } = TrueModel::new(population)?;
+    if model.orders().na == 0 {
         return separate_bound(population);
     }
-    let TrueModel { psi, slopes, .. } = &model;
-    let covariance = bound(population, psi, slopes.nrows(), model.variance)?;
-    Ok(&(slopes * &covariance) * &slopes.transpose())
+    let covariance = bound(population, &psi, slopes.nrows(), model.noise_variance)?;
+    Ok(&(&slopes * &covariance) * &slopes.transpose())
 }
 
 /// The bound if the noise has its own model: `y = B/A u + C/D e`.

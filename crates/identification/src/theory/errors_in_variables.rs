@@ -4,8 +4,9 @@ use super::linear::without_noise;
 use super::matrix::Matrix;
 use super::missing::Missing;
 use super::population::{INPUT_NOISE, NOISE, Population, REFERENCE};
-use super::spectrum::{turn, value};
+use super::spectrum::turn;
 use crate::data::{Feedback, Process};
+use crate::model::polynomial::value;
 use crate::signal::Input;
 use faer::c64;
 
@@ -31,13 +32,8 @@ pub(super) fn errors_in_variables(
     population: &Population,
     window: usize,
 ) -> Result<Matrix, Missing> {
-    let [input, input_noise, output_noise] = variances(process, population)?;
+    let variances = variances(process, population)?;
     let n = population.plant.order();
-    let spectra = Spectra {
-        input,
-        input_noise,
-        output_noise,
-    };
     let count = 2 * n + VARIANCES;
     let mut sum = Matrix::zeros(count, count);
     for point in 0..POINTS {
@@ -47,7 +43,7 @@ pub(super) fn errors_in_variables(
         let lag = |i: usize| delay.powi(i as i32) / f;
         let slopes = (1..=n).map(|i| -g * lag(i)).chain((1..=n).map(lag));
         let slopes: Vec<c64> = slopes.collect();
-        spectra.add(g, &slopes, &mut sum);
+        add(variances, g, &slopes, &mut sum);
     }
     let scale = 0.5 * window as f64 / POINTS as f64;
     let all = Matrix::from_fn(count, count, |i, j| scale * sum[(i, j)]);
@@ -109,42 +105,32 @@ impl Hermitian {
     }
 }
 
-/// The levels of the three white spectra.
-struct Spectra {
-    input: f64,
-    input_noise: f64,
-    output_noise: f64,
-}
-
-impl Spectra {
-    /// Adds `tr(S^-1 S_i S^-1 S_j)` at a frequency, given G and its derivatives by the plant's parameters.
-    fn add(&self, g: c64, slopes: &[c64], sum: &mut Matrix) {
-        let s = self.input;
-        let power = g.norm_sqr();
-        let of = Hermitian {
-            a: s + self.input_noise,
-            b: s * g,
-            d: s * power + self.output_noise,
-        };
-        let determinant = of.a * of.d - of.b.norm_sqr();
-        let inverse = Hermitian {
-            a: of.d / determinant,
-            b: -of.b / determinant,
-            d: of.a / determinant,
-        };
-        let plant = slopes.iter().map(|slope| Hermitian {
-            a: 0.0,
-            b: s * *slope,
-            d: 2.0 * s * (g.conj() * *slope).re,
-        });
-        let zero = c64::new(0.0, 0.0);
-        let variances = [(1.0, g, power), (1.0, zero, 0.0), (0.0, zero, 1.0)];
-        let variances = variances.map(|(a, b, d)| Hermitian { a, b, d });
-        let all: Vec<Hermitian> = plant.chain(variances).collect();
-        for (i, x) in all.iter().enumerate() {
-            for (j, y) in all.iter().enumerate() {
-                sum[(i, j)] += Hermitian::trace(inverse, *x, *y);
-            }
+/// Adds `tr(S^-1 S_i S^-1 S_j)` at a frequency, given G and its derivatives by the plant's parameters.
+fn add([s, input_noise, output_noise]: [f64; 3], g: c64, slopes: &[c64], sum: &mut Matrix) {
+    let power = g.norm_sqr();
+    let of = Hermitian {
+        a: s + input_noise,
+        b: s * g,
+        d: s * power + output_noise,
+    };
+    let determinant = of.a * of.d - of.b.norm_sqr();
+    let inverse = Hermitian {
+        a: of.d / determinant,
+        b: -of.b / determinant,
+        d: of.a / determinant,
+    };
+    let plant = slopes.iter().map(|slope| Hermitian {
+        a: 0.0,
+        b: s * *slope,
+        d: 2.0 * s * (g.conj() * *slope).re,
+    });
+    let zero = c64::new(0.0, 0.0);
+    let variances = [(1.0, g, power), (1.0, zero, 0.0), (0.0, zero, 1.0)];
+    let variances = variances.map(|(a, b, d)| Hermitian { a, b, d });
+    let all: Vec<Hermitian> = plant.chain(variances).collect();
+    for (i, x) in all.iter().enumerate() {
+        for (j, y) in all.iter().enumerate() {
+            sum[(i, j)] += Hermitian::trace(inverse, *x, *y);
         }
     }
 }

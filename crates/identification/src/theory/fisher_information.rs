@@ -37,9 +37,10 @@ use crate::signal::Input;
 #[derive(Clone, Debug)]
 pub struct FisherInformation {
     /// F, 2n x 2n, about `alpha_1 ... alpha_n, beta_1 ... beta_n`.
-    matrix: Matrix,
-    /// The orders of the truth, with its delay and without zeros at the ends of its polynomials.
-    orders: Orders,
+    pub matrix: Matrix,
+    /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms, with its delay and without zeros at the ends of
+    /// its polynomials.
+    pub orders: Orders,
 }
 
 impl FisherInformation {
@@ -55,20 +56,20 @@ impl FisherInformation {
                 orders: output_error_orders(&population),
             });
         }
-        let model = TrueModel::new(&population)?;
-        if !(model.variance > 0.0) {
+        let TrueModel { psi, slopes, model } = TrueModel::new(&population)?;
+        if !(model.noise_variance > 0.0) {
             return Err(Missing::Singular);
         }
-        let moments = moments(process, &population, &model.psi, window)?;
-        let of_plant = without_noise(&moments, model.slopes.nrows())?;
+        let moments = moments(process, &population, &psi, window)?;
+        let of_plant = without_noise(&moments, slopes.nrows())?;
         let density = match &process.settings().noise {
             NoiseColour::InverseDenominator => Some(1.0),
             NoiseColour::Filter(filter) => filter.law().information(),
         };
         let density = density.ok_or(NoTheory::NotGaussian)?;
-        let scale = 0.5 * window as f64 * density / model.variance;
-        let orders = without_zeros(model.orders, &population);
-        Self::about_p(&of_plant, &model.slopes, scale, orders)
+        let scale = 0.5 * window as f64 * density / model.noise_variance;
+        let orders = without_zeros(model.orders(), &population);
+        Self::about_p(&of_plant, &slopes, scale, orders)
     }
 
     /// The information about p, `S^-T F S^-1`, from twice the scale, F about the plant's parameters and
@@ -82,11 +83,6 @@ impl FisherInformation {
             return Err(Missing::Singular);
         }
         Ok(Self { matrix, orders })
-    }
-
-    /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
-    pub fn orders(&self) -> Orders {
-        self.orders
     }
 
     /// The number p of free coefficients of the plant.
@@ -103,11 +99,6 @@ impl FisherInformation {
         let free: Vec<usize> = (0..(na + nf).min(n)).chain(first..first + nb).collect();
         let part = Matrix::from_fn(free.len(), free.len(), |i, j| self.matrix[(free[i], free[j])]);
         (free, part)
-    }
-
-    /// F about `alpha_1 ... alpha_n, beta_1 ... beta_n`.
-    pub fn matrix(&self) -> &Matrix {
-        &self.matrix
     }
 
     /// Returns the standard deviation at the Cramer-Rao bound of coefficient i of `a_1 ... a_n, h_1 ... h_n`; `None` if

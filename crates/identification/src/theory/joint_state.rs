@@ -7,7 +7,8 @@
 use super::matrix::Matrix;
 use super::missing::NoTheory;
 use super::signal::{Part, Signal, Source};
-use super::spectrum::{Line, value};
+use super::spectrum::Line;
+use crate::model::polynomial::value;
 use crate::step_down::StepDown;
 use faer::c64;
 

@@ -58,6 +58,7 @@ impl Influence {
 }
 
 /// A linear estimate in the limit.
+#[derive(Clone)]
 pub struct Linear {
     /// The limit.
     pub theta: Vec<f64>,

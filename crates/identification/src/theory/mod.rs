@@ -173,12 +173,12 @@ fn forgets_nothing(factor: Option<f64>) -> bool {
 /// The limits and covariances of a method's outputs, in their order.
 fn estimates(population: &Population, method: &Method, order: usize) -> Vec<Result<Asymptotic, Missing>> {
     use MethodOptions as M;
+    let none = |of: &'static str| vec![Err(Missing::Method(of)); method.outputs().len()];
     let Some(options) = method.options() else {
-        return vec![Err(Missing::Method("methods of one's own")); method.outputs().len()];
+        return none("methods of one's own");
     };
     if method.last().is_some() {
-        let missing = Missing::Method("methods on the last samples alone");
-        return vec![Err(missing); method.outputs().len()];
+        return none("methods on the last samples alone");
     }
     let orders = options.model_orders(order);
     let orders = orders.unwrap_or(Orders::arx(order, order, 1));
@@ -186,8 +186,7 @@ fn estimates(population: &Population, method: &Method, order: usize) -> Vec<Resu
         M::InstrumentalVariables(options)
             if options.fixed_model.is_some() || orders != Orders::arx(order, order, 1) =>
         {
-            let missing = Missing::Method("iv of other orders or with a fixed model");
-            return vec![Err(missing); method.outputs().len()];
+            return none("iv of other orders or with a fixed model");
         }
         M::Arx(ArxOptions { choose: Some(_), .. })
         | M::Oe(OeOptions { choose: Some(_), .. })

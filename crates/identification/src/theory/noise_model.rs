@@ -7,6 +7,7 @@ use super::signal::Signal;
 use super::spectrum::turn;
 use crate::estimator::recursive::SquareRoot;
 use crate::model::polynomial::multiply;
+use crate::plant::polynomial_from_poles;
 use faer::c64;
 
 /// Two polynomials have a common factor if the relative residual is below this.
@@ -114,26 +115,21 @@ pub fn lowest_terms(c: &[f64], d: &[f64]) -> (Vec<f64>, Vec<f64>) {
 /// product of their moduli, or `None` if a zero is on the circle.
 fn reflected(c: &[f64]) -> Option<(Vec<f64>, f64)> {
     let zeros = zeros(c)?;
-    let mut product = vec![c64::new(1.0, 0.0)];
-    let mut gain = 1.0;
+    let (mut inside, mut gain) = (Vec::new(), 1.0);
     for zero in zeros {
         let size = zero.norm_sqr().sqrt();
         if (size - 1.0).abs() < 1e-9 {
             return None;
         }
-        let zero = if size > 1.0 {
+        if size > 1.0 {
             gain *= size;
-            zero / (size * size)
+            inside.push(zero / (size * size));
         } else {
-            zero
-        };
-        product.push(c64::new(0.0, 0.0));
-        for i in (1..product.len()).rev() {
-            let before = product[i - 1];
-            product[i] -= zero * before;
+            inside.push(zero);
         }
     }
-    let real: Vec<f64> = product.iter().map(|c| c.re).collect();
+    let phi = polynomial_from_poles(&inside);
+    let real: Vec<f64> = std::iter::once(1.0).chain(phi.iter().map(|c| c.re)).collect();
     is_stable(&real).then_some((real, gain))
 }
 

@@ -26,7 +26,8 @@ pub struct OwnInformation {
     feedback: Option<OutputFeedback>,
     /// The derivative of `p = (alpha, beta)` by the plant's parameters.
     slopes: Matrix,
-    orders: Orders,
+    /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
+    pub orders: Orders,
     /// Where the input is measured with noise: the expected information, of every record.
     expected: Option<Matrix>,
 }
@@ -56,8 +57,8 @@ impl OwnInformation {
             let variances = variances(process, &population)?;
             let of = RecordInformation::of_noisy_input(&model, variances, window)?;
             return Ok(Self {
-                expected: Some(of.of_plant().clone()),
-                slopes: Matrix::identity(of.of_plant().nrows()),
+                expected: Some(of.of_plant.clone()),
+                slopes: Matrix::identity(of.of_plant.nrows()),
                 orders: output_error_orders(&population),
                 model,
                 law,
@@ -65,19 +66,14 @@ impl OwnInformation {
             });
         }
         let population = Population::of_any_reference(process, eta)?;
-        let TrueModel {
-            mut model,
-            slopes,
-            orders,
-            ..
-        } = TrueModel::new(&population)?;
+        let TrueModel { mut model, slopes, .. } = TrueModel::new(&population)?;
         model.noise_variance /= population.sources[NOISE].variance;
         Ok(Self {
+            orders: without_zeros(model.orders(), &population),
             model,
             law,
             feedback,
             slopes,
-            orders: without_zeros(orders, &population),
             expected: None,
         })
     }
@@ -96,7 +92,7 @@ impl OwnInformation {
             ..self.model.clone()
         };
         let own = RecordInformation::new(&model, &self.law, self.feedback.as_ref(), r)?;
-        FisherInformation::about_p(own.of_plant(), &self.slopes, 0.5, self.orders)
+        FisherInformation::about_p(&own.of_plant, &self.slopes, 0.5, self.orders)
     }
 
     /// The same records for methods that do not know that plant and noise share A, `y = B/(A F) u + C/(A D) e` with all
@@ -134,11 +130,6 @@ impl OwnInformation {
             },
             ..self.clone()
         })
-    }
-
-    /// The orders of the truth, `A y = B/F u + C/D e` in lowest terms.
-    pub fn orders(&self) -> Orders {
-        self.orders
     }
 }
 

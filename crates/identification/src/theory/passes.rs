@@ -181,12 +181,7 @@ impl<'a> Passes<'a> {
             None => self.step(model)?,
         };
         let linear = &step.linear;
-        let mut done = Done {
-            theta: linear.theta.clone(),
-            is_consistent: linear.is_consistent,
-            influence: linear.influence.clone(),
-            covariance: None,
-        };
+        let mut done = Done::from(linear.clone());
         match &step.slopes {
             None if is_known => done.covariance.clone_from(&last.covariance),
             None => {}

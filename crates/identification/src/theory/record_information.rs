@@ -32,8 +32,10 @@ use crate::signal::{NoiseLaw, arithmetic::dot};
 /// JASA 84, 1989.
 #[derive(Clone, Debug)]
 pub struct RecordInformation {
-    all: Matrix,
-    of_plant: Matrix,
+    /// F about all parameters: `a, f, b, c, d`, or `f, b` and three variances.
+    pub all: Matrix,
+    /// F about the plant's parameters `a, f, b`, the others unknown: the Schur complement of their block.
+    pub of_plant: Matrix,
 }
 
 impl RecordInformation {
@@ -107,16 +109,6 @@ impl RecordInformation {
             return Err(Missing::Singular);
         }
         Ok(Self { all, of_plant })
-    }
-
-    /// F about all parameters: `a, f, b, c, d`, or `f, b` and three variances.
-    pub fn all(&self) -> &Matrix {
-        &self.all
-    }
-
-    /// F about the plant's parameters `a, f, b`, the others unknown: the Schur complement of their block.
-    pub fn of_plant(&self) -> &Matrix {
-        &self.of_plant
     }
 }
 

@@ -28,8 +28,8 @@ pub struct ResponseBound {
     markov: Vec<f64>,
     /// `tr(M F^-1)`.
     expected: f64,
-    /// The weights w, of sum 1.
-    weights: Vec<f64>,
+    /// The weights w of the law of d, of sum 1.
+    pub weights: Vec<f64>,
 }
 
 impl ResponseBound {
@@ -74,11 +74,6 @@ impl ResponseBound {
             expected,
             weights: eigenvalues.iter().map(|of| of / expected).collect(),
         })
-    }
-
-    /// The weights w of the law of d.
-    pub fn weights(&self) -> &[f64] {
-        &self.weights
     }
 
     /// Returns d of a model from its last row of A, its input vector and its direct term; infinite if its response

@@ -103,13 +103,18 @@ impl Signal {
         self
     }
 
-    /// The part that comes from one source.
-    #[must_use]
-    pub fn from_source(&self, source: usize) -> Self {
-        let parts = self.parts.iter().filter(|part| part.source == source);
+    /// The part that comes from some sources.
+    fn from_sources(&self, are_meant: impl Fn(usize) -> bool) -> Self {
+        let parts = self.parts.iter().filter(|part| are_meant(part.source));
         Self {
             parts: parts.cloned().collect(),
         }
+    }
+
+    /// The part that comes from one source.
+    #[must_use]
+    pub fn from_source(&self, source: usize) -> Self {
+        self.from_sources(|of| of == source)
     }
 
     /// Returns the signal from rest if every source is this sequence.
@@ -130,11 +135,7 @@ impl Signal {
     /// The part that comes from white sources.
     #[must_use]
     pub fn from_white(&self, sources: &[Source]) -> Self {
-        let is_white = |part: &&Part| sources[part.source].spectrum.is_none();
-        let parts = self.parts.iter().filter(is_white);
-        Self {
-            parts: parts.cloned().collect(),
-        }
+        self.from_sources(|of| sources[of].spectrum.is_none())
     }
 
     /// The lags `sign x(k-first) ... sign x(k-first-count+1)` of the signal x.

@@ -122,9 +122,3 @@ pub fn turn(m: usize, length: usize) -> c64 {
     let (sin, cos) = libm::sincos(-2.0 * PI * (m % length) as f64 / length as f64);
     c64::new(cos, sin)
 }
-
-/// The value of a polynomial in q^-1.
-pub fn value(polynomial: &[f64], delay: c64) -> c64 {
-    let begin = c64::new(0.0, 0.0);
-    polynomial.iter().rev().fold(begin, |sum, c| sum * delay + c)
-}

@@ -8,7 +8,7 @@ use super::*;
 use crate::data::{Feedback, NoiseColour, OutputFeedback, PlantSource, ProcessSettings};
 use crate::estimator::{ArmaxOptions, ArxOptions, Auxiliary, BjOptions, Iv4Options, SrivOptions};
 use crate::estimator::{InstrumentSource, IvDelayedOptions, IvOptions, LsOptions, OeOptions};
-use crate::plant::{Numerator, StateSpace, TransferFunction, nikolov2023};
+use crate::plant::{Numerator, StateSpace, nikolov2023};
 use crate::signal::{Input, InputLaw, LevelOf, LevelOver, LevelReading, NoiseFilter, Sequence};
 use faer::c64;
 

@@ -273,7 +273,7 @@ impl SettingsReader<'_> {
                 let plant = table.plant().at(&place)?;
                 if !plant.is_stable() && !table.unstable {
                     let model = LinearModel::from(&plant);
-                    let equation = model.equation().rounded(4);
+                    let equation = model.equation(Some(4));
                     let message = format!(
                         "the plant is not stable: {equation}; expected other signs, or 'unstable = true' if that is \
                          intended"

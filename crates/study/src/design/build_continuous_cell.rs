@@ -67,7 +67,9 @@ pub(crate) fn continuous_cell(
 /// Returns an error with its place in the file.
 fn placed(error: CascadeError) -> FileError {
     match error {
-        CascadeError::Observer { number, source } => FileError::key(format_args!("observers[{}]", number - 1), source),
+        CascadeError::Observer { number, mistake } => {
+            FileError::key(format_args!("observers[{}]", number - 1), mistake)
+        }
         CascadeError::Signal { source, .. } => FileError::key(Key::Disturbance, source),
         other => FileError::key("continuous", other),
     }

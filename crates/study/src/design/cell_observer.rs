@@ -103,7 +103,7 @@ impl CellObserver {
             ),
             Self::Gpebo(observer) => observer.run(model, u, y, |k, x| visit(k, x, y[k] - x[0])),
             Self::Known(Ok(filter)) => {
-                let (gains, n) = (Arc::clone(filter.kalman.shared_gains()), filter.model.states);
+                let (gains, n) = (Arc::clone(filter.kalman.gains()), filter.model.states);
                 filter.kalman.filter(u, y, model.x0, |k, x, e| {
                     visit(k, &x[..n], e / gains.variance(k).sqrt());
                 })

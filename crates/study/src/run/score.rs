@@ -180,8 +180,8 @@ impl Scorer {
         }
         let truth = &record.truth;
         row[Measure::Condition] = pass.condition;
-        row[Measure::FedBackMax] = self.fed_back.maximum();
-        row[Measure::FedBackRms] = self.fed_back.rms();
+        row[Measure::FedBackMax] = self.fed_back.relative.maximum();
+        row[Measure::FedBackRms] = self.fed_back.relative.rms();
         let fed_back = [Measure::FedBackMax, Measure::FedBackRms];
         if fed_back.iter().any(|of| row[*of].is_infinite()) {
             for of in fed_back {
@@ -300,12 +300,12 @@ impl Scorer {
             },
         )?;
         let values = [
-            (Measure::ExMax, errors.maximum()),
-            (Measure::ExRms, errors.rms()),
-            (Measure::ExMaxPrinted, errors.maximum_as_printed()),
-            (Measure::ExRmsPrinted, errors.rms_as_printed()),
+            (Measure::ExMax, errors.relative.maximum()),
+            (Measure::ExRms, errors.relative.rms()),
+            (Measure::ExMaxPrinted, errors.as_printed.maximum()),
+            (Measure::ExRmsPrinted, errors.as_printed.rms()),
         ];
-        let absolute = Some(errors.absolute_rms()).filter(|_| self.wanted.absolute);
+        let absolute = Some(errors.absolute.rms()).filter(|_| self.wanted.absolute);
         let values = values.into_iter().chain(absolute.map(|rms| (Measure::RmsState, rms)));
         if values.clone().any(|(_, value)| value.is_infinite()) {
             return Err(FailureKind::NonFinite);

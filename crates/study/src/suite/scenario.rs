@@ -254,9 +254,9 @@ impl SuiteStudy {
                 study: name.clone(),
                 why,
             };
-            own.map_err(missing)?.orders()
+            own.map_err(missing)?.orders
         } else {
-            information(cell, &name)?.orders()
+            information(cell, &name)?.orders
         };
         let free = truth.na + truth.nf + truth.nb;
         let mut scenarios = Vec::new();
@@ -449,7 +449,7 @@ fn response_weights(cell: &DiscreteCell, of_records: Option<u64>, study: &str) -
     let plant = plant.ok_or(Missing::Singular).map_err(missing)?;
     let of = |information: &FisherInformation| {
         let bound = ResponseBound::new(information, plant).map_err(missing)?;
-        let mut weights = bound.weights().to_vec();
+        let mut weights = bound.weights.clone();
         weights.sort_unstable_by(f64::total_cmp);
         Ok(weights)
     };

@@ -113,7 +113,7 @@ fn list(numbers: &[f64]) -> String {
 
 /// Comments on the case and its methods.
 fn about(case: &Case, arguments: &Arguments, methods: &Methods) -> String {
-    let equation = case.model.equation().rounded(6).to_string();
+    let equation = case.model.equation(Some(6));
     let lines = equation.lines().map(|line| format!("    {line}"));
     let lines = lines.chain([
         input_in_words(case),

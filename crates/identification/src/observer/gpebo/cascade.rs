@@ -1,12 +1,11 @@
 //! Plant, first mixing and all observers on one time grid.
 
-use super::check::{check, check_delays};
 use super::grid::Grid;
 use super::linear::LinearSystem;
-use super::observer_spec::ObserverSpec;
-use super::refusal::CascadeError;
-use super::scenario::{GpeboOptions, Scenario};
+use super::operators::{LONGEST_DELAY, Operator, whole_steps};
+use super::settings::{CascadeError, FIRST, GpeboOptions, ObserverSpec, SECOND, Scenario, check};
 use crate::plant::ContinuousPlant;
+use crate::text::number;
 
 /// A plant, a scenario and observers that fit together.
 #[derive(Clone, Debug)]
@@ -29,8 +28,7 @@ impl Cascade {
     /// # Errors
     /// If a length does not fit the plant's order, a filter or gain is not positive, filters are not distinct, or
     /// the step or a signal does not fit the horizon. Also if there is a delay and not all steps are equal and a
-    /// whole part of it, or if there would be more than [`super::LARGEST_STEPS`] steps,
-    /// [`super::LARGEST_BREAKPOINTS`] breakpoints or [`super::LARGEST_LENGTHS`] different step lengths.
+    /// whole part of it, or if there would be more than 10^7 steps, 10^6 breakpoints or 4096 different step lengths.
     pub fn new(
         plant: &ContinuousPlant,
         scenario: &Scenario,
@@ -73,4 +71,40 @@ impl Cascade {
             && (self.n, &self.theta, &self.specs) == (other.n, &other.theta, &other.specs)
             && self.system.is_like(&other.system)
     }
+}
+
+/// Refuses delays that are not whole numbers of equal steps.
+fn check_delays(grid: &Grid, options: &GpeboOptions, observers: &[ObserverSpec]) -> Result<(), CascadeError> {
+    let check = |what: &str, filters: &[Operator]| {
+        for delay in filters.iter().filter_map(Operator::delay) {
+            match grid.lengths[..] {
+                [step] if whole_steps(delay, step).is_some() => {}
+                [step] => {
+                    return Err(format!(
+                        "{what}: a delay of {} s; expected a whole number of steps of {} s, from 1 to {LONGEST_DELAY}",
+                        number(delay),
+                        number(step)
+                    ));
+                }
+                [first, second, ..] => {
+                    return Err(format!(
+                        "{what}: a delay of {} s among steps of {} s and {} s; expected steps of one length: an end, a \
+                         start of the score and switches of signals that are multiples of it",
+                        number(delay),
+                        number(first),
+                        number(second)
+                    ));
+                }
+                [] => {}
+            }
+        }
+        Ok(())
+    };
+    check(FIRST, &options.filters).map_err(CascadeError::Setting)?;
+    for (number, observer) in (1..).zip(observers) {
+        if let ObserverSpec::Proposed { filters, .. } = observer {
+            check(SECOND, filters).map_err(|mistake| CascadeError::Observer { number, mistake })?;
+        }
+    }
+    Ok(())
 }

@@ -1,7 +1,9 @@
 //! The time grid: no step crosses a breakpoint.
 
-use super::refusal::{CascadeError, LARGEST_LENGTHS};
-use super::scenario::Scenario;
+use super::settings::{CascadeError, Scenario};
+
+/// The largest number of different step lengths of a run. Each length needs propagators of its own.
+const LARGEST_LENGTHS: usize = 4096;
 
 /// The numbers of parts into which step halving divides each base step.
 pub const REFINEMENTS: [usize; 3] = [1, 2, 4];
@@ -47,7 +49,7 @@ impl Grid {
     /// `8 eps T`, the rounding of the breakpoints themselves.
     ///
     /// # Errors
-    /// If there are more than [`LARGEST_LENGTHS`] different lengths.
+    /// If there are more than 4096 different lengths.
     pub fn new(scenario: &Scenario) -> Result<Self, CascadeError> {
         let horizon = scenario.horizon;
         let mut times = vec![];
@@ -82,7 +84,10 @@ impl Grid {
             self.lengths.len() - 1
         });
         if self.lengths.len() > LARGEST_LENGTHS {
-            return Err(CascadeError::Lengths);
+            return Err(CascadeError::Setting(format!(
+                "the signals' switches and samples have more than {LARGEST_LENGTHS} different distances: use \
+                 intervals that are multiples of a common one"
+            )));
         }
         self.gaps.push(Gap {
             start,
@@ -146,6 +151,7 @@ mod tests {
             frequency: PI * 999.9,
             phase: 0.0,
         }]);
-        assert_eq!(Grid::new(&scenario), Err(CascadeError::Lengths));
+        let refusal = Grid::new(&scenario).unwrap_err().to_string();
+        assert!(refusal.contains("more than 4096 different distances"), "{refusal}");
     }
 }

@@ -9,20 +9,12 @@
 use faer::Mat;
 use std::sync::Arc;
 
-use super::matrices::{add_product, fill_plant, fill_signals, multiply, observer_matrix, regressor_matrix};
-use super::observer_spec::ObserverSpec;
-use super::riccati_filter::{FilterState, FilterSystem};
-use super::scenario::{GpeboOptions, Scenario};
+use super::matrices::{fill_plant, fill_signals, multiply, regressor_matrix};
+use super::settings::{GpeboOptions, ObserverSpec, Scenario};
+use super::state_observer::{StateEstimate, StateObserver};
 use crate::plant::{ContinuousPlant, exponential_by};
 use crate::real::{MOST_LANES, Real};
 use crate::signal::{Signal, Wave};
-
-/// A full-order observer's gain and initial state.
-#[derive(Clone, Debug)]
-struct Luenberger {
-    gain: Vec<f64>,
-    x0: Vec<f64>,
-}
 
 /// The system matrices, and the positions of the parts of the base state.
 #[derive(Clone, Debug)]
@@ -39,56 +31,29 @@ pub struct LinearSystem {
     /// Indices of the base states that add up to delta.
     disturbance: Vec<usize>,
     base: Mat<f64>,
-    /// `[base 0; coupling, A - L C']` for each full-order observer.
-    observers: Vec<Mat<f64>>,
-    luenberger: Vec<Luenberger>,
-    filters: Vec<FilterSystem>,
+    observers: Vec<StateObserver>,
     /// The rows of M that lags make, from 1 on; the others are delays.
     lag_rows: Vec<usize>,
     /// The matrix of `[Phi; phi through the lags]`, square, n and one row for each lag.
     regressor: Mat<f64>,
 }
 
-/// Propagators over one step length, row by row: the base state's, those of the full-order observers and of the
-/// time-varying filters (their own rows), and that of the regressor.
+/// Propagators over one step length, row by row: the base state's, the regressor's, and of each state observer its own
+/// rows.
 #[derive(Clone, Debug)]
-pub struct Propagator<R = f64> {
-    base: Vec<R>,
-    observers: Vec<Vec<R>>,
-    filters: Vec<Vec<R>>,
-    regressor: Vec<R>,
-}
-
-impl<R> Propagator<R> {
-    fn parts(&self) -> impl Iterator<Item = &Vec<R>> {
-        let others = self.observers.iter().chain(&self.filters);
-        [&self.base, &self.regressor].into_iter().chain(others)
-    }
-
-    fn parts_mut(&mut self) -> impl Iterator<Item = &mut Vec<R>> {
-        let others = self.observers.iter_mut().chain(&mut self.filters);
-        [&mut self.base, &mut self.regressor].into_iter().chain(others)
-    }
-}
+pub struct Propagator<R = f64>(Vec<Vec<R>>);
 
 impl<R: Real> Propagator<R> {
     /// Returns the same propagators in every lane.
-    pub fn splat(of: &Propagator) -> Self {
+    pub fn splat(Propagator(of): &Propagator) -> Self {
         let splat = |numbers: &Vec<f64>| numbers.iter().map(|x| R::splat(*x)).collect();
-        Self {
-            base: splat(&of.base),
-            observers: of.observers.iter().map(splat).collect(),
-            filters: of.filters.iter().map(splat).collect(),
-            regressor: splat(&of.regressor),
-        }
+        Self(of.iter().map(splat).collect())
     }
 
     /// Replaces those of some lanes.
-    pub fn set(&mut self, lanes: R::Mask, of: &Propagator) {
-        for (to, from) in self.parts_mut().zip(of.parts()) {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = R::select(lanes, R::splat(*from), *to);
-            }
+    pub fn set(&mut self, lanes: R::Mask, Propagator(of): &Propagator) {
+        for (to, from) in self.0.iter_mut().flatten().zip(of.iter().flatten()) {
+            *to = R::select(lanes, R::splat(*from), *to);
         }
     }
 }
@@ -130,10 +95,8 @@ impl Propagators {
 #[derive(Clone, Debug)]
 pub struct LinearState<R> {
     base: Vec<R>,
-    /// n numbers for each full-order observer.
-    observers: Vec<R>,
-    /// The time-varying filters.
-    pub(super) filters: Vec<FilterState<R>>,
+    /// One for each state observer.
+    pub(super) observers: Vec<StateEstimate<R>>,
     /// `[Phi; phi through the lags]`, n columns, column-major.
     regressor: Vec<R>,
     scratch: Vec<R>,
@@ -169,14 +132,9 @@ impl LinearSystem {
         let mut base = Mat::zeros(size, size);
         fill_plant(&mut base, plant, &lags, &input, &disturbance);
         fill_signals(&mut base, lines, oscillators, &signals);
-        let luenberger: Vec<Luenberger> = observers.iter().filter_map(luenberger).collect();
-        let filters = observers
+        let observers = observers
             .iter()
-            .filter_map(|spec| FilterSystem::new(spec, &base, plant, &input, &disturbance))
-            .collect();
-        let observers = luenberger
-            .iter()
-            .map(|observer| observer_matrix(&base, plant, &observer.gain, &input, &disturbance))
+            .filter_map(|spec| StateObserver::new(spec, &base, plant, [&input, &disturbance]))
             .collect();
         Self {
             n,
@@ -189,8 +147,6 @@ impl LinearSystem {
             disturbance,
             base,
             observers,
-            luenberger,
-            filters,
             regressor: regressor_matrix(plant, &lags),
             lag_rows,
         }
@@ -206,25 +162,19 @@ impl LinearSystem {
                 .collect()
         };
         let size = self.base.nrows();
-        let filters = self.filters.iter();
-        Propagator {
-            base: rows(&over(&self.base), 0),
-            observers: self.observers.iter().map(|m| rows(&over(m), size)).collect(),
-            filters: filters.map(|filter| rows(&over(&filter.matrix), size)).collect(),
-            regressor: rows(&over(&self.regressor), 0),
-        }
+        let observers = self
+            .observers
+            .iter()
+            .map(|observer| rows(&over(&observer.matrix), size));
+        let others = [&self.base, &self.regressor].map(|m| rows(&over(m), 0)).into_iter();
+        Propagator(others.chain(observers).collect())
     }
 
     /// Whether propagators and states of one system are those of the other too: they differ at most in their signals'
     /// lines, phases and amplitudes.
     pub fn is_like(&self, other: &Self) -> bool {
-        let filters = |system: &Self| -> Vec<Mat<f64>> {
-            let filters = system.filters.iter();
-            filters.map(|filter| filter.matrix.clone()).collect()
-        };
         self.base == other.base
             && self.observers == other.observers
-            && filters(self) == filters(other)
             && self.regressor == other.regressor
             && (&self.c, &self.x0, &self.xi0) == (&other.c, &other.x0, &other.xi0)
             && (&self.disturbance, &self.lag_rows) == (&other.disturbance, &other.lag_rows)
@@ -245,8 +195,7 @@ impl LinearSystem {
         LinearState {
             scratch: vec![R::zero(); base.len().max(rows * n)],
             base,
-            observers: self.luenberger.iter().flat_map(|l| l.x0.iter().map(splat)).collect(),
-            filters: self.filters.iter().map(FilterSystem::initial).collect(),
+            observers: self.observers.iter().map(StateObserver::initial).collect(),
             regressor,
         }
     }
@@ -324,8 +273,7 @@ impl<R: Real> LinearState<R> {
     /// Takes over the state of the same systems.
     pub fn copy_from(&mut self, other: &Self) {
         self.base.copy_from_slice(&other.base);
-        self.observers.copy_from_slice(&other.observers);
-        for (to, from) in self.filters.iter_mut().zip(&other.filters) {
+        for (to, from) in self.observers.iter_mut().zip(&other.observers) {
             to.copy_from(from);
         }
         self.regressor.copy_from_slice(&other.regressor);
@@ -340,26 +288,19 @@ impl<R: Real> LinearState<R> {
             observers,
             scratch,
             regressor,
-            ..
         } = self;
+        let [of_base, of_regressor, of_observers @ ..] = &by.0[..] else {
+            return;
+        };
         // The observers need the base state at the start of the step.
-        for (k, p) in by.observers.iter().enumerate() {
-            let xhat = &mut observers[k * n..][..n];
-            for i in 0..n {
-                let row = &p[i * (size + n)..][..size + n];
-                let sum = add_product(R::zero(), &row[..size], base);
-                scratch[i] = add_product(sum, &row[size..], xhat);
-            }
-            xhat.copy_from_slice(&scratch[..n]);
+        for (observer, by) in observers.iter_mut().zip(of_observers) {
+            observer.advance(by, base);
         }
-        for (k, by) in by.filters.iter().enumerate() {
-            self.filters[k].advance(by, base);
-        }
-        multiply(&by.base, base, &mut scratch[..size]);
+        multiply(of_base, base, &mut scratch[..size]);
         base.copy_from_slice(&scratch[..size]);
         for j in 0..n {
             let column = &mut regressor[j * rows..][..rows];
-            multiply(&by.regressor, column, &mut scratch[..rows]);
+            multiply(of_regressor, column, &mut scratch[..rows]);
             column.copy_from_slice(&scratch[..rows]);
         }
     }
@@ -381,20 +322,5 @@ impl<R: Real> LinearState<R> {
             }
             xhat[i] = sum;
         }
-    }
-
-    /// Returns the estimate of the k-th full-order observer.
-    pub fn luenberger(&self, k: usize, n: usize) -> &[R] {
-        &self.observers[k * n..(k + 1) * n]
-    }
-}
-
-fn luenberger(spec: &ObserverSpec) -> Option<Luenberger> {
-    match spec {
-        ObserverSpec::Luenberger { gain, x0 } => Some(Luenberger {
-            gain: gain.clone(),
-            x0: x0.clone(),
-        }),
-        _ => None,
     }
 }

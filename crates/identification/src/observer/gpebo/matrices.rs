@@ -57,32 +57,6 @@ pub(super) fn fill_signals(base: &mut Mat<f64>, lines: [usize; 2], first: usize,
     }
 }
 
-/// Returns the matrix with the rows `xhat' = (A - L C') xhat + B u + L (C'x + delta)` below the base state.
-pub(super) fn observer_matrix(
-    base: &Mat<f64>,
-    plant: &ContinuousPlant,
-    gain: &[f64],
-    input: &[usize],
-    disturbance: &[usize],
-) -> Mat<f64> {
-    let (n, size) = (plant.order(), base.nrows());
-    let mut m = Mat::zeros(size + n, size + n);
-    m.submatrix_mut(0, 0, size, size).copy_from(base);
-    for i in 0..n {
-        for j in 0..n {
-            m[(size + i, j)] = gain[i] * plant.c()[j];
-            m[(size + i, size + j)] = plant.a()[(i, j)] - gain[i] * plant.c()[j];
-        }
-        for &k in input {
-            m[(size + i, k)] = plant.b()[i];
-        }
-        for &k in disturbance {
-            m[(size + i, k)] = gain[i];
-        }
-    }
-    m
-}
-
 /// Returns the matrix of `Phi' = A Phi`, `phi_i' = a_i (C'Phi - phi_i)`.
 pub(super) fn regressor_matrix(plant: &ContinuousPlant, lags: &[f64]) -> Mat<f64> {
     let n = plant.order();

@@ -1,11 +1,22 @@
 //! The first mixing at the nodes of a step.
 
-use super::delay::{DelayLine, whole_steps};
-use super::estimators::MixedNodes;
-use super::filter::no_signal;
 use super::linear::{LinearState, LinearSystem};
 use super::mixing::Mixer;
+use super::operators::{DelayLine, Nodes, no_signal, whole_steps};
 use crate::real::{Mask, Real};
+
+/// The first mixing's result and Eq. (9) at the nodes of a step.
+#[derive(Clone, Debug)]
+pub struct MixedNodes<R> {
+    /// Delta.
+    pub delta: Nodes<R>,
+    /// mbar, n of them.
+    pub mbar: Vec<Nodes<R>>,
+    /// phi = C'Phi, n of them.
+    pub phi: Vec<Nodes<R>>,
+    /// z.
+    pub z: Nodes<R>,
+}
 
 /// The first mixing at the nodes of a step, with its buffers.
 #[derive(Clone, Debug)]
@@ -45,11 +56,6 @@ impl<R: Real> Mixing<R> {
             largest_dbar: zeros(n),
             theta: theta.iter().map(|theta| R::splat(*theta)).collect(),
         }
-    }
-
-    /// Whether a signal is delayed.
-    pub fn is_delayed(&self) -> bool {
-        !self.delays.is_empty()
     }
 
     /// Computes node `k` from the linear state, Eqs. (9), (10), in some lanes.
@@ -102,7 +108,7 @@ impl<R: Real> Mixing<R> {
             nodes.mbar[i][0] = nodes.mbar[i][2];
             nodes.phi[i][0] = nodes.phi[i][2];
         }
-        if self.is_delayed() {
+        if !self.delays.is_empty() {
             jump = R::Mask::from_bits(u8::MAX);
         }
         let any = jump.any();

@@ -1,6 +1,7 @@
 //! Determinants and adjugates of small matrices, singular ones included: the mixing step of DREM.
 
-use crate::real::{Mask, Real};
+use crate::observer::determinant;
+use crate::real::Real;
 
 /// Buffers for the adjugates of matrices of one order.
 #[derive(Clone, Debug)]
@@ -18,20 +19,6 @@ impl<R: Real> Mixer<R> {
             minor: vec![R::zero(); n.saturating_sub(1).pow(2)],
             adjugate: vec![R::zero(); n * n],
         }
-    }
-
-    /// Computes `adj(M)` into `out` and returns `det(M)`; both matrices are row-major n x n.
-    /// `adj(M) M = M adj(M) = det(M) I`.
-    ///
-    /// Each cofactor is the determinant of a minor, by LU with partial pivoting, so the rank of M does not matter. The
-    /// determinant is the expansion along the first row. O(n^5). Errors are of the order `eps norm(M)^(n-1)` for the
-    /// adjugate and `eps norm(M)^n` for the determinant.
-    ///
-    /// # Panics
-    /// If a slice is shorter than n^2.
-    #[inline(always)]
-    pub fn adjugate(&mut self, m: &[R], out: &mut [R]) -> R {
-        adjugate_of_order(self.n, m, &mut self.minor, out)
     }
 
     /// Mixes `zbar = M theta + dbar`, Eq. (10): computes `mbar = adj(M) zbar` (n numbers) and returns
@@ -54,7 +41,7 @@ impl<R: Real> Mixer<R> {
         let (m, zbar, mbar) = (&m[..n * n], &zbar[..n], &mut mbar[..n]);
         let Self { minor, adjugate, .. } = self;
         let adjugate = &mut adjugate[..n * n];
-        let delta = adjugate_of_order(n, m, minor, adjugate);
+        let delta = self::adjugate(n, m, minor, adjugate);
         for i in 0..n {
             let mut sum = R::splat(-0.0);
             for j in 0..n {
@@ -65,26 +52,35 @@ impl<R: Real> Mixer<R> {
         delta
     }
 
-    /// Returns `(det(M), first component of adj(M) zbar)`: the scalar regression of the first unknown alone.
+    /// Returns `(det(M), first component of adj(M) zbar)`: the scalar regression of the first unknown alone, for an
+    /// order N that is that of the mixer.
     ///
     /// # Panics
-    /// If a slice is shorter than n^2 (`m`) or n.
-    #[inline(always)]
-    pub fn mix_first(&mut self, m: &[R], zbar: &[R]) -> (R, R) {
-        mix_first_of_order(self.n, m, zbar, &mut self.minor)
-    }
-
-    /// Does the same, for an order N that is that of the mixer.
-    ///
     /// If a slice is shorter than N^2 (`m`) or N.
     #[inline(always)]
-    pub(super) fn mix_first_of<const N: usize>(&mut self, m: &[R], zbar: &[R]) -> (R, R) {
-        mix_first_of_order(N, &m[..N * N], &zbar[..N], &mut self.minor)
+    pub(super) fn mix_first<const N: usize>(&mut self, m: &[R], zbar: &[R]) -> (R, R) {
+        let (m, zbar) = (&m[..N * N], &zbar[..N]);
+        let (mut delta, mut mixed) = (R::zero(), R::zero());
+        for i in 0..N {
+            let cofactor = cofactor(N, m, [i, 0], &mut self.minor);
+            delta = delta + m[i * N] * cofactor;
+            mixed = mixed + zbar[i] * cofactor;
+        }
+        (delta, mixed)
     }
 }
 
+/// Computes `adj(M)` into `out` and returns `det(M)`; both matrices are row-major n x n.
+/// `adj(M) M = M adj(M) = det(M) I`.
+///
+/// Each cofactor is the determinant of a minor, by LU with partial pivoting, so the rank of M does not matter. The
+/// determinant is the expansion along the first row. O(n^5). Errors are of the order `eps norm(M)^(n-1)` for the
+/// adjugate and `eps norm(M)^n` for the determinant.
+///
+/// # Panics
+/// If a slice is shorter than n^2, or `minor` than (n-1)^2.
 #[inline(always)]
-fn adjugate_of_order<R: Real>(n: usize, m: &[R], minor: &mut [R], out: &mut [R]) -> R {
+fn adjugate<R: Real>(n: usize, m: &[R], minor: &mut [R], out: &mut [R]) -> R {
     for i in 0..n {
         for j in 0..n {
             out[i * n + j] = cofactor(n, m, [j, i], minor);
@@ -96,17 +92,6 @@ fn adjugate_of_order<R: Real>(n: usize, m: &[R], minor: &mut [R], out: &mut [R])
         sum = sum + m[j] * out[j * n];
     }
     sum
-}
-
-#[inline(always)]
-fn mix_first_of_order<R: Real>(n: usize, m: &[R], zbar: &[R], minor: &mut [R]) -> (R, R) {
-    let (mut delta, mut mixed) = (R::zero(), R::zero());
-    for i in 0..n {
-        let cofactor = cofactor(n, m, [i, 0], minor);
-        delta = delta + m[i * n] * cofactor;
-        mixed = mixed + zbar[i] * cofactor;
-    }
-    (delta, mixed)
 }
 
 /// Returns `(-1)^(row + column)` times the determinant of M without that row and column.
@@ -121,65 +106,16 @@ fn cofactor<R: Real>(n: usize, m: &[R], [row, column]: [usize; 2], minor: &mut [
         _ => {
             for i in 0..n - 1 {
                 for j in 0..n - 1 {
-                    minor[i * (n - 1) + j] = at(i, j);
+                    minor[j * (n - 1) + i] = at(i, j);
                 }
             }
-            determinant(minor, n - 1)
+            determinant(n - 1, minor)
         }
     };
     if (row + column).is_multiple_of(2) {
         minor
     } else {
         -minor
-    }
-}
-
-/// Returns the determinant of a row-major n x n matrix by LU with partial pivoting. The matrix is overwritten.
-///
-/// # Panics
-/// If the slice is shorter than n^2.
-#[inline(always)]
-pub fn determinant<R: Real>(m: &mut [R], n: usize) -> R {
-    let mut product = R::splat(1.0);
-    let mut regular = R::Mask::from_bits(u8::MAX);
-    for k in 0..n {
-        let mut largest = m[k * n + k].abs();
-        let mut swapped = R::Mask::from_bits(0);
-        for i in k + 1..n {
-            let better = largest.less(m[i * n + k].abs());
-            largest = R::select(better, m[i * n + k].abs(), largest);
-            swapped = swapped | better;
-        }
-        if swapped.any() {
-            exchange(m, n, k, largest, swapped);
-            product = R::select(swapped, -product, product);
-        }
-        let diagonal = m[k * n + k];
-        let zero = diagonal.at_most(R::zero()) & R::zero().at_most(diagonal);
-        regular = regular & !zero;
-        product = product * diagonal;
-        for i in k + 1..n {
-            let factor = m[i * n + k] / diagonal;
-            for j in k + 1..n {
-                m[i * n + j] = m[i * n + j] - factor * m[k * n + j];
-            }
-        }
-    }
-    R::select(regular, product, R::zero())
-}
-
-/// Exchanges row k, in the lanes chosen, with the first row below whose entry in column k is as large as given.
-#[inline(always)]
-fn exchange<R: Real>(m: &mut [R], n: usize, k: usize, largest: R, chosen: R::Mask) {
-    let mut left = chosen;
-    for i in k + 1..n {
-        let here = left & largest.at_most(m[i * n + k].abs());
-        left = left & !here;
-        for j in k..n {
-            let (upper, lower) = (m[k * n + j], m[i * n + j]);
-            m[k * n + j] = R::select(here, lower, upper);
-            m[i * n + j] = R::select(here, upper, lower);
-        }
     }
 }
 
@@ -213,17 +149,17 @@ mod tests {
     #[test]
     fn adjugate_times_matrix_is_determinant() {
         let mut uniform = Uniform(1);
-        for n in 1..=6 {
-            let mut mixer = Mixer::new(n);
+        for n in 1..=6_usize {
+            let mut minor = vec![0.0; n.saturating_sub(1).pow(2)];
             for rank in n.saturating_sub(2)..=n {
                 for _ in 0..50 {
                     let left: Vec<f64> = (0..n * rank).map(|_| uniform.next()).collect();
                     let right: Vec<f64> = (0..n * rank).map(|_| uniform.next()).collect();
                     let m = product(&left, &right, n, rank);
                     let mut adjugate = vec![0.0; n * n];
-                    let det = mixer.adjugate(&m, &mut adjugate);
+                    let det = super::adjugate(n, &m, &mut minor, &mut adjugate);
                     let tolerance = 8.0 * (n * n) as f64 * f64::EPSILON * norm(&m).powi(n as i32);
-                    assert!((det - determinant(&mut m.clone(), n)).abs() <= tolerance);
+                    assert!((det - determinant(n, &mut m.clone())).abs() <= tolerance);
                     if rank < n {
                         assert!(det.abs() <= tolerance);
                     }
@@ -244,7 +180,7 @@ mod tests {
     fn adjugate_of_rank_two_of_three() {
         let m = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
         let mut out = [0.0; 9];
-        let det = Mixer::new(3).adjugate(&m, &mut out);
+        let det = adjugate(3, &m, &mut [], &mut out);
         assert_eq!(det, 0.0);
         assert_eq!(out, [-3.0, 6.0, -3.0, 6.0, -12.0, 6.0, -3.0, 6.0, -3.0]);
     }
@@ -262,7 +198,13 @@ mod tests {
             for (mbar, theta) in mbar.iter().zip(&theta) {
                 assert!((mbar - delta * theta).abs() < 1e-14 * norm(&m).powi(n as i32) * 8.0);
             }
-            let (first_delta, first) = mixer.mix_first(&m, &zbar);
+            let (first_delta, first) = match n {
+                1 => mixer.mix_first::<1>(&m, &zbar),
+                2 => mixer.mix_first::<2>(&m, &zbar),
+                3 => mixer.mix_first::<3>(&m, &zbar),
+                4 => mixer.mix_first::<4>(&m, &zbar),
+                _ => mixer.mix_first::<5>(&m, &zbar),
+            };
             assert!((first - mbar[0]).abs() < 1e-14 && (first_delta - delta).abs() < 1e-14);
         }
     }

@@ -2,13 +2,13 @@
 
 use super::cascade::Cascade;
 use super::estimators::Estimator;
+use super::least_squares::LeastSquaresIntegrals;
 use super::linear::{LinearState, Propagator, Propagators};
 use super::mixed_signals::Mixing;
-use super::observer_spec::ObserverSpec;
 use super::oscillators::Oscillators;
-use super::recursive::LeastSquaresIntegrals;
 use super::scalar::At;
 use super::score::{Accuracy, Score, squares};
+use super::settings::ObserverSpec;
 use super::summary::{ObserverEstimate, ObserverSummary, Outcome, Sample, Summary};
 use crate::real::{MOST_LANES, Mask, Real};
 

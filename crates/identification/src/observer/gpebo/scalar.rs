@@ -1,9 +1,9 @@
-//! The gradient estimator of one parameter, with exponential steps.
+//! The gradient estimator of one parameter, with exponential steps, and when it stops learning.
 
-use super::excitation::Window;
 use super::exponentials::decays;
-use super::filter::Nodes;
-use crate::real::{MOST_LANES, Real};
+use super::operators::Nodes;
+use crate::real::{MOST_LANES, Mask, Real};
+use std::collections::VecDeque;
 
 /// Estimates theta from `M = Delta theta + d` by `theta' = gamma Delta (M - Delta theta)`, starting at `theta(0) = 0`.
 ///
@@ -22,8 +22,10 @@ pub struct ScalarEstimator<R = f64> {
     theta: R,
     /// theta and the integral in the middle of the last step.
     middle: (R, R),
-    integral: R,
-    window: Window<R>,
+    /// `int Delta^2 dt` so far.
+    pub(super) integral: R,
+    /// What has been learnt lately.
+    pub(super) window: Window<R>,
 }
 
 /// Parts of a step. If the rate changes much within a step, as in the stiff case, the error falls with the square of
@@ -117,21 +119,8 @@ impl<R: Real> ScalarEstimator<R> {
         }
     }
 
-    /// Starts again from zero.
-    pub fn restart(&mut self) {
-        (self.theta, self.integral) = (R::zero(), R::zero());
-        self.middle = (R::zero(), R::zero());
-        self.window.restart();
-    }
-
-    /// Advances one step of length h, given Delta and M at its nodes.
-    #[inline(always)]
-    pub fn step(&mut self, h: R, delta: &Nodes<R>, mixed: &Nodes<R>) {
-        self.step_with(&Excited::new(h, delta), mixed, &mut None);
-    }
-
-    /// Does the same, given Delta over the step and the decay of the estimator before, which serves again if its
-    /// gain is the same.
+    /// Advances one step, given Delta over the step, M at its nodes, and the decay of the estimator before, which serves
+    /// again if its gain is the same.
     #[inline(always)]
     pub fn step_with(&mut self, excited: &Excited<R>, mixed: &Nodes<R>, known: &mut Option<Decay<R>>) {
         let Decay { factor, phi, .. } = match known {
@@ -150,15 +139,10 @@ impl<R: Real> ScalarEstimator<R> {
         }
     }
 
-    /// Records how much has been learnt by the times t of the lanes, for [`Self::frozen_at`].
+    /// Records how much has been learnt by the times t of the lanes, for [`Window::frozen_at`].
     #[inline(always)]
     pub fn record(&mut self, t: &[f64; MOST_LANES]) {
         self.window.record(t, R::splat(self.gain) * self.integral);
-    }
-
-    /// Returns the estimate.
-    pub fn theta(&self) -> R {
-        self.theta
     }
 
     /// Returns the estimate and `gamma int Delta^2 dt` at the end, or in the middle, of the last step.
@@ -170,17 +154,6 @@ impl<R: Real> ScalarEstimator<R> {
         };
         (theta, R::splat(self.gain) * integral)
     }
-
-    /// Returns `int Delta^2 dt` so far.
-    pub fn integral(&self) -> R {
-        self.integral
-    }
-
-    /// Returns the first recorded t from which `gamma int_t^T Delta^2 < 0.01`. `None` if that t is in the last
-    /// hundredth of the horizon T, in one lane. See [`super::Excitation::frozen_at`].
-    pub fn frozen_at(&self, horizon: f64, lane: usize) -> Option<f64> {
-        self.window.frozen_at(horizon, lane)
-    }
 }
 
 /// A place in a step.
@@ -190,6 +163,75 @@ pub enum At {
     Middle,
     /// After the step.
     End,
+}
+
+/// An estimate counts as frozen once its error can shrink by at most this share.
+pub const FROZEN: f64 = 0.01;
+
+/// Records kept per [`FROZEN`] of growth. They resolve the threshold to 0.1 % of itself.
+const RESOLUTION: f64 = 1024.0;
+
+/// The last part of a growing integral `L(t) = int gamma Delta^2`, in bounded memory.
+///
+/// L(T), and with it the first t for which `L(T) - L(t) < 0.01`, is known only at the end. Until then, every t with
+/// `L(now) - L(t) < 0.01` may be that one. It suffices to keep one such t per growth of 0.01 / 1024.
+#[derive(Clone, Debug)]
+pub struct Window<R = f64> {
+    /// Of each lane.
+    kept: Vec<VecDeque<(f64, f64)>>,
+    newest: R,
+    last: R,
+}
+
+impl<R: Real> Window<R> {
+    /// Makes a window with `L(0) = 0`.
+    pub fn new() -> Self {
+        Self {
+            kept: vec![VecDeque::from([(0.0, 0.0)]); R::LANES],
+            newest: R::zero(),
+            last: R::zero(),
+        }
+    }
+
+    /// Records `L(t)`, which does not decrease with t; the times of the lanes.
+    #[inline(always)]
+    pub fn record(&mut self, t: &[f64; MOST_LANES], learnt: R) {
+        self.last = learnt;
+        // A NaN is not kept either.
+        let grown = R::splat(FROZEN / RESOLUTION).at_most(learnt - self.newest);
+        if grown.any() {
+            self.keep(t, learnt, grown);
+        }
+    }
+
+    fn keep(&mut self, t: &[f64; MOST_LANES], learnt: R, grown: R::Mask) {
+        self.newest = R::select(grown, learnt, self.newest);
+        let mut numbers = [0.0; MOST_LANES];
+        learnt.store(&mut numbers);
+        for lane in grown.lanes() {
+            let (kept, learnt) = (&mut self.kept[lane], numbers[lane]);
+            // Most often everything is old.
+            if kept.back().is_some_and(|kept| learnt - kept.1 >= FROZEN) {
+                kept.clear();
+            }
+            while kept.front().is_some_and(|kept| learnt - kept.1 >= FROZEN) {
+                kept.pop_front();
+            }
+            kept.push_back((t[lane], learnt));
+        }
+    }
+
+    /// Returns the first t from which `gamma int_t^T Delta^2` is below 0.01: from then on, the error of the estimate
+    /// can shrink by at most 1 %. It is 0 if there was nothing to learn at all. The threshold is met to 0.2 % of
+    /// itself, t to one step.
+    ///
+    /// `None` if that t lies in the last hundredth of the horizon T. There the integral ends because the run ends, and
+    /// the estimator was still learning.
+    pub fn frozen_at(&self, horizon: f64, lane: usize) -> Option<f64> {
+        let last = self.last.lane(lane);
+        let first = self.kept[lane].iter().find(|kept| last - kept.1 < FROZEN);
+        first.map(|kept| kept.0).filter(|t| *t <= 0.99 * horizon)
+    }
 }
 
 #[cfg(test)]
@@ -203,16 +245,45 @@ mod tests {
             let gain = 10_f64.powi(exponent);
             let mut estimator = ScalarEstimator::<f64>::new(gain);
             estimator.theta = 0.25;
-            estimator.step(1.0, &[1.0; 3], &[0.75; 3]);
+            estimator.step_with(&Excited::new(1.0, &[1.0; 3]), &[0.75; 3], &mut None);
             let exact = 0.25 - 0.5 * (-gain).exp_m1();
-            assert!((estimator.theta() - exact).abs() < 3e-16, "{gain}");
+            assert!((estimator.theta - exact).abs() < 3e-16, "{gain}");
         }
     }
 
     #[test]
     fn nothing_is_learnt_from_nothing() {
         let mut estimator = ScalarEstimator::<f64>::new(1e300);
-        estimator.step(1.0, &[0.0; 3], &[7.0; 3]);
-        assert_eq!((estimator.theta(), estimator.integral()), (0.0, 0.0));
+        estimator.step_with(&Excited::new(1.0, &[0.0; 3]), &[7.0; 3], &mut None);
+        assert_eq!((estimator.theta, estimator.integral), (0.0, 0.0));
+    }
+
+    /// L = 1 - e^-t: the remaining part at t is e^-t - e^-T.
+    #[test]
+    fn decaying_excitation() {
+        let mut window = Window::<f64>::new();
+        let (steps, horizon) = (100_000, 20.0);
+        for k in 1..=steps {
+            let t = horizon * f64::from(k) / f64::from(steps);
+            window.record(&[t; MOST_LANES], -(-t).exp_m1());
+            assert!(window.kept[0].len() <= RESOLUTION as usize + 2);
+        }
+        let exact = -(0.01 + (-horizon).exp()).ln();
+        let found = window.frozen_at(horizon, 0).unwrap();
+        assert!((found - exact).abs() < 3e-3, "{found} {exact}");
+    }
+
+    #[test]
+    fn steady_or_no_excitation() {
+        let mut window = Window::<f64>::new();
+        for k in 1..=1000 {
+            let t = f64::from(k) / 100.0;
+            window.record(&[t; MOST_LANES], t);
+        }
+        assert_eq!(window.frozen_at(10.0, 0), None);
+        let mut idle = Window::<f64>::new();
+        idle.record(&[1.0; MOST_LANES], 0.0);
+        idle.record(&[2.0; MOST_LANES], 1e-9);
+        assert_eq!(idle.frozen_at(2.0, 0), Some(0.0));
     }
 }

@@ -9,8 +9,7 @@ use crate::theory::passes::{least_squares, model_instruments, regressors};
 use crate::theory::population::NOISE;
 
 fn second_order() -> StateSpace {
-    let plant = TransferFunction::from_polynomials(&[-1.2, 0.52], &[1.0, 0.5]);
-    plant.unwrap().into()
+    StateSpace::from_polynomials(&[-1.2, 0.52], &[1.0, 0.5]).unwrap()
 }
 
 fn noises() -> Vec<NoiseColour> {
@@ -276,8 +275,7 @@ fn measures_by_differences() {
     let theory = theory.outputs[0].1.as_ref().unwrap();
     let p = &theory.asymptotic.covariance;
     let vector = |p: &[f64], measure: SmoothMeasure| -> Vec<f64> {
-        let plant = TransferFunction::from_polynomials(&p[..2], &p[2..]).unwrap();
-        let plant = StateSpace::from(plant);
+        let plant = StateSpace::from_polynomials(&p[..2], &p[2..]).unwrap();
         match measure {
             SmoothMeasure::Ea => plant.a().to_vec(),
             SmoothMeasure::Eb => plant.b().to_vec(),
@@ -421,9 +419,9 @@ fn the_level_in_a_window_moves_as_its_weights_say() {
 #[test]
 fn the_bound_of_one_common_pole() {
     let (pole, other, b) = (0.8, 0.4, [1.0, 0.5]);
-    let plant = TransferFunction::from_polynomials(&[-(pole + other), pole * other], &b);
+    let plant = StateSpace::from_polynomials(&[-(pole + other), pole * other], &b);
     let filter = NoiseFilter::new(&[1.0], &[1.0, -pole]).unwrap();
-    let process = process(&plant.unwrap().into(), filter.into(), LevelReading::default());
+    let process = process(&plant.unwrap(), filter.into(), LevelReading::default());
     let theory = CellTheory::new(&process, ETA, 2, &[]).unwrap();
     let found = &theory.shared.as_ref().unwrap().asymptotic.covariance;
     let population = Population::new(&process, ETA).unwrap();

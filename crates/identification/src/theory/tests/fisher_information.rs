@@ -9,7 +9,7 @@ const ABSOLUTE: LevelReading = LevelReading {
 };
 
 fn of(a: &[f64], b: &[f64], input: Input, noise: NoiseColour, feedback: Feedback) -> Process {
-    let plant: StateSpace = TransferFunction::from_polynomials(a, b).unwrap().into();
+    let plant = StateSpace::from_polynomials(a, b).unwrap();
     let settings = ProcessSettings {
         input,
         feedback,
@@ -24,7 +24,7 @@ fn gaussian(amplitude: f64) -> Input {
 
 /// The deviations at the bound, for some of `alpha_1 ..., beta_1 ...`.
 fn deviations(information: &FisherInformation, free: &[usize]) -> Vec<f64> {
-    let n = information.matrix().nrows() / 2;
+    let n = information.matrix.nrows() / 2;
     let column = |i: usize| if i < n { n - 1 - i } else { i };
     let all = free.iter().map(|i| information.deviation(column(*i)).unwrap());
     all.collect()
@@ -53,7 +53,7 @@ fn given_inputs_have_the_bound_of_their_record() {
     let b = [1.0, 0.0, 0.0];
     let fast = of(&[-2.4, 1.91, -0.504], &b, input, white(), Feedback::None);
     let information = FisherInformation::new(&fast, 100.0, 1000).unwrap();
-    assert_eq!(information.orders(), "nb=1,nf=3,nk=1".parse().unwrap());
+    assert_eq!(information.orders, "nb=1,nf=3,nk=1".parse().unwrap());
     assert_eq!(information.free(), 4);
     let found = deviations(&information, &[3, 0, 1, 2]);
     close(&found, &[0.00228, 0.00138, 0.00256, 0.00120], 5.001e-6);
@@ -78,7 +78,7 @@ fn armax_in_both_loops() {
     ] {
         let information = FisherInformation::new(&process, 100.0, 1).unwrap();
         let orders: Orders = "na=2,nb=2,nc=2,nk=1".parse().unwrap();
-        assert_eq!(information.orders(), orders);
+        assert_eq!(information.orders, orders);
         close(&deviations(&information, &[0, 1, 2, 3]), &expected, 5.001e-4);
     }
 }
@@ -93,10 +93,10 @@ fn the_information_is_the_inverse_of_the_bound() {
         let noise = NoiseFilter::new(&c, &d).unwrap();
         let process = of(&[-1.5, 0.7], &[1.0, 0.5], gaussian(2.0), noise.into(), Feedback::None);
         let information = FisherInformation::new(&process, 50.0, 300).unwrap();
-        assert_eq!(information.orders(), orders.parse().unwrap());
+        assert_eq!(information.orders, orders.parse().unwrap());
         let theory = CellTheory::new(&process, 50.0, 2, &[]).unwrap();
         let bound = theory.shared.unwrap().asymptotic.covariance;
-        let product = information.matrix() * &bound;
+        let product = &information.matrix * &bound;
         for i in 0..4 {
             for j in 0..4 {
                 let expected = if i == j { 300.0 } else { 0.0 };
@@ -119,15 +119,14 @@ fn free_coefficients_and_the_distance() {
         Feedback::None,
     );
     let information = FisherInformation::new(&process, 30.0, 100).unwrap();
-    assert_eq!(information.orders(), "nb=2,nf=1,nk=2".parse().unwrap());
-    let truth = TransferFunction::from_polynomials(&[-0.5, 0.0, 0.0], &[0.0, 0.6, -0.2]).unwrap();
-    let truth: StateSpace = truth.into();
+    assert_eq!(information.orders, "nb=2,nf=1,nk=2".parse().unwrap());
+    let truth = StateSpace::from_polynomials(&[-0.5, 0.0, 0.0], &[0.0, 0.6, -0.2]).unwrap();
     let (a, h) = (truth.a().to_vec(), truth.h());
     let mut found = (a.clone(), h.clone());
     found.0[2] += 0.01;
     found.1[1] -= 0.02;
     // The step of a_3 is minus that of alpha_1; h_2 is beta_2.
-    let f = information.matrix();
+    let f = &information.matrix;
     let square = 1e-4 * f[(0, 0)] + 4e-4 * f[(4, 4)] + 2.0 * 2e-4 * f[(0, 4)];
     let d = information.distance([&found.0, &found.1], [&a, &h]);
     assert!((d - square / 3.0).abs() < 1e-12 * d, "{d} {square}");
@@ -147,7 +146,7 @@ fn a_response_has_its_bound_over_all_frequencies() {
     let information = FisherInformation::new(&process, 100.0, 500).unwrap();
     let plant = process.plant().unwrap();
     let bound = ResponseBound::new(&information, plant).unwrap();
-    let inverse = information.matrix().solve(&Matrix::identity(4));
+    let inverse = information.matrix.solve(&Matrix::identity(4));
     let response = |alpha: &[f64], beta: &[f64], z: c64| {
         let denominator = alpha.iter().rev().fold(c64::new(0.0, 0.0), |sum, a| (sum + *a) * z);
         let numerator = beta.iter().rev().fold(c64::new(0.0, 0.0), |sum, b| (sum + *b) * z);
@@ -171,15 +170,14 @@ fn a_response_has_its_bound_over_all_frequencies() {
     let relative = &gram * &inverse;
     let trace = |of: &Matrix| (0..4).map(|i| of[(i, i)]).sum::<f64>();
     let h: Vec<f64> = other.1.to_vec();
-    let model = TransferFunction::from_polynomials(&other.0, &h).unwrap();
-    let model = StateSpace::from(model);
+    let model = StateSpace::from_polynomials(&other.0, &h).unwrap();
     let found = bound.distance(model.a(), model.b(), 0.0);
     let expected = square / trace(&relative);
     assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
-    let second: f64 = bound.weights().iter().map(|w| w * w).sum();
+    let second: f64 = bound.weights.iter().map(|w| w * w).sum();
     let expected = trace(&(&relative * &relative)) / trace(&relative).powi(2);
     assert!((second / expected - 1.0).abs() < 1e-9, "{second} {expected}");
-    assert!((bound.weights().iter().sum::<f64>() - 1.0).abs() < 1e-12);
+    assert!((bound.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     // A direct term adds its square.
     let with_direct = bound.distance(plant.a(), plant.b(), 0.5) * trace(&relative);
     assert!((with_direct - 0.25).abs() < 1e-9, "{with_direct}");
@@ -237,10 +235,10 @@ fn a_noisy_input_has_the_information_of_its_spectra() {
         assert_eq!(information.free(), 2 * a.len());
         let n = 2 * a.len();
         for (place, expected) in expected.iter().enumerate() {
-            let found = information.matrix()[(place / n, place % n)];
+            let found = information.matrix[(place / n, place % n)];
             // The script's central differences have some 1e-9 of the largest entry.
             assert!(
-                (found - expected).abs() < 1e-7 * information.matrix().norm_max(),
+                (found - expected).abs() < 1e-7 * information.matrix.norm_max(),
                 "{found} {expected}"
             );
         }
@@ -263,6 +261,6 @@ fn heavy_tails_have_more_information() {
     let filter = || NoiseFilter::new(&[1.0, 0.6], &[1.0, -0.8]).unwrap();
     let heavy = made(filter().student_t(3).unwrap());
     let normal = made(filter());
-    let (heavy, normal) = (heavy.matrix(), normal.matrix());
+    let (heavy, normal) = (&heavy.matrix, &normal.matrix);
     assert!((heavy - &(normal + normal)).norm_max() < 1e-12 * heavy.norm_max());
 }

@@ -153,9 +153,9 @@ fn reference_records() {
     assert_eq!(cases.len(), 19);
     for case in cases {
         let found = case.information();
-        agree(found.all(), &case.all, &case.name);
-        agree(found.of_plant(), &case.of_plant, &case.name);
-        assert_eq!(found.of_plant().nrows(), case.plant_parameters);
+        agree(&found.all, &case.all, &case.name);
+        agree(&found.of_plant, &case.of_plant, &case.name);
+        assert_eq!(found.of_plant.nrows(), case.plant_parameters);
     }
 }
 
@@ -291,7 +291,7 @@ fn maximum_likelihood_reaches_the_bound_of_heavy_tails() {
         truth.simulate(&u, &mut x);
         let y = sum(&x, &white(&noise, Purpose::NoiseDrive, trial, 1.0));
         let own = RecordInformation::new(&truth, noise.law(), None, &u).unwrap();
-        ([u, y], own.of_plant().clone())
+        ([u, y], own.of_plant.clone())
     });
     assert!(is_efficient(means[0]), "{means:?}");
     assert!(means[1] > 1.5 * means[0], "{means:?}");
@@ -317,7 +317,7 @@ fn maximum_likelihood_reaches_the_bound_of_a_noisy_input() {
         truth.simulate(&r, &mut x);
         let u = sum(&r, &white(&normal, Purpose::FreshInput, trial, 0.5));
         let y = sum(&x, &white(&normal, Purpose::NoiseDrive, trial, 1.0));
-        ([u, y], bound.of_plant().clone())
+        ([u, y], bound.of_plant.clone())
     });
     assert!(is_efficient(means[0]), "{means:?}");
     assert!(means[1] > 1.5 * means[0], "{means:?}");

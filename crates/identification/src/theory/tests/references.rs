@@ -59,7 +59,7 @@ fn the_papers_plant() {
 
 /// `y = B/A u + C/D e`, u white of variance 1, e of variance lambda: P of (a, b), lower triangle.
 fn check(a: [f64; 2], b: [f64; 2], (c, d): (&[f64], &[f64]), lambda: f64, method: Method, expected: [f64; 10]) {
-    let plant: StateSpace = TransferFunction::from_polynomials(&a, &b).unwrap().into();
+    let plant = StateSpace::from_polynomials(&a, &b).unwrap();
     let noise = NoiseFilter::new(c, d).unwrap();
     let eta = 100.0 * (lambda * noise.variance() / plant.energy().unwrap()).sqrt();
     let settings = ProcessSettings {

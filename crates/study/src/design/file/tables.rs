@@ -5,7 +5,7 @@ use crate::design::file::{Axis, HoldName, Key, Scalar};
 use crate::design::{LoopModel, Measure};
 use asobench_identification::metric::SlopeOf;
 use asobench_identification::model::{LinearModel, Orders};
-use asobench_identification::plant::{ContinuousPlant, OwnStates, StateSpace, TransferFunction};
+use asobench_identification::plant::{ContinuousPlant, OwnStates, StateSpace};
 use asobench_identification::text::number;
 use std::collections::BTreeMap;
 
@@ -233,9 +233,9 @@ impl PlantTable {
             }
             (false, true, false) => match (&self.a, &self.b, &self.h) {
                 (Some(a), Some(b), None) => StateSpace::new(a.clone(), b.clone()).map_err(|e| e.to_string()),
-                (Some(a), None, Some(h)) => TransferFunction::new(a.clone(), h.clone())
-                    .map(StateSpace::from)
-                    .map_err(|e| e.to_string()),
+                (Some(a), None, Some(h)) => {
+                    StateSpace::from_transfer_function(a.clone(), h.clone()).map_err(|e| e.to_string())
+                }
                 _ => Err("expected a, and either b or h beside it".to_owned()),
             },
             (false, false, false) => Err(

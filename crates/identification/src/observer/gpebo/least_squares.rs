@@ -1,6 +1,7 @@
-//! The Kalman-Bucy filter in the coordinates theta: recursive least squares on Eq. (9).
+//! Least squares on Eq. (9): the Kalman-Bucy filter in the coordinates theta, and the extension of LS+DREM.
 
-use super::filter::{Nodes, half_simpson, simpson};
+use super::mixing::Mixer;
+use super::operators::{Nodes, half_simpson, no_signal, simpson};
 use super::scalar::At;
 use crate::real::Real;
 
@@ -8,7 +9,9 @@ use crate::real::Real;
 #[derive(Clone, Debug)]
 pub struct LeastSquaresIntegrals<R> {
     n: usize,
+    /// S, of which the lower triangle counts, row-major.
     matrix: Vec<R>,
+    /// s.
     vector: Vec<R>,
 }
 
@@ -33,11 +36,6 @@ impl<R: Real> LeastSquaresIntegrals<R> {
             }
             self.vector[i] = self.vector[i] + integral(part, h, &phi[i], z);
         }
-    }
-
-    /// Returns S, of which the lower triangle counts, row-major, and s.
-    pub(super) fn parts(&self) -> (&[R], &[R]) {
-        (&self.matrix, &self.vector)
     }
 
     /// Takes over the integrals of another of the same order.
@@ -114,7 +112,7 @@ impl<R: Real> LeastSquares<R> {
 
     /// Replaces `b` by the solution of `(I r / p0 + S) x = b`, with the matrix of the last [`Self::solve`].
     #[inline(always)]
-    pub(super) fn substitute(&self, b: &mut [R]) {
+    fn substitute(&self, b: &mut [R]) {
         let (n, l) = (b.len(), &self.factor);
         for i in 0..n {
             let mut sum = R::splat(-0.0);
@@ -129,6 +127,68 @@ impl<R: Real> LeastSquares<R> {
                 sum = sum + l[k * n + i] * b[k];
             }
             b[i] = (b[i] - sum) / l[i * n + i];
+        }
+    }
+}
+
+/// The scalar regressions `adj(H) theta_g = det(H) theta` at the nodes of a step, with `H = (w I + S)^-1 S` (n x n)
+/// and `theta_g = (w I + S)^-1 s` (n), S and s the integrals of least squares.
+#[derive(Clone, Debug)]
+pub struct MixedSquares<R> {
+    n: usize,
+    squares: LeastSquares<R>,
+    mixer: Mixer<R>,
+    /// det(H).
+    pub delta: Nodes<R>,
+    /// The components of adj(H) theta_g.
+    pub mixed: Vec<Nodes<R>>,
+    h: Vec<R>,
+    theta: Vec<R>,
+    column: Vec<R>,
+    out: Vec<R>,
+}
+
+impl<R: Real> MixedSquares<R> {
+    /// Makes the mixing for the weight w = r / p0 and order n.
+    pub fn new(weight: f64, n: usize) -> Self {
+        Self {
+            n,
+            squares: LeastSquares::new(1.0, weight, n),
+            mixer: Mixer::new(n),
+            delta: no_signal(),
+            mixed: vec![no_signal(); n],
+            h: vec![R::zero(); n * n],
+            theta: vec![R::zero(); n],
+            column: vec![R::zero(); n],
+            out: vec![R::zero(); n],
+        }
+    }
+
+    /// Computes the nodes of the next step from the integrals in its middle and at its end.
+    #[inline(always)]
+    pub fn step(&mut self, information: [&LeastSquaresIntegrals<R>; 2]) {
+        let n = self.n;
+        self.delta[0] = self.delta[2];
+        for i in 0..n {
+            self.mixed[i][0] = self.mixed[i][2];
+        }
+        for node in 1..3 {
+            let information = information[node - 1];
+            let matrix = &information.matrix;
+            self.squares.solve(information, &mut self.theta);
+            for j in 0..n {
+                for i in 0..n {
+                    self.column[i] = matrix[i.max(j) * n + i.min(j)];
+                }
+                self.squares.substitute(&mut self.column);
+                for i in 0..n {
+                    self.h[i * n + j] = self.column[i];
+                }
+            }
+            self.delta[node] = self.mixer.mix(&self.h, &self.theta, &mut self.out);
+            for i in 0..n {
+                self.mixed[i][node] = self.out[i];
+            }
         }
     }
 }

@@ -1,10 +1,46 @@
-//! The observers that a run may have, with their options.
+//! The settings of a run, the observers that it may have, and why settings are refused.
 
-use super::delay::Operator;
-use super::expansion::{Factor, HIGHEST_ORDER};
-use super::refusal::SettingError;
-use super::setting_checks::{SECOND, filters, positive, vector};
+use super::operators::Operator;
+use super::proposed::{Factor, HIGHEST_ORDER};
+use crate::signal::{Signal, SignalError};
+use crate::text::number;
 use faer::Mat;
+
+/// The largest number of base steps of a run.
+const LARGEST_STEPS: f64 = 1e7;
+
+/// The largest number of breakpoints of a run.
+const LARGEST_BREAKPOINTS: f64 = 1e6;
+
+/// The filters of the first extension, and those of an observer, in messages.
+pub(super) const FIRST: &str = "filters in [continuous]";
+pub(super) const SECOND: &str = "filters of the observer";
+
+/// Input, disturbance, initial state and time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// The input u(t).
+    pub u: Signal,
+    /// The disturbance delta(t) of the output.
+    pub delta: Signal,
+    /// x(0), of length n.
+    pub x0: Vec<f64>,
+    /// T in seconds.
+    pub horizon: f64,
+    /// The mean squares of errors start at this time, in seconds; no step crosses it.
+    pub scored_from: f64,
+    /// The longest step in seconds.
+    pub step: f64,
+}
+
+/// The options that the estimators share.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GpeboOptions {
+    /// xi(0), of length n, Eq. (5).
+    pub xi0: Vec<f64>,
+    /// The n - 1 distinct operators H_i of the first extension.
+    pub filters: Vec<Operator>,
+}
 
 /// An observer to be run.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,7 +116,7 @@ pub enum ObserverSpec {
 
 impl ObserverSpec {
     /// Refuses options that cannot be run for a plant of order n.
-    pub(super) fn check(&self, n: usize) -> Result<(), SettingError> {
+    fn check(&self, n: usize) -> Result<(), String> {
         match self {
             Self::Luenberger { gain, x0 } => {
                 vector("the gain L", gain, n)?;
@@ -92,7 +128,10 @@ impl ObserverSpec {
                 if *share > 0.0 && *share < 1.0 {
                     Ok(())
                 } else {
-                    Err(SettingError::Share(*share))
+                    Err(format!(
+                        "share: expected a number above 0 and below 1, not {}",
+                        number(*share)
+                    ))
                 }
             }
             Self::LsDrem { gains, p0, r } => {
@@ -108,7 +147,9 @@ impl ObserverSpec {
                 ..
             } => {
                 if !(1..=HIGHEST_ORDER).contains(order) {
-                    return Err(SettingError::Order(*order));
+                    return Err(format!(
+                        "the order of the expansion must be 1 to {HIGHEST_ORDER}, not {order}"
+                    ));
                 }
                 positive("the filter k", &[*k], 1)?;
                 filters(SECOND, operators, *order)?;
@@ -152,5 +193,113 @@ impl ObserverSpec {
             | Self::Proposed { gains, .. } => gains,
             Self::Luenberger { .. } | Self::Filter { .. } | Self::KalmanBucy { .. } => &[],
         }
+    }
+}
+
+/// Why a run is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CascadeError {
+    /// A setting of the scenario or of the shared options is wrong, or the run would be too large.
+    #[error("{0}")]
+    Setting(String),
+    /// A setting of an observer is wrong.
+    #[error("observer {number}: {mistake}")]
+    Observer {
+        /// Its number, from 1.
+        number: usize,
+        /// The mistake in its settings.
+        mistake: String,
+    },
+    /// A signal is wrong.
+    #[error("{what}: {source}")]
+    Signal {
+        /// `input` or `disturbance`.
+        what: &'static str,
+        /// The mistake in the signal.
+        source: SignalError,
+    },
+}
+
+/// Refuses settings that cannot be run for a plant of order n.
+pub(super) fn check(
+    n: usize,
+    scenario: &Scenario,
+    options: &GpeboOptions,
+    observers: &[ObserverSpec],
+) -> Result<(), CascadeError> {
+    check_shared(n, scenario, options).map_err(CascadeError::Setting)?;
+    let horizon = scenario.horizon;
+    for (what, signal) in [("input", &scenario.u), ("disturbance", &scenario.delta)] {
+        signal
+            .check(horizon)
+            .map_err(|source| CascadeError::Signal { what, source })?;
+    }
+    let breakpoints = scenario.u.breakpoint_bound(horizon) + scenario.delta.breakpoint_bound(horizon);
+    // Each breakpoint may add one step.
+    let steps = horizon / scenario.step + breakpoints + 1.0;
+    if !(breakpoints <= LARGEST_BREAKPOINTS) {
+        return Err(CascadeError::Setting(format!(
+            "the signals have about {breakpoints:.1e} switches and samples; at most {LARGEST_BREAKPOINTS:.0e} are allowed"
+        )));
+    }
+    if !(steps <= LARGEST_STEPS) {
+        return Err(CascadeError::Setting(format!(
+            "the run would take about {steps:.1e} steps; at most {LARGEST_STEPS:.0e} are allowed"
+        )));
+    }
+    for (number, observer) in (1..).zip(observers) {
+        observer
+            .check(n)
+            .map_err(|mistake| CascadeError::Observer { number, mistake })?;
+    }
+    Ok(())
+}
+
+/// Checks all but the signals and the observers.
+fn check_shared(n: usize, scenario: &Scenario, options: &GpeboOptions) -> Result<(), String> {
+    let Scenario { horizon, step, .. } = *scenario;
+    positive("the horizon", &[horizon], 1)?;
+    positive("the step", &[step], 1)?;
+    vector("the start of the score", &[scenario.scored_from], 1)?;
+    if step > horizon {
+        return Err(format!(
+            "the step of {step} s must not be longer than the horizon of {horizon} s"
+        ));
+    }
+    vector("the initial state", &scenario.x0, n)?;
+    vector("xi(0)", &options.xi0, n)?;
+    filters(FIRST, &options.filters, n - 1)
+}
+
+fn vector(what: &str, v: &[f64], expected: usize) -> Result<(), String> {
+    if v.len() != expected {
+        let plural = if expected == 1 { "" } else { "s" };
+        return Err(format!("{what}: expected {expected} number{plural}, not {}", v.len()));
+    }
+    if v.iter().all(|v| v.is_finite()) {
+        Ok(())
+    } else {
+        Err(format!("{what}: expected finite numbers"))
+    }
+}
+
+fn positive(what: &str, v: &[f64], expected: usize) -> Result<(), String> {
+    vector(what, v, expected)?;
+    match v.iter().find(|v| **v <= 0.0) {
+        Some(&value) => Err(format!("{what}: expected positive numbers, not {}", number(value))),
+        None => Ok(()),
+    }
+}
+
+/// Two equal filters would make the extended regressor singular at all times.
+fn filters(what: &str, v: &[Operator], expected: usize) -> Result<(), String> {
+    let numbers: Vec<f64> = v.iter().map(Operator::number).collect();
+    positive(what, &numbers, expected)?;
+    match (0..v.len()).find(|&k| v[..k].contains(&v[k])) {
+        Some(k) => Err(format!(
+            "{what}: expected distinct numbers, but {} occurs twice",
+            number(numbers[k])
+        )),
+        None => Ok(()),
     }
 }
