@@ -15,7 +15,7 @@ const NAMES: usize = 60;
 const BARS: usize = 200;
 
 /// A table of any length: complete as CSV, with only some rows on the page.
-pub(super) struct LongTable {
+pub(crate) struct LongTable {
     table: Table,
     csv: String,
     count: usize,

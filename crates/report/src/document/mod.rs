@@ -7,7 +7,7 @@ mod bound_shares;
 mod chosen;
 mod coefficient_bias;
 mod coefficient_coverage;
-mod columns;
+pub(crate) mod columns;
 mod courses;
 mod extremes;
 mod figure;
