@@ -5,7 +5,7 @@ use super::layout::{Form, Layout, panel_title, sheet};
 use crate::folder::Files;
 use crate::html::Section;
 use crate::plot::{Course, Picture, Plot, PlotAxis, Point, Scale, Series, Style, points};
-use crate::results::{Study, place};
+use crate::results::{self, Study};
 use asobench_identification::metric::{Quantile, Share, Z};
 use asobench_study::study::{CellSummary, Measure, measure};
 use asobench_study::text::{grouped, rounded, visible};
@@ -259,10 +259,7 @@ pub(super) fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     let noisy = cells().filter(|cell| !study.is_quiet(cell));
     let places = noisy.flat_map(|cell| failing(cell).map(move |label| (label, cell)));
     let places: Vec<(&String, &CellSummary)> = places.collect();
-    let named = |(label, cell): &(&String, &CellSummary)| match place(cell, &keys).as_str() {
-        "" => (*label).clone(),
-        place => format!("{label} at {place}"),
-    };
+    let named = |(label, cell): &(&String, &CellSummary)| format!("{label}{}", results::at(cell, &keys));
     let shown: Vec<String> = places.iter().take(PLACES).map(named).collect();
     if !shown.is_empty() {
         let more = match places.len() - shown.len() {

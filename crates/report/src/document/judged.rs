@@ -3,6 +3,7 @@
 mod picture;
 mod words;
 
+use super::answer::capital;
 use super::columns::Columns;
 use super::extremes::LongTable;
 use super::paper;
@@ -183,10 +184,7 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
 fn sentence(claim: &Judged) -> String {
     let begin = format!("{}  {}", claim.id, claim.verdict);
     let rest = claim.line.strip_prefix(&begin).unwrap_or(&claim.line);
-    let rest = rest.trim_start_matches([':', ' ']);
-    let mut letters = rest.chars();
-    let first = letters.next().map(char::to_uppercase);
-    first.into_iter().flatten().chain(letters).collect()
+    capital(rest.trim_start_matches([':', ' ']))
 }
 
 /// The table of cells: the number, its condition, the verdict of the cell, and two p-values. Shares, such as coverages,
