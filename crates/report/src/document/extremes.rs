@@ -2,7 +2,7 @@
 
 use super::paper;
 use crate::folder::Files;
-use crate::html::{CellText, Column, Table};
+use crate::html::{CellText, Column, Section, Table};
 use crate::plot::{Plot, Point, Scale, Style};
 
 /// Largest number of rows that a page shows; a longer table is reduced to its extremes.
@@ -85,6 +85,15 @@ impl LongTable {
     fn for_paper(&self) -> Option<&Table> {
         let whole = self.count == self.table.rows.len() && self.count > 0;
         (whole && paper::fits(&self.table)).then_some(&self.table)
+    }
+
+    /// Adds the table to a section, after a note if it is not complete.
+    pub(super) fn show(self, section: &mut Section, file: &str) {
+        let (table, note) = self.shown(file);
+        if let Some(note) = note {
+            section.paragraph(&note);
+        }
+        section.table(&table);
     }
 
     /// The table for the page, with a note if it is not complete.

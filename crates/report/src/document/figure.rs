@@ -2,8 +2,6 @@
 
 use super::answer::at;
 use super::layout::{Form, Layout, panel_title, sheet};
-use crate::folder::Files;
-use crate::html::Section;
 use crate::plot::{Course, Picture, Plot, PlotAxis, Point, Scale, Series, Style, points};
 use crate::results::{self, Study};
 use asobench_identification::metric::{Quantile, Share, Z};
@@ -19,20 +17,6 @@ pub(super) struct Drawn {
     pub picture: Picture,
     /// The caption.
     pub caption: String,
-}
-
-impl Drawn {
-    /// Adds the figure to a section and, under a path, to the files; returns a link to it.
-    pub(super) fn placed(
-        &self,
-        section: &mut Section,
-        files: &mut Files,
-        (label, path): (String, String),
-    ) -> (String, String) {
-        section.figure(&self.picture, &self.caption);
-        files.push((path.clone(), self.picture.wide.svg()));
-        (label, path)
-    }
 }
 
 /// A figure with a panel for each choice of a layout, and in each panel the same series over its cells.
