@@ -1,14 +1,11 @@
 //! The report: a page with figures and tables beside it.
 
-mod along;
 pub(crate) mod answer;
 mod bound_grid;
 mod bound_shares;
 mod chosen;
-mod coefficient_bias;
-mod coefficient_coverage;
+mod coefficients;
 pub(crate) mod columns;
-mod courses;
 mod extremes;
 mod figure;
 mod figures;
@@ -18,10 +15,10 @@ pub(crate) mod lead;
 mod medians;
 mod method_times;
 mod nested_loop;
+mod over_time;
 pub(crate) mod paper;
 mod passes;
 mod simulated;
-mod state_error;
 mod tables;
 #[cfg(test)]
 pub(super) mod tests;
@@ -32,9 +29,9 @@ use super::html::{Page, Section};
 use super::results::Study;
 use asobench_study::text::grouped;
 pub use chosen::{Chosen, Kind, Mark, chosen_figure, held};
-pub use courses::course_figures;
 use extremes::LongTable;
 use figure::Drawn;
+pub use over_time::course_figures;
 
 /// Makes a report of studies with different names; calls `on_step` with the name of each step.
 pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {

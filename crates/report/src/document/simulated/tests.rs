@@ -228,7 +228,7 @@ fn long_lists_are_cut() {
 
 #[test]
 fn every_measure_has_an_estimand() {
-    let without = Measure::ALL.iter().filter(|of| estimands::of(**of).is_none());
+    let without = Measure::ALL.iter().filter(|of| estimand(**of).is_none());
     assert_eq!(without.collect::<Vec<_>>(), [&Measure::Ea; 0]);
     // No line names a measure that does not exist, and none is named twice.
     let text = include_str!("estimands.txt");
