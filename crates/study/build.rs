@@ -25,7 +25,7 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
 
 /// A table of names with the texts of their files.
 fn texts(name: &str, paths: &[PathBuf]) -> String {
-    let mut table = format!("const {name}: &[(&str, &str)] = &[\n");
+    let mut table = format!("pub(super) const {name}: &[(&str, &str)] = &[\n");
     for path in paths {
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let path = path.canonicalize().unwrap_or_else(|_| path.clone());
@@ -66,7 +66,7 @@ fn suite() {
         } else {
             "\"\"".to_owned()
         };
-        let _ = writeln!(generated, "const {name}: &str = {content};");
+        let _ = writeln!(generated, "pub(super) const {name}: &str = {content};");
     }
     let to = std::env::var("OUT_DIR").map(PathBuf::from).unwrap_or_default();
     if let Err(error) = std::fs::write(to.join("suite_files.rs"), generated) {

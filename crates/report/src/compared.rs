@@ -1,6 +1,6 @@
 //! Two or more studies beside each other: what differs in their designs, and the same cells.
 
-use crate::results::{Study, place};
+use crate::results::{Study, placed};
 use asobench_identification::metric::{Estimate, Quantile};
 use asobench_identification::number::uncertain;
 use asobench_study::study::file::Key;
@@ -174,12 +174,7 @@ fn rows(first: &Study, others: &[Study], measure: Measure, without: &[Key]) -> V
             let Some(medians) = medians.collect::<Option<Vec<Estimate>>>() else {
                 continue;
             };
-            let at = place(cell, &keys);
-            let name = if at.is_empty() {
-                label.clone()
-            } else {
-                format!("{at}, {label}")
-            };
+            let name = placed(cell, &keys, |place| format!("{place}, ")) + label;
             rows.push(Row { name, medians });
         }
     }

@@ -1,6 +1,6 @@
 //! The trials of a study that failed, as text: by cell, output and kind.
 
-use crate::results::{Study, place};
+use crate::results::{Study, placed};
 use asobench_identification::names::UnknownName;
 use asobench_study::study::{CellSummary, OutputSummary};
 use asobench_study::text::{folded, grouped, visible, wrap};
@@ -55,12 +55,7 @@ fn one(
     output: &OutputSummary,
     (kind, count, trials): (&str, u64, &[u64]),
 ) -> String {
-    let at = place(cell, &study.varying());
-    let at = if at.is_empty() {
-        String::new()
-    } else {
-        format!("{at}, ")
-    };
+    let at = placed(cell, &study.varying(), |place| format!("{place}, "));
     let listed: Vec<String> = trials.iter().map(u64::to_string).collect();
     let more = if count > trials.len() as u64 { ", ..." } else { "" };
     let head = format!(

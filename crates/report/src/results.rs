@@ -1,7 +1,7 @@
 //! A results folder as a report sees it: the experiment and its results.
 
 use super::index::Index;
-use asobench_identification::metric::Statistics;
+use asobench_identification::metric::{Share, Statistics};
 use asobench_study::claim::{Judged, judge, tested};
 use asobench_study::files::{self, Kind, PathError};
 pub use asobench_study::study::MethodTime as Time;
@@ -336,6 +336,19 @@ impl Study {
         cell.outputs.get(self.index.output(label)?)
     }
 
+    /// A share of the trials of an output over all cells; `None` without such an output.
+    pub(crate) fn over_cells(&self, label: &str, of: impl Fn(&OutputSummary) -> Share) -> Option<OverCells<'_>> {
+        let cells = self.summary.cells.iter();
+        let shares = cells.filter_map(|cell| Some((cell, of(self.output(cell, label)?))));
+        let shares: Vec<(&CellSummary, Share)> = shares.collect();
+        let most = shares.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share))?;
+        let sum = |of: fn(&Share) -> u64| shares.iter().map(|(_, share)| of(share)).sum();
+        Some(OverCells {
+            all: Share::new(sum(|share| share.count), sum(|share| share.total)),
+            most: *most,
+        })
+    }
+
     /// The statistics of a measure, for one output of a cell.
     pub fn statistics<'a>(&self, cell: &'a CellSummary, label: &str, measure: Measure) -> Option<&'a Statistics> {
         self.output(cell, label)?.measures.get(&measure)
@@ -498,4 +511,30 @@ pub(crate) fn first_failed_trial(output: &OutputSummary) -> Option<u64> {
 /// The values of some settings of a cell, in words.
 pub fn place(cell: &CellSummary, keys: &[Key]) -> String {
     cell.place().words(keys)
+}
+
+/// Words with the place of a cell; empty where no setting varies.
+pub(crate) fn placed(cell: &CellSummary, keys: &[Key], words: impl FnOnce(&str) -> String) -> String {
+    match place(cell, keys).as_str() {
+        "" => String::new(),
+        place => words(place),
+    }
+}
+
+/// " at eta = 2 %, N = 98"; empty where no setting varies.
+pub(crate) fn at(cell: &CellSummary, keys: &[Key]) -> String {
+    placed(cell, keys, |place| format!(" at {place}"))
+}
+
+/// The share of an output's trials that are lost: failed, or with an unstable model.
+pub(crate) fn lost(output: &OutputSummary) -> Share {
+    Share::new(output.outcomes.lost_trials().0, output.outcomes.trials)
+}
+
+/// A share of the trials of an output.
+pub(crate) struct OverCells<'a> {
+    /// Over all cells.
+    pub(crate) all: Share,
+    /// The cell where it is largest, and the share there.
+    pub(crate) most: (&'a CellSummary, Share),
 }

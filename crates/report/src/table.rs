@@ -112,6 +112,13 @@ impl CellText {
     }
 }
 
+impl<S: Into<String>> From<S> for CellText {
+    /// A text, sorted as text.
+    fn from(text: S) -> Self {
+        Self::text(text)
+    }
+}
+
 /// Whether the page's script can read the number from its text: `0.0879(5)`, `3.21(4)e-13`.
 pub(crate) fn reads_as_number(text: &str) -> bool {
     let plain = match (text.find('('), text.find(')')) {
@@ -270,7 +277,7 @@ fn markdown_line(cells: impl Iterator<Item = String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::markup::elements;
+    use crate::tests::xml::elements;
 
     fn table() -> Table {
         let columns = vec![

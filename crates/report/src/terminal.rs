@@ -3,9 +3,9 @@
 
 use super::document::answer::winners;
 use super::document::lead::{lead_outputs, measures, shown_at_the_end};
-use super::results::{Study, first_failed_trial};
+use super::results::{Study, at, first_failed_trial, lost};
 use super::verdict_table::per_cent;
-use asobench_identification::metric::{Quantile, Share};
+use asobench_identification::metric::Quantile;
 use asobench_identification::number::quantile;
 use asobench_study::claim::{Judged, Verdict};
 use asobench_study::study::{CellSummary, Measure, OutputSummary};
@@ -144,10 +144,6 @@ fn none_there(study: &Study, failed: bool) -> bool {
     })
 }
 
-fn lost(output: &OutputSummary) -> Share {
-    Share::new(output.outcomes.lost_trials().0, output.outcomes.trials)
-}
-
 /// A cell and one of its outputs.
 type Place<'a> = (&'a CellSummary, &'a OutputSummary);
 
@@ -164,12 +160,11 @@ fn worst(study: &Study, most: Option<Place<'_>>) -> String {
     let Some((cell, output)) = most else {
         return "No trial was lost.".to_owned();
     };
-    let place = cell.place().words(&study.varying());
-    let at = if place.is_empty() { "" } else { " at " };
     visible(format!(
-        "The largest share of lost trials (failed or unstable): {} %, of {}{at}{place}.",
+        "The largest share of lost trials (failed or unstable): {} %, of {}{}.",
         per_cent(lost(output)),
         output.label(),
+        at(cell, &study.varying())
     ))
 }
 
@@ -185,10 +180,7 @@ fn first_failed(study: &Study, most: Option<Place<'_>>) -> Option<String> {
     let command = study.replay_command(cell.cell, first_failed_trial(output)?);
     let whose = match own {
         Some(_) => String::new(),
-        None => match cell.place().words(&study.varying()).as_str() {
-            "" => format!(" of {}", output.label()),
-            words => format!(" of {} at {words}", output.label()),
-        },
+        None => format!(" of {}{}", output.label(), at(cell, &study.varying())),
     };
     Some(visible(format!("To see a failed trial{whose}: {command}")) + "\n")
 }

@@ -6,9 +6,9 @@ use super::extremes::LongTable;
 use super::layout::x_key;
 use super::lead::{lead_figures, lead_outputs};
 use crate::html::CellText;
-use crate::results::{Study, place, words};
+use crate::results::{OverCells, Study, lost, place, placed, words};
 use crate::verdict_table::per_cent;
-use asobench_identification::metric::{Quantile, Share, Z};
+use asobench_identification::metric::{Quantile, Z};
 use asobench_identification::number::{quantile, uncertain};
 use asobench_study::study::file::Key;
 use asobench_study::study::{Better, CellSummary, Measure, measure};
@@ -34,7 +34,7 @@ pub(super) fn in_numbers(study: &Study) -> Vec<String> {
     let Some(measure) = lead_figures(study).first().copied() else {
         return vec!["No output has a measure in any cell.".to_owned()];
     };
-    let mut all = vec![best(study, measure), lost(study), depends(study, measure)];
+    let mut all = vec![best(study, measure), lost_trials(study), depends(study, measure)];
     all.push(paired(study, measure));
     all.retain(|text| !text.is_empty());
     all
@@ -263,59 +263,28 @@ pub(super) fn capital(text: &str) -> String {
     first.into_iter().flatten().chain(letters).collect()
 }
 
-/// The lost trials of a method over all cells, and the cell where it loses most.
-struct Lost<'a> {
-    label: &'a str,
-    all: Share,
-    most: (&'a CellSummary, Share),
-}
-
 /// The lost trials of every method: of outputs with several passes the last.
-fn lost(study: &Study) -> String {
+fn lost_trials(study: &Study) -> String {
     let keys = study.varying();
-    let mut all: Vec<Lost<'_>> = last_passes(study)
-        .into_iter()
-        .filter_map(|label| {
-            let shares: Vec<(&CellSummary, Share)> = study
-                .summary
-                .cells
-                .iter()
-                .filter_map(|cell| {
-                    let outcomes = &study.output(cell, label)?.outcomes;
-                    Some((cell, Share::new(outcomes.lost_trials().0, outcomes.trials)))
-                })
-                .collect();
-            let sum = |of: fn(&Share) -> u64| shares.iter().map(|(_, share)| of(share)).sum();
-            let most = shares.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share))?;
-            let all = Share::new(sum(|share| share.count), sum(|share| share.total));
-            Some(Lost {
-                label,
-                all,
-                most: *most,
-            })
-        })
+    let all = last_passes(study).into_iter();
+    let mut all: Vec<(&String, OverCells<'_>)> = all
+        .filter_map(|label| Some((label, study.over_cells(label, lost)?)))
         .collect();
-    all.sort_by(|a, b| b.all.share.partial_cmp(&a.all.share).unwrap_or(Ordering::Equal));
-    let (losing, none): (Vec<Lost<'_>>, Vec<Lost<'_>>) = all.into_iter().partition(|of| of.all.count > 0);
-    let sentence = |of: &Lost<'_>| {
-        let most = match place(of.most.0, &keys).as_str() {
-            "" => String::new(),
-            place => format!(", most at {place}: {} %", per_cent(of.most.1)),
-        };
+    all.sort_by(|(_, a), (_, b)| b.all.share.partial_cmp(&a.all.share).unwrap_or(Ordering::Equal));
+    let (losing, none): (Vec<_>, Vec<_>) = all.into_iter().partition(|(_, of)| of.all.count > 0);
+    let sentence = |(label, of): &(&String, OverCells<'_>)| {
+        let (cell, share) = of.most;
+        let most = placed(cell, &keys, |place| format!(", most at {place}: {} %", per_cent(share)));
         let total = grouped(of.all.total);
-        format!(
-            " {} loses {} % of its {total} trials{most}.",
-            of.label,
-            per_cent(of.all)
-        )
+        format!(" {label} loses {} % of its {total} trials{most}.", per_cent(of.all))
     };
     let mut text = "Lost trials, which fail or leave an unstable model:".to_owned();
     text.extend(losing.iter().take(METHODS).map(sentence));
-    if let Some(next) = losing.get(METHODS) {
+    if let Some((_, next)) = losing.get(METHODS) {
         let more = losing.len() - METHODS;
         text.push_str(&format!(" {more} more lose at most {} % each.", per_cent(next.all)));
     }
-    let named: Vec<&str> = none.iter().take(METHODS).map(|of| of.label).collect();
+    let named: Vec<&str> = none.iter().take(METHODS).map(|(label, _)| label.as_str()).collect();
     match (named.as_slice(), none.len() - named.len()) {
         ([], _) => {}
         (names, 0) => text.push_str(&format!(" None: {}.", names.join(", "))),
@@ -396,10 +365,8 @@ fn effect(study: &Study, of: Measure, label: &str, key: Key) -> Option<String> {
             "changes by"
         }
     };
-    let text = |(cell, lead): &(&CellSummary, Lead)| match place(cell, &others).as_str() {
-        "" => lead.text(),
-        place => format!("{} ({place})", lead.text()),
-    };
+    let text =
+        |(cell, lead): &(&CellSummary, Lead)| lead.text() + &placed(cell, &others, |place| format!(" ({place})"));
     let (how, range) = match changes.as_slice() {
         [] => return None,
         [one] => (how(&one.1), text(one)),
@@ -509,15 +476,9 @@ where
 /// The lost trials in per cent: a row for each cell, a column for each method; `None` if no trial was lost.
 pub(super) fn lost_table(study: &Study) -> Option<LongTable> {
     let labels = lead_outputs(study);
-    let share = |cell: &CellSummary, label: &str| {
-        let outcomes = study.output(cell, label).map(|output| &output.outcomes);
-        outcomes.map(|of| Share::new(of.lost_trials().0, of.trials))
-    };
-    let mut cells = study.summary.cells.iter();
-    let any = cells.any(|cell| {
-        let mut labels = labels.iter();
-        labels.any(|(_, label)| share(cell, label).is_some_and(|of| of.count > 0))
-    });
+    let share = |cell: &CellSummary, label: &str| study.output(cell, label).map(lost);
+    let is_lost = |label: &str| study.over_cells(label, lost).is_some_and(|of| of.all.count > 0);
+    let any = labels.iter().any(|(_, label)| is_lost(label));
     let (_, last) = labels.last().filter(|_| any)?;
     let keys = study.varying();
     let mut columns = Columns::new(study.summary.cells.iter()).settings(study, &keys, |cell| *cell);

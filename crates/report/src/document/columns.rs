@@ -1,7 +1,7 @@
 //! Tables by their columns: a heading, and beside it what stands below it for each item.
 
 use super::extremes::LongTable;
-use crate::html::{CellText, Column};
+use crate::html::{CellText, Column, Table};
 use crate::results::Study;
 use asobench_study::study::CellSummary;
 use asobench_study::study::file::Key;
@@ -10,7 +10,7 @@ use asobench_study::study::file::Key;
 type Cell<'a, T> = Box<dyn Fn(&T) -> CellText + 'a>;
 
 /// The columns of a table with a row for each item.
-pub(super) struct Columns<'a, I: Iterator> {
+pub(crate) struct Columns<'a, I: Iterator> {
     items: I,
     headings: Vec<Column>,
     cells: Vec<Cell<'a, I::Item>>,
@@ -18,7 +18,7 @@ pub(super) struct Columns<'a, I: Iterator> {
 
 impl<'a, I: Iterator> Columns<'a, I> {
     /// A table without columns.
-    pub(super) fn new(items: I) -> Self {
+    pub(crate) fn new(items: I) -> Self {
         Self {
             items,
             headings: Vec::new(),
@@ -27,7 +27,7 @@ impl<'a, I: Iterator> Columns<'a, I> {
     }
 
     /// Adds a column for each setting.
-    pub(super) fn keys(
+    pub(crate) fn keys(
         mut self,
         study: &Study,
         keys: &[Key],
@@ -45,7 +45,7 @@ impl<'a, I: Iterator> Columns<'a, I> {
     }
 
     /// Adds a column for each setting of an item's cell.
-    pub(super) fn settings<'s>(
+    pub(crate) fn settings<'s>(
         self,
         study: &Study,
         keys: &[Key],
@@ -61,26 +61,36 @@ impl<'a, I: Iterator> Columns<'a, I> {
     }
 
     /// Adds a column of texts.
-    pub(super) fn text<S: Into<String>>(self, title: &str, of: impl Fn(&I::Item) -> S + 'a) -> Self {
-        self.with(Column::text(title), move |item| CellText::text(of(item)))
+    pub(crate) fn text<S: Into<CellText>>(self, title: &str, of: impl Fn(&I::Item) -> S + 'a) -> Self {
+        self.with(Column::text(title), of)
     }
 
     /// Adds a column of numbers.
-    pub(super) fn number(self, title: impl Into<String>, unit: &str, of: impl Fn(&I::Item) -> CellText + 'a) -> Self {
+    pub(crate) fn number(self, title: impl Into<String>, unit: &str, of: impl Fn(&I::Item) -> CellText + 'a) -> Self {
         self.with(Column::number(title, unit), of)
     }
 
-    fn with(mut self, column: Column, of: impl Fn(&I::Item) -> CellText + 'a) -> Self {
+    /// Adds a column.
+    pub(crate) fn with<S: Into<CellText>>(mut self, column: Column, of: impl Fn(&I::Item) -> S + 'a) -> Self {
         self.headings.push(column);
-        self.cells.push(Box::new(of));
+        self.cells.push(Box::new(move |item| of(item).into()));
         self
     }
 
     /// Makes the table; `by` is the title of the column that decides which rows are extreme.
-    pub(super) fn table(self, caption: &str, by: &str) -> LongTable {
+    pub(crate) fn table(self, caption: &str, by: &str) -> LongTable {
         let mut table = LongTable::new(caption, self.headings, by);
         for item in self.items {
             table.row(self.cells.iter().map(|cell| cell(&item)).collect());
+        }
+        table
+    }
+
+    /// Makes a table that is short enough to be shown whole.
+    pub(crate) fn whole(self, caption: impl Into<String>) -> Table {
+        let mut table = Table::new(caption, self.headings);
+        for item in self.items {
+            table.row(self.cells.iter().map(|cell| cell(&item)));
         }
         table
     }

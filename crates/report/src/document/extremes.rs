@@ -2,7 +2,7 @@
 
 use super::paper;
 use crate::folder::Files;
-use crate::html::{CellText, Column, Table};
+use crate::html::{CellText, Column, Section, Table};
 use crate::plot::{Plot, Point, Scale, Style};
 
 /// Largest number of rows that a page shows; a longer table is reduced to its extremes.
@@ -15,7 +15,7 @@ const NAMES: usize = 60;
 const BARS: usize = 200;
 
 /// A table of any length: complete as CSV, with only some rows on the page.
-pub(super) struct LongTable {
+pub(crate) struct LongTable {
     table: Table,
     csv: String,
     count: usize,
@@ -85,6 +85,15 @@ impl LongTable {
     fn for_paper(&self) -> Option<&Table> {
         let whole = self.count == self.table.rows.len() && self.count > 0;
         (whole && paper::fits(&self.table)).then_some(&self.table)
+    }
+
+    /// Adds the table to a section, after a note if it is not complete.
+    pub(super) fn show(self, section: &mut Section, file: &str) {
+        let (table, note) = self.shown(file);
+        if let Some(note) = note {
+            section.paragraph(&note);
+        }
+        section.table(&table);
     }
 
     /// The table for the page, with a note if it is not complete.

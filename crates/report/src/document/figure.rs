@@ -2,10 +2,8 @@
 
 use super::answer::at;
 use super::layout::{Form, Layout, panel_title, sheet};
-use crate::folder::Files;
-use crate::html::Section;
 use crate::plot::{Course, Picture, Plot, PlotAxis, Point, Scale, Series, Style, points};
-use crate::results::{Study, place};
+use crate::results::{self, Study};
 use asobench_identification::metric::{Quantile, Share, Z};
 use asobench_study::study::{CellSummary, Measure, measure};
 use asobench_study::text::{grouped, rounded, visible};
@@ -19,20 +17,6 @@ pub(super) struct Drawn {
     pub picture: Picture,
     /// The caption.
     pub caption: String,
-}
-
-impl Drawn {
-    /// Adds the figure to a section and, under a path, to the files; returns a link to it.
-    pub(super) fn placed(
-        &self,
-        section: &mut Section,
-        files: &mut Files,
-        (label, path): (String, String),
-    ) -> (String, String) {
-        section.figure(&self.picture, &self.caption);
-        files.push((path.clone(), self.picture.wide.svg()));
-        (label, path)
-    }
 }
 
 /// A figure with a panel for each choice of a layout, and in each panel the same series over its cells.
@@ -259,10 +243,7 @@ pub(super) fn left_out(study: &Study, outputs: &[(usize, String)]) -> String {
     let noisy = cells().filter(|cell| !study.is_quiet(cell));
     let places = noisy.flat_map(|cell| failing(cell).map(move |label| (label, cell)));
     let places: Vec<(&String, &CellSummary)> = places.collect();
-    let named = |(label, cell): &(&String, &CellSummary)| match place(cell, &keys).as_str() {
-        "" => (*label).clone(),
-        place => format!("{label} at {place}"),
-    };
+    let named = |(label, cell): &(&String, &CellSummary)| format!("{label}{}", results::at(cell, &keys));
     let shown: Vec<String> = places.iter().take(PLACES).map(named).collect();
     if !shown.is_empty() {
         let more = match places.len() - shown.len() {

@@ -5,6 +5,7 @@ use super::figure::{Drawn, Figure, estimate, is_shown, level, over, subject};
 use super::layout::{Layout, x_of};
 use super::lead::lead_figures;
 use super::zip_plot::{Zipped, zip_plot};
+use super::{coefficients, over_time};
 use crate::plot::{Plot, PlotAxis, Scale, Series, Style, extent, points};
 use crate::results::Study;
 use asobench_study::study::{Better, ComparisonSummary, Measure};
@@ -32,16 +33,16 @@ pub(super) fn figures(study: &Study) -> Vec<Drawn> {
         super::method_times::times(study),
         map.is_none().then(|| super::bound_shares::shares(study)).flatten(),
         first.and_then(|measure| ratios(study, measure)),
-        super::coefficient_coverage::coverage(study),
+        coefficients::coverage(study),
         zipped(study),
         first.and_then(|measure| nested(study, measure)),
-        super::coefficient_bias::bias(study),
-        super::state_error::curves(study),
+        coefficients::bias(study),
+        over_time::curves(study),
     ];
     let rest = lead.iter().skip(1).filter_map(|measure| medians(study, *measure));
-    let courses = super::courses::courses(&study.summary).into_iter();
+    let courses = over_time::courses(&study.summary).into_iter();
     let mut drawn: Vec<Drawn> = courses
-        .chain(super::along::along(study))
+        .chain(over_time::along(study))
         .chain(all.into_iter().flatten())
         .chain(rest)
         .collect();

@@ -3,12 +3,13 @@
 mod picture;
 mod words;
 
+use super::answer::capital;
 use super::columns::Columns;
 use super::extremes::LongTable;
-use super::paper;
 use super::tables::tidy;
+use super::{Beside, paper};
 use crate::folder::Files;
-use crate::html::{CellText, Column, Section, Table, markdown_text};
+use crate::html::{CellText, Section, Table, markdown_text};
 use crate::results::Study;
 use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, Standing};
 use asobench_study::text::{file_part, grouped};
@@ -29,27 +30,20 @@ pub(super) fn are_there(studies: &[Study]) -> bool {
 
 /// A table of the claims of all studies, with links to them.
 pub(super) fn overview(section: &mut Section, studies: &[Study]) {
-    let columns = ["claim", "verdict", "what it says", "source", "experiment"].map(Column::text);
-    let mut columns = columns.to_vec();
-    let with_standing = all(studies).any(|(_, claim)| claim.standing != Standing::Planned);
-    if with_standing {
-        columns.push(Column::text("standing"));
+    let mut columns = Columns::new(all(studies))
+        .text("claim", |(study, claim)| {
+            CellText::text(&claim.id).link(format!("#{}:{}", study.name, claim.id))
+        })
+        .text("verdict", |of| CellText::verdict(of.1.verdict))
+        .text("what it says", |of| &of.1.text)
+        .text("source", |of| &of.1.source)
+        .text("experiment", |(study, _)| {
+            CellText::text(study.title()).link(format!("#{}", study.name))
+        });
+    if all(studies).any(|(_, claim)| claim.standing != Standing::Planned) {
+        columns = columns.text("standing", |of| of.1.standing.name());
     }
-    let mut table = Table::new("The claims of the experiment files.", columns);
-    for (study, claim) in all(studies) {
-        let mut row = vec![
-            CellText::text(&claim.id).link(format!("#{}:{}", study.name, claim.id)),
-            CellText::verdict(claim.verdict),
-            CellText::text(&claim.text),
-            CellText::text(&claim.source),
-            CellText::text(study.title()).link(format!("#{}", study.name)),
-        ];
-        if with_standing {
-            row.push(CellText::text(claim.standing.name()));
-        }
-        table.row(row);
-    }
-    section.table(&table);
+    section.table(&columns.whole("The claims of the experiment files."));
     for study in studies {
         let Some(tested) = study.tested() else {
             continue;
@@ -71,17 +65,12 @@ fn verdict(claim: &Judged) -> String {
 
 /// Each claim with its verdict, in few columns.
 fn short(studies: &[Study]) -> Table {
-    let columns = ["claim", "what it says", "verdict", "experiment"].map(Column::text);
-    let mut table = Table::new("", columns.to_vec());
-    for (study, claim) in all(studies) {
-        table.row([
-            CellText::text(&claim.id),
-            CellText::text(&claim.text),
-            CellText::text(verdict(claim)),
-            CellText::text(&study.name),
-        ]);
-    }
-    table
+    Columns::new(all(studies))
+        .text("claim", |of| &of.1.id)
+        .text("what it says", |of| &of.1.text)
+        .text("verdict", |of| verdict(of.1))
+        .text("experiment", |of| &of.0.name)
+        .whole("")
 }
 
 /// The table of verdicts for a paper, if it fits a page of one.
@@ -139,8 +128,8 @@ pub(super) fn csv(studies: &[Study]) -> String {
 /// opens on a click.
 pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) {
     for claim in &study.judged {
-        let mut links = Vec::new();
-        let name = format!("{}-claim-{}", study.name, file_part(&claim.id));
+        let mut beside = Beside::new(study, files);
+        let name = format!("claim-{}", file_part(&claim.id));
         section.part(&claim.id, claim.verdict, &claim.id, |section| {
             if !claim.text.is_empty() {
                 let source = match claim.source.as_str() {
@@ -152,28 +141,19 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
             section.paragraph(&sentence(claim));
             for (i, drawn) in pictures(study, claim).iter().enumerate() {
                 let number = if i == 0 { String::new() } else { format!("-{}", i + 1) };
-                let label = format!("claim-{}{number}.svg", claim.id);
-                let path = format!("figures/{name}{number}.svg");
-                links.push(drawn.placed(section, files, (label, path)));
+                let label = format!("claim-{}{number}", claim.id);
+                beside.figure(section, drawn, (&format!("{name}{number}"), &label));
             }
             if claim.cells.is_empty() {
                 return;
             }
             let mut table = cells(claim);
-            let title = format!("{}: {}", claim.id, claim.text);
-            let all = table.files(&name, &title, true);
-            links.extend(paper::links(&all, &study.name));
-            files.extend(all);
-            let label = format!("claim-{}.csv", claim.id);
+            beside.table(&mut table, &name, &format!("{}: {}", claim.id, claim.text), true);
             let cells = grouped(claim.cells.len() as u64);
             let summary = format!("The cells behind the verdict: {cells}");
             section.details(&summary, |section| {
-                let (table, note) = table.shown(&label);
-                if let Some(note) = &note {
-                    section.paragraph(note);
-                }
-                section.table(&table);
-                section.files(&links);
+                table.show(section, &format!("claim-{}.csv", claim.id));
+                section.files(&beside.links);
             });
         });
     }
@@ -183,10 +163,7 @@ pub(super) fn verdicts(section: &mut Section, study: &Study, files: &mut Files) 
 fn sentence(claim: &Judged) -> String {
     let begin = format!("{}  {}", claim.id, claim.verdict);
     let rest = claim.line.strip_prefix(&begin).unwrap_or(&claim.line);
-    let rest = rest.trim_start_matches([':', ' ']);
-    let mut letters = rest.chars();
-    let first = letters.next().map(char::to_uppercase);
-    first.into_iter().flatten().chain(letters).collect()
+    capital(rest.trim_start_matches([':', ' ']))
 }
 
 /// The table of cells: the number, its condition, the verdict of the cell, and two p-values. Shares, such as coverages,

@@ -1,14 +1,11 @@
 //! The report: a page with figures and tables beside it.
 
-mod along;
 pub(crate) mod answer;
 mod bound_grid;
 mod bound_shares;
 mod chosen;
-mod coefficient_bias;
-mod coefficient_coverage;
-mod columns;
-mod courses;
+mod coefficients;
+pub(crate) mod columns;
 mod extremes;
 mod figure;
 mod figures;
@@ -18,10 +15,10 @@ pub(crate) mod lead;
 mod medians;
 mod method_times;
 mod nested_loop;
+mod over_time;
 pub(crate) mod paper;
 mod passes;
 mod simulated;
-mod state_error;
 mod tables;
 #[cfg(test)]
 pub(super) mod tests;
@@ -32,9 +29,9 @@ use super::html::{Page, Section};
 use super::results::Study;
 use asobench_study::text::grouped;
 pub use chosen::{Chosen, Kind, Mark, chosen_figure, held};
-pub use courses::course_figures;
 use extremes::LongTable;
 use figure::Drawn;
+pub use over_time::course_figures;
 
 /// Makes a report of studies with different names; calls `on_step` with the name of each step.
 pub fn report(studies: &[Study], on_step: &mut dyn FnMut(&str)) -> Files {
@@ -119,23 +116,21 @@ fn experiment(section: &mut Section, study: &Study, files: &mut Files, on_step: 
     }
     section.paragraph(&study.extent());
     on_step(&format!("figures of {}", study.name));
-    let mut links = Vec::new();
-    answer(section, study, files, &mut links);
-    judged::verdicts(section, study, files);
+    let mut beside = Beside::new(study, files);
+    answer(section, study, &mut beside);
+    judged::verdicts(section, study, beside.files);
     let mut figures = figures::figures(study).into_iter();
-    let of = |drawn: &Drawn| {
-        let file = format!("{}.svg", drawn.name);
-        let path = format!("figures/{}-{file}", study.name);
-        (file, path)
-    };
     // The main figure stays open.
-    let main = figures.next();
-    links.extend(main.map(|drawn| drawn.placed(section, files, of(&drawn))));
+    if let Some(drawn) = figures.next() {
+        beside.figure(section, &drawn, (&drawn.name, &drawn.name));
+    }
     let rest = |section: &mut Section| {
-        links.extend(figures.map(|drawn| drawn.placed(section, files, of(&drawn))));
+        for drawn in figures {
+            beside.figure(section, &drawn, (&drawn.name, &drawn.name));
+        }
         on_step(&format!("tables of {}", study.name));
-        numbers(section, study, files, &mut links);
-        section.files(&links);
+        numbers(section, study, &mut beside);
+        section.files(&beside.links);
     };
     if study.judged.is_empty() {
         rest(section);
@@ -153,38 +148,55 @@ fn experiment(section: &mut Section, study: &Study, files: &mut Files, on_step: 
     section.paragraph(&study.citation());
 }
 
+/// The files of a study beside a page, and the links of a part of the page to them.
+struct Beside<'a> {
+    study: &'a Study,
+    files: &'a mut Files,
+    links: Vec<(String, String)>,
+}
+
+impl<'a> Beside<'a> {
+    fn new(study: &'a Study, files: &'a mut Files) -> Self {
+        let links = Vec::new();
+        Self { study, files, links }
+    }
+
+    /// Adds the files of a table, those for a paper too if it is for one.
+    fn table(&mut self, table: &mut LongTable, name: &str, title: &str, is_for_paper: bool) {
+        let stem = format!("{}-{name}", self.study.name);
+        let all = table.files(&stem, title, is_for_paper);
+        self.links.extend(paper::links(&all, &self.study.name));
+        self.files.extend(all);
+    }
+
+    /// Adds a figure to a section and to the files, by its name there and in the link.
+    fn figure(&mut self, section: &mut Section, drawn: &Drawn, (name, label): (&str, &str)) {
+        section.figure(&drawn.picture, &drawn.caption);
+        let path = format!("figures/{}-{name}.svg", self.study.name);
+        self.links.push((format!("{label}.svg"), path.clone()));
+        self.files.push((path, drawn.picture.wide.svg()));
+    }
+}
+
 /// The answer in sentences, with the medians of the first measure and the lost trials in tables as papers have them:
 /// a row for each cell, a column for each method. The tables of the other first measures are files only.
-fn answer(section: &mut Section, study: &Study, files: &mut Files, links: &mut Vec<(String, String)>) {
+fn answer(section: &mut Section, study: &Study, beside: &mut Beside<'_>) {
     section.heading("The answer");
     for text in answer::in_numbers(study) {
         section.paragraph(&text);
     }
     let measures = lead::lead_figures(study).into_iter();
-    let medians = measures.map(|of| (of.name().to_owned(), answer::medians(study, of)));
-    let lost = std::iter::once(("lost".to_owned(), answer::lost_table(study)));
-    for (i, (name, table)) in medians.chain(lost).enumerate() {
+    let medians = measures.map(|of| (of.name(), format!("median {of}"), answer::medians(study, of)));
+    let lost = std::iter::once(("lost", "lost trials".to_owned(), answer::lost_table(study)));
+    for (i, (name, what, table)) in medians.chain(lost).enumerate() {
         let Some(mut table) = table else { continue };
-        let what = match name.as_str() {
-            "lost" => "lost trials".to_owned(),
-            measure => format!("median {measure}"),
-        };
-        let stem = format!("{}-{name}", study.name);
-        let all = table.files(&stem, &format!("{}: {what}", study.title()), true);
-        links.extend(paper::links(&all, &study.name));
-        files.extend(all);
-        let count = table.count();
-        let (table, note) = table.shown(&format!("{name}.csv below"));
-        let show = |section: &mut Section| {
-            if let Some(note) = &note {
-                section.paragraph(note);
-            }
-            section.table(&table);
-        };
+        beside.table(&mut table, name, &format!("{}: {what}", study.title()), true);
+        let (file, count) = (format!("{name}.csv below"), table.count());
         match (i == 0 || name == "lost", count <= ROWS) {
-            (true, true) => show(section),
+            (true, true) => table.show(section, &file),
             (true, false) => {
-                section.details(&format!("{}: {count} cells", answer::capital(&what)), show);
+                let summary = format!("{}: {count} cells", answer::capital(&what));
+                section.details(&summary, |section| table.show(section, &file));
             }
             (false, _) => {}
         }
@@ -194,13 +206,10 @@ fn answer(section: &mut Section, study: &Study, files: &mut Files, links: &mut V
 /// A longer table is hidden until a click.
 const ROWS: usize = 24;
 
-fn numbers(section: &mut Section, study: &Study, files: &mut Files, links: &mut Vec<(String, String)>) {
+fn numbers(section: &mut Section, study: &Study, beside: &mut Beside<'_>) {
     let mut file = |name: &str, title: &str, table: &mut LongTable| {
-        let stem = format!("{}-{name}", study.name);
         let title = format!("{}: {title}", study.title());
-        let all = table.files(&stem, &title, paper::NAMES.contains(&name));
-        links.extend(paper::links(&all, &study.name));
-        files.extend(all);
+        beside.table(table, name, &title, paper::NAMES.contains(&name));
     };
     file("results", "Results", &mut tables::everything(study));
     let shown = [
@@ -225,17 +234,13 @@ fn numbers(section: &mut Section, study: &Study, files: &mut Files, links: &mut 
             continue;
         };
         file(name, title, &mut table);
-        let count = table.count();
-        let (table, note) = table.shown(&format!("{name}.csv below"));
+        let (file, count) = (format!("{name}.csv below"), table.count());
         if count <= ROWS {
             section.heading(title);
-            section.table(&table);
+            table.show(section, &file);
         } else {
             section.details(&format!("{title}: {count} rows"), |section| {
-                if let Some(note) = &note {
-                    section.paragraph(note);
-                }
-                section.table(&table);
+                table.show(section, &file);
             });
         }
     }

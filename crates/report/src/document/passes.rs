@@ -4,8 +4,7 @@ use super::figure::{Drawn, Figure, over, quantile_note, series_of, share_point, 
 use super::layout::{Layout, x_key};
 use super::lead::{OUTPUTS, lead_figures, lead_outputs};
 use crate::plot::{PlotAxis, Point, Series, Style, points};
-use crate::results::Study;
-use asobench_identification::metric::Share;
+use crate::results::{self, Study};
 use asobench_study::study::{CellSummary, OutputSummary};
 use std::collections::HashMap;
 
@@ -79,10 +78,14 @@ const LEAST: f64 = 0.5;
 /// Shares of trials that fail or leave an unstable model, if they are large enough.
 pub(super) fn lost(study: &Study) -> Option<Drawn> {
     let lost = |at: f64, output: &OutputSummary| {
-        let (trials, (count, _)) = (output.outcomes.trials, output.outcomes.lost_trials());
-        let point = share_point(at, Share::new(count, trials));
+        let share = results::lost(output);
+        let point = share_point(at, share);
         // One trial, as of a cell without random numbers, is no sample.
-        if trials == 1 { Point::new(at, point.y) } else { point }
+        if share.total == 1 {
+            Point::new(at, point.y)
+        } else {
+            point
+        }
     };
     let all = || study.summary.cells.iter().flat_map(|cell| &cell.outputs);
     let twice = if all().all(|output| output.outcomes.lost_trials().1) {

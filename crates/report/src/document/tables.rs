@@ -9,7 +9,8 @@ use crate::verdict_table::per_cent;
 use asobench_identification::metric::{Estimate, Quantile, Share, SlopeOf, Statistic, Statistics, verdict};
 use asobench_identification::number::{self, uncertain};
 use asobench_study::study::file::{Key, Scalar};
-use asobench_study::study::{CellSummary, OutputSummary, SlopeSummary};
+use asobench_study::study::{OutputSummary, SlopeSummary};
+use std::collections::BTreeSet;
 
 fn count(value: u64) -> CellText {
     CellText::number(value.to_string(), value as f64)
@@ -289,58 +290,28 @@ pub(super) fn bounds(study: &Study) -> Option<LongTable> {
         .unless_empty()
 }
 
-/// The failures of one kind, of one output.
-struct Failures<'a> {
-    label: &'a str,
-    kind: &'a str,
-    all: Share,
-    /// The cell with the largest share of them, and that share.
-    most: (&'a CellSummary, Share),
-}
-
 /// Failures by kind and output, with the cell that has the most of them.
 pub(super) fn failures(study: &Study) -> Option<LongTable> {
     let keys = study.varying();
-    let of_label = |label| {
-        let cells = study.summary.cells.iter();
-        let outputs = cells.filter_map(|cell| Some((cell, study.output(cell, label)?)));
-        let outputs: Vec<(&CellSummary, &OutputSummary)> = outputs.collect();
-        let all = outputs.iter().flat_map(|(_, output)| output.outcomes.failures.keys());
-        let mut kinds: Vec<&String> = all.collect();
-        kinds.sort();
-        kinds.dedup();
-        let of_kind = |kind: &'_ String| {
-            let shares = outputs.iter().map(|(cell, output)| {
+    let rows = study.labels().iter().flat_map(|label| {
+        let outputs = study.summary.cells.iter().filter_map(|cell| study.output(cell, label));
+        let kinds: BTreeSet<&String> = outputs.flat_map(|output| output.outcomes.failures.keys()).collect();
+        let found = kinds.into_iter().filter_map(move |kind| {
+            let share = |output: &OutputSummary| {
                 let failed = output.outcomes.failures.get(kind).copied().unwrap_or(0);
-                (*cell, Share::new(failed, output.outcomes.trials))
-            });
-            let shares: Vec<(&CellSummary, Share)> = shares.collect();
-            let sum = |of: fn(&Share) -> u64| shares.iter().map(|(_, share)| of(share)).sum();
-            let most = shares.iter().max_by(|a, b| a.1.share.total_cmp(&b.1.share));
-            (
-                Share::new(sum(|share| share.count), sum(|share| share.total)),
-                most.copied(),
-            )
-        };
-        let rows = kinds.into_iter().filter_map(|kind| {
-            let (all, most) = of_kind(kind);
-            Some(Failures {
-                label,
-                kind,
-                all,
-                most: most?,
-            })
+                Share::new(failed, output.outcomes.trials)
+            };
+            Some((label, kind, study.over_cells(label, share)?))
         });
-        rows.collect::<Vec<_>>()
-    };
-    let rows = study.labels().iter().flat_map(|label| of_label(label));
+        found.collect::<Vec<_>>()
+    });
     Columns::new(rows)
-        .text("output", |of| of.label)
-        .text("failure", |of| failure(of.kind))
-        .number("trials", "", |of| count(of.all.count))
-        .number("share", "%", |of| percent(of.all))
-        .text("most in", |of| place(of.most.0, &keys))
-        .number("share there", "%", |of| percent(of.most.1))
+        .text("output", |of| of.0)
+        .text("failure", |of| failure(of.1))
+        .number("trials", "", |of| count(of.2.all.count))
+        .number("share", "%", |of| percent(of.2.all))
+        .text("most in", |of| place(of.2.most.0, &keys))
+        .number("share there", "%", |of| percent(of.2.most.1))
         .table("Failed trials by kind, over all cells.", "share")
         .unless_empty()
 }

@@ -5,7 +5,7 @@ use super::figure::{Drawn, WHOSE};
 use super::layout::{Form, sheet};
 use super::lead::lead_outputs;
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style, extent, points};
-use crate::results::{Study, place};
+use crate::results::{Study, at};
 use asobench_identification::metric::{Share, Z};
 use asobench_study::study::{CellSummary, StoreError};
 
@@ -61,10 +61,7 @@ pub(super) fn zip_plot(study: &Study, wanted: &Zipped<'_>) -> Result<Drawn, Stri
         }
     }
     let own = own_ranges(&mut plots);
-    let at = match place(cell, &study.varying()).as_str() {
-        "" => String::new(),
-        place => format!(" at {place}"),
-    };
+    let at = at(cell, &study.varying());
     let title = wanted.title.map_or_else(
         || format!("{}: 95 % intervals of {coefficient}{at}, trial by trial", study.title()),
         str::to_owned,

@@ -1,6 +1,6 @@
 use super::*;
-use crate::markup::elements;
 use crate::plot::{Plot, PlotAxis, Point, Series, Style};
+use crate::tests::xml::elements;
 
 /// The body of a page without its script. It is well-formed XML, which HTML need not be.
 fn body(html: &str) -> &str {

@@ -1,6 +1,6 @@
 use super::metrics::width;
 use super::*;
-use crate::markup::elements;
+use crate::tests::xml::elements;
 
 const NAN: f64 = f64::NAN;
 const STYLES: [Style; 4] = [Style::Line, Style::Band, Style::ErrorBars, Style::Boxes];

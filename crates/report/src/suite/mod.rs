@@ -14,6 +14,10 @@ pub use subject::SuitePage;
 use tables::Tables;
 pub use tables::{SuiteTable, about_loss, recorded as recorded_tables};
 
+/// The words of the tables, a line for each; some have a meaning of their own where methods are told nothing.
+const WORDS: &str = include_str!("words.txt");
+/// Notes for readers of the page, a paragraph in each line.
+const ABOUT: &str = include_str!("about.txt");
 /// The rows of the first table; the others stand below.
 const FIRST: usize = 10;
 
@@ -225,58 +229,17 @@ fn told(suite: &Suite) -> &'static str {
 
 /// The definitions of the words in the tables.
 fn words(section: &mut Section, of: &SuitePage<'_>) {
-    let (distance, unfinished) = if of.suite.division == Division::Open {
-        (
-            "the squared error of the impulse response over what it is on average at the Cramer-Rao bound",
-            "leaves an unstable model",
-        )
+    let own = if of.suite.division == Division::Open {
+        "[open] "
     } else {
-        (
-            "(theta_hat - theta)' F (theta_hat - theta) / p, the squared error of the p coefficients of the plant over \
-             what the record allows: F is its Fisher information, with the noise's coefficients unknown. At the \
-             Cramer-Rao bound its mean is 1",
-            "ends its search without a minimum, or leaves an unstable model or one of a larger order than it was told",
-        )
+        "[told] "
     };
-    let lost = format!(
-        "the share of runs that are lost: a lost run fails, {unfinished}; its d is infinite, and it stays in every \
-         denominator"
-    );
-    let all = [
-        ("d", distance),
-        (
-            "relative efficiency",
-            "the median of d at the bound over the median of d of the method in each scenario, then the mean over \
-             scenarios. From edition 2.0 on a plant counts once in it, the published plants and the bank half each, \
-             and no scenario counts more than 1, so that luck or bias in one does not make up for another; a perfect \
-             method has a little less than 1. Tables of single scenarios show the ratio as it is; of five runs it is \
-             rough",
-        ),
-        (
-            "90 %",
-            "the same of the 90 % quantiles, the worst tenth of the runs: 0 where a tenth is lost",
-        ),
-        ("failure rate", lost.as_str()),
-        (
-            "coverage",
-            "empirical: the share of the 95 % intervals of the coefficients that hold the truth, none in a lost run, \
-             over the scenarios in which the method gives intervals",
-        ),
-        (
-            "FIT",
-            "the median of the simulated FIT on fresh data without noise, 0 where it is below",
-        ),
-        (
-            "noise model",
-            "white: output error; 1/A: the noise that least squares has; coloured: any other filter",
-        ),
-        (
-            "certainly",
-            "run by run on the same records, by more than four standard errors, where a lost run is farther than any \
-             other",
-        ),
-    ];
-    section.settings(&all);
+    let all = WORDS.lines().filter_map(|line| {
+        let is_of_some = line.starts_with('[');
+        let line = if is_of_some { line.strip_prefix(own)? } else { line };
+        line.split_once(": ")
+    });
+    section.settings(&all.collect::<Vec<_>>());
     if let Some(times) = of.times {
         section.settings(&[(
             "time",
@@ -302,26 +265,6 @@ fn about(section: &mut Section, of: &SuitePage<'_>) {
     ]);
     let loops = of.suite.scenarios().filter(|of| of.is_closed).map(|of| &of.plant);
     let loops: BTreeSet<&String> = loops.collect();
-    section.list(&[
-        "No number depends on who else takes part. Methods share their records, so differences between them are known \
-         better than the errors of both say.",
-        "Pictures: the share of runs within d. A curve ends at the share of runs that are within d = 10,000. One curve \
-         is the law of an efficient method, chi-squared(p)/p; `pem-from-truth` is the prediction error \
-         method of the scenario's structure that starts its search at the truth: where it leaves the law, the record \
-         is too short for the law, or its search ends at a boundary. Bands are 95 % Monte-Carlo intervals.",
-        "A method of another structure than the truth's has a bound of its own, which may be far from 1. In noise 1/A \
-         the bound knows that plant and noise share A: `arx` is efficient there, and methods with separate \
-         polynomials, such as `oe` and `bj`, cannot be. In white noise it is the other way round.",
-        "Methods with the same numbers are the same here: `rls` without forgetting is `arx`, and so is \
-         `iv-compensated`, which is told that u and y have no noise. `wnsf` and `rpem` are told a model B/F; with \
-         `-structure` they are told the structure of the truth too.",
-        &format!(
-            "The page says nothing of options that an expert would choose, of irregular sampling, or of orders above \
-             those of its plants. Its closed loops are of {} plants.",
-            loops.len()
-        ),
-        "To cite a number: its name, method, contest, tier and edition, the program's version, and the error in \
-         parentheses (`CITATION.cff`); the results file of the method has d of every run.",
-        "The page of `asobench suite run` has a report of every study, and links each number of a scenario to it.",
-    ]);
+    let loops = ABOUT.replace("{loops}", &loops.len().to_string());
+    section.list(&loops.lines().collect::<Vec<_>>());
 }

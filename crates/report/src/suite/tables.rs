@@ -6,6 +6,7 @@ mod ranking;
 mod scenarios;
 
 use super::subject::SuitePage;
+use crate::document::columns::Columns;
 use crate::table::{CellText, Column, Table};
 use asobench_identification::number::uncertain_within;
 use asobench_study::suite::{
@@ -88,20 +89,11 @@ fn count(number: usize) -> CellText {
     CellText::number(number.to_string(), number as f64)
 }
 
-/// A table with first columns and a column for each heading, as wide as that and at least so wide.
-fn with_headings<S: Into<String>>(
-    caption: impl Into<String>,
-    first: &[Column],
-    headings: impl IntoIterator<Item = S>,
-    least: usize,
-) -> Table {
-    let column = |heading: S| {
-        let heading = heading.into();
-        let width = heading.len().max(least);
-        Column::number(heading, "").width(width)
-    };
-    let others = headings.into_iter().map(column);
-    Table::new(caption, first.iter().cloned().chain(others).collect())
+/// A column of numbers as wide as its heading, and at least so wide.
+fn headed(heading: impl Into<String>, least: usize) -> Column {
+    let column = Column::number(heading, "");
+    let width = column.title.len().max(least);
+    column.width(width)
 }
 
 /// No number: the method is not for it.
@@ -208,21 +200,14 @@ impl<'a> Tables<'a> {
 
     /// The results of others, and where they are from; `None` without any.
     pub(super) fn contributed(&self) -> Option<SuiteTable> {
-        let columns = vec![
-            Column::text("method").width(15),
-            Column::text("computed by").width(30),
-            Column::text("what it is").width(40),
-            Column::text("file").width(20),
-        ];
-        let mut table = Table::new("Results of others, as their files say", columns);
-        for of in self.of.contributed {
-            table.row([
-                CellText::text(of.results.method.clone()),
-                CellText::text(of.programs.join(", ")),
-                CellText::text(of.method.to_string()),
-                CellText::text(of.file()).link(format!("{ARCHIVE}/{}", of.file())),
-            ]);
-        }
+        let table = Columns::new(self.of.contributed.iter())
+            .with(Column::text("method").width(15), |of| &of.results.method)
+            .with(Column::text("computed by").width(30), |of| of.programs.join(", "))
+            .with(Column::text("what it is").width(40), |of| of.method.to_string())
+            .with(Column::text("file").width(20), |of| {
+                CellText::text(of.file()).link(format!("{ARCHIVE}/{}", of.file()))
+            })
+            .whole("Results of others, as their files say");
         self.table("contributed", "Results of others", table).unless_empty()
     }
 }

@@ -148,7 +148,7 @@ fn lost_trials_are_told() {
         outcomes.failures.insert("singular".to_owned(), 3);
         outcomes.failed_trials.insert("singular".to_owned(), vec![0, 1, 2]);
         outcomes.lost = 3;
-        output.failed = Share::new(3, 3);
+        output.failed = asobench_identification::metric::Share::new(3, 3);
         let none = asobench_identification::metric::Sample::from_values([f64::NAN; 3])
             .statistics(asobench_identification::metric::Worse::Larger);
         output.measures.values_mut().for_each(|statistics| *statistics = none);

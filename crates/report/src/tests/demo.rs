@@ -2,8 +2,8 @@
 //! asobench-report demo` writes it as `DIR/demo.html`, with its figures beside it.
 
 use crate::html::{CellText, Column, Page, Table, Verdict};
-use crate::markup::elements;
 use crate::plot::{Course, Heat, HeatCell, Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
+use crate::tests::xml::elements;
 use crate::uncertain;
 
 const LENGTHS: [f64; 7] = [50.0, 98.0, 218.0, 400.0, 800.0, 1600.0, 3200.0];

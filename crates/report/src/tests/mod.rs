@@ -2,3 +2,4 @@
 
 mod demo;
 mod mutations;
+pub(crate) mod xml;

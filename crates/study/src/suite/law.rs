@@ -165,7 +165,7 @@ impl Laws {
     /// # Errors
     /// [`ResultsError::Damaged`].
     pub fn shipped(suite: &Suite) -> Result<Option<Self>, ResultsError> {
-        let text = manifest::law();
+        let text = manifest::LAW;
         let laws: Option<Self> = (!text.is_empty()).then(|| parsed(text)).transpose()?;
         Ok(laws.filter(|of| suite.manifest.is_alike(&of.suite) && suite.division.is_open() == of.contest.is_open()))
     }

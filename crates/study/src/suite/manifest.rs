@@ -222,31 +222,6 @@ impl StudyEntry {
     }
 }
 
-/// The published tables.
-pub(super) fn published() -> &'static str {
-    PUBLISHED
-}
-
-/// The list of recorded data.
-pub(super) fn records() -> &'static str {
-    RECORDS
-}
-
-/// The shipped FIT of recorded data; empty without any.
-pub(super) fn recorded() -> &'static str {
-    RECORDED
-}
-
-/// The shipped times; empty without any.
-pub(super) fn times() -> &'static str {
-    TIMES
-}
-
-/// The shipped laws of d; empty without any.
-pub(super) fn law() -> &'static str {
-    LAW
-}
-
 /// The names of the systems.
 pub(super) fn systems() -> impl Iterator<Item = &'static str> {
     SYSTEMS.iter().map(|(name, _)| *name)

@@ -5,7 +5,7 @@ use super::competitor::Competitor;
 use super::manifest::{self, Manifest, Tier};
 use super::records::{Estimates, drawn};
 use super::scenario::{Suite, SuiteError};
-use super::score::Estimated;
+use super::score::{Estimated, deviation, mean};
 use crate::design::{DiscreteCell, Experiment};
 use crate::run::runner::{Block, RunError, run};
 use asobench_identification::model::LinearModel;
@@ -100,7 +100,7 @@ impl Reproduced {
 /// # Errors
 /// A fault in the tables.
 pub fn published() -> Result<Vec<PublishedTable>, SuiteError> {
-    let read: Result<Tables, _> = toml::from_str(manifest::published());
+    let read: Result<Tables, _> = toml::from_str(manifest::PUBLISHED);
     let read = read.map_err(|error| SuiteError::Manifest(format!("suite/published: {error}")))?;
     Ok(read.tables)
 }
@@ -211,37 +211,30 @@ impl PublishedTable {
 /// have one input. The error of a mean is at least what one run more makes of a share of all.
 fn moments(x: &[f64], shared: usize) -> (Estimated, Estimated) {
     let n = x.len() as f64;
-    let mean = x.iter().sum::<f64>() / n;
-    let power = |p: i32| x.iter().map(|x| (x - mean).powi(p)).sum::<f64>() / n;
+    let value = mean(x);
+    let power = |p: i32| x.iter().map(|x| (x - value).powi(p)).sum::<f64>() / n;
     let (second, fourth) = (power(2), power(4));
     let sd = (second * n / (n - 1.0)).sqrt();
     let of_variance = ((fourth - second * second) / n).max(0.0).sqrt();
     let is_share = x.iter().all(|x| *x == 0.0 || *x == 1.0);
     let least = if is_share { 1.0 / (n + 2.0) } else { 0.0 };
-    let groups = x.chunks(shared).map(|of| of.iter().sum::<f64>() / of.len() as f64);
-    let groups: Vec<f64> = groups.collect();
+    let groups: Vec<f64> = x.chunks(shared).map(mean).collect();
     let error = deviation(&groups) / (groups.len() as f64).sqrt();
     let error = error.max(least);
     let spread = Estimated {
         value: sd,
         error: if sd > 0.0 { of_variance / (2.0 * sd) } else { 0.0 },
     };
-    (Estimated { value: mean, error }, spread)
-}
-
-fn deviation(x: &[f64]) -> f64 {
-    let n = x.len() as f64;
-    let mean = x.iter().sum::<f64>() / n;
-    (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
+    (Estimated { value, error }, spread)
 }
 
 /// The standard error of the mean of `runs` runs with one input, from groups of `shared` runs with one input each:
 /// analysis of variance.
 fn of_one_input(x: &[f64], shared: usize, runs: u64) -> f64 {
     let groups: Vec<&[f64]> = x.chunks_exact(shared).collect();
-    let means = groups.iter().map(|of| of.iter().sum::<f64>() / shared as f64);
-    let between = deviation(&means.collect::<Vec<_>>()).powi(2);
-    let within = groups.iter().map(|of| deviation(of).powi(2)).sum::<f64>() / groups.len() as f64;
+    let of_each = |of: fn(&[f64]) -> f64| -> Vec<f64> { groups.iter().map(|group| of(group)).collect() };
+    let between = deviation(&of_each(mean)).powi(2);
+    let within = mean(&of_each(|group| deviation(group).powi(2)));
     let of_input = (between - within / shared as f64).max(0.0);
     (of_input + within / runs as f64).sqrt()
 }

@@ -61,7 +61,7 @@ pub struct RecordFits {
 /// # Errors
 /// A fault in the list.
 pub fn recorded_entries() -> Result<Vec<RecordEntry>, ResultsError> {
-    let read: Result<Entries, _> = toml::from_str(manifest::records());
+    let read: Result<Entries, _> = toml::from_str(manifest::RECORDS);
     let wrong = |error| ResultsError::Damaged(format!("suite/recorded/records.toml: {error}"));
     Ok(read.map_err(wrong)?.records)
 }
@@ -156,7 +156,7 @@ impl RecordedFits {
     /// # Errors
     /// [`ResultsError::Damaged`].
     pub fn shipped() -> Result<Option<Self>, ResultsError> {
-        let text = manifest::recorded();
+        let text = manifest::RECORDED;
         (!text.is_empty()).then(|| Self::parse(text)).transpose()
     }
 }

@@ -1,6 +1,7 @@
 //! Runs behind published tables: estimates of systems that no scenario of the suite has, on records drawn as their
 //! sources say.
 
+use super::score::{deviation, mean};
 use asobench_identification::estimator::{OeOptions, SrivcOptions};
 use asobench_identification::model::polynomial::{divide, filter};
 use asobench_identification::model::{ContinuousModel, Hold, LinearModel, Orders};
@@ -108,16 +109,6 @@ fn noises(stream: &mut Stream) -> [Vec<f64>; 2] {
     let mut of_y = of_u.clone();
     divide(&[1.0, 0.8], &mut of_y);
     [of_u, standardised(of_y)]
-}
-
-fn mean(x: &[f64]) -> f64 {
-    x.iter().sum::<f64>() / x.len() as f64
-}
-
-fn deviation(x: &[f64]) -> f64 {
-    let mean = mean(x);
-    let square: f64 = x.iter().map(|x| (x - mean).powi(2)).sum();
-    (square / (x.len() as f64 - 1.0)).sqrt()
 }
 
 fn standardised(mut x: Vec<f64>) -> Vec<f64> {

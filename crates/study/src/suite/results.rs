@@ -120,19 +120,17 @@ impl MethodResults {
     pub fn of(mut self, suite: &Suite) -> Result<Self, ResultsError> {
         let manifest = &suite.manifest;
         let other = |what: String| ResultsError::Other(format!("results of '{}': {what}", self.method));
+        let (found, here) = (&self.suite, &manifest.edition);
         // A later edition has the scenarios of an earlier one.
-        if manifest.place_of(&self.suite) < manifest.place_of(&manifest.edition) {
-            let (found, here) = (&self.suite, &manifest.edition);
-            let message = match manifest.place_of(found) {
-                Some(_) => format!("of suite {found}; expected suite {here}, or --edition {found}"),
-                None => format!("of suite {found}; expected suite {here}"),
-            };
-            return Err(other(message));
+        if manifest.place_of(found) < manifest.place_of(here) {
+            let known = manifest.place_of(found);
+            let instead = known.map_or_else(String::new, |_| format!(", or --edition {found}"));
+            return Err(other(format!("of suite {found}; expected suite {here}{instead}")));
         }
-        if !manifest.is_alike(&self.suite) {
-            let (found, here) = (&self.suite, &manifest.edition);
-            let message = format!("of suite {found}, whose measure is another than that of {here}");
-            return Err(other(message));
+        if !manifest.is_alike(found) {
+            return Err(other(format!(
+                "of suite {found}, whose measure is another than that of {here}"
+            )));
         }
         if self.division != suite.division {
             let (found, here) = (self.division, suite.division);
@@ -150,12 +148,13 @@ impl MethodResults {
                 continue;
             }
             let found = self.scenarios.iter().find(|of| of.name == *name);
-            let found = found.ok_or_else(|| {
+            let missing = || {
                 other(format!(
                     "without scenario {name}; expected those of tier {}",
                     suite.tier
                 ))
-            })?;
+            };
+            let found = found.ok_or_else(missing)?;
             if found.content != scenario.content {
                 return Err(other(format!("of another scenario under the name {name}")));
             }
@@ -308,36 +307,31 @@ pub fn collect(
         }
         let cell = block.span.cell;
         for (output, (_, scenarios)) in all.iter_mut().enumerate() {
-            append(&rows, output, study.distance(), &mut scenarios[cell]);
+            append(&rows, output, study, &mut scenarios[cell]);
         }
     }
     Ok(all)
 }
 
-/// Why a run is lost; `None` if it is not. `distance`: the measure that is d.
-fn why_lost(row: &Row, distance: Measure) -> Option<&str> {
-    if !row.is_lost() {
-        (!row[distance].is_finite()).then_some("other orders")
-    } else if row.failure.is_some() {
-        Some(row.status())
-    } else {
-        Some("unstable")
-    }
-}
-
 impl SuiteStudy {
     /// Why a run of the study is lost; `None` if it is not.
     pub fn why_lost<'a>(&self, row: &'a Row) -> Option<&'a str> {
-        why_lost(row, self.distance())
+        if !row.is_lost() {
+            (!row[self.distance()].is_finite()).then_some("other orders")
+        } else if row.failure.is_some() {
+            Some(row.status())
+        } else {
+            Some("unstable")
+        }
     }
 }
 
-/// Appends the runs of an output, with what d is.
-fn append(rows: &Rows, output: usize, distance: Measure, to: &mut ScenarioResults) {
+/// Appends the runs of an output.
+fn append(rows: &Rows, output: usize, study: &SuiteStudy, to: &mut ScenarioResults) {
     for place in 0..rows.trial_count() {
         let row = rows.row(place, output);
-        let (d, fit) = (row[distance], row[Measure::FreshFit]);
-        if let Some(reason) = why_lost(&row, distance) {
+        let (d, fit) = (row[study.distance()], row[Measure::FreshFit]);
+        if let Some(reason) = study.why_lost(&row) {
             *to.lost.entry(reason.to_owned()).or_default() += 1;
             to.d.push(None);
             to.fit.push(None);
@@ -363,7 +357,7 @@ fn hits(parameters: &[f64]) -> (u16, u16) {
 }
 
 /// A number to some significant digits.
-fn rounded(x: f64, digits: usize) -> f64 {
+pub(super) fn rounded(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits - 1).parse().unwrap_or(x)
 }
 

@@ -49,6 +49,24 @@ pub enum SuiteError {
     Unknown(#[from] UnknownName),
 }
 
+impl SuiteError {
+    /// A fault in a study.
+    fn of_study(study: &str) -> impl Fn(FileError) -> Self {
+        move |error| Self::Study {
+            study: study.to_owned(),
+            error,
+        }
+    }
+
+    /// A study whose records have no information.
+    fn without_information(study: &str) -> impl Fn(Missing) -> Self {
+        move |why| Self::NoInformation {
+            study: study.to_owned(),
+            why,
+        }
+    }
+}
+
 /// The experiment of a study, if a method can serve it, and the names of those that cannot, with the reason.
 pub type Made = (Option<Experiment>, Vec<(String, String)>);
 
@@ -215,19 +233,15 @@ impl Suite {
 impl SuiteStudy {
     fn new(manifest: &Manifest, entry: &StudyEntry, (division, tier): (Division, Tier)) -> Result<Self, SuiteError> {
         let name = entry.name();
-        let wrong = |error: FileError| SuiteError::Study {
-            study: name.clone(),
-            error,
-        };
+        let (wrong, missing) = (SuiteError::of_study(&name), SuiteError::without_information(&name));
         let file = entry.file();
         let file = file.ok_or_else(|| UnknownName::new("system", &entry.system, systems()))?;
-        let mut file = file.map_err(wrong)?;
+        let mut file = file.map_err(&wrong)?;
         file.settings.extend(entry.settings.clone());
         file.seed = manifest.seed;
         let contents: Vec<String> = entry.window.iter().map(|window| content(&file, *window)).collect();
-        let windows = entry.window.iter();
-        let windows = windows.map(|window| Scalar::Number(*window as f64)).collect();
-        file.settings.insert(Key::Window, Axis::Many(windows));
+        let windows = entry.window.iter().map(|window| Scalar::Number(*window as f64));
+        file.settings.insert(Key::Window, Axis::Many(windows.collect()));
         let is_bank = entry.is_bank();
         file.trials = TrialRule::Fixed(manifest.trials_of(entry.tier, is_bank));
         file.store = Store::Trials;
@@ -242,7 +256,7 @@ impl SuiteStudy {
         }
         file.coverage = !division.is_open();
         file.measures = vec![distance(division), Measure::FreshFit];
-        let experiment = Experiment::new(file.clone()).map_err(wrong)?;
+        let experiment = Experiment::new(file.clone()).map_err(&wrong)?;
         let first = experiment.cells.first().and_then(|cell| cell.discrete());
         let cell = first.ok_or_else(|| wrong(FileError::key("window", "no N")))?;
         let process = &cell.process;
@@ -250,19 +264,17 @@ impl SuiteStudy {
         let truth = if has_contests && !has_noisy_input {
             // Near the unit circle a record has an information where a stationary one is lost by rounding.
             let own = OwnInformation::new(process, cell.eta, cell.window);
-            let missing = |why| SuiteError::NoInformation {
-                study: name.clone(),
-                why,
-            };
-            own.map_err(missing)?.orders
+            own.map_err(&missing)?.orders
         } else {
-            information(cell, &name)?.orders
+            information(cell).map_err(&missing)?.orders
         };
         let free = truth.na + truth.nf + truth.nb;
         let mut scenarios = Vec::new();
         for ((window, content), cell) in entry.window.iter().zip(contents).zip(&experiment.cells) {
             let weights = match (division, cell.discrete()) {
-                (Division::Open, Some(cell)) => response_weights(cell, has_contests.then_some(file.seed), &name)?,
+                (Division::Open, Some(cell)) => {
+                    response_weights(cell, has_contests.then_some(file.seed)).map_err(&missing)?
+                }
                 _ => ideal_weights(free),
             };
             scenarios.push(Scenario {
@@ -305,7 +317,7 @@ impl SuiteStudy {
             scenarios,
             entry: entry.clone(),
             file,
-            name,
+            name: entry.name(),
         })
     }
 
@@ -321,10 +333,11 @@ impl SuiteStudy {
 
     /// The names that choose it or a part of it.
     fn names(&self) -> Vec<String> {
-        let scenarios = self.scenarios.iter().map(|scenario| scenario.name.clone());
-        [self.entry.system.clone(), self.name.clone()]
+        let scenarios = self.scenarios.iter().map(|scenario| &scenario.name);
+        [&self.entry.system, &self.name]
             .into_iter()
             .chain(scenarios)
+            .cloned()
             .collect()
     }
 
@@ -335,9 +348,8 @@ impl SuiteStudy {
             return;
         }
         self.scenarios.retain(|scenario| only.contains(&scenario.name));
-        let windows = self.scenarios.iter();
-        let windows = windows.map(|of| Scalar::Number(of.window as f64)).collect();
-        self.file.settings.insert(Key::Window, Axis::Many(windows));
+        let windows = self.scenarios.iter().map(|of| Scalar::Number(of.window as f64));
+        self.file.settings.insert(Key::Window, Axis::Many(windows.collect()));
     }
 
     /// The description of the system: the file's title, question and source.
@@ -368,10 +380,7 @@ impl SuiteStudy {
         if file.methods.is_empty() {
             return Ok((None, declined));
         }
-        let experiment = Experiment::new(file).map_err(|error| SuiteError::Study {
-            study: self.name.clone(),
-            error,
-        })?;
+        let experiment = Experiment::new(file).map_err(SuiteError::of_study(&self.name))?;
         Ok((Some(experiment), declined))
     }
 
@@ -425,12 +434,8 @@ fn distance(division: Division) -> Measure {
 }
 
 /// The information of a record of a study.
-fn information(cell: &DiscreteCell, study: &str) -> Result<FisherInformation, SuiteError> {
-    let information = FisherInformation::new(&cell.process, cell.eta, cell.window);
-    information.map_err(|why| SuiteError::NoInformation {
-        study: study.to_owned(),
-        why,
-    })
+fn information(cell: &DiscreteCell) -> Result<FisherInformation, Missing> {
+    FisherInformation::new(&cell.process, cell.eta, cell.window)
 }
 
 /// Returns the weights whose sum of squares of normal numbers is d of an efficient method in the closed division.
@@ -440,29 +445,24 @@ pub fn ideal_weights(free: usize) -> Vec<f64> {
 
 /// The weights of the law of d of the response: of the stationary record, or, with a seed, the mean of the ordered
 /// weights of the first records.
-fn response_weights(cell: &DiscreteCell, of_records: Option<u64>, study: &str) -> Result<Vec<f64>, SuiteError> {
-    let missing = |why| SuiteError::NoInformation {
-        study: study.to_owned(),
-        why,
-    };
-    let plant = cell.process.plant();
-    let plant = plant.ok_or(Missing::Singular).map_err(missing)?;
+fn response_weights(cell: &DiscreteCell, of_records: Option<u64>) -> Result<Vec<f64>, Missing> {
+    let plant = cell.process.plant().ok_or(Missing::Singular)?;
     let of = |information: &FisherInformation| {
-        let bound = ResponseBound::new(information, plant).map_err(missing)?;
+        let bound = ResponseBound::new(information, plant)?;
         let mut weights = bound.weights.clone();
         weights.sort_unstable_by(f64::total_cmp);
         Ok(weights)
     };
     let Some(seed) = of_records else {
-        return of(&information(cell, study)?);
+        return of(&information(cell)?);
     };
     let (window, mut record) = (cell.window, Realisation::default());
-    let records = OwnInformation::new(&cell.process, cell.eta, window).map_err(missing)?;
+    let records = OwnInformation::new(&cell.process, cell.eta, window)?;
     let mut mean = Vec::new();
     for trial in 0..RECORDS {
         let process = &cell.process;
         process.realise(seed, trial, cell.eta, window, window, &mut record);
-        let own = of(&records.of(&record.r, record.scale).map_err(missing)?)?;
+        let own = of(&records.of(&record.r, record.scale)?)?;
         mean.resize(own.len(), 0.0);
         mean.iter_mut()
             .zip(own)

@@ -236,8 +236,15 @@ fn average(numbers: &[(f64, Estimated)]) -> Estimated {
     }
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The standard deviation of a sample.
+pub(super) fn deviation(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    let squares: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
+    (squares / (values.len() as f64 - 1.0)).sqrt()
 }
 
 /// The quantile at place `(n + 1/3) q + 1/3` of the ordered sample, which is nearly median-unbiased (Hyndman and Fan,

@@ -2,7 +2,7 @@
 //! reference in the same round.
 
 use super::manifest;
-use super::results::{ResultsError, parsed};
+use super::results::{ResultsError, parsed, rounded};
 use super::scenario::Scenario;
 use super::score::Estimated;
 use crate::design::Experiment;
@@ -98,19 +98,14 @@ pub fn time(
     let of = |own: &Vec<f64>| ScenarioTimes {
         name: scenario.name.clone(),
         content: scenario.content.clone(),
-        seconds: rounded(median(own.clone()).min(f64::MAX)),
+        seconds: rounded(median(own.clone()).min(f64::MAX), 4),
         ratios: own
             .iter()
             .zip(&seconds[0])
-            .map(|(own, reference)| (*own <= TIME_LIMIT).then(|| rounded(own / reference)))
+            .map(|(own, reference)| (*own <= TIME_LIMIT).then(|| rounded(own / reference, 4)))
             .collect(),
     };
     Ok(seconds.iter().map(of).collect())
-}
-
-/// To four digits.
-fn rounded(x: f64) -> f64 {
-    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 fn median(mut x: Vec<f64>) -> f64 {
@@ -201,7 +196,7 @@ impl Times {
     /// # Errors
     /// [`ResultsError::Damaged`].
     pub fn shipped() -> Result<Option<Self>, ResultsError> {
-        let text = manifest::times();
+        let text = manifest::TIMES;
         (!text.is_empty()).then(|| Self::parse(text)).transpose()
     }
 

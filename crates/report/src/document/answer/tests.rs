@@ -105,7 +105,7 @@ fn the_lost_trials_of_every_method_are_told() {
     lose(&mut study, ("other", 8.0), "mine", 66);
     lose(&mut study, ("nikolov2023", 8.0), "bj", 1);
     // 66 of 600: 11 %, sqrt(0.11 * 0.89 / 600) = 1.28 %; of 100: sqrt(0.66 * 0.34 / 100) = 4.7 %.
-    let text = lost(&study);
+    let text = lost_trials(&study);
     for part in [
         " mine loses 11(1) % of its 600 trials, most at eta = 8 %, plant other: 66(5) %.",
         " bj loses 0.2(2) % of its 600 trials, most at eta = 8 %, plant nikolov2023: 1(1) %.",

@@ -1,5 +1,6 @@
 //! The words that the tables and pictures of verdicts share.
 
+use crate::document::answer::capital;
 use asobench_study::claim::{Judged, JudgedCell, JudgedTest, Scale};
 
 /// The levels at which the cells of a claim are compared, in words: "2.5 % / 24 (Holm's correction for 24 cells)".
@@ -50,10 +51,7 @@ pub(super) fn place(cell: &JudgedCell) -> &str {
 
 /// Makes a heading of a text: first letter in upper case, no comma at the end.
 pub(super) fn heading(what: &str) -> String {
-    let what = what.trim_end_matches(',');
-    let mut letters = what.chars();
-    let first = letters.next().map(char::to_uppercase);
-    first.into_iter().flatten().chain(letters).collect()
+    capital(what.trim_end_matches(','))
 }
 
 /// Whether the numbers of a test are shares of trials.

@@ -1,7 +1,7 @@
 //! Data-generating mechanisms: plants, inputs, noises, every setting, the grid, the trials and their random numbers.
 
-use super::part::{Part, Row, at_most, row};
 use super::words::{listed, table};
+use super::{Part, Row, at_most, row};
 use crate::results::Study;
 use asobench_identification::plant::{ContinuousPlant, Numerator, nikolov2023};
 use asobench_study::study::file::{AUTOMATIC, Axis, ExperimentFile, FeedbackTable, Key, StudyKind, TrialRule};

@@ -1,7 +1,7 @@
 //! Performance measures: what is computed of each trial, the statistics over trials, and the tests of the claims.
 
-use super::part::{Part, Row, at_most, row};
 use super::words::table;
+use super::{Part, Row, at_most, row};
 use crate::results::Study;
 use asobench_study::claim::Judged;
 use asobench_study::study::file::{ClaimTable, ExperimentFile, TestTable};

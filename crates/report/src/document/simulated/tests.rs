@@ -225,3 +225,15 @@ fn long_lists_are_cut() {
     assert!(value(&parts, "eta").contains("60 (60 values)"));
     assert_eq!(value(&parts, "and more"), "10 in manifest.json");
 }
+
+#[test]
+fn every_measure_has_an_estimand() {
+    let without = Measure::ALL.iter().filter(|of| estimand(**of).is_none());
+    assert_eq!(without.collect::<Vec<_>>(), [&Measure::Ea; 0]);
+    // No line names a measure that does not exist, and none is named twice.
+    let text = include_str!("estimands.txt");
+    let names = text.lines().filter_map(|line| line.rsplit_once(" | "));
+    let names = names.flat_map(|(_, names)| names.split(' '));
+    let known: Vec<Measure> = names.map(|name| name.parse().unwrap()).collect();
+    assert_eq!(known.len(), Measure::ALL.len());
+}

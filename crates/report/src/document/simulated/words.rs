@@ -1,6 +1,6 @@
 //! Values of an experiment file in words.
 
-use super::part::MOST;
+use super::MOST;
 use asobench_study::text::number;
 use serde_json::Value;
 

@@ -1,8 +1,9 @@
 //! The tables that rank methods: over all scenarios, in those that they are for, and by difficulty.
 
-use super::{SuiteTable, Tables, beside, cell, count, efficient, none, percent, with_headings};
-use crate::table::{CellText, Column, Table};
-use asobench_study::suite::{Division, IDEAL, MethodResults, ScenarioResults, Score, ranks, score};
+use super::{SuiteTable, Tables, beside, cell, count, efficient, headed, none, percent};
+use crate::document::columns::Columns;
+use crate::table::{CellText, Column};
+use asobench_study::suite::{Division, IDEAL, MethodResults, ScenarioResults, Score, Times, ranks, score};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -10,22 +11,6 @@ impl Tables<'_> {
     /// The methods that are for every scenario, by their relative efficiency; the first so many.
     pub(in crate::suite) fn ranking(&self, most: usize) -> SuiteTable {
         let all = &self.groups[0];
-        let is_timed = self.of.times.is_some();
-        // Responses of the open division have no intervals.
-        let is_covered = self.of.suite.division != Division::Open;
-        let mut columns = vec![
-            Column::text("method").width(15),
-            Column::number("median", "").width(9),
-            Column::number("90 %", "").width(9),
-            Column::number("failure rate", "%").width(17),
-        ];
-        if is_covered {
-            columns.push(Column::number("coverage", "%").width(13));
-        }
-        columns.push(Column::number("FIT", "%").width(8));
-        if is_timed {
-            columns.push(Column::number("time", "").width(8));
-        }
         let ranked = self.ranked(all);
         let mut caption = format!(
             "Methods over the same scenarios ({}), by relative efficiency: 1 is the Cramer-Rao bound, 0 a quantile \
@@ -43,19 +28,30 @@ impl Tables<'_> {
                  {tenth} at 90 % over {over} scenarios"
             );
         }
-        let mut table = Table::new(caption, columns);
-        for (method, score) in ranked.into_iter().take(most) {
-            let mut name = self.named(method);
-            if score.is_below {
-                name.text += " (below the bound)";
-            }
-            let [median, tenth] = score.efficiency.map(efficient);
-            let coverage = score.coverage.map_or_else(none, |of| cell(of, 100.0));
-            let rest = is_covered.then_some(coverage).into_iter();
-            let rest = rest.chain([cell(score.fit, 1.0)]).chain(self.time(method));
-            let first = [name, median, tenth, cell(score.lost, 100.0)];
-            table.row(first.into_iter().chain(rest));
+        let mut columns = Columns::new(ranked.into_iter().take(most))
+            .with(Column::text("method").width(15), |(method, score)| {
+                let mut name = self.named(method);
+                name.text += if score.is_below { " (below the bound)" } else { "" };
+                name
+            })
+            .with(Column::number("median", "").width(9), |of| {
+                efficient(of.1.efficiency[0])
+            })
+            .with(Column::number("90 %", "").width(9), |of| efficient(of.1.efficiency[1]))
+            .with(Column::number("failure rate", "%").width(17), |of| {
+                cell(of.1.lost, 100.0)
+            });
+        // Responses of the open division have no intervals.
+        if self.of.suite.division != Division::Open {
+            columns = columns.with(Column::number("coverage", "%").width(13), |of| {
+                of.1.coverage.map_or_else(none, |of| cell(of, 100.0))
+            });
         }
+        columns = columns.with(Column::number("FIT", "%").width(8), |of| cell(of.1.fit, 1.0));
+        if let Some(times) = self.of.times {
+            columns = columns.with(Column::number("time", "").width(8), |of| self.time(times, of.0));
+        }
+        let table = columns.whole(caption);
         self.table("ranking", "The reference suite", table)
     }
 
@@ -65,24 +61,20 @@ impl Tables<'_> {
         if !suite.scenarios().any(|of| of.is_bank) {
             return None;
         }
-        let mut columns = vec![Column::text("method").width(15)];
-        for by in ["scenario", "plant", "bank"] {
-            columns.push(Column::number(format!("by {by}"), "").width(11));
-            columns.push(Column::number("place", "").width(5));
-        }
-        let mut table = Table::new(
-            "Median relative efficiency, and the place by it, of the methods that are for every scenario: published \
-             scenarios of equal weight, published plants of equal weight, the plants of the bank",
-            columns,
-        );
         let mut all = ranks(suite, self.of.methods);
         all.sort_by_key(|of| of.place[1]);
-        for of in all {
-            let both = of.efficiency.into_iter().zip(of.place);
-            let numbers =
-                both.flat_map(|(value, place)| [CellText::number(format!("{value:.2}"), value), count(place)]);
-            table.row([CellText::text(of.method.clone())].into_iter().chain(numbers));
+        let mut columns = Columns::new(all.iter()).with(Column::text("method").width(15), |of| &of.method);
+        for (i, by) in ["scenario", "plant", "bank"].into_iter().enumerate() {
+            columns = columns
+                .with(Column::number(format!("by {by}"), "").width(11), move |of| {
+                    CellText::number(format!("{:.2}", of.efficiency[i]), of.efficiency[i])
+                })
+                .with(Column::number("place", "").width(5), move |of| count(of.place[i]));
         }
+        let table = columns.whole(
+            "Median relative efficiency, and the place by it, of the methods that are for every scenario: published \
+             scenarios of equal weight, published plants of equal weight, the plants of the bank",
+        );
         self.table("places", "Places by scenario, plant and bank", table)
             .unless_empty()
     }
@@ -101,79 +93,66 @@ impl Tables<'_> {
         scores.any(|of| of.is_below)
     }
 
-    /// The cell of a method's time over that of the reference; `None` if no times were measured.
-    fn time(&self, method: &MethodResults) -> Option<CellText> {
-        let times = self.of.times?;
+    /// The cell of a method's time over that of the reference.
+    fn time(&self, times: &Times, method: &MethodResults) -> CellText {
         let both = self.scenarios.iter().zip(&method.scenarios);
         let own = both.filter(|(_, of)| of.has_runs()).map(|(scenario, _)| *scenario);
         let theirs = self.of.contributed.iter().find(|of| of.results.method == method.method);
         let times = theirs.map_or(Some(times), |of| of.times.as_ref());
         let own = times.and_then(|times| times.of(&method.method, own));
-        Some(own.map_or_else(none, |own| cell(own.typical(), 1.0)))
+        own.map_or_else(none, |own| cell(own.typical(), 1.0))
     }
 
     /// The methods that are for some scenarios alone, each beside the best of the others there.
     pub(in crate::suite) fn partial(&self) -> Option<SuiteTable> {
-        let columns = vec![
-            Column::text("method").width(15),
-            Column::number("scenarios", "").width(9),
-            Column::number("median", "").width(9),
-            Column::number("90 %", "").width(9),
-            Column::number("failure rate", "%").width(17),
-            Column::text("the best there of those for all").width(24),
-        ];
-        let mut table = Table::new(
-            "Methods that are for some scenarios alone, which give what they need",
-            columns,
-        );
         let ranked = self.ranked(&self.groups[0]);
+        let is_other = |of: &MethodResults| of.method != IDEAL && ranked.iter().all(|(all, _)| all.method != of.method);
+        let there = |of: &MethodResults| -> Vec<usize> {
+            let all = 0..self.scenarios.len();
+            all.filter(|i| of.scenarios[*i].has_runs()).collect()
+        };
         let both = self.of.methods.iter().zip(&self.groups[0].scores);
-        for (method, found) in both {
-            let is_there = ranked.iter().any(|(of, _)| of.method == method.method);
-            let is_other = !is_there && method.method != IDEAL;
-            let Some(own) = found.as_ref().filter(|_| is_other) else {
-                continue;
-            };
-            let there: Vec<usize> = (0..self.scenarios.len())
-                .filter(|i| method.scenarios[*i].has_runs())
-                .collect();
-            let others = ranked.iter().map(|(other, _)| {
-                let both = there.iter();
-                let both: Vec<_> = both.map(|i| (self.scenarios[*i], &other.scenarios[*i])).collect();
-                (other, score(&both).efficiency[0])
-            });
-            let best = others.max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value));
-            let [median, tenth] = own.efficiency.map(efficient);
-            table.row([
-                self.named(method),
-                count(there.len()),
-                median,
-                tenth,
-                cell(own.lost, 100.0),
-                best.map_or_else(none, |(other, of)| beside(other, of)),
-            ]);
-        }
+        let others = both.filter_map(|(method, score)| Some((method, score.as_ref().filter(|_| is_other(method))?)));
+        let table = Columns::new(others)
+            .with(Column::text("method").width(15), |of| self.named(of.0))
+            .with(Column::number("scenarios", "").width(9), |of| count(there(of.0).len()))
+            .with(Column::number("median", "").width(9), |of| {
+                efficient(of.1.efficiency[0])
+            })
+            .with(Column::number("90 %", "").width(9), |of| efficient(of.1.efficiency[1]))
+            .with(Column::number("failure rate", "%").width(17), |of| {
+                cell(of.1.lost, 100.0)
+            })
+            .with(Column::text("the best there of those for all").width(24), |of| {
+                let there = there(of.0);
+                let others = ranked.iter().map(|(other, _)| {
+                    let both = there.iter().map(|i| (self.scenarios[*i], &other.scenarios[*i]));
+                    (other, score(&both.collect::<Vec<_>>()).efficiency[0])
+                });
+                let best = others.max_by(|(_, a), (_, b)| a.value.total_cmp(&b.value));
+                best.map_or_else(none, |(other, of)| beside(other, of))
+            })
+            .whole("Methods that are for some scenarios alone, which give what they need");
         self.table("partial", "Methods for some scenarios", table)
             .unless_empty()
     }
 
     /// The best three methods of each difficulty.
     pub(in crate::suite) fn best(&self) -> Option<SuiteTable> {
-        let mut columns = vec![
-            Column::text("what is hard").width(24),
-            Column::number("scenarios", "").width(9),
-        ];
-        columns.extend(["first", "second", "third"].map(|of| Column::text(of).width(24)));
-        let caption = "The best three methods of each difficulty, by the median relative efficiency, of those that \
-                       are for all its scenarios. Methods with the same numbers stand once";
-        let mut table = Table::new(caption, columns);
-        for group in &self.groups[1..] {
-            let ranked = self.distinct(group);
-            let best = ranked.iter().take(3);
-            let best = best.map(|(method, score)| beside(method, score.efficiency[0]));
-            let first = [CellText::text(group.words.clone()), count(group.members.len())];
-            table.row(first.into_iter().chain(best));
+        let groups = self.groups[1..].iter().map(|group| (group, self.distinct(group)));
+        let mut columns = Columns::new(groups)
+            .with(Column::text("what is hard").width(24), |of| &of.0.words)
+            .with(Column::number("scenarios", "").width(9), |of| count(of.0.members.len()));
+        for (place, title) in ["first", "second", "third"].into_iter().enumerate() {
+            columns = columns.with(Column::text(title).width(24), move |of| {
+                let best = of.1.get(place);
+                best.map_or_else(CellText::default, |(method, score)| beside(method, score.efficiency[0]))
+            });
         }
+        let table = columns.whole(
+            "The best three methods of each difficulty, by the median relative efficiency, of those that are for all \
+             its scenarios. Methods with the same numbers stand once",
+        );
         self.table("best", "The best of each difficulty", table).unless_empty()
     }
 
@@ -195,15 +174,15 @@ impl Tables<'_> {
             ),
         ];
         let tables = kinds.into_iter().map(|(name, title, caption, number)| {
-            let headings = self.groups.iter();
-            let headings = headings.map(|of| format!("{} ({})", of.words, of.members.len()));
-            let first = [Column::text("method").width(15)];
-            let mut table = with_headings(caption, &first, headings, 9);
-            for (place, method) in self.of.methods.iter().enumerate() {
-                let scores = self.groups.iter().map(|group| &group.scores[place]);
-                let numbers = scores.map(|score| score.as_ref().map_or_else(none, number));
-                table.row([self.named(method)].into_iter().chain(numbers));
+            let methods = self.of.methods.iter().enumerate();
+            let mut columns = Columns::new(methods).with(Column::text("method").width(15), |of| self.named(of.1));
+            for group in &self.groups {
+                let heading = format!("{} ({})", group.words, group.members.len());
+                columns = columns.with(headed(heading, 9), move |(place, _)| {
+                    group.scores[*place].as_ref().map_or_else(none, number)
+                });
             }
+            let table = columns.whole(caption);
             self.table(name, title, table)
         });
         tables.collect()
@@ -220,25 +199,19 @@ impl Tables<'_> {
         let methods: Vec<&MethodResults> = methods.filter(told).collect();
         let scenarios = methods.iter().flat_map(|of| &of.scenarios);
         let words: BTreeSet<&str> = scenarios.flat_map(|of| of.lost.keys().map(String::as_str)).collect();
-        let caption = "Why runs were lost, % of the runs of a method";
-        let first = [
-            Column::text("method").width(15),
-            Column::number("failure rate", "%").width(16),
-        ];
-        let mut table = with_headings(caption, &first, words.iter().copied(), 6);
-        for method in methods {
-            let runs = total(method, &|of| of.d.len() as u64) as f64;
-            let share = |lost: u64| match lost {
-                0 => none(),
-                lost => percent(lost as f64 / runs),
-            };
-            let shares = words.iter().map(|word| {
-                let own = |of: &ScenarioResults| of.lost.get(*word).copied().unwrap_or(0);
-                share(total(method, &own))
+        let share = |method: &MethodResults, lost: u64| match lost {
+            0 => none(),
+            lost => percent(lost as f64 / total(method, &|of| of.d.len() as u64) as f64),
+        };
+        let mut columns = Columns::new(methods.iter())
+            .with(Column::text("method").width(15), |of| self.named(of))
+            .with(Column::number("failure rate", "%").width(16), |of| share(of, lost(of)));
+        for word in words {
+            columns = columns.with(headed(word, 6), move |method| {
+                share(method, total(method, &|of| of.lost.get(word).copied().unwrap_or(0)))
             });
-            let first = [self.named(method), share(lost(method))];
-            table.row(first.into_iter().chain(shares));
         }
+        let table = columns.whole("Why runs were lost, % of the runs of a method");
         self.table("reasons", "Why runs were lost", table).unless_empty()
     }
 }

@@ -1,8 +1,9 @@
 //! The tables of scenarios, with the efficiency of each method there, and the FIT of recorded data.
 
-use super::{NOISES, SuiteTable, Tables, cell, count, efficient, noise_model, none, with_headings};
-use crate::table::{CellText, Column, Table};
-use asobench_study::suite::{IDEAL, Law, RecordedFits, VALUES, efficiency};
+use super::{NOISES, SuiteTable, Tables, cell, count, efficient, headed, noise_model, none};
+use crate::document::columns::Columns;
+use crate::table::{CellText, Column};
+use asobench_study::suite::{IDEAL, Law, RecordedFits, Scenario, SuiteStudy, VALUES, efficiency};
 use asobench_study::text::grouped;
 
 /// Methods beside each other in a table of scenarios.
@@ -11,64 +12,58 @@ const BESIDE: usize = 7;
 const LEAST_FIT: f64 = -100.0;
 
 impl Tables<'_> {
+    /// Every scenario with its place and its study.
+    fn placed(&self) -> impl Iterator<Item = (usize, &SuiteStudy, &Scenario)> {
+        let studies = self.of.suite.studies.iter();
+        let all = studies.flat_map(|study| study.scenarios.iter().map(move |of| (study, of)));
+        all.enumerate().map(|(place, (study, of))| (place, study, of))
+    }
+
     /// The scenarios.
     pub(in crate::suite) fn scenarios(&self) -> SuiteTable {
-        let columns = vec![
-            Column::text("scenario").width(18),
-            Column::text("system").width(40),
-            Column::number("p", "").width(3),
-            Column::text("noise model").width(11),
-            Column::number("yardstick", "").width(9),
-            Column::number("mean d", "").width(8),
-            Column::text("law of d").width(13),
-            Column::text("what is hard").width(20),
-            Column::text("checksum"),
-        ];
-        let mut table = Table::new(
-            format!(
-                "The scenarios, each with the checksum of what it is. yardstick: the relative efficiency of {IDEAL} \
-                 there, 1 where the record is long enough for the law of d{}",
-                self.of.laws.map_or_else(String::new, |laws| format!(
-                    "; mean d, law of d: the mean of its d in {} runs of their own, and whether that is 0.9 to 1.1 and \
-                     d has the law of an efficient method (Kolmogorov's test, corrected over all scenarios); undecided \
-                     where the mean is not known to 0.05",
-                    grouped(laws.runs)
-                ))
-            ),
-            columns,
-        );
         let truth = self.of.methods.iter().find(|of| of.method == IDEAL);
-        let mut place = 0..;
-        for study in &self.of.suite.studies {
-            for scenario in &study.scenarios {
-                let own = place.next().zip(truth);
-                let own = own.map(|(place, truth)| &truth.scenarios[place]);
-                let yardstick = own
-                    .filter(|of| of.has_runs())
-                    .map_or_else(none, |of| efficient(efficiency(scenario, of, VALUES[0])));
-                let law = self.of.laws.and_then(|laws| laws.of(scenario));
-                let hard = scenario.hard.iter().map(String::as_str);
-                let hard: Vec<&str> = hard.filter(|word| !NOISES.contains(word)).collect();
-                table.row([
-                    self.linked(&study.name, &scenario.name),
-                    CellText::text(study.file().title.clone()),
-                    count(scenario.free),
-                    CellText::text(noise_model(scenario)),
-                    yardstick,
-                    law.map_or_else(none, |law| cell(law.mean(), 1.0)),
-                    CellText::text(law.map_or("-", Law::verdict)),
-                    CellText::text(hard.join(", ")),
-                    CellText::text(scenario.content.clone()),
-                ]);
-            }
-        }
+        let law = |scenario| self.of.laws.and_then(|laws| laws.of(scenario));
+        let of_laws = self.of.laws.map_or_else(String::new, |laws| {
+            format!(
+                "; mean d, law of d: the mean of its d in {} runs of their own, and whether that is 0.9 to 1.1 and d \
+                 has the law of an efficient method (Kolmogorov's test, corrected over all scenarios); undecided where \
+                 the mean is not known to 0.05",
+                grouped(laws.runs)
+            )
+        });
+        let table = Columns::new(self.placed())
+            .with(Column::text("scenario").width(18), |of| self.linked(of.1, of.2))
+            .with(Column::text("system").width(40), |of| &of.1.file().title)
+            .with(Column::number("p", "").width(3), |of| count(of.2.free))
+            .with(Column::text("noise model").width(11), |of| noise_model(of.2))
+            .with(Column::number("yardstick", "").width(9), |(place, _, of)| {
+                let own = truth.map(|truth| &truth.scenarios[*place]);
+                let own = own.filter(|own| own.has_runs());
+                own.map_or_else(none, |own| efficient(efficiency(of, own, VALUES[0])))
+            })
+            .with(Column::number("mean d", "").width(8), |of| {
+                law(of.2).map_or_else(none, |law| cell(law.mean(), 1.0))
+            })
+            .with(Column::text("law of d").width(13), |of| {
+                law(of.2).map_or("-", Law::verdict)
+            })
+            .with(Column::text("what is hard").width(20), |of| {
+                let words = of.2.hard.iter().map(String::as_str);
+                let hard: Vec<&str> = words.filter(|word| !NOISES.contains(word)).collect();
+                hard.join(", ")
+            })
+            .text("checksum", |of| &of.2.content)
+            .whole(format!(
+                "The scenarios, each with the checksum of what it is. yardstick: the relative efficiency of {IDEAL} \
+                 there, 1 where the record is long enough for the law of d{of_laws}"
+            ));
         self.table("scenarios", "The scenarios", table)
     }
 
-    fn linked(&self, study: &str, scenario: &str) -> CellText {
-        let name = CellText::text(scenario);
+    fn linked(&self, study: &SuiteStudy, scenario: &Scenario) -> CellText {
+        let name = CellText::text(&scenario.name);
         if self.of.has_studies {
-            return name.link(format!("studies/{study}/report.html"));
+            return name.link(page_of(study));
         }
         name
     }
@@ -77,36 +72,28 @@ impl Tables<'_> {
     pub(in crate::suite) fn efficiencies(&self) -> Vec<SuiteTable> {
         let groups = self.of.methods.chunks(BESIDE).zip(1..);
         let tables = groups.map(|(methods, number)| {
-            let names: Vec<&str> = methods.iter().map(|of| of.method.as_str()).collect();
-            let listed = names.join(", ");
-            let caption = format!("Relative efficiency of the median run in each scenario: {listed}");
-            let first = [
-                Column::text("scenario").width(18),
-                Column::text("noise model").width(11),
-            ];
-            let mut table = with_headings(caption, &first, names, 8);
-            let studies = self.of.suite.studies.iter();
-            let named = studies.flat_map(|study| study.scenarios.iter().map(|of| (&study.name, of)));
-            for (i, (study, scenario)) in named.enumerate() {
-                let numbers = methods.iter().map(|method| {
-                    let results = &method.scenarios[i];
+            let mut columns = Columns::new(self.placed())
+                .with(Column::text("scenario").width(18), |of| self.linked(of.1, of.2))
+                .with(Column::text("noise model").width(11), |of| noise_model(of.2));
+            for method in methods {
+                columns = columns.with(headed(&method.method, 8), |(place, study, of)| {
+                    let results = &method.scenarios[*place];
                     if !results.has_runs() {
                         return none();
                     }
-                    let number = efficient(efficiency(scenario, results, VALUES[0]));
-                    let lost = results.lost_runs();
+                    let number = efficient(efficiency(of, results, VALUES[0]));
                     let is_here = self.of.has_studies && self.of.newcomer.is_none_or(|name| name == method.method);
-                    if method.method == IDEAL || !is_here || lost == results.d.len() {
+                    if method.method == IDEAL || !is_here || results.lost_runs() == results.d.len() {
                         return number;
                     }
-                    number.link(format!("studies/{study}/report.html"))
+                    number.link(page_of(study))
                 });
-                let first = [
-                    self.linked(study, &scenario.name),
-                    CellText::text(noise_model(scenario)),
-                ];
-                table.row(first.into_iter().chain(numbers));
             }
+            let names: Vec<&str> = methods.iter().map(|of| of.method.as_str()).collect();
+            let table = columns.whole(format!(
+                "Relative efficiency of the median run in each scenario: {}",
+                names.join(", ")
+            ));
             let name = format!("by-scenario-{number}");
             self.table(&name, "Relative efficiency in each scenario", table)
         });
@@ -114,45 +101,36 @@ impl Tables<'_> {
     }
 }
 
+/// The report of a study beside the page.
+fn page_of(study: &SuiteStudy) -> String {
+    format!("studies/{}/report.html", study.name)
+}
+
 /// The FIT of each method on each recorded file over the samples that it has not seen: simulated, and one step ahead.
 pub fn recorded(fits: &RecordedFits) -> Vec<SuiteTable> {
     let kinds = [
-        (
-            "recorded-simulated",
-            "FIT on recorded data, %, simulated over the samples that were not used",
-        ),
-        (
-            "recorded-predicted",
-            "FIT on recorded data, %, predicted one step ahead over the samples that were not used",
-        ),
+        ("recorded-simulated", "simulated"),
+        ("recorded-predicted", "predicted one step ahead"),
     ];
-    let tables = kinds.into_iter().enumerate().map(|(place, (name, caption))| {
-        let first = [
-            Column::text("record").width(26),
-            Column::number("samples", "").width(8),
-            Column::number("used", "").width(5),
-        ];
-        let mut table = with_headings(caption, &first, &fits.methods, 6);
-        for record in &fits.records {
-            let [samples, first] = record.samples;
-            let numbers = record.fits.iter().map(|fit| {
-                fit.map_or_else(none, |fit| {
-                    let fit = fit[place];
-                    let text = if fit < LEAST_FIT {
-                        format!("< {LEAST_FIT}")
-                    } else {
-                        format!("{fit:.1}")
-                    };
-                    CellText::number(text, fit)
+    let tables = kinds.into_iter().enumerate().map(|(place, (name, how))| {
+        let mut columns = Columns::new(fits.records.iter())
+            .with(Column::text("record").width(26), |of| &of.file)
+            .with(Column::number("samples", "").width(8), |of| count(of.samples[0]))
+            .with(Column::number("used", "").width(5), |of| count(of.samples[1]));
+        for (i, method) in fits.methods.iter().enumerate() {
+            columns = columns.with(headed(method, 6), move |of| {
+                of.fits[i].map_or_else(none, |fit| match fit[place] {
+                    fit if fit < LEAST_FIT => CellText::number(format!("< {LEAST_FIT}"), fit),
+                    fit => CellText::number(format!("{fit:.1}"), fit),
                 })
             });
-            let head = [CellText::text(record.file.clone()), count(samples), count(first)];
-            table.row(head.into_iter().chain(numbers));
         }
         SuiteTable {
             name: name.to_owned(),
             title: "Recorded data".to_owned(),
-            table,
+            table: columns.whole(format!(
+                "FIT on recorded data, %, {how} over the samples that were not used"
+            )),
         }
     });
     tables.collect()
