@@ -11,7 +11,7 @@ use crate::study::file::ExperimentFile;
 use crate::study::{FolderError, partial_results};
 use crate::text::{alike, folded, visible};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{Command, Stdio};
 
 /// Make a report of results: report.html, figures, tables, and the verdict on every claim of their
 /// files.
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     open: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let others = arguments.claims.as_deref().map(ExperimentFile::read);
     let others = others.transpose().map_err(bad_input)?;
     let mut studies: Vec<Study> = Vec::new();
@@ -97,7 +97,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if arguments.open {
         open(&page)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Reads the results in a folder; with `partial` those of a run that has not ended, too.

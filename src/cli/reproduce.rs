@@ -7,7 +7,7 @@ mod one_trial;
 
 use super::error::{Error, bad_input, failed};
 use super::execute::{execute, threads};
-use super::output::{Format, print, print_json};
+use super::output::show;
 use super::{need, replay};
 use crate::report::{Study, draw, verdict_table};
 use crate::study::file::{ExperimentFile, TrialRule};
@@ -17,11 +17,10 @@ use arguments::Paper;
 use claims::{claims_json, lines};
 use serde_json::{Value, json};
 use std::path::Path;
-use std::process::ExitCode;
 
 pub(super) use arguments::Arguments;
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let path = arguments.folder();
     if arguments.replay.is_some() {
         if arguments.paper == Paper::Bobtsov {
@@ -30,7 +29,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                 FOLDER CELL:TRIAL",
             ));
         }
-        return nikolov(arguments, path).map(|_| ExitCode::SUCCESS);
+        return nikolov(arguments, path).map(|_| ());
     }
     if arguments.paper != Paper::Nikolov {
         bobtsov::check(path)?;
@@ -49,11 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         text.push(bobtsov.text(path));
         entries.extend(bobtsov.json());
     }
-    match arguments.format {
-        Format::Text => print(&text.join("\n\n"))?,
-        Format::Json => print_json(&entries)?,
-    }
-    Ok(ExitCode::SUCCESS)
+    show(arguments.format, || text.join("\n\n"), || entries)
 }
 
 /// Runs the first paper's experiment, or replays a trial of it.

@@ -13,7 +13,6 @@ use crate::study::{Experiment, RunOptions};
 use crate::text::{alike, visible};
 use std::iter;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Run an experiment file. A run that was stopped or killed resumes with the same command; more
 /// trials (--trials) extend it.
@@ -50,7 +49,7 @@ pub(super) struct Arguments {
     every_claim: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let study = &arguments.study;
     if arguments.more.is_empty() {
         return run_one(arguments, Prepared::read(arguments, study)?);
@@ -87,7 +86,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         note(&format!("{}:", prepared.study.file.display()));
         run_one(arguments, prepared)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// A file that was read, with the folder of its results.
@@ -130,7 +129,7 @@ fn file(arguments: &Arguments, study: &StudyArguments) -> Result<ExperimentFile,
 }
 
 /// Runs one of the files.
-fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Error> {
+fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<(), Error> {
     let Prepared {
         study,
         file,
@@ -184,8 +183,7 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
         timing::measure(&experiment, &path, &stop)?;
     }
     let (text, verdicts) = results(&path, &experiment.file, &summary, arguments.every_claim)?;
-    print_with_verdicts(&text, &verdicts)?;
-    Ok(ExitCode::SUCCESS)
+    print_with_verdicts(&text, &verdicts)
 }
 
 /// Says that all trials were there. A program that was edited is not seen unless it says another version.

@@ -12,7 +12,7 @@ use crate::study::cluster::ShardPlan;
 use crate::text::{beginning, script_word, visible};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::Command;
 use std::time::Duration;
 
 /// Write a plan of a study, a job script of its shards and one that puts their results together,
@@ -172,7 +172,7 @@ fn not_utf8(path: &Path) -> Error {
     ))
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let name = arguments.study.name();
     let name = name.to_str().ok_or_else(|| not_utf8(Path::new(&name)))?;
     if name == "-" || name.chars().any(|c| c.is_control() || c.is_whitespace()) {
@@ -227,8 +227,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     };
     print(&planned.text(&path))?;
     submit(arguments.submit, array, (&script, &merge_script))?;
-    print(&format!("progress: asobench status {}\n", word(&path)))?;
-    Ok(ExitCode::SUCCESS)
+    print(&format!("progress: asobench status {}\n", word(&path)))
 }
 
 /// Writes a script, unless the user's own file is there.

@@ -13,7 +13,6 @@ mod show;
 mod times;
 
 use super::error::Error;
-use std::process::ExitCode;
 
 /// Measure a method against published systems and their Cramer-Rao bounds: the reference suite
 #[derive(clap::Args)]
@@ -39,7 +38,7 @@ enum What {
     Add(archive::Add),
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     match &arguments.what {
         None => newcomer::run(&arguments.newcomer),
         Some(What::Run(arguments)) => run::run(arguments),

@@ -12,7 +12,6 @@ use crate::study::DiscreteCell;
 use crate::text::visible;
 use crate::worker::{Answered, Program, Record, ask_once, introduce};
 use std::collections::BTreeMap;
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -39,7 +38,7 @@ pub(super) struct Arguments {
     consent: Consent,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let study = &arguments.study;
     let (_, experiment) = introduced(study.read()?, &study.file, &arguments.consent)?;
     let Some(experiment) = experiment else {
@@ -58,11 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         passed &= test.run()?;
         program.end();
     }
-    Ok(if passed {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(FAILED)
-    })
+    if passed { Ok(()) } else { Err(Error::Told(FAILED)) }
 }
 
 /// The observation of a check that passed.

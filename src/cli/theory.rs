@@ -10,7 +10,6 @@ use crate::study::{Cell, Experiment, FoundTheory as Found};
 use crate::text::visible;
 use crate::theory::{Missing, SmoothMeasure, Theory};
 use serde_json::{Map, Value, json};
-use std::process::ExitCode;
 
 /// Print the theory of an experiment file's cells as N grows: limits of biased estimates, sqrt(N)
 /// times the rms of the errors, Cramer-Rao bounds
@@ -26,7 +25,7 @@ pub(super) struct Arguments {
 /// The quantiles of an error's distribution in the JSON output.
 const QUANTILES: [(&str, f64); 3] = [("0.1", 0.1), ("0.5", 0.5), ("0.9", 0.9)];
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let folder = arguments.study.folder(None);
     let (experiment, _) = arguments.study.experiment(&folder)?;
     let cells = experiment.cells.iter().enumerate();
@@ -50,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             }
         }
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Returns the settings of a cell.

@@ -10,7 +10,6 @@ use crate::files::{self, Kind};
 use crate::suite::{ARCHIVE, Contribution, ResultsError, shipped};
 use crate::text::visible;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Write the results of a method into one file that can be contributed: with versions, commit, times and checksums
 #[derive(clap::Args)]
@@ -36,18 +35,17 @@ pub(super) struct Add {
     out: Option<PathBuf>,
 }
 
-pub(super) fn export(arguments: &Export) -> Result<ExitCode, Error> {
+pub(super) fn export(arguments: &Export) -> Result<(), Error> {
     let Export { file, out } = arguments;
     let found = Contribution::of_run(file, &text(file)?, TIMES);
     let found = found.map_err(|error| refused(file, &error))?;
     let out = out.clone().unwrap_or_else(|| PathBuf::from(found.file()));
     let written = files::replace(&out, Kind::Suite, found.text().as_bytes());
     written.map_err(|error| cannot_write(&error))?;
-    print(&format!("the contribution is {}\n", visible(out.display())))?;
-    Ok(ExitCode::SUCCESS)
+    print(&format!("the contribution is {}\n", visible(out.display())))
 }
 
-pub(super) fn add(arguments: &Add) -> Result<ExitCode, Error> {
+pub(super) fn add(arguments: &Add) -> Result<(), Error> {
     let Add { files, part, out } = arguments;
     let suite = part.suite()?;
     let mut methods = shipped(&suite).map_err(|error| page::refused(&error))?;
@@ -86,8 +84,7 @@ pub(super) fn add(arguments: &Add) -> Result<ExitCode, Error> {
         ),
     };
     page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside, &out)?;
-    Ok(ExitCode::SUCCESS)
+    page::print_scores(&suite, &beside, &out)
 }
 
 fn text(path: &Path) -> Result<String, Error> {

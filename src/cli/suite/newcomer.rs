@@ -15,7 +15,6 @@ use crate::suite::{Competitor, Suite, SuiteStudy, shipped};
 use crate::text::{file_part, visible};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// The word for a run that left a model.
 const OK: &str = "ok";
@@ -36,7 +35,7 @@ pub(super) struct Arguments {
     how: How,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { file, part, how } = arguments;
     let Some(path) = file else {
         return Err(Error::Input(
@@ -74,8 +73,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ),
     };
     page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside, &out)?;
-    Ok(ExitCode::SUCCESS)
+    page::print_scores(&suite, &beside, &out)
 }
 
 /// The one method of a file.

@@ -12,7 +12,6 @@ use crate::suite::{
 };
 use crate::text::visible;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Print every number of the suite's page: of the results that the program carries, or of a folder
 #[derive(clap::Args)]
@@ -127,7 +126,7 @@ impl Shipped {
     }
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { folder, part, page } = arguments;
     let suite = part.suite()?;
     let methods = match folder {
@@ -159,8 +158,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let tables = more.page(&suite, &beside, false, suite_tables);
     let texts: Vec<String> = tables.iter().map(|of| of.table.markdown()).collect();
-    print(&(texts.join("\n") + "\n"))?;
-    Ok(ExitCode::SUCCESS)
+    print(&(texts.join("\n") + "\n"))
 }
 
 pub(super) fn refused(error: &ResultsError) -> Error {

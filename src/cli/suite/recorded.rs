@@ -10,7 +10,6 @@ use crate::report::recorded_tables;
 use crate::suite::{RecordFits, RecordedFits, Suite, Tier, choosing, recorded_entries};
 use crate::text::visible;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// The results beside the page.
 const FITS: &str = "fits.json";
@@ -27,7 +26,7 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { data, out } = arguments;
     let methods = choosing();
     let suite = Suite::new(Tier::Quick, &[]).map_err(|error| super::part::wrong(&error))?;
@@ -50,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(out) = out {
         write(out, FITS, &found.text())?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// A file's comments about its record, and the record.

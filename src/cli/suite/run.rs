@@ -17,7 +17,6 @@ use crate::suite::{
 };
 use crate::text::file_part;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Instant;
 
 /// Run the suite: every method, or some, on every scenario of a tier. A run that was stopped resumes with the same
@@ -33,7 +32,7 @@ pub(super) struct Arguments {
     how: How,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { part, method, how } = arguments;
     let suite = part.suite()?;
     let competitors = competitors(suite.division, method)?;
@@ -47,8 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         command: format!("asobench suite scores {} {}", word(&out), part.flags()),
     };
     page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside, &out)?;
-    Ok(ExitCode::SUCCESS)
+    page::print_scores(&suite, &beside, &out)
 }
 
 /// Computes the results of some methods in a folder, and writes them there, one file for each. `own`: the experiment

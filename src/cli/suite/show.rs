@@ -5,7 +5,6 @@ use crate::cli::error::Error;
 use crate::cli::methods::filled;
 use crate::cli::output::print;
 use crate::suite::{Suite, SuiteStudy, Tier};
-use std::process::ExitCode;
 
 /// List the scenarios of a tier
 #[derive(clap::Args)]
@@ -22,7 +21,7 @@ pub(super) struct Arguments {
     name: String,
 }
 
-pub(super) fn list(arguments: &ListArguments) -> Result<ExitCode, Error> {
+pub(super) fn list(arguments: &ListArguments) -> Result<(), Error> {
     let suite = arguments.part.suite()?;
     let scenarios = suite.scenarios().count();
     let mut text = format!(
@@ -44,11 +43,10 @@ pub(super) fn list(arguments: &ListArguments) -> Result<ExitCode, Error> {
         }
         text += &filled(&head, &words, 25);
     }
-    print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    print(&text)
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let only = std::slice::from_ref(&arguments.name);
     let suite = Suite::new(Tier::Full, only).map_err(|error| wrong(&error))?;
     let mut text = String::new();
@@ -61,8 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     for study in &suite.studies {
         text += &described(study, &suite);
     }
-    print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    print(&text)
 }
 
 /// A study with its scenarios, and what to write into an experiment file.

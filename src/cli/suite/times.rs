@@ -11,7 +11,6 @@ use crate::report::html::{CellText, Column, Table};
 use crate::study::Experiment;
 use crate::suite::{Competitor, MethodTimes, REFERENCE, ScenarioTimes, SuiteStudy, Times, time};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Time the methods: on one thread, in turns on the same records, as ratios to arx
 #[derive(clap::Args)]
@@ -34,7 +33,7 @@ pub(super) struct Arguments {
     consent: Consent,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { file, part, .. } = arguments;
     let suite = part.suite()?;
     let mut chosen = competitors(suite.division, &arguments.method)?;
@@ -73,8 +72,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(out) = &arguments.out {
         write(out, TIMES, &times.text())?;
     }
-    print(&shown(&times, arguments.rounds))?;
-    Ok(ExitCode::SUCCESS)
+    print(&shown(&times, arguments.rounds))
 }
 
 type Found = Vec<(String, Vec<ScenarioTimes>)>;
