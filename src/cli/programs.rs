@@ -206,6 +206,14 @@ pub(super) fn take_over(experiment: &Experiment, introduced: Option<&Experiment>
     }
 }
 
+/// Returns an experiment of a user's file with its programs started, told apart by their version.
+pub(super) fn started(experiment: Experiment, path: &Path, consent: &Consent) -> Result<Experiment, Error> {
+    let (file, introduced) = introduced(experiment.file, path, consent)?;
+    let experiment = Experiment::new(file).map_err(failed)?;
+    take_over(&experiment, introduced.as_ref());
+    Ok(experiment)
+}
+
 /// Ends the programs, and writes what they printed to a file beside the results.
 pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     let mut text = Vec::new();

@@ -144,7 +144,7 @@ fn places(name: &str, file: &Path, plan: &Path, out: &Path) -> Result<Vec<(&'sta
             visible(folder.display())
         )));
     }
-    let path = |name, path: &Path| Ok((name, path_word(path)?));
+    let path = |name, path: &Path| Ok::<_, Error>((name, path_word(path)?));
     Ok(vec![
         ("name", script_word(name).map_err(Error::Input)?),
         path("program", &std::env::current_exe().map_err(failed)?)?,

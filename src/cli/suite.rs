@@ -27,7 +27,8 @@ pub(super) struct Arguments {
 #[derive(clap::Subcommand)]
 enum What {
     Run(run::Arguments),
-    List(show::ListArguments),
+    /// List the scenarios of a tier
+    List(part::Part),
     Show(show::Arguments),
     Scores(page::Arguments),
     Published(published::Arguments),

@@ -1,6 +1,6 @@
 //! `asobench suite law`: whether d has the law of an efficient method.
 
-use super::part::{Part, write, wrong};
+use super::part::{Part, write};
 use crate::cli::error::Error;
 use crate::cli::execute::threads;
 use crate::cli::output::{note, print};
@@ -38,8 +38,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let suite = arguments.part.suite()?;
     let mut found = Vec::new();
     for study in &suite.studies {
-        let own = law(study, arguments.runs, threads(arguments.threads));
-        found.extend(own.map_err(|error| wrong(&error))?);
+        found.extend(law(study, arguments.runs, threads(arguments.threads))?);
         note(&study.name);
     }
     let laws = Laws::new((suite.manifest.edition, suite.division), arguments.runs, found);

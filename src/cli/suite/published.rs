@@ -1,6 +1,5 @@
 //! `asobench suite published`: published Monte-Carlo tables beside ours.
 
-use super::part::wrong;
 use crate::cli::error::Error;
 use crate::cli::execute::threads;
 use crate::cli::methods::filled;
@@ -25,11 +24,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let threads = threads(arguments.threads);
     // Printed numbers, and bounds that we evaluated ourselves: rows that agree, and all.
     let mut counts = [[0, 0]; 2];
-    for table in published().map_err(|error| wrong(&error))? {
+    for table in published()? {
         if !arguments.only.is_empty() && !arguments.only.contains(&table.scenario) {
             continue;
         }
-        let found = table.reproduce(threads).map_err(|error| wrong(&error))?;
+        let found = table.reproduce(threads)?;
         let count = &mut counts[usize::from(table.evaluated)];
         count[0] += found.iter().filter(|row| row.agrees()).count();
         count[1] += found.len();

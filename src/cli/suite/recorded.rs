@@ -1,6 +1,5 @@
 //! `asobench suite recorded`: recorded data beside the simulated systems.
 
-use super::page;
 use super::part::write;
 use crate::cli::error::{Error, failed};
 use crate::cli::output::print;
@@ -29,13 +28,13 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { data, out } = arguments;
     let methods = choosing();
-    let suite = Suite::new(Tier::Quick, &[]).map_err(|error| super::part::wrong(&error))?;
+    let suite = Suite::new(Tier::Quick, &[])?;
     let mut found = RecordedFits {
         suite: suite.manifest.edition,
         methods: methods.iter().map(|(name, _)| name.clone()).collect(),
         records: Vec::new(),
     };
-    for entry in recorded_entries().map_err(|error| page::refused(&error))? {
+    for entry in recorded_entries()? {
         let path = data.join(&entry.file);
         let (about, record) = recorded(&path)?;
         found.records.push(RecordFits::of(&entry, about, record, &methods));

@@ -1,17 +1,10 @@
 //! `asobench suite list` and `asobench suite show`: what the suite has.
 
-use super::part::{Part, wrong};
+use super::part::Part;
 use crate::cli::error::Error;
 use crate::cli::methods::filled;
 use crate::cli::output::print;
 use crate::suite::{Suite, SuiteStudy, Tier};
-
-/// List the scenarios of a tier
-#[derive(clap::Args)]
-pub(super) struct ListArguments {
-    #[command(flatten)]
-    part: Part,
-}
 
 /// Show a system: where it comes from, what is hard about it, its scenarios and settings
 #[derive(clap::Args)]
@@ -21,8 +14,8 @@ pub(super) struct Arguments {
     name: String,
 }
 
-pub(super) fn list(arguments: &ListArguments) -> Result<(), Error> {
-    let suite = arguments.part.suite()?;
+pub(super) fn list(part: &Part) -> Result<(), Error> {
+    let suite = part.suite()?;
     let scenarios = suite.scenarios().count();
     let mut text = format!(
         "suite {}, tier {}, contest {}: {scenarios} scenarios, {} runs each{}\n",
@@ -48,7 +41,7 @@ pub(super) fn list(arguments: &ListArguments) -> Result<(), Error> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let only = std::slice::from_ref(&arguments.name);
-    let suite = Suite::new(Tier::Full, only).map_err(|error| wrong(&error))?;
+    let suite = Suite::new(Tier::Full, only)?;
     let mut text = String::new();
     if let Some(first) = suite.studies.first() {
         let file = first.file();
