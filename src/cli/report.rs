@@ -89,11 +89,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         print("no claims: --claims FILE.toml judges those of a file\n")?;
     }
     let page = out.join("report.html");
-    print(&format!(
-        "{} files; the page is {}\n",
-        files.len(),
-        visible(page.display())
-    ))?;
+    let (count, shown) = (files.len(), visible(page.display()));
+    print(&format!("{count} files; the page is {shown}\n"))?;
     if arguments.open {
         open(&page)?;
     }

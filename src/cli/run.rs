@@ -67,20 +67,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let read = studies.iter().map(|study| Prepared::read(arguments, study));
     let mut prepared: Vec<Prepared<'_>> = read.collect::<Result<_, Error>>()?;
     #[allow(clippy::unnecessary_debug_formatting)] // Lossy names of two paths may be the same.
-    let names: Vec<String> = prepared
-        .iter()
-        .map(|prepared| &prepared.path)
-        .map(|path| path.to_str().map_or_else(|| format!("{path:?}"), str::to_owned))
-        .collect();
+    let name = |path: &Path| path.to_str().map_or_else(|| format!("{path:?}"), str::to_owned);
+    let names: Vec<String> = prepared.iter().map(|prepared| name(&prepared.path)).collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
         return Err(Error::Input(format!(
             "two of these files would write to {folder}; expected different names"
         )));
     }
     // All files are checked before the first one runs.
-    for prepared in &mut prepared {
-        let made = prepared.study.of_file(prepared.file.clone(), &prepared.path)?;
-        prepared.made = Some(made);
+    for of in &mut prepared {
+        of.made = Some(of.study.of_file(of.file.clone(), &of.path)?);
     }
     for prepared in prepared {
         note(&format!("{}:", prepared.study.file.display()));
@@ -105,27 +101,22 @@ impl<'a> Prepared<'a> {
                 "--out: expected a folder, because the experiment comes from standard input",
             ));
         }
-        let file = file(arguments, study)?;
-        let out = arguments.out.as_deref();
+        let confirmation = &arguments.confirmation;
+        let sets_seed = |set: &String| set.split('=').next().is_some_and(|key| key.trim() == "seed");
+        if confirmation.is_asked() && (study.seed.is_some() || study.set.iter().any(sets_seed)) {
+            let seed = if study.seed.is_some() { "--seed" } else { "--set seed" };
+            return Err(Error::Input(format!(
+                "{seed}: --confirm sets the seed; expected --confirm SEED alone"
+            )));
+        }
+        let file = confirmation.of(study.read()?, &study.file)?;
         Ok(Self {
-            path: arguments.confirmation.folder(study, &file, out),
+            path: confirmation.folder(study, &file, arguments.out.as_deref()),
             study,
             file,
             made: None,
         })
     }
-}
-
-/// Returns one of the files, with another seed if its claims are confirmed.
-fn file(arguments: &Arguments, study: &StudyArguments) -> Result<ExperimentFile, Error> {
-    let sets_seed = |set: &String| set.split('=').next().is_some_and(|key| key.trim() == "seed");
-    let seed = if study.seed.is_some() { "--seed" } else { "--set seed" };
-    if arguments.confirmation.is_asked() && (study.seed.is_some() || study.set.iter().any(sets_seed)) {
-        return Err(Error::Input(format!(
-            "{seed}: --confirm sets the seed; expected --confirm SEED alone"
-        )));
-    }
-    arguments.confirmation.of(study.read()?, &study.file)
 }
 
 /// Runs one of the files.
@@ -188,13 +179,10 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<(), Error> {
 
 /// Says that all trials were there. A program that was edited is not seen unless it says another version.
 fn nothing_computed(experiment: &Experiment, path: &Path) {
+    let advice = match &experiment.programs[..] {
+        [] => "",
+        _ => "; if a program has changed since, give it another \"version\", or choose another --out",
+    };
     let path = path.display();
-    if experiment.programs.is_empty() {
-        note(&format!("nothing to compute: all trials are in {path}"));
-    } else {
-        note(&format!(
-            "nothing to compute: all trials are in {path}; if a program has changed since, give it another \
-             \"version\", or choose another --out"
-        ));
-    }
+    note(&format!("nothing to compute: all trials are in {path}{advice}"));
 }
