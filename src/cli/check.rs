@@ -14,7 +14,6 @@ use crate::text::visible;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Instant;
 
 mod pilot;
@@ -34,7 +33,7 @@ pub(super) struct Arguments {
     pilot: Option<u64>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     if arguments.study.file.is_dir() {
         return results(&arguments.study.file);
     }
@@ -62,25 +61,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                 most.next_multiple_of(batch)
             ))?;
         }
-        return Ok(ExitCode::SUCCESS);
+        return Ok(());
     }
     print(&estimates(&experiment, &rule, &folder, setup)?)?;
     if let Some(trials) = arguments.pilot {
         pilot::print_pilot(&experiment, trials, threads(None))?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Checks that results are what was written.
-fn results(folder: &Path) -> Result<ExitCode, Error> {
+fn results(folder: &Path) -> Result<(), Error> {
     Study::read(folder).map_err(bad_input)?;
     let names = check_results(folder).map_err(bad_input)?;
     let names = match names.as_slice() {
         [] => "results of a version without checksums".to_owned(),
         names => format!("as they were written: {}", names.join(", ")),
     };
-    print(&format!("{}: {names}\n", visible(folder.display())))?;
-    Ok(ExitCode::SUCCESS)
+    print(&format!("{}: {names}\n", visible(folder.display())))
 }
 
 /// Appends a line to the output.

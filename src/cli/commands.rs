@@ -108,7 +108,7 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             Command::TestMethod(arguments) => test_method::run(&arguments),
             Command::Guard => {
                 worker::stand(std::io::stdin().lock());
-                Ok(ExitCode::SUCCESS)
+                Ok(())
             }
             Command::Methods(arguments) => methods::run(&arguments),
             Command::Explain(arguments) => explain::run(&arguments, &every_command()),
@@ -118,11 +118,12 @@ fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Err(error) => usage(&error, arguments.get(1..).unwrap_or_default()),
     });
     match done {
-        Ok(code) => code,
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let mut lines = error.lines();
-            note(&format!("asobench: {}", lines.next().unwrap_or_default()));
-            lines.for_each(|line| note(&format!("  {line}")));
+            for (i, line) in error.lines().enumerate() {
+                let begin = if i == 0 { "asobench:" } else { " " };
+                note(&format!("{begin} {line}"));
+            }
             error.exit_code()
         }
     }
@@ -167,19 +168,14 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 });
 
 /// Prints help and version if requested; turns a usage error into a line for each thing that is wrong.
-fn usage(error: &clap::Error, given: &[OsString]) -> Result<ExitCode, Error> {
+fn usage(error: &clap::Error, given: &[OsString]) -> Result<(), Error> {
     use clap::error::ErrorKind;
     let text = error.render().to_string();
     match error.kind() {
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            print(&text)?;
-            Ok(ExitCode::SUCCESS)
-        }
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => print(&text),
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            for line in text.lines() {
-                note(line);
-            }
-            Ok(ExitCode::from(exit_code::BAD_INPUT))
+            text.lines().for_each(note);
+            Err(Error::Told(exit_code::BAD_INPUT))
         }
         _ => Err(Error::Usage(first_guess::lines(
             error,

@@ -5,7 +5,6 @@ use super::output::print;
 use crate::report::{Study, compared};
 use crate::study::Measure;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Compare the results of studies: the differences of their experiments, and the medians of a measure
 /// in the same cells
@@ -19,7 +18,7 @@ pub(super) struct Arguments {
     measure: Option<Measure>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     if let Some(file) = arguments.folders.iter().find(|folder| folder.is_file()) {
         return Err(Error::Input(format!(
             "{}: a file; expected folders of results. Of records: asobench estimate A.csv --validate B.csv",
@@ -29,6 +28,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let studies: Result<Vec<Study>, _> = arguments.folders.iter().map(|folder| Study::read(folder)).collect();
     let studies = studies.map_err(bad_input)?;
     let text = compared(&studies, arguments.measure).map_err(Error::Input)?;
-    print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    print(&text)
 }

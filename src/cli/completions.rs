@@ -5,7 +5,6 @@ use super::output::print;
 use clap::Command;
 use clap_complete::Shell;
 use clap_mangen::Man;
-use std::process::ExitCode;
 
 /// Print the completions of a shell, such as: asobench completions bash >
 /// ~/.local/share/bash-completion/completions/asobench
@@ -20,7 +19,7 @@ pub(super) struct Arguments {
     manual: Option<String>,
 }
 
-pub(super) fn run(arguments: &Arguments, mut command: Command) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments, mut command: Command) -> Result<(), Error> {
     let mut text = Vec::new();
     let name = command.get_name().to_owned();
     if let Some(of) = &arguments.manual {
@@ -28,8 +27,7 @@ pub(super) fn run(arguments: &Arguments, mut command: Command) -> Result<ExitCod
     } else if let Some(shell) = arguments.shell {
         clap_complete::generate(shell, &mut command, name, &mut text);
     }
-    print(&String::from_utf8(text).map_err(failed)?)?;
-    Ok(ExitCode::SUCCESS)
+    print(&String::from_utf8(text).map_err(failed)?)
 }
 
 /// Returns the command of a manual page, called `asobench-NAME` as its page is.

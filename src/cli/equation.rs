@@ -1,31 +1,34 @@
 //! Formats equations and lists as lines of a terminal.
 
 /// The columns in a line.
-const WIDTH: usize = 79;
+pub(super) const WIDTH: usize = 79;
 
 /// Breaks an equation before a sign when a line is full. The first line begins after `first` columns; the others are
 /// indented.
 pub(super) fn broken(equation: &str, first: usize, indent: usize) -> String {
-    let terms = equation.split_inclusive(" + ");
-    let terms = terms.flat_map(|terms| terms.split_inclusive(" - "));
+    let terms = equation.replace(" + ", "\n + ").replace(" - ", "\n - ");
+    in_lines(terms.split('\n'), WIDTH, first, indent)
+}
+
+/// Joins parts into lines. The first line begins after `first` columns; the others are indented, without the blanks
+/// before their first part.
+pub(super) fn in_lines(
+    parts: impl IntoIterator<Item = impl AsRef<str>>,
+    width: usize,
+    first: usize,
+    indent: usize,
+) -> String {
     let (mut text, mut column) = (String::new(), first);
-    // A sign is at the end of the term before it.
-    for term in terms {
-        let (term, sign) = match term.len().checked_sub(3).map(|end| term.split_at(end)) {
-            Some((term, sign @ (" + " | " - "))) => (term, sign),
-            _ => (term, ""),
-        };
-        if column + term.len() > WIDTH {
-            let kept = text.trim_end_matches([' ', '+', '-']).len();
-            let moved = text.split_off(kept);
+    for part in parts {
+        let mut part = part.as_ref();
+        if column + part.chars().count() > width {
+            part = part.trim_start();
             text.push('\n');
             text.push_str(&" ".repeat(indent));
-            text.push_str(moved.trim_start());
-            column = indent + moved.trim_start().len();
+            column = indent;
         }
-        text.push_str(term);
-        text.push_str(sign);
-        column += term.len() + sign.len();
+        text.push_str(part);
+        column += part.chars().count();
     }
     text
 }

@@ -22,6 +22,9 @@ pub(super) enum Error {
     /// Standard output failed: [`super::exit_code::FAILED`].
     #[error("cannot write to standard output: {0}")]
     Output(std::io::Error),
+    /// An exit code that is not 0, of which all has been said.
+    #[error("exit code {0}")]
+    Told(u8),
 }
 
 /// Makes the error of bad input.
@@ -44,6 +47,7 @@ impl Error {
     pub(super) fn lines(&self) -> impl Iterator<Item = String> {
         match self {
             Self::Usage(lines) => lines.clone(),
+            Self::Told(_) => Vec::new(),
             other => vec![other.to_string()],
         }
         .into_iter()

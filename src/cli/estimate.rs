@@ -3,7 +3,7 @@
 use super::error::Error;
 use super::exit_code::FAILED;
 use super::files::check_output;
-use super::output::{Format, note, print, print_json};
+use super::output::{note, show};
 use crate::estimator::EstimatorName;
 use crate::files::Kind;
 use crate::observer::Gain;
@@ -15,7 +15,6 @@ use report::Report;
 use scan::StartChoice;
 use serde_json::json;
 use span::Span;
-use std::process::ExitCode;
 
 mod arguments;
 mod comparison;
@@ -44,7 +43,7 @@ mod words;
 
 pub(super) use arguments::{Arguments, estimator};
 
-pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(mut arguments: Arguments) -> Result<(), Error> {
     if panel::is_asked(&arguments) {
         return panel::run(arguments);
     }
@@ -91,23 +90,17 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
         |kind| drawing::picture(kind, &report),
         || page::of_models(&report).html(),
     )?;
-    match arguments.format {
-        Format::Text => print(&text::render(&report, arguments.details || !is_chosen))?,
-        Format::Json => print_json(&json::render(&report))?,
-    }
+    let text = || text::render(&report, arguments.details || !is_chosen);
+    show(arguments.format, text, || json::render(&report))?;
     let failed = report
         .estimates
         .iter()
         .any(|estimate| estimate.failure().is_some_and(|of| !of.kind.leaves_a_model()));
-    Ok(if failed {
-        ExitCode::from(FAILED)
-    } else {
-        ExitCode::SUCCESS
-    })
+    if failed { Err(Error::Told(FAILED)) } else { Ok(()) }
 }
 
 /// Prints a table of models of several orders for each estimator.
-fn tables(arguments: &Arguments, mut report: Report, (order, delay): (Span, Span)) -> Result<ExitCode, Error> {
+fn tables(arguments: &Arguments, mut report: Report, (order, delay): (Span, Span)) -> Result<(), Error> {
     let estimators = orders::of_tables(&arguments.estimator)?;
     let (mut scans, mut hints) = (Vec::new(), Vec::new());
     for &estimator in &estimators {
@@ -148,24 +141,15 @@ fn tables(arguments: &Arguments, mut report: Report, (order, delay): (Span, Span
         let picture = |_| Ok((scan.picture(), about.to_owned()));
         write_drawings(arguments, picture, || scan.page(&report))?;
     }
-    match arguments.format {
-        Format::Text => {
-            let texts = scans
-                .iter()
-                .zip(&hints)
-                .map(|(scan, hint)| scan.text(&report, hint.as_deref()));
-            print(&texts.collect::<Vec<String>>().join("\n"))?;
-        }
-        Format::Json => {
-            if let Some(scan) = one {
-                print_json(&scan.json(&report))?;
-            } else {
-                let tables = scans.iter().map(|scan| scan.json(&report));
-                print_json(&json!({ "tables": tables.collect::<Vec<_>>() }))?;
-            }
-        }
-    }
-    Ok(ExitCode::SUCCESS)
+    let text = || {
+        let texts = scans.iter().zip(&hints);
+        let texts = texts.map(|(scan, hint)| scan.text(&report, hint.as_deref()));
+        texts.collect::<Vec<String>>().join("\n")
+    };
+    show(arguments.format, text, || match one {
+        Some(scan) => scan.json(&report),
+        None => json!({ "tables": scans.iter().map(|scan| scan.json(&report)).collect::<Vec<_>>() }),
+    })
 }
 
 /// Prints warnings to standard error, one line each.

@@ -27,9 +27,8 @@ pub(super) fn results(
 ) -> Result<(String, String), Error> {
     let cells = summary.cells.len();
     let trials: u64 = summary.cells.iter().map(|cell| cell.trials).sum();
-    let fallbacks: u64 = summary.cells.iter().map(|cell| cell.fallbacks).sum();
-    let fallbacks = match fallbacks {
-        0 => String::new(),
+    let fallbacks = match summary.cells.iter().map(|cell| cell.fallbacks).sum() {
+        0_u64 => String::new(),
         some => format!("solves that needed pivoting (no effect on results): {some}\n"),
     };
     let study = Study::of_run(path, file, summary).map_err(failed)?;
@@ -134,15 +133,9 @@ pub(super) fn execute(
 ) -> Result<Executed, Error> {
     let stop = progress::stop_flag()?;
     let mut display = progress::Display::new(experiment.cells.len());
-    let taken_over = take_over(
-        path,
-        experiment,
-        options,
-        &stop,
-        |event| display.show(&event),
-        |change| note(&told(change)),
-    );
-    taken_over.map_err(|error| ended(error, flag, options))?;
+    let on_event = |event| display.show(&event);
+    take_over(path, experiment, options, &stop, on_event, |change| note(&told(change)))
+        .map_err(|error| ended(error, flag, options))?;
     let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
     match campaign.looks_elsewhere() {
         0 => {}
@@ -169,39 +162,29 @@ pub(super) fn execute(
 
 /// Says that results are replaced, and which files are not theirs.
 pub(super) fn replaces(path: &Path, beside: &[String]) {
-    let path = path.display();
-    let shown = beside.iter().take(NAMES_SHOWN).map(String::as_str);
-    let shown = visible(shown.collect::<Vec<_>>().join(", "));
-    let more = match beside.len().saturating_sub(NAMES_SHOWN) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    let stays = match beside {
-        [] => String::new(),
-        _ => format!("; not of them, and left as it is: {shown}{more}"),
-    };
-    note(&format!(
-        "replacing the results in {path} when the new ones are whole{stays}"
-    ));
+    let mut line = format!(
+        "replacing the results in {} when the new ones are whole",
+        path.display()
+    );
+    if !beside.is_empty() {
+        let shown = visible(beside[..beside.len().min(NAMES_SHOWN)].join(", "));
+        line += &format!("; not of them, and left as it is: {shown}");
+    }
+    if let more @ 1.. = beside.len().saturating_sub(NAMES_SHOWN) {
+        line += &format!(" and {more} more");
+    }
+    note(&line);
 }
 
 /// Says what other methods in the file mean for a folder of results.
 fn told(change: &MethodChange) -> String {
-    let MethodChange {
-        added,
-        again,
-        removed,
-        kept,
-    } = change;
-    let mut parts = vec![format!("the methods changed: {kept} kept")];
+    let again = "computed again, as a comparison, a claim or curves need trials that were not kept (store = \"trials\" \
+                 keeps them)";
+    let mut parts = vec![format!("the methods changed: {} kept", change.kept)];
     let lists = [
-        ("computed", added),
-        (
-            "computed again, as a comparison, a claim or curves need trials that were not kept (store = \"trials\" \
-             keeps them)",
-            again,
-        ),
-        ("removed from the results", removed),
+        ("computed", &change.added),
+        (again, &change.again),
+        ("removed from the results", &change.removed),
     ];
     for (what, names) in lists {
         if !names.is_empty() {

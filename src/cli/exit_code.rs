@@ -21,6 +21,7 @@ impl Error {
             Self::Input(_) | Self::Usage(_) => BAD_INPUT,
             Self::Again(_) => AGAIN,
             Self::Interrupted(_) => INTERRUPTED,
+            Self::Told(code) => *code,
         })
     }
 }

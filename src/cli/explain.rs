@@ -12,7 +12,6 @@ use crate::study::Measure;
 use crate::study::file::{Key, schema};
 use crate::text::folded;
 use serde_json::Value;
-use std::process::ExitCode;
 
 /// Explain words: a key of experiment files, a setting, a measure, a method, a failure, a flag or a word of
 /// the glossary
@@ -23,7 +22,7 @@ pub(super) struct Arguments {
     words: Vec<String>,
 }
 
-pub(super) fn run(arguments: &Arguments, commands: &clap::Command) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments, commands: &clap::Command) -> Result<(), Error> {
     let mut all = entries();
     all.extend(flags(commands));
     let mut texts: Vec<String> = Vec::new();
@@ -50,8 +49,7 @@ pub(super) fn run(arguments: &Arguments, commands: &clap::Command) -> Result<Exi
         let found = ways.iter().find_map(|way| way().filter(|found| !found.is_empty()));
         texts.extend(found.ok_or_else(|| Error::Input(unknown(word, &all)))?);
     }
-    print(&texts.join("\n"))?;
-    Ok(ExitCode::SUCCESS)
+    print(&texts.join("\n"))
 }
 
 /// A word without case, blanks, hyphens and the end of a plural: "dead beat" is "Dead-Beat".

@@ -4,7 +4,6 @@ use super::error::{Error, bad_input};
 use super::output::print;
 use crate::report::{Study, failures};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// List the trials of a study that failed, by cell, output and kind, with the command that shows the
 /// first of each
@@ -18,10 +17,9 @@ pub(super) struct Arguments {
     method: Option<String>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let study = Study::read(&arguments.folder).map_err(bad_input)?;
     let text =
         failures(&study, arguments.method.as_deref()).map_err(|error| Error::Input(format!("--method: {error}")))?;
-    print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    print(&text)
 }

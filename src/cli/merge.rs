@@ -10,7 +10,6 @@ use crate::claim;
 use crate::study::Summary;
 use crate::study::cluster::{Collection, MergeOptions, Merged, ShardPlan, merge};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Merge the shards' results: the same bytes as `run` on one machine. Any
 /// folders, in any order, twice the same: all that is damaged or of another experiment is named and
@@ -37,7 +36,7 @@ pub(super) struct Arguments {
     threads: Option<u16>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let path = &arguments.plan;
     let (plan, mut experiment) = ShardPlan::read(path).map_err(refused)?;
     let out = arguments.out.clone();
@@ -67,8 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                 ));
             }
             let (text, verdicts) = results(&out, &experiment.file, &summary, false)?;
-            print_with_verdicts(&text, &verdicts)?;
-            Ok(ExitCode::SUCCESS)
+            print_with_verdicts(&text, &verdicts)
         }
         Merged::Missing(status) => {
             for span in status.missing.iter().take(cluster::LINES) {

@@ -5,7 +5,6 @@ use super::estimate::estimator;
 use super::output::{print, wrapped};
 use crate::estimator::{EstimatorName, OptionEntry};
 use serde_json::{Map, Value};
-use std::process::ExitCode;
 
 /// Columns of an option's name and default.
 const COLUMNS: usize = 34;
@@ -22,16 +21,14 @@ pub(super) struct Arguments {
     names: Vec<EstimatorName>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     if !arguments.names.is_empty() {
         let texts: Vec<String> = arguments.names.iter().copied().map(described).collect();
-        print(&texts.join("\n"))?;
-        return Ok(ExitCode::SUCCESS);
+        return print(&texts.join("\n"));
     }
     let texts: Vec<String> = EstimatorName::ALL.iter().copied().map(described).collect();
     let programs = filled("command: ", PROGRAMS, 2);
-    print(&format!("{}\n{programs}", texts.join("\n")))?;
-    Ok(ExitCode::SUCCESS)
+    print(&format!("{}\n{programs}", texts.join("\n")))
 }
 
 /// Describes an estimator and its options.

@@ -53,11 +53,9 @@ impl Need {
                 amount(room)
             ))
         };
-        let all = [
-            short(self.disk, room.disk, "disk"),
-            short(self.memory, room.memory, "memory"),
-        ];
-        let all: Vec<String> = all.into_iter().flatten().collect();
+        let disk = short(self.disk, room.disk, "disk");
+        let memory = short(self.memory, room.memory, "memory");
+        let all: Vec<String> = disk.into_iter().chain(memory).collect();
         (!all.is_empty()).then(|| format!("needs {}", all.join(" and ")))
     }
 }

@@ -8,7 +8,6 @@ use crate::text::shell_word;
 use std::fmt::Write as _;
 use std::io::ErrorKind;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Write a commented experiment file to begin with: NAME.toml
 #[derive(clap::Args)]
@@ -51,7 +50,7 @@ fn content(kind: StudyKind) -> String {
     text
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut path = arguments.name.clone();
     if path.extension().is_none() {
         path.set_extension("toml");
@@ -83,7 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         path.display(),
         shell_word(path.display())
     ));
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 #[cfg(test)]

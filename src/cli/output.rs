@@ -41,6 +41,18 @@ pub(super) fn print_json(value: &impl serde::Serialize) -> Result<(), Error> {
     write_out(&format!("{}\n", visible_json(&text)))
 }
 
+/// Prints in the form that was asked for.
+pub(super) fn show<T: serde::Serialize>(
+    format: Format,
+    text: impl FnOnce() -> String,
+    json: impl FnOnce() -> T,
+) -> Result<(), Error> {
+    match format {
+        Format::Text => print(&text()),
+        Format::Json => print_json(&json()),
+    }
+}
+
 /// Writes to standard output. If the reader has gone away, this is not an error.
 fn write_out(text: &str) -> Result<(), Error> {
     use std::io::Write;

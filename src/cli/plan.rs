@@ -15,7 +15,6 @@ use crate::study::file::TrialRule;
 use crate::study::{Experiment, Forecast, Span, Summary};
 use crate::text::count;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Duration;
 
 /// Plan a study in shards for many machines, balanced by a short timing. The same command again
@@ -59,7 +58,7 @@ pub(super) struct SizeArguments {
     pub(super) target_time: Option<Duration>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut name = PathBuf::from(arguments.study.name());
     if name.extension().is_some_and(|form| form == "plan") {
         name.set_extension("");
@@ -90,8 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     };
     let text = planned.text(&path);
     let text = format!("{text}{shard}then: asobench merge {plan} --out {out}\n");
-    print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    print(&text)
 }
 
 /// A plan that was written.

@@ -13,7 +13,6 @@ use crate::study::file::Key;
 use crate::text::shell_word;
 use clap::builder::{PathBufValueParser, TypedValueParser as _};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Draw one figure of a study as SVG or PDF: a measure over a setting, for some outputs
 ///
@@ -117,7 +116,7 @@ fn measure(given: &str) -> Result<Measure, String> {
         })
 }
 
-pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: Arguments) -> Result<(), Error> {
     if arguments.folder.is_file() {
         return Err(Error::Input(format!(
             "{}: a file; expected a folder of results. Of a record: asobench estimate {} --order 2 --plot bode",
@@ -153,6 +152,5 @@ pub(super) fn run(arguments: Arguments) -> Result<ExitCode, Error> {
     let path = arguments.out.unwrap_or_else(|| format!("{name}.svg").into());
     let content = drawn("--out", &path, &picture)?;
     files::replace(&path, Kind::Figure, &content).map_err(bad_input)?;
-    print(&format!("{}\n{}\n", path.display(), wrapped(&caption, "").trim_end()))?;
-    Ok(ExitCode::SUCCESS)
+    print(&format!("{}\n{}\n", path.display(), wrapped(&caption, "").trim_end()))
 }

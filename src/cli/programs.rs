@@ -3,12 +3,12 @@
 use super::error::{Error, bad_file, bad_input, failed};
 use super::output::{asked, note};
 use super::progress;
-use crate::estimator::{Problem, ProgramError};
+use crate::estimator::ProgramError;
 use crate::files::{self, Kind};
 use crate::study::file::ExperimentFile;
 use crate::study::{Experiment, stored_design};
 use crate::text::{judged_word, shell_word, visible};
-use crate::worker::{self, Guard, Permit, Program};
+use crate::worker::{self, Guard, Permit, Program, Ready};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -79,40 +79,33 @@ pub(super) fn introduced(
     if file.methods.iter().all(|method| method.program().is_none()) {
         return Ok((file, None));
     }
-    let experiment = Experiment::new(file.clone());
-    let experiment = experiment.map_err(bad_file(path))?;
+    let experiment = Experiment::new(file.clone()).map_err(bad_file(path))?;
     let folder = folder_of(path)?;
-    match &consent.others(&experiment)[..] {
-        [] => {}
-        others => ask(others, path, &folder)?,
+    let others = consent.others(&experiment);
+    if !others.is_empty() {
+        ask(&others, path, &folder)?;
     }
     permit(&experiment, &folder)?;
-    for (program, identity) in identities(&experiment)? {
-        for table in &mut file.methods {
-            if table.program() == Some(&program.options) {
-                table.set_worker(identity.clone());
-            }
+    for (program, ready) in all_ready(&experiment)? {
+        let tables = file.methods.iter_mut();
+        for table in tables.filter(|table| table.program() == Some(&program.options)) {
+            table.set_worker(ready.identity());
         }
     }
     Ok((file, Some(experiment)))
 }
 
-/// Returns the problem of the first cell; `None` in continuous time, where no method is a program.
-fn problem(experiment: &Experiment) -> Option<Problem<'_>> {
-    let cell = experiment.cells[0].discrete()?;
-    Some(cell.problem(cell.window))
-}
-
-/// Returns what each program says that it is.
-fn identities(experiment: &Experiment) -> Result<Vec<(&Arc<Program>, String)>, Error> {
-    let Some(problem) = problem(experiment) else {
+/// Introduces the programs of a study to the problem of the first cell. Returns what each says of itself; nothing in
+/// continuous time, where no method is a program.
+fn all_ready(experiment: &Experiment) -> Result<Vec<(&Arc<Program>, Ready)>, Error> {
+    let Some(cell) = experiment.cells[0].discrete() else {
         return Ok(Vec::new());
     };
-    let programs = experiment.programs.iter();
-    let introduced = programs.map(|program| {
+    let problem = cell.problem(cell.window);
+    let introduced = experiment.programs.iter().map(|program| {
         let ready = worker::introduce(program, &problem);
         let ready = ready.inspect_err(|_| printed(program, 0).iter().for_each(|line| note(line)));
-        Ok((program, ready.map_err(refused)?.identity()))
+        Ok((program, ready.map_err(refused)?))
     });
     introduced.collect()
 }
@@ -132,12 +125,9 @@ pub(super) fn same_versions(experiment: &Experiment, folder: &Path) -> Result<()
         if let (Some(before), Some(now)) = (worker(&stored, i), worker(&now, i))
             && before != now
         {
-            return Err(Error::Input(format!(
-                "{}: method '{}' says that it is '{}', the results are of '{}'; choose another folder",
-                folder.display(),
-                visible(table.output_name(0)),
-                visible(now),
-                visible(before)
+            let [name, now, before] = [table.output_name(0), now, before].map(visible);
+            return Err(bad_file(folder)(format!(
+                "method '{name}' says that it is '{now}', the results are of '{before}'; choose another folder"
             )));
         }
     }
@@ -146,15 +136,9 @@ pub(super) fn same_versions(experiment: &Experiment, folder: &Path) -> Result<()
 
 /// Returns the first method whose program says that it is not deterministic.
 pub(super) fn not_deterministic(experiment: &Experiment) -> Result<Option<String>, Error> {
-    let Some(problem) = problem(experiment) else {
-        return Ok(None);
-    };
-    for program in &experiment.programs {
-        if !worker::introduce(program, &problem).map_err(refused)?.deterministic {
-            return Ok(Some(program.name.clone()));
-        }
-    }
-    Ok(None)
+    let mut ready = all_ready(experiment)?.into_iter();
+    let found = ready.find(|(_, ready)| !ready.deterministic);
+    Ok(found.map(|(program, _)| program.name.clone()))
 }
 
 /// Returns an input error for a program that does not start or is not what the file says.
@@ -206,6 +190,14 @@ pub(super) fn take_over(experiment: &Experiment, introduced: Option<&Experiment>
     }
 }
 
+/// Returns an experiment of a user's file with its programs started, told apart by their version.
+pub(super) fn started(experiment: Experiment, path: &Path, consent: &Consent) -> Result<Experiment, Error> {
+    let (file, introduced) = introduced(experiment.file, path, consent)?;
+    let experiment = Experiment::new(file).map_err(failed)?;
+    take_over(&experiment, introduced.as_ref());
+    Ok(experiment)
+}
+
 /// Ends the programs, and writes what they printed to a file beside the results.
 pub(super) fn conclude(experiment: &Experiment, folder: &Path) {
     let mut text = Vec::new();
@@ -234,8 +226,7 @@ pub(super) fn folder_of(path: &Path) -> Result<PathBuf, Error> {
         }
         _ => PathBuf::from("."),
     };
-    let absolute = folder.canonicalize();
-    absolute.map_err(bad_file(&folder))
+    folder.canonicalize().map_err(bad_file(&folder))
 }
 
 /// Asks on a terminal, once for each content of a file in a folder.
@@ -253,21 +244,16 @@ fn ask(programs: &[&Program], path: &Path, folder: &Path) -> Result<(), Error> {
         judged_path(folder),
         shown.join("\n  ")
     );
-    let refused = match asked(&question)? {
-        Some(true) => None,
-        Some(false) => Some("no program was started, since you did not agree".to_owned()),
-        None => Some(format!(
+    let why = match (asked(&question)?, place, agreed) {
+        (Some(true), Some(place), Some(agreed)) => return remember(&place, known, agreed),
+        (Some(true), ..) => return Ok(()),
+        (Some(false), ..) => "no program was started, since you did not agree".to_owned(),
+        (None, ..) => format!(
             "this study starts a program: {}; add --allow-commands if that is what you want",
             shown.join("; ")
-        )),
+        ),
     };
-    if let Some(why) = refused {
-        return Err(Error::Input(format!("{file}: {why}")));
-    }
-    match (place, agreed) {
-        (Some(place), Some(agreed)) => remember(&place, known, agreed),
-        _ => Ok(()),
-    }
+    Err(Error::Input(format!("{file}: {why}")))
 }
 
 /// Returns the line of the file with the agreed commands. Commands of standard input are asked for each time.
@@ -304,10 +290,8 @@ fn judged_path(path: &Path) -> String {
 /// nothing that could hide a part of it or scroll it away.
 fn commands_shown(programs: &[&Program]) -> Vec<String> {
     let shown = programs.len().clamp(1, PROGRAMS_SHOWN);
-    let mut lines: Vec<String> = programs[..shown.min(programs.len())]
-        .iter()
-        .map(|program| command_shown(program, COMMANDS_SHOWN / shown))
-        .collect();
+    let lines = programs.iter().take(shown);
+    let mut lines: Vec<String> = lines.map(|of| command_shown(of, COMMANDS_SHOWN / shown)).collect();
     if let more @ 1.. = programs.len() - lines.len() {
         lines.push(format!("... and {more} more programs, which the file names"));
     }
@@ -354,7 +338,7 @@ fn lines_of(path: &Path) -> Result<Vec<Value>, Error> {
 fn remember(path: &Path, mut known: Vec<Value>, agreed: Value) -> Result<(), Error> {
     known.push(agreed);
     let lines = known.iter().map(|line| format!("{line}\n"));
-    let text = crate::files::AGREED_TITLE.to_owned() + &lines.collect::<String>();
+    let text = files::AGREED_TITLE.to_owned() + &lines.collect::<String>();
     files::make_folder(path.parent().unwrap_or(Path::new("."))).map_err(failed)?;
     files::replace(path, Kind::Agreed, text.as_bytes()).map_err(failed)
 }

@@ -13,11 +13,28 @@ use std::time::{Duration, Instant};
 /// The time between two lines if standard error is not a terminal. A shorter run prints none.
 const BETWEEN_LINES: Duration = Duration::from_mins(1);
 
+/// The time of the last line; `None` on a terminal, where a bar is shown instead.
+struct Pace(Option<Instant>);
+
+impl Pace {
+    fn new() -> Self {
+        Self((!std::io::stderr().is_terminal()).then(Instant::now))
+    }
+
+    /// Whether a line is to be printed now.
+    fn is_due(&mut self, now: Instant) -> bool {
+        let is_due = self.0.is_some_and(|last| now.duration_since(last) >= BETWEEN_LINES);
+        if is_due {
+            self.0 = Some(now);
+        }
+        is_due
+    }
+}
+
 /// A bar on standard error with trials, cells and failures; a line a minute if that is not a terminal.
 pub(super) struct Display {
     bar: ProgressBar,
-    /// The time of the last line; `None` on a terminal.
-    last_line: Option<Instant>,
+    pace: Pace,
     cells: usize,
     done: usize,
     failures: u64,
@@ -29,11 +46,10 @@ pub(super) struct Display {
 
 impl Display {
     pub(super) fn new(cells: usize) -> Self {
-        let terminal = std::io::stderr().is_terminal();
-        let target = if terminal {
-            ProgressDrawTarget::stderr_with_hz(8)
-        } else {
-            ProgressDrawTarget::hidden()
+        let pace = Pace::new();
+        let target = match pace.0 {
+            None => ProgressDrawTarget::stderr_with_hz(8),
+            Some(_) => ProgressDrawTarget::hidden(),
         };
         let template = "[{bar:16}] {percent}% {rate}, ETA {eta}, {msg}";
         let style = ProgressStyle::with_template(template)
@@ -45,7 +61,7 @@ impl Display {
             .progress_chars("=> ");
         Self {
             bar: ProgressBar::with_draw_target(None, target).with_style(style),
-            last_line: (!terminal).then(Instant::now),
+            pace,
             cells,
             done: 0,
             failures: 0,
@@ -85,11 +101,9 @@ impl Display {
 
     /// Returns the line that is due, if any.
     fn line(&mut self, now: Instant) -> Option<String> {
-        let last = self.last_line?;
-        if now.duration_since(last) < BETWEEN_LINES {
+        if !self.pace.is_due(now) {
             return None;
         }
-        self.last_line = Some(now);
         let (done, total) = (self.bar.position(), self.bar.length().unwrap_or(0));
         let percent = 100 * u128::from(done) / u128::from(total.max(1));
         Some(format!(
@@ -133,32 +147,25 @@ pub(super) fn shares(spent: &Spent) -> String {
 /// Otherwise a step prints a line if it begins at least a minute after the last line.
 pub(super) struct Steps {
     bar: ProgressBar,
-    /// The time of the last line; `None` on a terminal.
-    last_line: Option<Instant>,
+    pace: Pace,
 }
 
 impl Steps {
     pub(super) fn new() -> Self {
-        let terminal = std::io::stderr().is_terminal();
-        let bar = if terminal {
-            ProgressBar::new_spinner()
-        } else {
-            ProgressBar::hidden()
+        let pace = Pace::new();
+        let bar = match pace.0 {
+            None => ProgressBar::new_spinner(),
+            Some(_) => ProgressBar::hidden(),
         };
         let style = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
         bar.enable_steady_tick(Duration::from_millis(200));
-        Self {
-            bar,
-            last_line: (!terminal).then(Instant::now),
-        }
+        Self { bar, pace }
     }
 
     pub(super) fn show(&mut self, step: &str) {
         self.bar.set_message(step.to_owned());
-        let now = Instant::now();
-        if self.last_line.is_some_and(|last| now - last >= BETWEEN_LINES) {
-            self.last_line = Some(now);
+        if self.pace.is_due(Instant::now()) {
             note(step);
         }
     }
@@ -225,7 +232,7 @@ mod tests {
     fn a_line_a_minute_and_none_in_the_first() {
         let mut display = Display::new(3);
         let begin = Instant::now();
-        display.last_line = Some(begin);
+        display.pace = Pace(Some(begin));
         let planned = Event::Planned { trials: 300, done: 100 };
         let block = Event::Block {
             trials: 20,
@@ -241,7 +248,7 @@ mod tests {
         assert_eq!(at(61), Some(line.to_owned()));
         assert_eq!(at(120), None);
         assert!(at(121).is_some());
-        display.last_line = None;
+        display.pace = Pace(None);
         assert_eq!(display.line(begin + 10 * BETWEEN_LINES), None);
     }
 }

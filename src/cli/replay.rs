@@ -20,7 +20,6 @@ use crate::text::{number, shell_word, visible};
 use crate::worker::ask_once;
 use printed::{Replay, stored};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 pub(super) use printed::Options;
 pub(super) use which::Which;
@@ -46,7 +45,7 @@ pub(super) struct Arguments {
     format: Format,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let folder = &arguments.folder;
     let manifest = read_results(folder, |manifest| Ok::<_, FolderError>(manifest.clone()));
     let manifest = manifest.map_err(bad_input)?;
@@ -72,7 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
 }
 
 /// Replays a trial and prints it.
-pub(super) fn show(experiment: &Experiment, which: &Which, options: &Options<'_>) -> Result<ExitCode, Error> {
+pub(super) fn show(experiment: &Experiment, which: &Which, options: &Options<'_>) -> Result<(), Error> {
     let index = which.cell(options.flag, experiment)?;
     check_output("--data", options.data, Kind::Record)?;
     let cell = &experiment.cells[index];
@@ -105,11 +104,11 @@ pub(super) fn show(experiment: &Experiment, which: &Which, options: &Options<'_>
     replay.stages.extend(along::courses(experiment, &trial));
     replay.stored = stored;
     replay.may_differ = programs::not_deterministic(experiment)?;
-    let code = replay.print(options)?;
-    if options.format == Format::Text {
-        messages(experiment, discrete, which.trial)?;
+    replay.print(options)?;
+    match options.format {
+        Format::Text => messages(experiment, discrete, which.trial),
+        Format::Json => Ok(()),
     }
-    Ok(code)
 }
 
 /// Prints the messages to each program for one trial, and its answers.

@@ -11,7 +11,7 @@ use crate::study::file::ExperimentFile;
 use crate::study::{FolderError, partial_results};
 use crate::text::{alike, folded, visible};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{Command, Stdio};
 
 /// Make a report of results: report.html, figures, tables, and the verdict on every claim of their
 /// files.
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     open: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let others = arguments.claims.as_deref().map(ExperimentFile::read);
     let others = others.transpose().map_err(bad_input)?;
     let mut studies: Vec<Study> = Vec::new();
@@ -89,15 +89,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         print("no claims: --claims FILE.toml judges those of a file\n")?;
     }
     let page = out.join("report.html");
-    print(&format!(
-        "{} files; the page is {}\n",
-        files.len(),
-        visible(page.display())
-    ))?;
+    let (count, shown) = (files.len(), visible(page.display()));
+    print(&format!("{count} files; the page is {shown}\n"))?;
     if arguments.open {
         open(&page)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Reads the results in a folder; with `partial` those of a run that has not ended, too.

@@ -6,31 +6,28 @@ mod claims;
 mod one_trial;
 
 use super::error::{Error, bad_input, failed};
-use super::execute::{execute, threads};
-use super::output::{Format, print, print_json};
+use super::execute::threads;
+use super::output::show;
 use super::{need, replay};
 use crate::report::{Study, draw, verdict_table};
 use crate::study::file::{ExperimentFile, TrialRule};
-use crate::study::{CellSummary, Experiment, NIKOLOV2023, OutputShare, RunOptions, Summary};
+use crate::study::{CellSummary, Experiment, NIKOLOV2023, OutputShare, Summary};
 use crate::text::{shell_word, visible};
 use arguments::Paper;
 use claims::{claims_json, lines};
 use serde_json::{Value, json};
 use std::path::Path;
-use std::process::ExitCode;
 
 pub(super) use arguments::Arguments;
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let path = arguments.folder();
     if arguments.replay.is_some() {
         if arguments.paper == Paper::Bobtsov {
-            return Err(bad_input(
-                "--replay: trials of Bobtsov et al. are replayed by asobench replay \
-                FOLDER CELL:TRIAL",
-            ));
+            let why = "--replay: trials of Bobtsov et al. are replayed by asobench replay FOLDER CELL:TRIAL";
+            return Err(bad_input(why));
         }
-        return nikolov(arguments, path).map(|_| ExitCode::SUCCESS);
+        return nikolov(arguments, path).map(|_| ());
     }
     if arguments.paper != Paper::Nikolov {
         bobtsov::check(path)?;
@@ -45,15 +42,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         entries.extend(claims_json(&study));
     }
     if arguments.paper != Paper::Nikolov {
-        let bobtsov = bobtsov::Bobtsov::run(arguments, path)?;
-        text.push(bobtsov.text(path));
-        entries.extend(bobtsov.json());
+        let studies = bobtsov::studies(arguments, path)?;
+        text.push(bobtsov::text(&studies, path));
+        entries.extend(studies.iter().flat_map(claims_json));
     }
-    match arguments.format {
-        Format::Text => print(&text.join("\n\n"))?,
-        Format::Json => print_json(&entries)?,
-    }
-    Ok(ExitCode::SUCCESS)
+    show(arguments.format, || text.join("\n\n"), || entries)
 }
 
 /// Runs the first paper's experiment, or replays a trial of it.
@@ -80,26 +73,21 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Study>, Error> {
         replay::show(&experiment, which, &options)?;
         return Ok(None);
     }
-    let rule = TrialRule::Fixed(arguments.trials);
-    let options = RunOptions {
-        threads: threads(arguments.threads),
-        fresh: true,
-        overwrite: arguments.overwrites(),
-        figures: &["fig1.svg", "fig2.svg", "fig3.svg"],
-        ..RunOptions::default()
-    };
     let cells = experiment.cells.iter();
-    let first_trials: Result<Vec<_>, _> = cells.map(|cell| one_trial::first_trial(&experiment, cell)).collect();
-    let first_trials = first_trials.map_err(failed)?;
+    let first_trials = cells.map(|cell| one_trial::first_trial(&experiment, cell));
+    let first_trials = first_trials.collect::<Result<Vec<_>, _>>().map_err(failed)?;
+    let names = &["fig1.svg", "fig2.svg", "fig3.svg"];
     let figures = |summary: &Summary| {
-        let drawn = (1..).zip(summary.cells.iter().zip(&first_trials));
-        drawn
-            .map(|(i, (cell, one))| (format!("fig{i}.svg"), draw(cell, one)))
-            .collect()
+        let drawn = summary
+            .cells
+            .iter()
+            .zip(&first_trials)
+            .map(|(cell, one)| draw(cell, one));
+        names.iter().map(ToString::to_string).zip(drawn).collect()
     };
-    need::ask(&experiment, &rule, options.threads, path, arguments.anyway)?;
-    execute(path, "--out ", &experiment, rule, options, figures)?;
-    Study::read(path).map(Some).map_err(failed)
+    let rule = TrialRule::Fixed(arguments.trials);
+    need::ask(&experiment, &rule, threads(arguments.threads), path, arguments.anyway)?;
+    arguments.study(path, &experiment, rule, names, figures).map(Some)
 }
 
 /// Returns every bound with the shares of its first and last output.

@@ -13,7 +13,6 @@ use crate::study::{Experiment, RunOptions};
 use crate::text::{alike, visible};
 use std::iter;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Run an experiment file. A run that was stopped or killed resumes with the same command; more
 /// trials (--trials) extend it.
@@ -50,7 +49,7 @@ pub(super) struct Arguments {
     every_claim: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let study = &arguments.study;
     if arguments.more.is_empty() {
         return run_one(arguments, Prepared::read(arguments, study)?);
@@ -68,26 +67,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let read = studies.iter().map(|study| Prepared::read(arguments, study));
     let mut prepared: Vec<Prepared<'_>> = read.collect::<Result<_, Error>>()?;
     #[allow(clippy::unnecessary_debug_formatting)] // Lossy names of two paths may be the same.
-    let names: Vec<String> = prepared
-        .iter()
-        .map(|prepared| &prepared.path)
-        .map(|path| path.to_str().map_or_else(|| format!("{path:?}"), str::to_owned))
-        .collect();
+    let name = |path: &Path| path.to_str().map_or_else(|| format!("{path:?}"), str::to_owned);
+    let names: Vec<String> = prepared.iter().map(|prepared| name(&prepared.path)).collect();
     if let Some([folder, _]) = alike(names.iter().map(String::as_str)) {
         return Err(Error::Input(format!(
             "two of these files would write to {folder}; expected different names"
         )));
     }
     // All files are checked before the first one runs.
-    for prepared in &mut prepared {
-        let made = prepared.study.of_file(prepared.file.clone(), &prepared.path)?;
-        prepared.made = Some(made);
+    for of in &mut prepared {
+        of.made = Some(of.study.of_file(of.file.clone(), &of.path)?);
     }
     for prepared in prepared {
         note(&format!("{}:", prepared.study.file.display()));
         run_one(arguments, prepared)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// A file that was read, with the folder of its results.
@@ -106,10 +101,17 @@ impl<'a> Prepared<'a> {
                 "--out: expected a folder, because the experiment comes from standard input",
             ));
         }
-        let file = file(arguments, study)?;
-        let out = arguments.out.as_deref();
+        let confirmation = &arguments.confirmation;
+        let sets_seed = |set: &String| set.split('=').next().is_some_and(|key| key.trim() == "seed");
+        if confirmation.is_asked() && (study.seed.is_some() || study.set.iter().any(sets_seed)) {
+            let seed = if study.seed.is_some() { "--seed" } else { "--set seed" };
+            return Err(Error::Input(format!(
+                "{seed}: --confirm sets the seed; expected --confirm SEED alone"
+            )));
+        }
+        let file = confirmation.of(study.read()?, &study.file)?;
         Ok(Self {
-            path: arguments.confirmation.folder(study, &file, out),
+            path: confirmation.folder(study, &file, arguments.out.as_deref()),
             study,
             file,
             made: None,
@@ -117,20 +119,8 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// Returns one of the files, with another seed if its claims are confirmed.
-fn file(arguments: &Arguments, study: &StudyArguments) -> Result<ExperimentFile, Error> {
-    let sets_seed = |set: &String| set.split('=').next().is_some_and(|key| key.trim() == "seed");
-    let seed = if study.seed.is_some() { "--seed" } else { "--set seed" };
-    if arguments.confirmation.is_asked() && (study.seed.is_some() || study.set.iter().any(sets_seed)) {
-        return Err(Error::Input(format!(
-            "{seed}: --confirm sets the seed; expected --confirm SEED alone"
-        )));
-    }
-    arguments.confirmation.of(study.read()?, &study.file)
-}
-
 /// Runs one of the files.
-fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Error> {
+fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<(), Error> {
     let Prepared {
         study,
         file,
@@ -184,19 +174,15 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<ExitCode, Er
         timing::measure(&experiment, &path, &stop)?;
     }
     let (text, verdicts) = results(&path, &experiment.file, &summary, arguments.every_claim)?;
-    print_with_verdicts(&text, &verdicts)?;
-    Ok(ExitCode::SUCCESS)
+    print_with_verdicts(&text, &verdicts)
 }
 
 /// Says that all trials were there. A program that was edited is not seen unless it says another version.
 fn nothing_computed(experiment: &Experiment, path: &Path) {
+    let advice = match &experiment.programs[..] {
+        [] => "",
+        _ => "; if a program has changed since, give it another \"version\", or choose another --out",
+    };
     let path = path.display();
-    if experiment.programs.is_empty() {
-        note(&format!("nothing to compute: all trials are in {path}"));
-    } else {
-        note(&format!(
-            "nothing to compute: all trials are in {path}; if a program has changed since, give it another \
-             \"version\", or choose another --out"
-        ));
-    }
+    note(&format!("nothing to compute: all trials are in {path}{advice}"));
 }

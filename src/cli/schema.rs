@@ -7,7 +7,6 @@ use crate::study::Measure;
 use crate::study::file::{Key, StudyKind, schema};
 use serde_json::Value;
 use std::fmt::Write as _;
-use std::process::ExitCode;
 
 /// Print the JSON schema of experiment files, for editors
 #[derive(clap::Args)]
@@ -17,13 +16,12 @@ pub(super) struct Arguments {
     markdown: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     if arguments.markdown {
-        print(&page(&schema()))?;
+        print(&page(&schema()))
     } else {
-        print_json(&schema())?;
+        print_json(&schema())
     }
-    Ok(ExitCode::SUCCESS)
 }
 
 const HEAD: &str = "\

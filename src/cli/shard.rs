@@ -10,7 +10,6 @@ use super::{memory, progress};
 use crate::study::RunError;
 use crate::study::cluster::{ClusterError, Process, ShardOptions, ShardPlan, compute_shard, shard_folder};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -42,7 +41,7 @@ pub(super) struct Arguments {
     consent: Consent,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let path = &arguments.plan;
     let (plan, experiment) = ShardPlan::read(path).map_err(refused)?;
     let index = index(arguments.shard.as_deref(), plan.shards.len(), path)?;
@@ -86,8 +85,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
                 "shard {number} of {total}: all {} trials are there, in {}\n",
                 plan.trials_of_shard(index),
                 word(&shard_folder(&folder, index))
-            ))?;
-            Ok(ExitCode::SUCCESS)
+            ))
         }
         Err(ClusterError::Run(RunError::Interrupted { .. })) => {
             let out = arguments.out.as_ref();

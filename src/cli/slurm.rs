@@ -12,7 +12,7 @@ use crate::study::cluster::ShardPlan;
 use crate::text::{beginning, script_word, visible};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::Command;
 use std::time::Duration;
 
 /// Write a plan of a study, a job script of its shards and one that puts their results together,
@@ -144,7 +144,7 @@ fn places(name: &str, file: &Path, plan: &Path, out: &Path) -> Result<Vec<(&'sta
             visible(folder.display())
         )));
     }
-    let path = |name, path: &Path| Ok((name, path_word(path)?));
+    let path = |name, path: &Path| Ok::<_, Error>((name, path_word(path)?));
     Ok(vec![
         ("name", script_word(name).map_err(Error::Input)?),
         path("program", &std::env::current_exe().map_err(failed)?)?,
@@ -172,7 +172,7 @@ fn not_utf8(path: &Path) -> Error {
     ))
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let name = arguments.study.name();
     let name = name.to_str().ok_or_else(|| not_utf8(Path::new(&name)))?;
     if name == "-" || name.chars().any(|c| c.is_control() || c.is_whitespace()) {
@@ -182,8 +182,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let file = arguments.config.as_deref().map(Job::read).transpose()?;
     let job = arguments.job.clone().or(file.unwrap_or_default());
     let (lines, time) = job.check()?;
-    let work = arguments.work.clone();
-    let work = work.unwrap_or_else(|| PathBuf::from(format!("{name}-slurm")));
+    let default = || PathBuf::from(format!("{name}-slurm"));
+    let work = arguments.work.clone().unwrap_or_else(default);
     let path = work.join(format!("{name}.plan.json"));
     let out = arguments.study.folder(arguments.out.as_deref());
     let mut places = places(name, &arguments.study.file, &path, &out)?;
@@ -198,6 +198,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let study = (&arguments.study, &arguments.consent);
     let planned = plan(study, &size, usize::from(cpus), &path, &[])?;
     let home = places.pop().filter(|_| !planned.allow.is_empty());
+    let home = home.map(|(_, home)| format!("cd {home} && "));
     let line = |time| format!("#SBATCH --time={}\n", slurm_time(time));
     // Leaves time to finish and write the blocks under way. A block takes about five seconds at most, unless one trial
     // takes longer.
@@ -211,24 +212,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         ("time", time.map(line).unwrap_or_default()),
         ("limit", time.map(limit).unwrap_or_default()),
         ("allow", planned.allow.to_owned()),
-        (
-            "at",
-            home.map_or_else(String::new, |(_, home)| format!("cd {home} && ")),
-        ),
+        ("at", home.unwrap_or_default()),
     ]);
     let (script, merge_script) = (script_of(&path), work.join(format!("{name}-merge.sbatch")));
     write(&script, &filled(include_str!("slurm/shards.sbatch"), &places))?;
     write(&merge_script, &filled(include_str!("slurm/merge.sbatch"), &places))?;
-    let shards = planned.plan.shards.len();
-    let array = match (shards, job.array_limit) {
-        (0, _) => None,
-        (count, None) => Some(format!("1-{count}")),
-        (count, Some(limit)) => Some(format!("1-{count}%{limit}")),
+    let limit = job.array_limit.map(|limit| format!("%{limit}")).unwrap_or_default();
+    let array = match planned.plan.shards.len() {
+        0 => None,
+        count => Some(format!("1-{count}{limit}")),
     };
     print(&planned.text(&path))?;
     submit(arguments.submit, array, (&script, &merge_script))?;
-    print(&format!("progress: asobench status {}\n", word(&path)))?;
-    Ok(ExitCode::SUCCESS)
+    print(&format!("progress: asobench status {}\n", word(&path)))
 }
 
 /// Writes a script, unless the user's own file is there.
@@ -236,10 +232,9 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
     if files::is_there(path) {
         let there = files::read_named(path, Kind::Script).map_err(failed)?;
         if there != text {
+            let path = path.display();
             note(&format!(
-                "{}: kept, although this command would write a different one; remove it to renew \
-                it",
-                path.display()
+                "{path}: kept, although this command would write a different one; remove it to renew it"
             ));
         }
         return Ok(());
@@ -287,10 +282,8 @@ fn sbatch(options: &[String], script: &Path) -> Result<String, Error> {
     let said = String::from_utf8_lossy(&output.stdout);
     // The answer is JOB or JOB;CLUSTER.
     let id = said.trim().split(';').next().unwrap_or_default();
-    let digits = !id.is_empty() && id.bytes().all(|b| b.is_ascii_digit());
-    if digits {
-        Ok(id.to_owned())
-    } else {
-        Err(wrong("it printed no job number"))
+    if id.is_empty() || !id.bytes().all(|b| b.is_ascii_digit()) {
+        return Err(wrong("it printed no job number"));
     }
+    Ok(id.to_owned())
 }

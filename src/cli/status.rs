@@ -7,7 +7,6 @@ use super::output::print;
 use crate::study::cluster::{Collection, PlaceStatus, ShardPlan, Status};
 use std::fmt::Write as _;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Show how much of a plan is computed, by shard and by cell, and print the command that computes the
 /// rest. Ends with exit code 75 while trials are missing.
@@ -22,7 +21,7 @@ pub(super) struct Arguments {
     verify: bool,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let path = &arguments.plan;
     let (plan, experiment) = ShardPlan::read(path).map_err(refused)?;
     let mut folders = folders(path, &arguments.folders);
@@ -42,13 +41,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let code = if status.is_complete() {
         // Writing to a string does not fail.
         let _ = writeln!(text, "all there: asobench merge {}", word(path));
-        ExitCode::SUCCESS
+        Ok(())
     } else {
         text += &cluster::again(path, &plan, &status);
-        ExitCode::from(AGAIN)
+        Err(Error::Told(AGAIN))
     };
-    print(&text)?;
-    Ok(code)
+    print(&text).and(code)
 }
 
 /// Counts the places that are whole, and gives a line for each of the first that are not.

@@ -13,7 +13,6 @@ mod show;
 mod times;
 
 use super::error::Error;
-use std::process::ExitCode;
 
 /// Measure a method against published systems and their Cramer-Rao bounds: the reference suite
 #[derive(clap::Args)]
@@ -28,7 +27,8 @@ pub(super) struct Arguments {
 #[derive(clap::Subcommand)]
 enum What {
     Run(run::Arguments),
-    List(show::ListArguments),
+    /// List the scenarios of a tier
+    List(part::Part),
     Show(show::Arguments),
     Scores(page::Arguments),
     Published(published::Arguments),
@@ -39,7 +39,7 @@ enum What {
     Add(archive::Add),
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     match &arguments.what {
         None => newcomer::run(&arguments.newcomer),
         Some(What::Run(arguments)) => run::run(arguments),

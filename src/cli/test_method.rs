@@ -12,7 +12,6 @@ use crate::study::DiscreteCell;
 use crate::text::visible;
 use crate::worker::{Answered, Program, Record, ask_once, introduce};
 use std::collections::BTreeMap;
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -39,7 +38,7 @@ pub(super) struct Arguments {
     consent: Consent,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let study = &arguments.study;
     let (_, experiment) = introduced(study.read()?, &study.file, &arguments.consent)?;
     let Some(experiment) = experiment else {
@@ -58,19 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         passed &= test.run()?;
         program.end();
     }
-    Ok(if passed {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(FAILED)
-    })
-}
-
-/// The observation of a check that passed.
-enum Seen {
-    /// As required.
-    Fine(String),
-    /// Allowed, and worth knowing.
-    Note(String),
+    if passed { Ok(()) } else { Err(Error::Told(FAILED)) }
 }
 
 /// Why a check did not pass.
@@ -81,11 +68,21 @@ enum Stop {
     Ended(Error),
 }
 
-/// The result of a check.
-type Outcome = Result<Seen, Stop>;
+/// The word for the result of a check and its description.
+type Outcome = Result<(&'static str, String), Stop>;
 
-fn wrong<T>(why: String) -> Result<T, Stop> {
-    Err(Stop::Wrong(why))
+/// All is as required.
+fn fine(seen: impl Into<String>) -> Outcome {
+    Ok(("ok", seen.into()))
+}
+
+/// What was seen is allowed, and worth knowing.
+fn notable(seen: impl Into<String>) -> Outcome {
+    Ok(("note", seen.into()))
+}
+
+fn wrong(why: impl Into<String>) -> Outcome {
+    Err(Stop::Wrong(why.into()))
 }
 
 struct Test<'a> {
@@ -119,8 +116,7 @@ impl Test<'_> {
         for (name, check) in checks {
             let before = self.program.log.length();
             let (word, text) = match check(self) {
-                Ok(Seen::Fine(seen)) => ("ok", seen),
-                Ok(Seen::Note(seen)) => ("note", seen),
+                Ok(seen) => seen,
                 Err(Stop::Wrong(wrong)) => ("WRONG", wrong),
                 Err(Stop::Ended(error)) => return Err(error),
             };
@@ -156,13 +152,12 @@ impl Test<'_> {
         for pass in &answered.passes {
             *counts.entry(word(pass)).or_default() += 1;
         }
-        let found = counts.iter().map(|(name, count)| format!("{count} {name}"));
-        let found = found.collect::<Vec<_>>().join(", ");
-        let text = format!("of {RECORDS} records {found}");
+        let found: Vec<String> = counts.iter().map(|(name, count)| format!("{count} {name}")).collect();
+        let text = format!("of {RECORDS} records {}", found.join(", "));
         match (counts.contains_key(MODEL), counts.len()) {
             (false, _) => wrong(format!("{text}; expected a model for at least one")),
-            (true, 1) => Ok(Seen::Fine(text)),
-            (true, _) => Ok(Seen::Note(text)),
+            (true, 1) => fine(text),
+            (true, _) => notable(text),
         }
     }
 
@@ -170,16 +165,15 @@ impl Test<'_> {
         let records = self.records(RECORDS);
         let (first, second) = (self.ask(&records)?, self.ask(&records)?);
         match (first.same_bits(&second), deterministic) {
-            (true, _) => Ok(Seen::Fine("the same bits".to_owned())),
-            (false, false) => Ok(Seen::Fine("different bits, as it declares".to_owned())),
-            (false, true) => wrong("different bits, although it says that it is deterministic".to_owned()),
+            (true, _) => fine("the same bits"),
+            (false, false) => fine("different bits, as it declares"),
+            (false, true) => wrong("different bits, although it says that it is deterministic"),
         }
     }
 
     fn sizes(&self, deterministic: bool) -> Outcome {
         if !deterministic {
-            let text = "not compared, since it is not deterministic";
-            return Ok(Seen::Note(text.to_owned()));
+            return notable("not compared, since it is not deterministic");
         }
         let records = self.records(RECORDS);
         let whole = self.ask(&records)?;
@@ -207,17 +201,14 @@ impl Test<'_> {
                 }
             }
         }
-        Ok(Seen::Fine(format!(
-            "1 and 5 instead of {RECORDS}: within {largest:.1e}"
-        )))
+        fine(format!("1 and 5 instead of {RECORDS}: within {largest:.1e}"))
     }
 
     fn noise_free(&self) -> Outcome {
         let plant_order = self.cell.plant_order();
         let asked = self.program.options.orders;
         if asked.map_or(self.cell.order, crate::model::Orders::order) < plant_order {
-            let text = "not asked, since the plant has a larger order";
-            return Ok(Seen::Note(text.to_owned()));
+            return notable("not asked, since the plant has a larger order");
         }
         let process = Process::from_settings(ProcessSettings {
             x0: vec![0.0; plant_order],
@@ -246,8 +237,7 @@ impl Test<'_> {
                 word(pass).clone_into(&mut first);
             }
         }
-        let text = format!("trial 0 {first}, no model of trials 0 to {}", RECORDS - 1);
-        Ok(Seen::Note(text))
+        notable(format!("trial 0 {first}, no model of trials 0 to {}", RECORDS - 1))
     }
 
     fn odd(&self) -> Outcome {
@@ -267,7 +257,7 @@ impl Test<'_> {
             r: cut(&plain.r),
             ..plain.clone()
         };
-        let (mut seen, mut fine) = (Vec::new(), true);
+        let (mut seen, mut all_fine) = (Vec::new(), true);
         for (name, record) in [
             ("NaN", of(f64::NAN, f64::NAN)),
             ("constant", of(1.0, 1.0)),
@@ -278,7 +268,7 @@ impl Test<'_> {
             let what = match self.ask(&[record]) {
                 Ok(answered) => word(&answered.passes[0]).to_owned(),
                 Err(Stop::Wrong(why)) => {
-                    fine = false;
+                    all_fine = false;
                     why
                 }
                 ended => ended.map(|_| String::new())?,
@@ -286,7 +276,7 @@ impl Test<'_> {
             seen.push(format!("{name}: {what}"));
         }
         let seen = seen.join(", ");
-        if fine { Ok(Seen::Fine(seen)) } else { wrong(seen) }
+        if all_fine { fine(seen) } else { wrong(seen) }
     }
 
     /// Returns the median time of a message with so many records, seconds.
@@ -314,7 +304,7 @@ impl Test<'_> {
                 "{text}: {seconds:.1} s for a batch, near the timeout of {timeout} s; expected a smaller 'batch'"
             ));
         }
-        Ok(Seen::Fine(text))
+        fine(text)
     }
 }
 
@@ -331,10 +321,10 @@ fn recovered(plant: &LinearModel, model: &LinearModel, trial: u64) -> Outcome {
     if !(error <= RECOVERED) {
         return wrong(format!("{text}; expected at most {RECOVERED:e}"));
     }
-    Ok(match trial {
-        0 => Seen::Fine(text),
-        later => Seen::Note(format!("{text}, for trial {later}: no model for the trials before it")),
-    })
+    match trial {
+        0 => fine(text),
+        later => notable(format!("{text}, for trial {later}: no model for the trials before it")),
+    }
 }
 
 /// The word for a pass that has not failed.

@@ -1,16 +1,16 @@
 //! `asobench theory`: prints limits, asymptotic accuracy and Cramer-Rao bounds of an experiment file's cells.
 
+use super::equation::in_lines;
 use super::error::Error;
 use super::groups;
 use super::output::{Format, WIDTH, print, print_json};
 use super::study_arguments::StudyArguments;
 use crate::number::uncertain;
-use crate::study::file::{Key, Settings};
+use crate::study::file::Key;
 use crate::study::{Cell, Experiment, FoundTheory as Found};
 use crate::text::visible;
 use crate::theory::{Missing, SmoothMeasure, Theory};
 use serde_json::{Map, Value, json};
-use std::process::ExitCode;
 
 /// Print the theory of an experiment file's cells as N grows: limits of biased estimates, sqrt(N)
 /// times the rms of the errors, Cramer-Rao bounds
@@ -26,7 +26,7 @@ pub(super) struct Arguments {
 /// The quantiles of an error's distribution in the JSON output.
 const QUANTILES: [(&str, f64); 3] = [("0.1", 0.1), ("0.5", 0.5), ("0.9", 0.9)];
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let folder = arguments.study.folder(None);
     let (experiment, _) = arguments.study.experiment(&folder)?;
     let cells = experiment.cells.iter().enumerate();
@@ -50,31 +50,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             }
         }
     }
-    Ok(ExitCode::SUCCESS)
-}
-
-/// Returns the settings of a cell.
-fn settings(cell: &Settings) -> Value {
-    serde_json::to_value(cell).unwrap_or_default()
+    Ok(())
 }
 
 fn of_cell_as_json(experiment: &Experiment, cell: &Cell, found: &Found) -> Value {
-    let settings = settings(&cell.settings);
+    let settings = json!(cell.settings);
     match found {
         Err(why) => {
-            let outputs = experiment.outputs();
-            let outputs: Vec<Value> = outputs
-                .iter()
-                .map(|output| of_output_as_json(&output.label(), None))
-                .collect();
+            let outputs = experiment.outputs().into_iter();
+            let outputs: Vec<Value> = outputs.map(|of| of_output_as_json(&of.label(), None)).collect();
             let bounds = json!({ "shared": null, "separate": null });
             json!({ "settings": settings, "outputs": outputs, "bounds": bounds, "why": why.to_string() })
         }
         Ok(theory) => {
             let outputs = theory.outputs.iter();
-            let outputs: Vec<Value> = outputs
-                .map(|(label, theory)| of_output_as_json(label, Some(theory)))
-                .collect();
+            let outputs: Vec<Value> = outputs.map(|(label, of)| of_output_as_json(label, Some(of))).collect();
             json!({
                 "settings": settings,
                 "outputs": outputs,
@@ -148,7 +138,7 @@ const LABEL: usize = 24;
 /// Cells with one table, and their settings.
 fn heading(cells: &[usize], settings: &[String]) -> String {
     let is_range = cells.windows(2).all(|pair| pair[1] == pair[0] + 1);
-    let mut text = match cells {
+    let text = match cells {
         [cell] => format!("cell {cell}"),
         [first, .., last] if is_range => format!("cells {first} to {last}"),
         _ => {
@@ -156,48 +146,29 @@ fn heading(cells: &[usize], settings: &[String]) -> String {
             format!("cells {}", numbers.join(", "))
         }
     };
-    let mut column = text.len();
-    for word in settings {
-        let word = visible(word);
-        if column + word.len() + 2 > WIDTH {
-            text.push_str("\n ");
-            column = 1;
-        }
-        column += word.len() + 2;
-        text.push_str("  ");
-        text.push_str(&word);
-    }
-    text.push('\n');
-    text
+    let words = settings.iter().map(|word| format!("  {}", visible(word)));
+    let lines = in_lines(words, WIDTH, text.len(), 3);
+    format!("{text}{lines}\n")
 }
 
 /// A table of 80 columns.
 fn table(found: &Found) -> String {
-    let mut text = String::new();
-    match found {
-        Err(why) => {
-            let line = format!("  no theory: {why}\n");
-            text.push_str(&line);
-        }
-        Ok(theory) => {
-            text.push_str(&row(
-                "output",
-                &["limit", "e_a", "median", "e_b", "e_h", "trace"].map(str::to_owned),
-            ));
-            let bounds = [
-                ("optimal IV", &theory.optimal_instruments),
-                ("bound: shared", &theory.shared),
-                ("bound: separate", &theory.separate),
-            ];
-            let outputs = theory.outputs.iter();
-            let outputs = outputs.map(|(label, theory)| (label.as_str(), theory));
-            for (label, theory) in outputs.chain(bounds) {
-                text.push_str(&line(label, theory));
-            }
-        }
-    }
-    text.push('\n');
-    text
+    let theory = match found {
+        Err(why) => return format!("  no theory: {why}\n\n"),
+        Ok(theory) => theory,
+    };
+    let bounds = [
+        ("optimal IV", &theory.optimal_instruments),
+        ("bound: shared", &theory.shared),
+        ("bound: separate", &theory.separate),
+    ];
+    let outputs = theory.outputs.iter().map(|(label, theory)| (label.as_str(), theory));
+    let lines = outputs.chain(bounds).map(|(label, theory)| line(label, theory));
+    let head = row(
+        "output",
+        &["limit", "e_a", "median", "e_b", "e_h", "trace"].map(str::to_owned),
+    );
+    format!("{head}{}\n", lines.collect::<String>())
 }
 
 /// Returns a line with a label and text beside it. A long label gets its own line.

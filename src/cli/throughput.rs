@@ -7,11 +7,10 @@ mod study;
 mod w98;
 
 use super::error::Error;
-use std::process::ExitCode;
 
 pub(super) use arguments::Arguments;
 
-pub(super) fn run_command(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run_command(arguments: &Arguments) -> Result<(), Error> {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let mut threads: Vec<usize> = arguments.threads.iter().map(|t| usize::from(*t)).collect();
     if threads.is_empty() {

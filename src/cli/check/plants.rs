@@ -1,7 +1,7 @@
 //! The plants of a study as difference equations, so that a mistake in a sign is seen before a run. In continuous time
 //! their poles, and those of the full-order observers.
 
-use crate::cli::equation::broken;
+use crate::cli::equation::{WIDTH, broken, in_lines};
 use crate::cli::groups;
 use crate::data::PlantSource;
 use crate::model::{LinearModel, Orders};
@@ -11,7 +11,6 @@ use crate::study::file::Key;
 use crate::study::{ContinuousCell, Experiment, Source};
 use crate::text::{rounded, visible};
 use faer::{Mat, c64};
-use std::fmt::Write as _;
 
 /// The largest number of plants shown.
 const SHOWN: usize = 8;
@@ -41,24 +40,21 @@ pub(super) fn plants(experiment: &Experiment) -> String {
                 PlantSource::Fixed(plant) => described(plant),
                 PlantSource::Random { order, radius } => {
                     let radius = rounded(*radius, 6);
-                    let indent = " ".repeat(INDENT);
-                    format!("{indent}of order {order}, poles within {radius}\n")
+                    format!("{:INDENT$}of order {order}, poles within {radius}\n", "")
                 }
             },
         };
         groups::add(&mut plants, text, name);
     }
-    let more = plants.len().saturating_sub(SHOWN);
     let lines = plants.iter().take(SHOWN).map(|(text, names)| {
-        let names = names.join(", ");
-        format!("{:<INDENT$}{}\n{text}", "plant", visible(&names))
+        let names = visible(names.join(", "));
+        format!("{:<INDENT$}{names}\n{text}", "plant")
     });
-    let mut text: String = lines.collect();
-    if more > 0 {
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "          and {more} more plants");
+    let text: String = lines.collect();
+    match plants.len().saturating_sub(SHOWN) {
+        0 => text,
+        more => format!("{text}          and {more} more plants\n"),
     }
-    text
 }
 
 fn described(plant: &StateSpace) -> String {
@@ -101,9 +97,8 @@ fn described_in_continuous_time(cell: &ContinuousCell, experiment: &Experiment) 
             let label = format!("poles of {}: ", visible(output.label()));
             text.push_str(&listed(&label, &poles));
             if poles.iter().any(|pole| pole.re >= 0.0) {
-                let indent = " ".repeat(INDENT);
-                text.push_str(&indent);
-                text.push_str("warning: this observer is not stable: its error does not decay\n");
+                let warning = "warning: this observer is not stable: its error does not decay";
+                text += &format!("{:INDENT$}{warning}\n", "");
             }
         }
     }
@@ -128,44 +123,23 @@ fn without_rounding(numbers: &mut [f64]) {
 
 /// Poles, four digits, pairs as one, on lines of at most 80 columns.
 fn listed(label: &str, poles: &[c64]) -> String {
-    let indent = " ".repeat(INDENT);
     let largest = poles.iter().fold(0.0_f64, |most, pole| most.max(pole.norm()));
     let part = |x: f64| {
         let x = if x.abs() < ROUNDING * largest { 0.0 } else { x };
         rounded(x, 4)
     };
     let poles = poles.iter().filter(|pole| pole.im >= 0.0);
-    let poles: Vec<String> = poles
+    let mut poles: Vec<String> = poles
         .map(|pole| match part(pole.im).as_str() {
-            "0" => part(pole.re),
-            im => format!("{} +- {im}i", part(pole.re)),
+            "0" => format!("{}, ", part(pole.re)),
+            im => format!("{} +- {im}i, ", part(pole.re)),
         })
         .collect();
-    let mut lines = String::new();
-    let mut column = usize::MAX;
-    for (i, pole) in poles.iter().enumerate() {
-        let part = if i + 1 < poles.len() {
-            format!("{pole}, ")
-        } else {
-            pole.clone()
-        };
-        if column.saturating_add(part.len()) > 79 {
-            let start = if i == 0 {
-                format!("{indent}{label}")
-            } else {
-                format!("\n{indent}      ")
-            };
-            column = if i == 0 {
-                INDENT + label.chars().count()
-            } else {
-                INDENT + 6
-            };
-            lines.push_str(&start);
-        }
-        column += part.len();
-        lines.push_str(&part);
+    if let Some(last) = poles.last_mut() {
+        last.truncate(last.len() - 2);
     }
-    lines + "\n"
+    let lines = in_lines(&poles, WIDTH, INDENT + label.chars().count(), INDENT + 6);
+    format!("{:INDENT$}{label}{lines}\n", "")
 }
 
 /// Returns the first sample from which the step response stays within 2 % of its last value; if that is 0, of its

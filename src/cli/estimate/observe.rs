@@ -7,7 +7,7 @@ use super::text::fact;
 use super::{hints, load::load, orders, record, text, words};
 use crate::cli::error::{Error, bad_input};
 use crate::cli::files::{check_output, write_whole};
-use crate::cli::output::{Format, print, print_json, wrapped};
+use crate::cli::output::{show, wrapped};
 use crate::estimator::{EstimatorName, Progress};
 use crate::files::{Kind, numbers_as_parquet};
 use crate::number::plus_minus;
@@ -20,7 +20,6 @@ use faer::{Mat, c64};
 use serde_json::{Value, json};
 use std::io::Write as _;
 use std::path::Path;
-use std::process::ExitCode;
 
 mod arguments;
 mod picture;
@@ -41,7 +40,7 @@ struct Observed<'a> {
     is_known: bool,
 }
 
-pub(in crate::cli) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(in crate::cli) fn run(arguments: &Arguments) -> Result<(), Error> {
     check_output("--out", arguments.out.as_deref(), Kind::States)?;
     check_output("--plot", arguments.plot.as_deref(), Kind::Figure)?;
     check_output("--report", arguments.report.as_deref(), Kind::Page)?;
@@ -56,11 +55,7 @@ pub(in crate::cli) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     }
     let observed = observe(arguments, &report)?;
     observed.write(arguments)?;
-    match arguments.format {
-        Format::Text => print(&observed.text())?,
-        Format::Json => print_json(&observed.json())?,
-    }
-    Ok(ExitCode::SUCCESS)
+    show(arguments.format, || observed.text(), || observed.json())
 }
 
 /// Reads the record and fits the model.

@@ -9,7 +9,7 @@ use super::scan::{Ranges, STRONG, StartChoice, scan_from_start};
 use super::span::{Given, Span};
 use super::{comparison, hints, orders, words};
 use crate::cli::error::Error;
-use crate::cli::output::{Format, print, print_json, wrapped};
+use crate::cli::output::{show, wrapped};
 use crate::cli::progress::Steps;
 use crate::data::csv::Record;
 use crate::diagnosis::LoopVerdict;
@@ -18,7 +18,6 @@ use crate::model::Orders;
 use crate::text::{count, visible};
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
-use std::process::ExitCode;
 
 /// The methods: an equation error, an output error, two models of the noise, and a subspace method with the weighting
 /// that the record favours.
@@ -51,7 +50,7 @@ pub(super) fn is_asked(arguments: &Arguments) -> bool {
 }
 
 /// Fits all methods, and prints the table.
-pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(mut arguments: Arguments) -> Result<(), Error> {
     let drawn = [
         ("--plot", !arguments.plot.is_empty()),
         ("--report", arguments.report.is_some()),
@@ -127,11 +126,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
             .then(|| delay_of(&report, DELAYS))
             .filter(|(_, lead)| *lead > STRONG),
     };
-    match arguments.format {
-        Format::Text => print(&panel.text())?,
-        Format::Json => print_json(&panel.json())?,
-    }
-    Ok(ExitCode::SUCCESS)
+    show(arguments.format, || panel.text(), || panel.json())
 }
 
 /// Returns the delay that BIC chooses among ARX models that all look back equally far, so that a larger delay leaves

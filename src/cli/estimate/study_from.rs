@@ -6,7 +6,6 @@ use crate::cli::output::{note, print};
 use crate::text::{rounded, shell_word, visible, wrap};
 use case::Case;
 use places::Places;
-use std::process::ExitCode;
 
 mod arguments;
 mod case;
@@ -16,7 +15,7 @@ mod places;
 
 pub(in crate::cli) use arguments::Arguments;
 
-pub(in crate::cli) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
+pub(in crate::cli) fn run(mut arguments: Arguments) -> Result<(), Error> {
     let places = Places::new(&arguments.out)?;
     let (record, options) = (arguments.record.clone(), arguments.options.clone());
     let mut estimator = estimate::Arguments::of_one(record, arguments.estimator, options);
@@ -29,8 +28,7 @@ pub(in crate::cli) fn run(mut arguments: Arguments) -> Result<ExitCode, Error> {
     let methods = methods::all(&case, arguments);
     let text = file::text(&case, arguments, &methods, &places);
     places.write(&case, text.as_bytes())?;
-    conclude(&case, arguments, &methods, &places)?;
-    Ok(ExitCode::SUCCESS)
+    conclude(&case, arguments, &methods, &places)
 }
 
 /// Prints what was written, and the next command.

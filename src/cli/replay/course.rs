@@ -4,7 +4,6 @@ use super::super::error::{Error, bad_input, failed};
 use super::printed::{Options, Replay, Stage, stored};
 use crate::estimator::Output;
 use crate::study::{ContinuousCell, ContinuousTrial, Experiment, Row, Traces, Trials};
-use std::process::ExitCode;
 
 /// Replays a trial in continuous time: prints its rows, and its course at some times.
 pub(super) fn show(
@@ -13,7 +12,7 @@ pub(super) fn show(
     cell: &ContinuousCell,
     trial: u64,
     options: &Options<'_>,
-) -> Result<ExitCode, Error> {
+) -> Result<(), Error> {
     /// Points of the course.
     const POINTS: f64 = 20.0;
     if options.data.is_some() {

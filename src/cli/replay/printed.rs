@@ -1,7 +1,7 @@
 //! All that one trial computes, printed by stage.
 
 use crate::cli::error::{Error, failed};
-use crate::cli::output::{Format, print, print_json, wrapped};
+use crate::cli::output::{Format, show, wrapped};
 use crate::data::Realisation;
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
@@ -16,7 +16,6 @@ use crate::text::{number, visible};
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write as _};
 use std::path::Path;
-use std::process::ExitCode;
 
 /// The uses of a replay.
 pub(in crate::cli) struct Options<'a> {
@@ -143,20 +142,15 @@ impl<'a> Replay<'a> {
         }
     }
 
-    pub(super) fn print(&self, options: &Options<'_>) -> Result<ExitCode, Error> {
-        match options.format {
-            Format::Text => {
-                let mut text = String::new();
-                let written = self.write(&mut text, options);
-                written.expect("writing to a string does not fail");
-                print(&text)?;
-            }
-            Format::Json => print_json(&self.json())?,
-        }
-        if let Err(error) = &self.stored {
-            return Err(failed(error));
-        }
-        Ok(ExitCode::SUCCESS)
+    pub(super) fn print(&self, options: &Options<'_>) -> Result<(), Error> {
+        let text = || {
+            let mut text = String::new();
+            let written = self.write(&mut text, options);
+            written.expect("writing to a string does not fail");
+            text
+        };
+        show(options.format, text, || self.json())?;
+        self.stored.as_ref().map(|_| ()).map_err(failed)
     }
 
     /// Returns the cell's settings, and what its vectors mean.

@@ -1,11 +1,13 @@
 //! The arguments of `asobench reproduce`.
 
-use crate::cli::execute::Overwrite;
+use crate::cli::error::{Error, failed};
+use crate::cli::execute::{Overwrite, execute, threads};
 use crate::cli::output::Format;
 use crate::cli::replay;
 use crate::names::named_enum;
-use crate::study::Engine;
-use crate::study::file::TRIAL_LIMIT;
+use crate::report::Study;
+use crate::study::file::{TRIAL_LIMIT, TrialRule};
+use crate::study::{Engine, Experiment, RunOptions, Summary};
 use std::path::{Path, PathBuf};
 
 named_enum! {
@@ -70,8 +72,24 @@ impl Arguments {
     pub(super) fn folder(&self) -> &Path {
         self.out.as_deref().unwrap_or(Path::new(DEFAULT_FOLDER))
     }
-    /// Whether results of any study in the folder are replaced.
-    pub(super) fn overwrites(&self) -> bool {
-        self.out.is_none() || self.overwrite.overwrite
+
+    /// Runs a paper's study anew in a folder, with figures of these names.
+    pub(super) fn study(
+        &self,
+        path: &Path,
+        experiment: &Experiment,
+        rule: TrialRule,
+        names: &'static [&'static str],
+        figures: impl Fn(&Summary) -> Vec<(String, String)>,
+    ) -> Result<Study, Error> {
+        let options = RunOptions {
+            threads: threads(self.threads),
+            fresh: true,
+            overwrite: self.out.is_none() || self.overwrite.overwrite,
+            figures: names,
+            ..RunOptions::default()
+        };
+        execute(path, "--out ", experiment, rule, options, figures)?;
+        Study::read(path).map_err(failed)
     }
 }

@@ -7,10 +7,10 @@ use crate::cli::error::Error;
 use crate::cli::files::cannot_write;
 use crate::cli::output::print;
 use crate::files::{self, Kind};
-use crate::suite::{ARCHIVE, Contribution, ResultsError, shipped};
+use crate::suite::{ARCHIVE, Contribution, shipped};
 use crate::text::visible;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Write the results of a method into one file that can be contributed: with versions, commit, times and checksums
 #[derive(clap::Args)]
@@ -36,32 +36,27 @@ pub(super) struct Add {
     out: Option<PathBuf>,
 }
 
-pub(super) fn export(arguments: &Export) -> Result<ExitCode, Error> {
+pub(super) fn export(arguments: &Export) -> Result<(), Error> {
     let Export { file, out } = arguments;
-    let found = Contribution::of_run(file, &text(file)?, TIMES);
-    let found = found.map_err(|error| refused(file, &error))?;
+    let found = Contribution::of_run(file, &text(file)?, TIMES).map_err(refused(file))?;
     let out = out.clone().unwrap_or_else(|| PathBuf::from(found.file()));
     let written = files::replace(&out, Kind::Suite, found.text().as_bytes());
     written.map_err(|error| cannot_write(&error))?;
-    print(&format!("the contribution is {}\n", visible(out.display())))?;
-    Ok(ExitCode::SUCCESS)
+    print(&format!("the contribution is {}\n", visible(out.display())))
 }
 
-pub(super) fn add(arguments: &Add) -> Result<ExitCode, Error> {
+pub(super) fn add(arguments: &Add) -> Result<(), Error> {
     let Add { files, part, out } = arguments;
     let suite = part.suite()?;
-    let mut methods = shipped(&suite).map_err(|error| page::refused(&error))?;
+    let mut methods = shipped(&suite)?;
     let mut contributed: Vec<Contribution> = Vec::new();
     for path in files {
-        let read = Contribution::parse(&text(path)?, &suite);
-        let found = read.map_err(|error| refused(path, &error))?;
+        let found = Contribution::parse(&text(path)?, &suite).map_err(refused(path))?;
         let name = &found.results.method;
         if methods.iter().any(|of| of.method == *name) {
-            return Err(Error::Input(format!(
-                "{}: a method '{}' is there already; expected another name",
-                visible(path.display()),
-                visible(name)
-            )));
+            let name = visible(name);
+            let why = format!("a method '{name}' is there already; expected another name");
+            return Err(refused(path)(why));
         }
         methods.push(found.results.clone());
         contributed.push(found);
@@ -85,16 +80,13 @@ pub(super) fn add(arguments: &Add) -> Result<ExitCode, Error> {
             word(&out)
         ),
     };
-    page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside, &out)?;
-    Ok(ExitCode::SUCCESS)
+    page::conclude(&suite, &beside, &out)
 }
 
 fn text(path: &Path) -> Result<String, Error> {
-    let read = files::read_named(path, Kind::Suite);
-    read.map_err(|error| Error::Input(format!("{}: {error}", visible(path.display()))))
+    files::read_named(path, Kind::Suite).map_err(refused(path))
 }
 
-fn refused(path: &Path, error: &ResultsError) -> Error {
-    Error::Input(format!("{}: {error}", visible(path.display())))
+fn refused<E: Display>(path: &Path) -> impl Fn(E) -> Error {
+    move |error| Error::Input(format!("{}: {error}", visible(path.display())))
 }

@@ -1,6 +1,6 @@
 //! `asobench suite law`: whether d has the law of an efficient method.
 
-use super::part::{Part, write, wrong};
+use super::part::{Part, write};
 use crate::cli::error::Error;
 use crate::cli::execute::threads;
 use crate::cli::output::{note, print};
@@ -8,7 +8,6 @@ use crate::number::uncertain_within;
 use crate::report::html::{CellText, Column, Table};
 use crate::suite::{Laws, law};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// The file with the laws.
 const LAWS: &str = "law.json";
@@ -35,12 +34,11 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let suite = arguments.part.suite()?;
     let mut found = Vec::new();
     for study in &suite.studies {
-        let own = law(study, arguments.runs, threads(arguments.threads));
-        found.extend(own.map_err(|error| wrong(&error))?);
+        found.extend(law(study, arguments.runs, threads(arguments.threads))?);
         note(&study.name);
     }
     let laws = Laws::new((suite.manifest.edition, suite.division), arguments.runs, found);
@@ -48,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(out) = &arguments.out {
         write(out, LAWS, &laws.text())?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 fn shown(laws: &Laws) -> String {

@@ -2,10 +2,10 @@
 //! program carries.
 
 use super::page::{self, Beside};
-use super::part::{How, Part, wrong};
+use super::part::{How, Part};
 use super::run::compute;
 use crate::cli::cluster::word;
-use crate::cli::error::{Error, failed};
+use crate::cli::error::{Error, bad_file, bad_input, failed};
 use crate::cli::output::note;
 use crate::cli::programs::{self, Consent};
 use crate::report::about_loss;
@@ -15,7 +15,6 @@ use crate::suite::{Competitor, Suite, SuiteStudy, shipped};
 use crate::text::{file_part, visible};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// The word for a run that left a model.
 const OK: &str = "ok";
@@ -36,7 +35,7 @@ pub(super) struct Arguments {
     how: How,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { file, part, how } = arguments;
     let Some(path) = file else {
         return Err(Error::Input(
@@ -47,13 +46,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     let suite = part.suite()?;
     let competitor = Competitor::Own(Box::new(method(path)?));
     let name = competitor.name();
-    let mut methods = shipped(&suite).map_err(|error| page::refused(&error))?;
+    let mut methods = shipped(&suite)?;
     if methods.iter().any(|of| of.method == name) {
-        let message = format!(
+        return Err(bad_file(path)(format!(
             "'{}' is the name of a method of the suite; expected another 'name'",
             visible(&name)
-        );
-        return Err(Error::Input(format!("{}: {message}", path.display())));
+        )));
     }
     smoke(&suite, &competitor, path, &how.consent)?;
     let default = || PathBuf::from(format!("{}-{}", part.folder(), file_part(&name)));
@@ -73,9 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             word(&out)
         ),
     };
-    page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside, &out)?;
-    Ok(ExitCode::SUCCESS)
+    page::conclude(&suite, &beside, &out)
 }
 
 /// The one method of a file.
@@ -83,14 +79,14 @@ pub(super) fn method(path: &Path) -> Result<MethodTable, Error> {
     if let Some(lines) = of_program(path) {
         return Err(Error::Usage(lines));
     }
-    let file = ExperimentFile::read(path).map_err(|error| Error::Input(error.to_string()))?;
-    let of_file = |message: String| Error::Input(format!("{}: {message}", path.display()));
-    let file = file.resolve().map_err(|error| of_file(error.to_string()))?;
-    let count = file.methods.len();
-    let mut methods = file.methods.into_iter();
-    match (methods.next(), count) {
-        (Some(method), 1) => Ok(method),
-        _ => Err(of_file(format!("methods: {count}; expected one, the newcomer"))),
+    let file = ExperimentFile::read(path).map_err(bad_input)?;
+    let file = file.resolve().map_err(bad_file(path))?;
+    match &file.methods[..] {
+        [method] => Ok(method.clone()),
+        all => Err(bad_file(path)(format!(
+            "methods: {}; expected one, the newcomer",
+            all.len()
+        ))),
     }
 }
 
@@ -120,14 +116,6 @@ fn of_program(path: &Path) -> Option<Vec<String>> {
     ])
 }
 
-/// The experiment of a user's file, its programs started and told apart by their version.
-pub(super) fn started(experiment: Experiment, path: &Path, consent: &Consent) -> Result<Experiment, Error> {
-    let (file, introduced) = programs::introduced(experiment.file, path, consent)?;
-    let experiment = Experiment::new(file).map_err(failed)?;
-    programs::take_over(&experiment, introduced.as_ref());
-    Ok(experiment)
-}
-
 /// Runs the method on the first record of each study, a record in a message. One at least must leave a model; two
 /// faults of a program without one end the test.
 fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, consent: &Consent) -> Result<(), Error> {
@@ -137,14 +125,13 @@ fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, consent: &Consent)
         if !study.is_for(competitor) {
             continue;
         }
-        let made = study.experiment(std::slice::from_ref(competitor), 1);
-        let word = match made.map_err(|error| wrong(&error))? {
+        let word = match study.experiment(std::slice::from_ref(competitor), 1)? {
             (None, declined) => declined
                 .first()
                 .map_or("declined".to_owned(), |(_, reason)| reason.clone()),
             (Some(experiment), _) => {
                 let experiment = match &at_work {
-                    None => started(experiment, path, consent)?,
+                    None => programs::started(experiment, path, consent)?,
                     Some(before) => {
                         programs::take_over(&experiment, Some(before));
                         experiment
@@ -167,14 +154,11 @@ fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, consent: &Consent)
         suite.studies.len(),
         told(&found)
     );
-    let programs = at_work.iter().flat_map(|of| &of.programs);
     let is_faulty = FAULTS.iter().any(|word| found.contains_key(*word));
-    for program in programs {
+    for program in at_work.iter().flat_map(|of| &of.programs) {
         program.end();
         if is_faulty {
-            for line in programs::printed(program, 0) {
-                note(&line);
-            }
+            programs::printed(program, 0).iter().for_each(|line| note(line));
         }
     }
     if !found.contains_key(OK) {

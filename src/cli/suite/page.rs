@@ -1,18 +1,17 @@
 //! The page of the suite and its numbers: `asobench suite scores`.
 
 use super::part::{Part, TIMES};
-use crate::cli::error::Error;
+use crate::cli::error::{Error, bad_file, bad_input};
 use crate::cli::files::cannot_write;
 use crate::cli::methods::filled;
 use crate::cli::output::print;
 use crate::files::{self, Kind};
-use crate::report::{SuitePage, prepare_report, suite_page, suite_tables, write_report};
+use crate::report::{SuitePage, SuiteTable, prepare_report, suite_page, suite_tables, write_report};
 use crate::suite::{
-    Contribution, Division, Laws, MethodResults, RecordedFits, ResultsError, Suite, Times, of_folder, shipped,
+    Contribution, Division, Laws, MethodResults, RecordedFits, STUDIES, Suite, Times, of_folder, shipped,
 };
 use crate::text::visible;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Print every number of the suite's page: of the results that the program carries, or of a folder
 #[derive(clap::Args)]
@@ -39,102 +38,87 @@ pub(super) struct Beside<'a> {
     pub(super) command: String,
 }
 
-/// The times, fits and open division that stand beside the results of methods.
-struct Shipped {
-    times: Option<Times>,
-    recorded: Option<RecordedFits>,
-    laws: Option<Laws>,
-    /// The open division of the same part, beside the closed one.
-    open: Option<(Suite, Vec<MethodResults>)>,
-}
-
 /// The times in the folder of a run.
 fn own_times(out: &Path) -> Result<Option<Times>, Error> {
     let path = out.join(TIMES);
-    let text = files::read_own(&path, Kind::Suite);
-    let text = text.map_err(|error| Error::Input(error.to_string()))?;
+    let text = files::read_own(&path, Kind::Suite).map_err(bad_input)?;
     let times = text.map(|text| Times::parse(&String::from_utf8_lossy(&text)));
-    let named = |error| Error::Input(format!("{}: {error}", path.display()));
-    times.transpose().map_err(named)
+    times.transpose().map_err(bad_file(&path))
 }
 
-impl Shipped {
-    /// `out`: the folder of a run, whose own times come first. The open division and recorded data stand on the page of
-    /// the shipped results alone.
-    fn new(suite: &Suite, part: &Part, out: Option<&Path>) -> Result<Self, Error> {
-        let times = match out.map(own_times).transpose()?.flatten() {
-            Some(own) => Some(own),
-            None => Times::shipped().map_err(|error| refused(&error))?,
+/// Makes the page of some results, writes it into the folder `page`, and returns its tables. `own`: the folder of a
+/// run, whose own times come first. The open division and recorded data stand on the page of the shipped results alone.
+fn tables(
+    suite: &Suite,
+    beside: &Beside<'_>,
+    own: Option<&Path>,
+    page: Option<&Path>,
+) -> Result<Vec<SuiteTable>, Error> {
+    let times = match own.map(own_times).transpose()?.flatten() {
+        None => Times::shipped()?,
+        own => own,
+    };
+    let (laws, recorded) = (Laws::shipped(suite)?, RecordedFits::shipped()?);
+    let is_whole = own.is_none() && beside.part.division.is_none_or(|of| !of.is_open());
+    let open = if is_whole {
+        let part = Part {
+            division: Some(Division::Open),
+            ..beside.part.clone()
         };
-        let is_whole = out.is_none() && part.division.is_none_or(|of| !of.is_open());
-        let recorded = RecordedFits::shipped().map_err(|error| refused(&error))?;
-        let open = if is_whole {
-            let part = Part {
-                division: Some(Division::Open),
-                ..part.clone()
-            };
-            let suite = part.suite()?;
-            // Where fewer trials of it are shipped than the tier has, the page is without it.
-            let methods = shipped(&suite).unwrap_or_default();
-            (!methods.is_empty()).then_some((suite, methods))
-        } else {
-            None
-        };
-        Ok(Self {
-            times,
-            recorded: recorded.filter(|_| is_whole),
-            laws: Laws::shipped(suite).map_err(|error| refused(&error))?,
-            open,
-        })
+        let suite = part.suite()?;
+        // Where fewer trials of it are shipped than the tier has, the page is without it.
+        let methods = shipped(&suite).unwrap_or_default();
+        Some((suite, methods))
+    } else {
+        None
+    };
+    let of = SuitePage {
+        suite,
+        methods: beside.methods,
+        newcomer: beside.newcomer,
+        contributed: beside.contributed,
+        has_studies: page.is_some_and(|page| files::is_there(&page.join(STUDIES))),
+        command: &beside.command,
+        times: times.as_ref().filter(|_| !suite.division.is_open()),
+        laws: laws.as_ref(),
+        open: None,
+        recorded: recorded.as_ref().filter(|_| is_whole),
+    };
+    let open = open.as_ref().filter(|(_, methods)| !methods.is_empty());
+    let open = open.map(|(suite, methods)| SuitePage {
+        suite,
+        methods,
+        contributed: &[],
+        times: None,
+        laws: None,
+        recorded: None,
+        ..of
+    });
+    let of = SuitePage {
+        open: open.as_ref(),
+        ..of
+    };
+    if let Some(page) = page {
+        prepare_report(page).map_err(|error| cannot_write(&error))?;
+        write_report(page, &suite_page(&of)).map_err(|error| cannot_write(&error))?;
+        print(&format!(
+            "the page is {}\n",
+            visible(page.join("report.html").display())
+        ))?;
     }
-
-    /// Calls a function with the page of some results.
-    fn page<T>(
-        &self,
-        suite: &Suite,
-        beside: &Beside<'_>,
-        has_studies: bool,
-        then: impl FnOnce(&SuitePage<'_>) -> T,
-    ) -> T {
-        let page = SuitePage {
-            suite,
-            methods: beside.methods,
-            newcomer: beside.newcomer,
-            contributed: beside.contributed,
-            has_studies,
-            command: &beside.command,
-            times: self.times.as_ref().filter(|_| !suite.division.is_open()),
-            laws: self.laws.as_ref(),
-            open: None,
-            recorded: self.recorded.as_ref(),
-        };
-        let Some((suite, methods)) = &self.open else {
-            return then(&page);
-        };
-        let open = SuitePage {
-            suite,
-            methods,
-            contributed: &[],
-            times: None,
-            laws: None,
-            recorded: None,
-            ..page
-        };
-        then(&SuitePage {
-            open: Some(&open),
-            ..page
-        })
-    }
+    Ok(suite_tables(&SuitePage {
+        has_studies: false,
+        ..of
+    }))
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { folder, part, page } = arguments;
     let suite = part.suite()?;
     let methods = match folder {
-        None => shipped(&suite),
-        Some(folder) => of_folder(&suite, folder),
+        None => shipped(&suite)?,
+        Some(folder) => of_folder(&suite, folder)?,
     };
-    let methods = methods.map_err(|error| refused(&error))?;
     if methods.is_empty() {
         return Err(Error::Input(format!(
             "suite: the program carries no results of edition {} in the contest {}; asobench suite run {} makes them",
@@ -143,52 +127,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             part.flags()
         )));
     }
-    let of = folder
-        .as_ref()
-        .map_or_else(String::new, |folder| format!(" {}", folder.display()));
+    let of = folder.as_ref().map(|folder| format!(" {}", folder.display()));
     let beside = Beside {
         methods: &methods,
         newcomer: None,
         contributed: &[],
         part,
-        command: format!("asobench suite scores{of} {}", part.flags()),
+        command: format!("asobench suite scores{} {}", of.unwrap_or_default(), part.flags()),
     };
-    let more = Shipped::new(&suite, part, folder.as_deref())?;
-    if let Some(out) = page {
-        write_page(&suite, &beside, &more, out)?;
-    }
-    let tables = more.page(&suite, &beside, false, suite_tables);
+    let tables = tables(&suite, &beside, folder.as_deref(), page.as_deref())?;
     let texts: Vec<String> = tables.iter().map(|of| of.table.markdown()).collect();
-    print(&(texts.join("\n") + "\n"))?;
-    Ok(ExitCode::SUCCESS)
+    print(&(texts.join("\n") + "\n"))
 }
 
-pub(super) fn refused(error: &ResultsError) -> Error {
-    Error::Input(format!("suite: {error}"))
-}
-
-/// Writes the page of a run into its folder, beside the studies.
-pub(super) fn write(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
-    write_page(suite, beside, &Shipped::new(suite, beside.part, Some(out))?, out)
-}
-
-fn write_page(suite: &Suite, beside: &Beside<'_>, more: &Shipped, out: &Path) -> Result<(), Error> {
-    let has_studies = files::is_there(&out.join("studies"));
-    prepare_report(out).map_err(|error| cannot_write(&error))?;
-    let files = more.page(suite, beside, has_studies, suite_page);
-    write_report(out, &files).map_err(|error| cannot_write(&error))?;
-    print(&format!("the page is {}\n", visible(out.join("report.html").display())))
-}
-
-/// Prints the first tables as text: the ranking, and the newcomer beside the others with the reasons for its lost runs.
-pub(super) fn print_scores(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
-    let more = Shipped::new(suite, beside.part, Some(out))?;
-    let tables = more.page(suite, beside, false, suite_tables);
+/// Writes the page of a run into its folder, beside the studies, and prints the first tables as text: the ranking, and
+/// the newcomer beside the others with the reasons for its lost runs.
+pub(super) fn conclude(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
+    let tables = tables(suite, beside, Some(out), Some(out))?;
     let shown = tables.iter().filter(|of| FIRST.contains(&&*of.name));
-    for table in shown.map(|of| &of.table) {
-        if table.rows.is_empty() {
-            continue;
-        }
+    for table in shown.map(|of| &of.table).filter(|table| !table.rows.is_empty()) {
         print(&format!("\n{}{}", filled("", &table.caption, 0), table.text()))?;
     }
     Ok(())

@@ -6,7 +6,7 @@ use crate::cli::files::cannot_write;
 use crate::cli::programs::Consent;
 use crate::files::{self, Kind};
 use crate::names::UnknownName;
-use crate::suite::{Competitor, Division, Suite, SuiteError, Tier};
+use crate::suite::{Competitor, Division, ResultsError, Suite, SuiteError, Tier};
 use std::path::{Path, PathBuf};
 
 /// The file with the times of a run's folder.
@@ -45,32 +45,27 @@ fn system(given: &str) -> Result<String, std::convert::Infallible> {
 impl Part {
     /// Makes this part of the suite.
     pub(super) fn suite(&self) -> Result<Suite, Error> {
-        let suite = Suite::of(self.edition.as_deref(), self.division, self.tier, &self.only);
-        let mut suite = suite.map_err(|error| wrong(&error))?;
+        let mut suite = Suite::of(self.edition.as_deref(), self.division, self.tier, &self.only)?;
         suite.first = self.first;
         Ok(suite)
     }
 
     /// Returns the flags that choose it.
     pub(super) fn flags(&self) -> String {
-        let only = self.only.iter().map(|name| format!(" --only {name}"));
-        let first = self.first.map(|first| format!(" --first {first}"));
-        let first = first.unwrap_or_default();
-        let division = self.division.map(|of| format!(" --contest {of}"));
-        let division = division.unwrap_or_default();
-        let only = only.collect::<String>();
-        let edition = self.edition.as_ref();
-        let edition = edition.map_or_else(String::new, |edition| format!(" --edition {edition}"));
-        format!("--tier {}{division}{edition}{only}{first}", self.tier)
+        let mut flags = vec![format!("--tier {}", self.tier)];
+        flags.extend(self.division.map(|of| format!("--contest {of}")));
+        flags.extend(self.edition.iter().map(|edition| format!("--edition {edition}")));
+        flags.extend(self.only.iter().map(|name| format!("--only {name}")));
+        flags.extend(self.first.map(|first| format!("--first {first}")));
+        flags.join(" ")
     }
 
     /// Returns the default folder of results.
     pub(super) fn folder(&self) -> String {
-        let division = self.division.map(|of| format!("{of}-"));
-        let division = division.unwrap_or_default();
-        let edition = self.edition.as_ref();
-        let edition = edition.map_or_else(String::new, |edition| format!("{edition}-"));
-        format!("results/suite-{division}{edition}{}", self.tier)
+        let division = self.division.map(|of| of.to_string());
+        let parts = [division, self.edition.clone(), Some(self.tier.to_string())];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        format!("results/suite-{}", parts.join("-"))
     }
 }
 
@@ -89,8 +84,16 @@ pub(super) struct How {
     pub(super) consent: Consent,
 }
 
-pub(super) fn wrong(error: &SuiteError) -> Error {
-    Error::Input(format!("suite: {error}"))
+impl From<SuiteError> for Error {
+    fn from(error: SuiteError) -> Self {
+        Self::Input(format!("suite: {error}"))
+    }
+}
+
+impl From<ResultsError> for Error {
+    fn from(error: ResultsError) -> Self {
+        Self::Input(format!("suite: {error}"))
+    }
 }
 
 /// Writes a file into a folder, which is made if it is not there.

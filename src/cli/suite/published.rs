@@ -1,6 +1,5 @@
 //! `asobench suite published`: published Monte-Carlo tables beside ours.
 
-use super::part::wrong;
 use crate::cli::error::Error;
 use crate::cli::execute::threads;
 use crate::cli::methods::filled;
@@ -9,7 +8,6 @@ use crate::number::uncertain;
 use crate::report::html::{CellText, Column, Table};
 use crate::suite::{Estimated, PublishedTable, Reproduced, published};
 use std::fmt::Write as _;
-use std::process::ExitCode;
 
 /// Reproduce the published Monte-Carlo tables of the suite's systems: printed beside ours, with both standard errors
 #[derive(clap::Args)]
@@ -22,15 +20,15 @@ pub(super) struct Arguments {
     only: Vec<String>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let threads = threads(arguments.threads);
     // Printed numbers, and bounds that we evaluated ourselves: rows that agree, and all.
     let mut counts = [[0, 0]; 2];
-    for table in published().map_err(|error| wrong(&error))? {
+    for table in published()? {
         if !arguments.only.is_empty() && !arguments.only.contains(&table.scenario) {
             continue;
         }
-        let found = table.reproduce(threads).map_err(|error| wrong(&error))?;
+        let found = table.reproduce(threads)?;
         let count = &mut counts[usize::from(table.evaluated)];
         count[0] += found.iter().filter(|row| row.agrees()).count();
         count[1] += found.len();
@@ -48,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
             "{met} of {bounds} rows of a bound agree that no source prints: we evaluated its formula ourselves\n"
         ))?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// A table with its source, and what is known of its differences.

@@ -1,6 +1,5 @@
 //! `asobench suite recorded`: recorded data beside the simulated systems.
 
-use super::page;
 use super::part::write;
 use crate::cli::error::{Error, failed};
 use crate::cli::output::print;
@@ -10,7 +9,6 @@ use crate::report::recorded_tables;
 use crate::suite::{RecordFits, RecordedFits, Suite, Tier, choosing, recorded_entries};
 use crate::text::visible;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// The results beside the page.
 const FITS: &str = "fits.json";
@@ -27,16 +25,16 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { data, out } = arguments;
     let methods = choosing();
-    let suite = Suite::new(Tier::Quick, &[]).map_err(|error| super::part::wrong(&error))?;
+    let suite = Suite::new(Tier::Quick, &[])?;
     let mut found = RecordedFits {
         suite: suite.manifest.edition,
         methods: methods.iter().map(|(name, _)| name.clone()).collect(),
         records: Vec::new(),
     };
-    for entry in recorded_entries().map_err(|error| page::refused(&error))? {
+    for entry in recorded_entries()? {
         let path = data.join(&entry.file);
         let (about, record) = recorded(&path)?;
         found.records.push(RecordFits::of(&entry, about, record, &methods));
@@ -50,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(out) = out {
         write(out, FITS, &found.text())?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// A file's comments about its record, and the record.

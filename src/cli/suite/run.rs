@@ -1,7 +1,7 @@
 //! `asobench suite run`: every method on every scenario of a tier, each study an ordinary one in a folder of its own.
 
 use super::page::{self, Beside};
-use super::part::{How, Part, competitors, write, wrong};
+use super::part::{How, Part, competitors, write};
 use crate::cli::cluster::word;
 use crate::cli::error::{Error, failed};
 use crate::cli::execute::{execute, threads};
@@ -17,7 +17,6 @@ use crate::suite::{
 };
 use crate::text::file_part;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Instant;
 
 /// Run the suite: every method, or some, on every scenario of a tier. A run that was stopped resumes with the same
@@ -33,7 +32,7 @@ pub(super) struct Arguments {
     how: How,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { part, method, how } = arguments;
     let suite = part.suite()?;
     let competitors = competitors(suite.division, method)?;
@@ -46,9 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         part,
         command: format!("asobench suite scores {} {}", word(&out), part.flags()),
     };
-    page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside, &out)?;
-    Ok(ExitCode::SUCCESS)
+    page::conclude(&suite, &beside, &out)
 }
 
 /// Computes the results of some methods in a folder, and writes them there, one file for each. `own`: the experiment
@@ -74,14 +71,20 @@ pub(super) fn compute(
     let studies = files::make_subfolder(out, STUDIES).map_err(|error| cannot_write(&error))?;
     for study in &suite.studies {
         let begin = Instant::now();
-        let found = of_study(suite, study, competitors, (how, own), &studies.join(&study.name))?;
-        for ((method, competitor), found) in methods.iter_mut().zip(competitors).zip(found) {
-            if study.is_for(competitor) {
-                method.scenarios.extend(found);
-            } else {
-                let names = study.scenarios.iter().map(|of| of.name.clone());
-                method.not_for.extend(names);
+        let folder = studies.join(&study.name);
+        let trials = study.scenarios.first().map_or(0, |scenario| suite.trials_of(scenario));
+        let found = match study.experiment(competitors, trials)? {
+            (Some(experiment), _) => in_folder(study, experiment, (how, own), &folder, trials)?,
+            (None, _) => Vec::new(),
+        };
+        for (method, competitor) in methods.iter_mut().zip(competitors) {
+            if !study.is_for(competitor) {
+                method.not_for.extend(study.scenarios.iter().map(|of| of.name.clone()));
+                continue;
             }
+            let own = found.iter().find(|(name, _)| *name == method.method);
+            let own = own.map_or_else(|| declined(study, trials), |(_, results)| results.clone());
+            method.scenarios.extend(own);
         }
         note(&format!("{}: {:.1} s", study.name, begin.elapsed().as_secs_f64()));
     }
@@ -95,29 +98,6 @@ pub(super) fn compute(
     Ok(whole)
 }
 
-/// Runs a study, and returns the results of the competitors in their order.
-fn of_study(
-    suite: &Suite,
-    study: &SuiteStudy,
-    competitors: &[Competitor],
-    (how, own): (&How, Option<&Path>),
-    folder: &Path,
-) -> Result<Vec<Vec<ScenarioResults>>, Error> {
-    let trials = study.scenarios.first();
-    let trials = trials.map_or(0, |scenario| suite.trials_of(scenario));
-    let made = study.experiment(competitors, trials);
-    let (experiment, _) = made.map_err(|error| wrong(&error))?;
-    let found = match experiment {
-        Some(experiment) => in_folder(study, experiment, (how, own), folder, trials)?,
-        None => Vec::new(),
-    };
-    let of = |competitor: &Competitor| {
-        let own = found.iter().find(|(name, _)| *name == competitor.name());
-        own.map_or_else(|| declined(study, trials), |(_, results)| results.clone())
-    };
-    Ok(competitors.iter().map(of).collect())
-}
-
 /// Runs an experiment in its folder, with its report, and collects its results.
 fn in_folder(
     study: &SuiteStudy,
@@ -127,14 +107,10 @@ fn in_folder(
     trials: u64,
 ) -> Result<Vec<(String, Vec<ScenarioResults>)>, Error> {
     how.overwrite.check(folder)?;
-    let (experiment, introduced) = match own {
-        None => (experiment, None),
-        Some(path) => {
-            let (file, introduced) = programs::introduced(experiment.file, path, &how.consent)?;
-            (Experiment::new(file).map_err(failed)?, introduced)
-        }
+    let experiment = match own {
+        Some(path) => programs::started(experiment, path, &how.consent)?,
+        None => experiment,
     };
-    programs::take_over(&experiment, introduced.as_ref());
     let overwrite = how.overwrite.overwrite;
     if !overwrite {
         programs::same_versions(&experiment, folder)?;

@@ -1,18 +1,10 @@
 //! `asobench suite list` and `asobench suite show`: what the suite has.
 
-use super::part::{Part, wrong};
+use super::part::Part;
 use crate::cli::error::Error;
 use crate::cli::methods::filled;
 use crate::cli::output::print;
 use crate::suite::{Suite, SuiteStudy, Tier};
-use std::process::ExitCode;
-
-/// List the scenarios of a tier
-#[derive(clap::Args)]
-pub(super) struct ListArguments {
-    #[command(flatten)]
-    part: Part,
-}
 
 /// Show a system: where it comes from, what is hard about it, its scenarios and settings
 #[derive(clap::Args)]
@@ -22,8 +14,8 @@ pub(super) struct Arguments {
     name: String,
 }
 
-pub(super) fn list(arguments: &ListArguments) -> Result<ExitCode, Error> {
-    let suite = arguments.part.suite()?;
+pub(super) fn list(part: &Part) -> Result<(), Error> {
+    let suite = part.suite()?;
     let scenarios = suite.scenarios().count();
     let mut text = format!(
         "suite {}, tier {}, contest {}: {scenarios} scenarios, {} runs each{}\n",
@@ -44,13 +36,12 @@ pub(super) fn list(arguments: &ListArguments) -> Result<ExitCode, Error> {
         }
         text += &filled(&head, &words, 25);
     }
-    print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    print(&text)
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let only = std::slice::from_ref(&arguments.name);
-    let suite = Suite::new(Tier::Full, only).map_err(|error| wrong(&error))?;
+    let suite = Suite::new(Tier::Full, only)?;
     let mut text = String::new();
     if let Some(first) = suite.studies.first() {
         let file = first.file();
@@ -61,8 +52,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     for study in &suite.studies {
         text += &described(study, &suite);
     }
-    print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    print(&text)
 }
 
 /// A study with its scenarios, and what to write into an experiment file.

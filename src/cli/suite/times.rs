@@ -1,17 +1,16 @@
 //! `asobench suite times`: times of the methods, apart from their results.
 
-use super::newcomer::{method, started};
-use super::part::{Part, TIMES, competitors, write, wrong};
+use super::newcomer::method;
+use super::part::{Part, TIMES, competitors, write};
 use crate::cli::error::{Error, failed};
 use crate::cli::output::{note, print};
-use crate::cli::programs::Consent;
+use crate::cli::programs::{self, Consent};
 use crate::lanes::Isa;
 use crate::number::uncertain_within;
 use crate::report::html::{CellText, Column, Table};
 use crate::study::Experiment;
-use crate::suite::{Competitor, MethodTimes, REFERENCE, ScenarioTimes, SuiteStudy, Times, time};
+use crate::suite::{Competitor, MethodTimes, REFERENCE, SuiteStudy, Times, time};
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 /// Time the methods: on one thread, in turns on the same records, as ratios to arx
 #[derive(clap::Args)]
@@ -34,7 +33,7 @@ pub(super) struct Arguments {
     consent: Consent,
 }
 
-pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { file, part, .. } = arguments;
     let suite = part.suite()?;
     let mut chosen = competitors(suite.division, &arguments.method)?;
@@ -57,11 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
         })
         .collect();
     for study in &suite.studies {
-        for (name, found) in of_study(study, &chosen, arguments)? {
-            if let Some(of) = methods.iter_mut().find(|of| of.method == name) {
-                of.scenarios.extend(found.iter().cloned());
-            }
-        }
+        time_study(study, &chosen, arguments, &mut methods)?;
         note(&format!("{}: timed", study.name));
     }
     methods.retain(|of| !of.scenarios.is_empty());
@@ -73,39 +68,40 @@ pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, Error> {
     if let Some(out) = &arguments.out {
         write(out, TIMES, &times.text())?;
     }
-    print(&shown(&times, arguments.rounds))?;
-    Ok(ExitCode::SUCCESS)
+    print(&shown(&times, arguments.rounds))
 }
 
-type Found = Vec<(String, Vec<ScenarioTimes>)>;
-
-/// The times of the methods that are for a study and can serve it.
-fn of_study(study: &SuiteStudy, chosen: &[Competitor], arguments: &Arguments) -> Result<Found, Error> {
-    let mut experiments: Vec<(String, Experiment)> = Vec::new();
-    for competitor in chosen {
-        let made = study.experiment(std::slice::from_ref(competitor), arguments.rounds);
-        let Some(experiment) = made.map_err(|error| wrong(&error))?.0 else {
-            continue;
-        };
+/// Adds the times of the methods that are for a study and can serve it.
+fn time_study(
+    study: &SuiteStudy,
+    chosen: &[Competitor],
+    arguments: &Arguments,
+    methods: &mut [MethodTimes],
+) -> Result<(), Error> {
+    let mut experiments: Vec<(&mut MethodTimes, Experiment)> = Vec::new();
+    for (competitor, times) in chosen.iter().zip(methods) {
+        let (made, _) = study.experiment(std::slice::from_ref(competitor), arguments.rounds)?;
+        let Some(experiment) = made else { continue };
         let experiment = match (competitor, &arguments.file) {
-            (Competitor::Own(_), Some(path)) => started(experiment, path, &arguments.consent)?,
+            (Competitor::Own(_), Some(path)) => programs::started(experiment, path, &arguments.consent)?,
             _ => experiment,
         };
-        experiments.push((competitor.name(), experiment));
+        experiments.push((times, experiment));
     }
-    let methods: Vec<(String, &Experiment)> = experiments
-        .iter()
-        .map(|(name, experiment)| (name.clone(), experiment))
-        .collect();
-    let mut found: Found = methods.iter().map(|(name, _)| (name.clone(), Vec::new())).collect();
     for (cell, scenario) in study.scenarios.iter().enumerate() {
-        let timed = time(scenario, (cell, arguments.rounds), &methods).map_err(failed)?;
-        found.iter_mut().zip(timed).for_each(|((_, of), times)| of.push(times));
+        let at_work = experiments
+            .iter()
+            .map(|(of, experiment)| (of.method.clone(), experiment));
+        let timed = time(scenario, (cell, arguments.rounds), &at_work.collect::<Vec<_>>()).map_err(failed)?;
+        experiments
+            .iter_mut()
+            .zip(timed)
+            .for_each(|((of, _), times)| of.scenarios.push(times));
     }
     for program in experiments.iter().flat_map(|(_, of)| &of.programs) {
         program.end();
     }
-    Ok(found)
+    Ok(())
 }
 
 fn shown(times: &Times, rounds: u64) -> String {

@@ -3,14 +3,13 @@
 use super::arguments::Arguments;
 use super::rates::{Rates, ended};
 use crate::cli::error::{Error, bad_file, bad_input};
-use crate::cli::output::{Format, print, print_json};
+use crate::cli::output::show;
 use crate::cli::progress::{self, rounded, shares};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{Engine, Experiment, Spent, run_and_forget};
 use crate::text::visible;
 use serde_json::{Value, json};
 use std::path::Path;
-use std::process::ExitCode;
 
 /// The times of all cells with some number of threads.
 struct Timing {
@@ -39,7 +38,7 @@ impl Timing {
 }
 
 /// Times the cells of a file on each number of threads.
-pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Result<ExitCode, Error> {
+pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Result<(), Error> {
     let mut file = ExperimentFile::read(path).map_err(bad_input)?;
     for assignment in &arguments.set {
         let set = file.set(assignment);
@@ -74,17 +73,16 @@ pub(super) fn time(path: &Path, arguments: &Arguments, threads: &[usize]) -> Res
         })?;
         timings.push(Timing { threads, rates, spent });
     }
-    match arguments.format {
-        Format::Text => print(&text(path, trials, [cells, in_lanes], &timings))?,
-        Format::Json => print_json(&json!({
+    let text = || text(path, trials, [cells, in_lanes], &timings);
+    show(arguments.format, text, || {
+        json!({
             "workload": path.display().to_string(),
             "cells": cells,
             "cells_in_lanes": in_lanes,
             "trials": trials,
             "engines": timings.iter().map(Timing::json).collect::<Vec<Value>>(),
-        }))?,
-    }
-    Ok(ExitCode::SUCCESS)
+        })
+    })
 }
 
 fn text(path: &Path, trials: u64, [cells, in_lanes]: [usize; 2], timings: &[Timing]) -> String {

@@ -3,7 +3,7 @@
 use super::arguments::Arguments;
 use super::rates::{Rates, ended};
 use crate::cli::error::{Error, bad_input, failed};
-use crate::cli::output::{Format, print, print_json};
+use crate::cli::output::show;
 use crate::cli::progress;
 use crate::lanes::Isa;
 use crate::metric::Worse;
@@ -11,7 +11,6 @@ use crate::study::file::ExperimentFile;
 use crate::study::{CellTally, Engine, Experiment, W98, fma_peak, run};
 use serde_json::{Value, json};
 use std::convert::Infallible;
-use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -165,7 +164,7 @@ fn text(timings: &[Timing]) -> String {
 }
 
 /// Times the workload on the engines and numbers of threads that were asked for.
-pub(super) fn time_engines(arguments: &Arguments, threads: &[usize], processors: usize) -> Result<ExitCode, Error> {
+pub(super) fn time_engines(arguments: &Arguments, threads: &[usize], processors: usize) -> Result<(), Error> {
     if arguments.engine.contains(&Engine::Auto) {
         return Err(bad_input(
             "--engine: 'auto' is not an engine that can be timed; expected lanes or faer",
@@ -188,19 +187,15 @@ pub(super) fn time_engines(arguments: &Arguments, threads: &[usize], processors:
             timings.push(time(&experiment, trials, threads, arguments.repetitions, &stop)?);
         }
     }
-    match arguments.format {
-        Format::Text => print(&text(&timings))?,
-        Format::Json => {
-            let engines: Vec<Value> = timings.iter().map(Timing::json).collect();
-            let best = |peak: f64, timing: &Timing| peak.max(timing.peak[0]).max(timing.peak[1]);
-            print_json(&json!({
-                "workload": "W98",
-                "flop_per_trial": FLOP_PER_TRIAL,
-                "processors": processors,
-                "fma_peak_gflops": timings.iter().fold(0.0, best) / 1e9,
-                "engines": engines,
-            }))?;
-        }
-    }
-    Ok(ExitCode::SUCCESS)
+    let best = |peak: f64, timing: &Timing| peak.max(timing.peak[0]).max(timing.peak[1]);
+    let json = || {
+        json!({
+            "workload": "W98",
+            "flop_per_trial": FLOP_PER_TRIAL,
+            "processors": processors,
+            "fma_peak_gflops": timings.iter().fold(0.0, best) / 1e9,
+            "engines": timings.iter().map(Timing::json).collect::<Vec<Value>>(),
+        })
+    };
+    show(arguments.format, || text(&timings), json)
 }
