@@ -37,7 +37,12 @@ pub(crate) struct Scorer {
     own: Option<(OwnInformation, StateSpace, usize)>,
     /// Room for the state of the plant or of a model.
     x: Vec<f64>,
-    wanted: Wanted,
+    /// The measures that are asked for; those that take time are computed only then.
+    asked: Vec<Measure>,
+    /// Whether stage 12 runs.
+    observes: bool,
+    /// Steps of predictions ahead, and the window, which determines the predictor's start.
+    ahead: (usize, usize),
     /// Error of the states that the trial's controller fed back; empty without one.
     fed_back: StateError,
     /// The innovations of the scored samples; empty if not wanted.
@@ -46,29 +51,12 @@ pub(crate) struct Scorer {
     curve: Vec<f64>,
 }
 
-/// The quantities to compute.
-#[expect(clippy::struct_excessive_bools, reason = "what is asked for")]
-struct Wanted {
-    distance: bool,
-    response_distance: bool,
-    states: bool,
-    absolute: bool,
-    innovations: bool,
-    radius: bool,
-    impulse_response: bool,
-    fresh_fit: bool,
-    /// Steps of predictions ahead, and the window, which determines the predictor's start.
-    ahead: Option<(usize, usize)>,
-}
-
 impl Scorer {
     /// # Errors
     /// If a method's observer cannot serve the cell.
     pub(crate) fn new(experiment: &Experiment, cell: &DiscreteCell) -> Result<Self, SetupError> {
-        use Measure as F;
         let process = &cell.process;
-        let measures = experiment.measures_asked();
-        let any = |values: &[Measure]| values.iter().any(|measure| measures.contains(measure));
+        let asked = experiment.measures_asked();
         let methods = experiment.methods.iter();
         // States of a model of another order cannot be compared with the plant's.
         let comparable = methods
@@ -76,7 +64,8 @@ impl Scorer {
             .any(|method| method.order(cell.order) == process.order());
         let largest = methods.clone().map(|method| method.order(cell.order)).max();
         let largest = largest.unwrap_or(cell.order).max(process.order());
-        let wanted = any(&[F::Distance, F::ResponseDistance]);
+        let [distance, response] = [Measure::Distance, Measure::ResponseDistance].map(|of| asked.contains(&of));
+        let wanted = distance || response;
         let is_own = wanted && experiment.file.information == InformationOf::Record;
         let information = || {
             let of_record = || FisherInformation::new(process, cell.eta, cell.window).ok();
@@ -97,28 +86,17 @@ impl Scorer {
             poles: PoleFinder::new(cell.order),
             input: process.input().clone(),
             response: Response::new(RESPONSE_SAMPLES),
-            information: information().filter(|_| any(&[F::Distance])),
-            bound: process
-                .plant()
-                .filter(|_| any(&[F::ResponseDistance]))
-                .and_then(|plant| {
-                    let information = information()?;
-                    ResponseBound::new(&information, plant).ok()
-                }),
+            information: information().filter(|_| distance),
+            bound: process.plant().filter(|_| response).and_then(|plant| {
+                let information = information()?;
+                ResponseBound::new(&information, plant).ok()
+            }),
             own: is_own.then(own).flatten(),
             x: vec![0.0; largest],
             fed_back: StateError::default(),
-            wanted: Wanted {
-                distance: any(&[F::Distance]),
-                response_distance: any(&[F::ResponseDistance]),
-                states: comparable && (experiment.file.curves || measures.iter().any(|of| of.entry().of_state)),
-                absolute: any(&[F::RmsState]),
-                innovations: any(&[F::InnovationsWhite]),
-                radius: any(&[F::SpectralRadius]),
-                impulse_response: any(&[F::ImpulseResponse]),
-                fresh_fit: any(&[F::FreshFit]),
-                ahead: any(&[F::FitAhead]).then_some((cell.ahead, cell.window)),
-            },
+            observes: comparable && (experiment.file.curves || asked.iter().any(|of| of.entry().of_state)),
+            ahead: (cell.ahead, cell.window),
+            asked,
             innovations: Vec::new(),
             curve: vec![f64::NAN; if experiment.file.curves { cell.horizon } else { 0 }],
         })
@@ -132,9 +110,11 @@ impl Scorer {
         }
         if let Some((own, plant, window)) = &self.own {
             let information = own.of(&record.r[..*window], record.scale).ok();
-            let bound = information.as_ref().filter(|_| self.wanted.response_distance);
+            let bound = information
+                .as_ref()
+                .filter(|_| self.asked.contains(&Measure::ResponseDistance));
             self.bound = bound.and_then(|of| ResponseBound::new(of, plant).ok());
-            self.information = information.filter(|_| self.wanted.distance);
+            self.information = information.filter(|_| self.asked.contains(&Measure::Distance));
         }
         let n = record.truth.a.len();
         let estimates = record.estimates.chunks_exact(n);
@@ -151,13 +131,13 @@ impl Scorer {
         let Truth { a, b, .. } = &record.truth;
         let (plant, x) = (System { a, b, d: 0.0 }, &mut self.x[..a.len()]);
         let response = &mut self.response;
-        if self.wanted.impulse_response {
+        if self.asked.contains(&Measure::ImpulseResponse) {
             with_fma(
                 #[inline(always)]
                 || response.set_impulse_response(plant, x),
             );
         }
-        if self.wanted.fresh_fit {
+        if self.asked.contains(&Measure::FreshFit) {
             let mut fresh = stream(seed, trial, Purpose::FreshInput);
             self.input.fill(&mut fresh, response.input());
             with_fma(
@@ -199,7 +179,7 @@ impl Scorer {
             return;
         }
         row.unstable = Some(pass.unstable);
-        if self.wanted.radius {
+        if self.asked.contains(&Measure::SpectralRadius) {
             row[Measure::SpectralRadius] = self.poles.spectral_radius(&pass.a, !pass.unstable);
         }
         let Pass { a, b, direct, .. } = pass;
@@ -207,19 +187,20 @@ impl Scorer {
         self.x.resize(self.x.len().max(a.len()), 0.0);
         let (model, x) = (System { a, b, d: *direct }, &mut self.x[..a.len()]);
         let response = &self.response;
-        if self.wanted.impulse_response {
+        if self.asked.contains(&Measure::ImpulseResponse) {
             row[Measure::ImpulseResponse] = with_fma(
                 #[inline(always)]
                 || response.impulse_response_error(model, x),
             );
         }
-        if self.wanted.fresh_fit {
+        if self.asked.contains(&Measure::FreshFit) {
             row[Measure::FreshFit] = with_fma(
                 #[inline(always)]
                 || response.fresh_fit(model, x),
             );
         }
-        if let Some((steps, window)) = self.wanted.ahead {
+        if self.asked.contains(&Measure::FitAhead) {
+            let (steps, window) = self.ahead;
             let scored = self.from..record.y.len();
             row[Measure::FitAhead] = fit_ahead(&pass.model, &record.u, &record.y, window, scored, steps);
         }
@@ -245,7 +226,7 @@ impl Scorer {
         };
         row[Measure::Ex0] = relative_error(&truth.x0, model.x0);
         row[Measure::Ex0Printed] = relative_error_as_printed(&truth.x0, model.x0);
-        if !self.wanted.states || self.orders[method] != model.a.len() {
+        if !self.observes || self.orders[method] != model.a.len() {
             return;
         }
         let zero = std::mem::take(&mut self.zero);
@@ -273,7 +254,8 @@ impl Scorer {
     ) -> Result<(), FailureKind> {
         let mut errors = StateError::default();
         let (from, curve, states) = (self.from, &mut self.curve, &record.states);
-        let (tested, innovations) = (self.wanted.innovations, &mut self.innovations);
+        let tested = self.asked.contains(&Measure::InnovationsWhite);
+        let innovations = &mut self.innovations;
         innovations.clear();
         self.observers[method].run(
             pass,
@@ -305,7 +287,7 @@ impl Scorer {
             (Measure::ExMaxPrinted, errors.as_printed.maximum()),
             (Measure::ExRmsPrinted, errors.as_printed.rms()),
         ];
-        let absolute = Some(errors.absolute.rms()).filter(|_| self.wanted.absolute);
+        let absolute = Some(errors.absolute.rms()).filter(|_| self.asked.contains(&Measure::RmsState));
         let values = values.into_iter().chain(absolute.map(|rms| (Measure::RmsState, rms)));
         if values.clone().any(|(_, value)| value.is_infinite()) {
             return Err(FailureKind::NonFinite);
