@@ -113,7 +113,7 @@ fn observe<'a>(arguments: &'a Arguments, report: &'a Report) -> Result<Observed<
             ObservationError::NoCovariances => Error::Input(format!(
                 "{line}: --process-covariance, --measurement-variance and --start-covariance"
             )),
-            ObservationError::Riccati(RiccatiError::NotStabilising { .. } | RiccatiError::NoConvergence { .. }) => {
+            ObservationError::Riccati(RiccatiError::NotStabilising(_) | RiccatiError::NoConvergence(_)) => {
                 Error::Failed(line)
             }
             ObservationError::Gain(_) | ObservationError::Setup(_) | ObservationError::Riccati(_) => Error::Input(line),

@@ -62,17 +62,11 @@ pub enum NoSlope {
     #[error("abscissas must be positive, finite and not all equal")]
     Abscissa,
     /// A cell does not have [`JACKKNIFE_GROUPS`] groups, each with a trial.
-    #[error("cell {cell} has too few trials: 20 groups with a measure in each are needed")]
-    Groups {
-        /// Index of the cell.
-        cell: usize,
-    },
+    #[error("cell {0} has too few trials: 20 groups with a measure in each are needed")]
+    Groups(usize),
     /// A cell's statistic, over all trials or with a group left out, is zero, negative or undefined.
-    #[error("cell {cell}: the statistic is zero, negative or undefined, so it has no logarithm")]
-    Statistic {
-        /// Index of the cell.
-        cell: usize,
-    },
+    #[error("cell {0}: the statistic is zero, negative or undefined, so it has no logarithm")]
+    Statistic(usize),
 }
 
 /// Computes the slope of log(statistic) on log(x) by ordinary least squares over cells, with its standard error.
@@ -106,14 +100,14 @@ pub fn slope_of_statistics(x: &[f64], cells: &[Option<Jackknife>]) -> Result<Slo
     let (mut whole, mut deleted) = (0.0, [0.0; JACKKNIFE_GROUPS]);
     let mut has_error = true;
     for (cell, (statistics, weight)) in cells.iter().zip(weights).enumerate() {
-        let statistics = statistics.ok_or(NoSlope::Groups { cell })?;
+        let statistics = statistics.ok_or(NoSlope::Groups(cell))?;
         let Jackknife { all, without, .. } = statistics;
         has_error &= statistics.has_error;
         let log = |statistic: f64| {
             if statistic > 0.0 && statistic.is_finite() {
                 Ok(statistic.ln())
             } else {
-                Err(NoSlope::Statistic { cell })
+                Err(NoSlope::Statistic(cell))
             }
         };
         whole += weight * log(all)?;
@@ -253,10 +247,10 @@ mod tests {
         assert_eq!(rmse_slope(&[1.0, 0.0], &two), Err(NoSlope::Abscissa));
         assert_eq!(rmse_slope(&[2.0, 2.0], &two), Err(NoSlope::Abscissa));
         let found = rmse_slope(&[1.0, 2.0], &[full.clone(), zero]);
-        assert_eq!(found, Err(NoSlope::Statistic { cell: 1 }));
+        assert_eq!(found, Err(NoSlope::Statistic(1)));
         let found = rmse_slope(&[1.0, 2.0], &[short, full.clone()]);
-        assert_eq!(found, Err(NoSlope::Groups { cell: 0 }));
+        assert_eq!(found, Err(NoSlope::Groups(0)));
         let found = rmse_slope(&[1.0, 2.0], &[full.clone(), full[..5].to_vec()]);
-        assert_eq!(found, Err(NoSlope::Groups { cell: 1 }));
+        assert_eq!(found, Err(NoSlope::Groups(1)));
     }
 }

@@ -83,9 +83,7 @@ impl GainSequence {
         let mut sequence = Self::until_settled(p, &equation, horizon.unwrap_or(MOST))?;
         if horizon.is_none() {
             if !sequence.settled {
-                return Err(RiccatiError::NoConvergence {
-                    residual: f64::INFINITY,
-                });
+                return Err(RiccatiError::NoConvergence(f64::INFINITY));
             }
             sequence.gains.drain(..sequence.gains.len() - m);
             sequence.variances.drain(..sequence.variances.len() - 1);
@@ -117,9 +115,7 @@ impl GainSequence {
         let gain = equation.predictor_gain(&reduced);
         let p = equation.step(&self.p, &reduced);
         if !p.is_all_finite() {
-            return Err(RiccatiError::NoConvergence {
-                residual: f64::INFINITY,
-            });
+            return Err(RiccatiError::NoConvergence(f64::INFINITY));
         }
         let change = (&p - &self.p).norm_l2() <= SETTLED * p.norm_l2();
         self.settled = change && self.variances.last().is_some() && {

@@ -129,11 +129,11 @@ pub fn maximum_likelihood_ratio(
     }
     let white = noise == MeasurementNoise::white(1.0);
     let fast = p0.is_none() && process == ProcessNoise::States && white;
-    let mut steady = SteadyLikelihood::new(model, u, y);
+    let (mut steady, mut x) = (SteadyGain::new(model.a), vec![0.0; model.a.len()]);
     let mut search = Search {
         best: Err(RatioError::NonFinite),
         evaluate: |rho| {
-            if fast && let Some(found) = steady.at(rho) {
+            if fast && let Some(found) = steady_likelihood(model, u, y, &mut steady, &mut x, rho) {
                 return found;
             }
             let q = process.covariance(model.b, rho);
@@ -172,49 +172,35 @@ impl Kalman {
     }
 }
 
-/// The likelihood of a record in the steady state of filters of one plant.
-struct SteadyLikelihood<'a> {
-    model: ObservedModel<'a>,
-    u: &'a [f64],
-    y: &'a [f64],
-    steady: SteadyGain,
-    x: Vec<f64>,
-}
-
-impl<'a> SteadyLikelihood<'a> {
-    fn new(model: ObservedModel<'a>, u: &'a [f64], y: &'a [f64]) -> Self {
-        Self {
-            model,
-            u,
-            y,
-            steady: SteadyGain::new(model.a),
-            x: vec![0.0; model.a.len()],
-        }
-    }
-
-    /// Returns the likelihood for one rho, or `None` if the gain has to be found by the general solver.
-    fn at(&mut self, rho: f64) -> Option<Result<Likelihood, RatioError>> {
-        let ObservedModel { a, b, x0 } = self.model;
-        let (gain, innovation) = self.steady.solve(rho)?;
-        self.x.copy_from_slice(x0);
-        let (y, mut squares) = (self.y, 0.0);
-        observe(
-            a,
-            b,
-            gain,
-            &mut self.x,
-            self.u,
-            y,
-            #[inline(always)]
-            |k, x| {
-                let e = y[k] - x[0];
-                squares += e * e;
-            },
-        );
-        let logs = y.len() as f64 * innovation.ln();
-        let found = Likelihood::new(y.len(), squares / innovation, logs);
-        Some(found.ok_or(RatioError::NonFinite))
-    }
+/// Returns the likelihood for one rho in the steady state, `x` having room for the state; `None` if the gain has to be
+/// found by the general solver.
+fn steady_likelihood(
+    model: ObservedModel<'_>,
+    u: &[f64],
+    y: &[f64],
+    steady: &mut SteadyGain,
+    x: &mut [f64],
+    rho: f64,
+) -> Option<Result<Likelihood, RatioError>> {
+    let (gain, innovation) = steady.solve(rho)?;
+    x.copy_from_slice(model.x0);
+    let mut squares = 0.0;
+    observe(
+        model.a,
+        model.b,
+        gain,
+        x,
+        u,
+        y,
+        #[inline(always)]
+        |k, x| {
+            let e = y[k] - x[0];
+            squares += e * e;
+        },
+    );
+    let logs = y.len() as f64 * innovation.ln();
+    let found = Likelihood::new(y.len(), squares / innovation, logs);
+    Some(found.ok_or(RatioError::NonFinite))
 }
 
 /// Returns the likelihood for one Q.

@@ -25,9 +25,7 @@ pub fn lyapunov(f: MatRef<'_, f64>, q: MatRef<'_, f64>) -> Result<Mat<f64>, Ricc
     if !(radius < 1.0) {
         return Err(RiccatiError::Unstable(radius));
     }
-    sum_of_powers(f.to_owned(), symmetric(&q.to_owned())).ok_or(RiccatiError::NoConvergence {
-        residual: f64::INFINITY,
-    })
+    sum_of_powers(f.to_owned(), symmetric(&q.to_owned())).ok_or(RiccatiError::NoConvergence(f64::INFINITY))
 }
 
 /// Returns the largest modulus of the eigenvalues: 0 for an empty matrix, NaN if the eigenvalues cannot be computed.

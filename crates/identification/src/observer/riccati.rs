@@ -73,7 +73,7 @@ fn solve(equation: &impl Equation) -> Result<Solution, RiccatiError> {
             return refine(equation, p, steps);
         }
     }
-    Err(RiccatiError::NotStabilising { margin })
+    Err(RiccatiError::NotStabilising(margin))
 }
 
 /// Improves a P whose gain stabilises by Newton's iteration, until the residual falls no more.
@@ -105,9 +105,9 @@ fn refine(equation: &impl Equation, p: Mat<f64>, steps: usize) -> Result<Solutio
     }
     let margin = equation.margin(&equation.gain(&best.0));
     if !(margin > MARGIN) {
-        Err(RiccatiError::NotStabilising { margin })
+        Err(RiccatiError::NotStabilising(margin))
     } else if !(best.1 <= ACCEPTED) {
-        Err(RiccatiError::NoConvergence { residual: best.1 })
+        Err(RiccatiError::NoConvergence(best.1))
     } else {
         Ok(best)
     }

@@ -22,14 +22,21 @@ impl Observability {
         let radius = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
         let rate = if radius > 0.0 { radius } else { own_rate(a) };
         let a = Mat::from_fn(n, n, |i, j| a[(i, j)] / rate);
-        let mut matrix = Mat::<f64>::zeros(n, n);
-        let mut row = Mat::from_fn(1, n, |_, j| c[j]);
-        for i in 0..n {
-            matrix.row_mut(i).copy_from(row.row(0));
-            row = &row * &a;
-        }
+        let matrix = observability_matrix(&a, c);
         Self { rate, a, matrix }
     }
+}
+
+/// Returns the matrix of the rows `C'; C'A; ...; C'A^(n-1)`, n x n.
+pub(super) fn observability_matrix(a: &Mat<f64>, c: &[f64]) -> Mat<f64> {
+    let n = a.nrows();
+    let mut matrix = Mat::<f64>::zeros(n, n);
+    let mut row = Mat::from_fn(1, n, |_, j| c[j]);
+    for i in 0..n {
+        matrix.row_mut(i).copy_from(row.row(0));
+        row = &row * a;
+    }
+    matrix
 }
 
 /// Returns the numerical rank of the observability matrix `[C'; C'A; ...; C'A^(n-1)]`, which does not depend on the

@@ -1,6 +1,7 @@
 //! A discrete plant in states of its own, sampled or not, and the way to the canonical coordinates.
 
 use super::balance::{balance, in_units, norm_1, power_of_two};
+use super::observability::observability_matrix;
 use super::{ContinuousPlant, StateSpace, eigenvalues, exponential, polynomial_from_poles};
 use faer::{Mat, MatRef, Scale};
 
@@ -51,14 +52,7 @@ impl OwnStates {
 
     /// Returns O, n x n.
     pub fn to_canonical(&self) -> Mat<f64> {
-        let n = self.b.len();
-        let mut o = Mat::zeros(n, n);
-        let mut row = Mat::from_fn(1, n, |_, j| self.c[j]);
-        for i in 0..n {
-            o.row_mut(i).copy_from(row.row(0));
-            row = &row * &self.a;
-        }
-        o
+        observability_matrix(&self.a, &self.c)
     }
 
     /// Returns the canonical plant: a from the eigenvalues of A, and `b = O b`. `None` if a number is not finite.

@@ -275,7 +275,7 @@ fn known_filter(cell: &DiscreteCell, kind: &ObserverKind) -> Result<Result<Box<F
             model,
             ratio: None,
         }))),
-        Err(RiccatiError::NotStabilising { .. } | RiccatiError::NoConvergence { .. }) => Ok(Err(FailureKind::NoFilter)),
+        Err(RiccatiError::NotStabilising(_) | RiccatiError::NoConvergence(_)) => Ok(Err(FailureKind::NoFilter)),
         Err(error) => Err(error.into()),
     }
 }

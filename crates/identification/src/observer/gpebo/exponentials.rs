@@ -3,7 +3,6 @@
 //! Both functions are those of glibc on a machine with fused multiply-add, operation by operation, so that one number
 //! and many, this machine and another have the same bits.
 
-use super::exp_table::POWERS;
 use crate::real::{MOST_LANES, Mask, Real, Word};
 
 /// 1.5 times 2^52: the sum with it has the nearest integer in its lowest bits.
@@ -17,6 +16,43 @@ const REDUCED: u64 = 0x3fd6_2e43;
 const FAR: u64 = 0x3ff0_a2b2;
 /// From this size on `e^x - 1` is -1, about 56 ln 2.
 const GONE: u64 = 0x4043_687a;
+
+/// ln 2, in units of 2^-127.
+const LN_2: u128 = 0x58b9_0bfb_e8e7_bcd5_e4f1_d9cc_01f9_7b57;
+
+/// For each i from 0 to 127 the bits of t and those of s less `i 2^45`, where `2^(i/128) = s (1 + t)` with s rounded:
+/// the table of [`exp`]'s source.
+const POWERS: [[u64; 2]; 128] = {
+    let (mut powers, mut i) = ([[0; 2]; 128], 0);
+    while i < powers.len() {
+        powers[i] = power(i as u64);
+        i += 1;
+    }
+    powers
+};
+
+/// Computes an entry by the series of `e^(i ln 2 / 128)`, in units of 2^-127.
+const fn power(i: u64) -> [u64; 2] {
+    let exponent = LN_2 / 128 * i as u128;
+    let (mut term, mut sum, mut n) = (1 << 127, 1 << 127, 1);
+    while term > 0 {
+        term = product(term, exponent) / n;
+        sum += term;
+        n += 1;
+    }
+    let s = sum as f64;
+    let rest = sum.wrapping_sub(s as u128) as i128;
+    // Over the 53 bits of s, so that the quotient is rounded once.
+    let t = ((rest << 50) / (s as u128 >> 75) as i128) as f64 / (1_u128 << 125) as f64;
+    [t.to_bits(), s.to_bits() - (127 << 52) - (i << 45)]
+}
+
+/// Returns the product of two numbers in units of 2^-127, the second below 1.
+const fn product(a: u128, b: u128) -> u128 {
+    const LOW: u128 = u64::MAX as u128;
+    let middle = (a >> 64) * (b & LOW) + (a & LOW) * (b >> 64) + ((a & LOW) * (b & LOW) >> 64);
+    ((a >> 64) * (b >> 64) << 1) + (middle >> 63)
+}
 
 /// Returns the number that a word of the source stands for: its upper half, the lower half being zero.
 #[inline(always)]
@@ -190,6 +226,11 @@ mod tests {
         }
         let next = f64::from_bits(expected.to_bits() + 1);
         ((found - expected) / (next - expected)).abs()
+    }
+
+    #[test]
+    fn the_powers_are_those_of_the_source() {
+        assert_eq!(POWERS, super::super::exp_table::POWERS);
     }
 
     #[test]

@@ -22,6 +22,7 @@
 
 mod cascade;
 mod estimators;
+#[cfg(test)]
 mod exp_table;
 mod exponentials;
 mod grid;

@@ -143,7 +143,7 @@ fn zeros_of_the_noise_are_mirrored() {
         deviation: 1.0,
     };
     let refused = GainSequence::steady(&model(&Mat::zeros(3, 3), noise));
-    assert!(matches!(refused, Err(RiccatiError::NotStabilising { .. })));
+    assert!(matches!(refused, Err(RiccatiError::NotStabilising(_))));
 }
 
 /// The time-varying filter tends to the stationary one from any start, also for an unstable plant.

@@ -53,7 +53,7 @@ pub(super) fn check_definite(name: &'static str, q: &Mat<f64>, tolerance: f64) -
         .self_adjoint_eigenvalues(Side::Lower)
         .map_err(|_| RiccatiError::NotFinite(name))?;
     match eigenvalues.iter().copied().reduce(f64::min) {
-        Some(eigenvalue) if !(eigenvalue >= -tolerance) => Err(RiccatiError::Indefinite { name, eigenvalue }),
+        Some(eigenvalue) if !(eigenvalue >= -tolerance) => Err(RiccatiError::Indefinite(name, eigenvalue)),
         _ => Ok(()),
     }
 }

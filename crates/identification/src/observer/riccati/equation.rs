@@ -35,30 +35,20 @@ pub enum RiccatiError {
     #[error("{0} is not symmetric")]
     NotSymmetric(&'static str),
     /// A covariance has a negative eigenvalue.
-    #[error("{name} is not positive semidefinite: it has the eigenvalue {eigenvalue:e}")]
-    Indefinite {
-        /// Name of the covariance.
-        name: &'static str,
-        /// Its smallest eigenvalue.
-        eigenvalue: f64,
-    },
-    /// No gain was found that makes the filter strictly stable.
+    #[error("{0} is not positive semidefinite: it has the eigenvalue {1:e}")]
+    Indefinite(&'static str, f64),
+    /// No gain was found that makes the filter strictly stable. Of a discrete one it holds 1 minus the largest modulus of
+    /// a pole, of a continuous one minus the largest real part, divided by the largest modulus.
     #[error(
-        "no stabilising solution: the filter's slowest pole is {margin:e} inside the stability \
+        "no stabilising solution: the filter's slowest pole is {0:e} inside the stability \
          boundary, but more than {MARGIN:e} is required; a mode of the plant on or outside the \
          boundary is not observable in y, or one on it is not driven by the process noise"
     )]
-    NotStabilising {
-        /// Discrete: 1 minus the largest modulus of a pole. Continuous: minus the largest real part, divided by the
-        /// largest modulus.
-        margin: f64,
-    },
-    /// The iteration overflowed or stopped short of the required accuracy.
-    #[error("no convergence: the relative residual is {residual:e}")]
-    NoConvergence {
-        /// The best relative residual; infinite on overflow.
-        residual: f64,
-    },
+    NotStabilising(f64),
+    /// The iteration overflowed or stopped short of the required accuracy. Holds the best relative residual; infinite on
+    /// overflow.
+    #[error("no convergence: the relative residual is {0:e}")]
+    NoConvergence(f64),
     /// F of a Lyapunov equation has an eigenvalue on or outside the unit circle.
     #[error("no stationary covariance: the system's spectral radius is {0}")]
     Unstable(f64),

@@ -326,14 +326,11 @@ fn refusals() {
     let refused =
         |f: &Mat<f64>, h: &[f64], q: &Mat<f64>, s: &[f64], r: f64| dare(f.as_ref(), h, q.as_ref(), s, r).unwrap_err();
     // An undamped oscillation without process noise, an integrator, and an unstable mode that y does not show.
-    assert!(matches!(refused(&f, &h, &zero, &s, 1.0), E::NotStabilising { .. }));
+    assert!(matches!(refused(&f, &h, &zero, &s, 1.0), E::NotStabilising(_)));
     let integrator = mat![[1.0, 0.0], [0.0, 0.5]];
-    assert!(matches!(
-        refused(&integrator, &h, &zero, &s, 1.0),
-        E::NotStabilising { .. }
-    ));
+    assert!(matches!(refused(&integrator, &h, &zero, &s, 1.0), E::NotStabilising(_)));
     let unseen = mat![[0.5, 0.0], [0.0, 1.5]];
-    assert!(matches!(refused(&unseen, &h, &q, &s, 1.0), E::NotStabilising { .. }));
+    assert!(matches!(refused(&unseen, &h, &q, &s, 1.0), E::NotStabilising(_)));
     assert!(matches!(refused(&f, &h[..1], &q, &s, 1.0), E::Shape { name: "h", .. }));
     assert!(matches!(
         refused(&f, &h, &Mat::identity(3, 3), &s, 1.0),
@@ -351,13 +348,10 @@ fn refusals() {
         E::NotSymmetric("Q")
     );
     let indefinite = mat![[1.0, 2.0], [2.0, 1.0]];
-    assert!(matches!(
-        refused(&f, &h, &indefinite, &s, 1.0),
-        E::Indefinite { name: "Q", .. }
-    ));
-    assert!(matches!(refused(&f, &h, &q, &[2.0, 0.0], 1.0), E::Indefinite { .. }));
+    assert!(matches!(refused(&f, &h, &indefinite, &s, 1.0), E::Indefinite("Q", _)));
+    assert!(matches!(refused(&f, &h, &q, &[2.0, 0.0], 1.0), E::Indefinite(..)));
     let axis = care(mat![[0.0, 1.0], [-1.0, 0.0]].as_ref(), &h, zero.as_ref(), 1.0);
-    assert!(matches!(axis, Err(E::NotStabilising { .. })), "{axis:?}");
+    assert!(matches!(axis, Err(E::NotStabilising(_))), "{axis:?}");
     let huge = Scale(1e200) * &f;
     assert!(dare(huge.as_ref(), &h, q.as_ref(), &s, 1.0).is_err());
 }
@@ -484,5 +478,5 @@ fn cross_covariances_of_both_equations_as_scipy() {
         assert!((gain - expected).abs() < 1e-10, "{gain}");
     }
     let much = care_correlated(a.as_ref(), &[1.0, 0.5], q.as_ref(), &[0.5, 0.0], 0.2);
-    assert!(matches!(much, Err(RiccatiError::Indefinite { .. })), "{much:?}");
+    assert!(matches!(much, Err(RiccatiError::Indefinite(..))), "{much:?}");
 }
