@@ -159,10 +159,7 @@ fn panel(cell: &CellSummary, error: &Error, what: &str) -> Plot {
 fn same_range(plots: &mut [Plot]) {
     let values = points(plots).flat_map(|point| [point.low, point.y, point.high]);
     let references = plots.iter().flat_map(|plot| &plot.references);
-    let bounds = references.filter_map(|reference| match reference.course {
-        Course::Horizontal(value) => Some(value),
-        _ => None,
-    });
+    let bounds = references.filter_map(|of| of.course.level());
     let positive = values.chain(bounds).filter(|y| *y > 0.0 && y.is_finite());
     let (least, most) = extent(positive);
     if least < most {
