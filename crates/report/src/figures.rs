@@ -42,7 +42,6 @@ struct Error {
     measure: Measure,
     /// The same as Eq. (7) prints it, where it is one number.
     as_printed: Option<Measure>,
-    name: &'static str,
     label: &'static str,
 }
 
@@ -50,19 +49,16 @@ const ERRORS: [Error; 3] = [
     Error {
         measure: Measure::ExMax,
         as_printed: None,
-        name: "e_x",
         label: "e_x(k)",
     },
     Error {
         measure: Measure::Ea,
         as_printed: Some(Measure::EaPrinted),
-        name: "e_a",
         label: "e_a",
     },
     Error {
         measure: Measure::Eb,
         as_printed: Some(Measure::EbPrinted),
-        name: "e_b",
         label: "e_b",
     },
 ];
@@ -147,7 +143,8 @@ fn panel(cell: &CellSummary, error: &Error, what: &str) -> Plot {
         } else {
             ""
         };
-        plot.title = format!("Bound: {} {}{every}", error.name, bound.text());
+        let name = error.label.trim_end_matches("(k)");
+        plot.title = format!("Bound: {name} {}{every}", bound.text());
         if let (Some(value), None) = (bound.below, bound.rounding) {
             plot = plot.reference("the paper's bound", Course::Horizontal(value));
         }

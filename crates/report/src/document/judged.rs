@@ -1,18 +1,21 @@
 //! The verdicts on the claims of an experiment file: for each a sentence, a figure and the cells it rests on.
 
 mod picture;
+mod words;
 
 use super::answer::capital;
+use super::beside::Beside;
 use super::columns::Columns;
 use super::extremes::LongTable;
+use super::paper;
 use super::tables::tidy;
-use super::{Beside, paper};
 use crate::folder::Files;
 use crate::html::{CellText, Section, Table, markdown_text};
 use crate::results::Study;
-use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale, Standing};
-use asobench_study::text::{file_part, grouped, rounded};
+use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, Standing};
+use asobench_study::text::{file_part, grouped};
 use picture::pictures;
+use words::{heading, is_share, levels, numbers, place, unit};
 
 /// Every claim with its study.
 fn all(studies: &[Study]) -> impl Iterator<Item = (&Study, &Judged)> {
@@ -237,73 +240,6 @@ fn level(cell: &JudgedCell) -> CellText {
     };
     cell.level
         .map_or_else(CellText::default, |level| CellText::number(text(level), level))
-}
-
-/// The levels at which the cells of a claim are compared, in words: "2.5 % / 24 (Holm's correction for 24 cells)".
-fn levels(claim: &Judged) -> String {
-    let whole = format!("{} %", rounded(100.0 * claim.level, 6));
-    // Every level is that of the claim over a whole number.
-    let parts = |level: f64| (claim.level / level).round() as usize;
-    let of = |says: &str| {
-        let mut cells = claim.cells.iter().filter(|cell| cell.says == says);
-        cells.find_map(|cell| cell.level).map(parts)
-    };
-    let over = |parts: usize| match parts {
-        1 => whole.clone(),
-        parts => format!("{whole} / {parts}"),
-    };
-    let names = [
-        ("pass", "where a cell passes"),
-        ("fail", "where it fails"),
-        ("open", "where it is open"),
-    ];
-    let found: Vec<(&str, usize)> = names
-        .iter()
-        .filter_map(|(says, words)| Some((*words, of(says)?)))
-        .collect();
-    let count = claim.cells.len();
-    let text = match found.as_slice() {
-        [] => return whole,
-        _ if count == 1 => return whole,
-        // Certain in all cells: each by itself, or the last step of Holm's procedure.
-        [(_, 1)] => return format!("{whole} (all cells are certain, so none is corrected)"),
-        [(_, first), rest @ ..] if rest.iter().all(|(_, parts)| parts == first) => over(*first),
-        all => {
-            let all = all.iter().map(|(words, parts)| format!("{} {words}", over(*parts)));
-            all.collect::<Vec<String>>().join(", ")
-        }
-    };
-    format!("{text} (Holm's correction for {count} cells)")
-}
-
-/// The place of a cell in words.
-fn place(cell: &JudgedCell) -> &str {
-    if cell.place.is_empty() {
-        "in all trials"
-    } else {
-        &cell.place
-    }
-}
-
-/// Makes a heading of a text: first letter in upper case, no comma at the end.
-fn heading(what: &str) -> String {
-    capital(what.trim_end_matches(','))
-}
-
-/// Whether the numbers of a test are shares of trials.
-fn is_share(test: &JudgedTest) -> bool {
-    test.scale == Scale::Share
-}
-
-/// The factor for the numbers of a test: shares are drawn, and written to tables, in per cent.
-fn unit(test: &JudgedTest) -> f64 {
-    if is_share(test) { 100.0 } else { 1.0 }
-}
-
-/// Every number of a claim with its cell.
-fn numbers(claim: &Judged) -> impl Iterator<Item = (&JudgedCell, &JudgedNumber)> {
-    let cells = claim.cells.iter();
-    cells.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)))
 }
 
 #[cfg(test)]

@@ -1,16 +1,16 @@
 //! The page of the reference suite, and its tables: readers of the results of methods, each of which stands for itself.
 
 mod pictures;
+mod subject;
 mod tables;
 
 use super::document::paper;
 use super::folder::Files;
 use super::html::{Page, Section};
-use asobench_study::suite::{
-    Contribution, Division, IDEAL, Laws, MethodResults, REFERENCE, RecordedFits, Suite, TIME_LIMIT, Times,
-};
+use asobench_study::suite::{Division, IDEAL, REFERENCE, RecordedFits, Suite, TIME_LIMIT};
 use asobench_study::text::{count, grouped};
 use std::collections::BTreeSet;
+pub use subject::SuitePage;
 use tables::Tables;
 pub use tables::{SuiteTable, about_loss, recorded as recorded_tables};
 
@@ -20,31 +20,6 @@ const WORDS: &str = include_str!("words.txt");
 const ABOUT: &str = include_str!("about.txt");
 /// The rows of the first table; the others stand below.
 const FIRST: usize = 10;
-
-/// The contents of a page of the suite.
-#[derive(Clone, Copy)]
-pub struct SuitePage<'a> {
-    /// A division of the suite.
-    pub suite: &'a Suite,
-    /// The results of all methods, each with every scenario of the suite.
-    pub methods: &'a [MethodResults],
-    /// The method that is measured against the others, if there is one.
-    pub newcomer: Option<&'a str>,
-    /// The methods that others have computed, with where they are from.
-    pub contributed: &'a [Contribution],
-    /// Whether the reports of the studies are beside the page.
-    pub has_studies: bool,
-    /// The command that prints the page's numbers.
-    pub command: &'a str,
-    /// The times of the methods, if they were measured.
-    pub times: Option<&'a Times>,
-    /// The law of d in each scenario, if it was shown.
-    pub laws: Option<&'a Laws>,
-    /// The open division, if the page shows it too.
-    pub open: Option<&'a SuitePage<'a>>,
-    /// The FIT of recorded data, if the page shows it.
-    pub recorded: Option<&'a RecordedFits>,
-}
 
 /// The tables of the suite's page: those that a run ends with first.
 pub fn suite_tables(of: &SuitePage<'_>) -> Vec<SuiteTable> {

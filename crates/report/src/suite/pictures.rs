@@ -1,6 +1,6 @@
 //! The distribution functions of d.
 
-use super::SuitePage;
+use super::subject::SuitePage;
 use crate::plot::{Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use asobench_study::suite::{
     Estimated, IDEAL, KINDS, MethodResults, Scenario, ScenarioResults, ideal_share, share_within,

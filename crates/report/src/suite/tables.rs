@@ -5,7 +5,7 @@ mod newcomer;
 mod ranking;
 mod scenarios;
 
-use super::SuitePage;
+use super::subject::SuitePage;
 use crate::document::columns::Columns;
 use crate::table::{CellText, Column, Table};
 use asobench_identification::number::uncertain_within;

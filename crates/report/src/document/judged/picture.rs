@@ -1,6 +1,6 @@
 //! The figure for a verdict: the number of every cell with its error, and the condition on it.
 
-use super::{heading, levels, numbers, place, unit};
+use super::words::{heading, levels, numbers, place, unit};
 use crate::document::figure::Drawn;
 use crate::document::layout::{BEYOND, Choice, Form, Layout, panel_title, sheet};
 use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style, distinct, extent};
