@@ -1,6 +1,7 @@
 //! Two or more studies beside each other: what differs in their designs, and the same cells.
 
 use crate::results::{Study, placed};
+use crate::table::{CellText, Column, Table};
 use asobench_identification::metric::{Estimate, Quantile};
 use asobench_identification::number::uncertain;
 use asobench_study::study::file::Key;
@@ -56,25 +57,22 @@ pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, S
     let widths = rows.iter().map(|row| row.name.chars().count());
     let width = widths.max().unwrap_or(0);
     let width = width.clamp(8, WIDTH - 2 * NUMBER - 8);
-    text.push_str(&format!(
-        "\nMedian {measure} in cells with the same settings:\n\n{:width$}",
-        ""
-    ));
-    for study in studies {
-        let name = beginning(&study.name, NUMBER);
-        text.push_str(&format!(" {name:>NUMBER$}"));
-    }
-    text.push_str("   SEs\n");
+    let mut columns = vec![Column::text("").width(width)];
+    columns.extend(
+        studies
+            .iter()
+            .map(|study| Column::number(beginning(&study.name, NUMBER), "").width(NUMBER)),
+    );
+    columns.push(Column::number("SEs", "").width(5));
+    let table = Table::new("", columns);
+    let head = table.text_head();
+    text += &format!("\nMedian {measure} in cells with the same settings:\n\n{head}");
     for Row { name, medians } in rows {
-        if name.chars().count() > width {
-            text.push_str(&format!("{name}\n{:width$}", ""));
+        let (above, name) = if name.chars().count() > width {
+            (name + "\n", String::new())
         } else {
-            text.push_str(&format!("{name:width$}"));
-        }
-        for median in &medians {
-            let number = uncertain(median.value, median.mcse);
-            text.push_str(&format!(" {number:>NUMBER$}"));
-        }
+            (String::new(), name)
+        };
         let (from, to) = (medians[0], medians[medians.len() - 1]);
         let distance = (to.value - from.value) / from.mcse.hypot(to.mcse);
         let distance = if distance.is_finite() {
@@ -82,7 +80,9 @@ pub fn compared(studies: &[Study], measure: Option<Measure>) -> Result<String, S
         } else {
             "-".to_owned()
         };
-        text.push_str(&format!(" {distance:>5}\n"));
+        let numbers = medians.iter().map(|median| uncertain(median.value, median.mcse));
+        let cells = std::iter::once(name).chain(numbers).chain([distance]);
+        text += &(above + &table.text_row(&cells.map(CellText::text).collect::<Vec<_>>()));
     }
     Ok(visible_lines(&text))
 }

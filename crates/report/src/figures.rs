@@ -42,7 +42,6 @@ struct Error {
     measure: Measure,
     /// The same as Eq. (7) prints it, where it is one number.
     as_printed: Option<Measure>,
-    name: &'static str,
     label: &'static str,
 }
 
@@ -50,19 +49,16 @@ const ERRORS: [Error; 3] = [
     Error {
         measure: Measure::ExMax,
         as_printed: None,
-        name: "e_x",
         label: "e_x(k)",
     },
     Error {
         measure: Measure::Ea,
         as_printed: Some(Measure::EaPrinted),
-        name: "e_a",
         label: "e_a",
     },
     Error {
         measure: Measure::Eb,
         as_printed: Some(Measure::EbPrinted),
-        name: "e_b",
         label: "e_b",
     },
 ];
@@ -147,7 +143,8 @@ fn panel(cell: &CellSummary, error: &Error, what: &str) -> Plot {
         } else {
             ""
         };
-        plot.title = format!("Bound: {} {}{every}", error.name, bound.text());
+        let name = error.label.trim_end_matches("(k)");
+        plot.title = format!("Bound: {name} {}{every}", bound.text());
         if let (Some(value), None) = (bound.below, bound.rounding) {
             plot = plot.reference("the paper's bound", Course::Horizontal(value));
         }
@@ -159,10 +156,7 @@ fn panel(cell: &CellSummary, error: &Error, what: &str) -> Plot {
 fn same_range(plots: &mut [Plot]) {
     let values = points(plots).flat_map(|point| [point.low, point.y, point.high]);
     let references = plots.iter().flat_map(|plot| &plot.references);
-    let bounds = references.filter_map(|reference| match reference.course {
-        Course::Horizontal(value) => Some(value),
-        _ => None,
-    });
+    let bounds = references.filter_map(|of| of.course.level());
     let positive = values.chain(bounds).filter(|y| *y > 0.0 && y.is_finite());
     let (least, most) = extent(positive);
     if least < most {

@@ -6,8 +6,8 @@ mod table;
 mod verdict;
 
 pub use crate::table::{CellText, Column, Table, markdown_text};
-pub(crate) use verdict::Badge;
 pub use verdict::Verdict;
+use verdict::{badge, mark};
 
 use super::markup::{address, escape};
 use super::plot::{self, Picture};
@@ -133,7 +133,7 @@ impl Section {
     /// also stands in the table of contents.
     pub fn answer(&mut self, verdict: Verdict, sentence: &str) {
         self.verdicts.push(verdict);
-        let (badge, sentence) = (verdict.badge(), inline(sentence));
+        let (badge, sentence) = (badge(verdict), inline(sentence));
         self.add(&["<p class=\"answer\">", &badge, " ", &sentence, "</p>\n"]);
     }
 
@@ -142,7 +142,7 @@ impl Section {
         let body = self.inside(write);
         self.verdicts.push(verdict);
         let id = escape(&format!("{}:{id}", self.id));
-        let (heading, badge) = (inline(heading), verdict.badge());
+        let (heading, badge) = (inline(heading), badge(verdict));
         self.add(&[&format!(
             "<article id=\"{id}\">\n<h3>{heading} {badge}</h3>\n{body}</article>\n"
         )]);
@@ -248,7 +248,7 @@ impl Section {
         let same = first.filter(|first| rest.is_none_or(|rest| rest.iter().all(|v| v == *first)));
         let mark = same.copied().map_or_else(
             || "<span class=\"sign\" aria-hidden=\"true\">\u{b7}</span>".to_owned(),
-            Verdict::mark,
+            mark,
         );
         format!("<li><a href=\"#{id}\">{mark}<span>{heading}</span></a></li>\n")
     }

@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, HashMap};
 
 /// The values of one setting over the cells of a study.
 #[derive(Clone, Debug)]
-struct Values {
+pub(super) struct Values {
     /// Sorted by size if all are numbers, otherwise in order of appearance.
-    names: Vec<String>,
+    pub(super) names: Vec<String>,
     /// The values as numbers, if all of them are numbers.
-    numbers: Option<Vec<f64>>,
+    pub(super) numbers: Option<Vec<f64>>,
     /// For every cell the index of its value; empty if all cells have the same value.
     of_cell: Vec<u32>,
 }
@@ -60,7 +60,8 @@ impl Values {
         self.names = order.iter().map(|from| self.names[*from].clone()).collect();
     }
 
-    fn place(&self, cell: usize) -> usize {
+    /// The index of a cell's value among the names.
+    pub(super) fn place(&self, cell: usize) -> usize {
         self.of_cell.get(cell).map_or(0, |place| *place as usize)
     }
 
@@ -78,12 +79,14 @@ impl Values {
 /// The values of all settings, the settings that vary, and the outputs' labels.
 #[derive(Clone, Debug)]
 pub(super) struct Index {
-    values: BTreeMap<Key, Values>,
+    /// Of every setting.
+    pub(super) values: BTreeMap<Key, Values>,
     /// The settings that distinguish cells, without those determined by another one.
     pub(super) varying: Vec<Key>,
     /// The label of every output, in order.
     pub(super) labels: Vec<String>,
-    outputs: HashMap<String, usize>,
+    /// The index of every output by its label, the same in every cell.
+    pub(super) outputs: HashMap<String, usize>,
     /// Whether any cell has noise.
     pub(super) noisy: bool,
 }
@@ -104,26 +107,6 @@ impl Index {
             outputs,
             noisy: summary.cells.iter().any(|cell| cell.eta > 0.0),
         }
-    }
-
-    /// The values of a setting, in order.
-    pub(super) fn names(&self, key: Key) -> &[String] {
-        self.values.get(&key).map_or(&[], |values| &values.names)
-    }
-
-    /// The values as numbers, if all of them are numbers.
-    pub(super) fn numbers(&self, key: Key) -> Option<&[f64]> {
-        self.values.get(&key)?.numbers.as_deref()
-    }
-
-    /// The index of a cell's value among those of a setting.
-    pub(super) fn place(&self, cell: usize, key: Key) -> usize {
-        self.values.get(&key).map_or(0, |values| values.place(cell))
-    }
-
-    /// The index of an output, which is the same in every cell.
-    pub(super) fn output(&self, label: &str) -> Option<usize> {
-        self.outputs.get(label).copied()
     }
 }
 
@@ -155,15 +138,15 @@ mod tests {
     #[test]
     fn every_cell_has_the_place_of_its_value() {
         let (index, summary) = index("[settings]\neta = [10, 2, 1]\nnoise = [\"white\", \"ar\"]\nwindow = [98, 18]\n");
-        assert_eq!(index.names(Key::Eta), ["1", "2", "10"]);
-        assert_eq!(index.numbers(Key::Eta), Some(&[1.0, 2.0, 10.0][..]));
-        assert_eq!(index.names(Key::Noise), ["white", "ar"]);
-        assert_eq!(index.numbers(Key::Noise), None);
-        assert_eq!(index.names(Key::Amplitude).len(), 1);
+        assert_eq!(index.values[&Key::Eta].names, ["1", "2", "10"]);
+        assert_eq!(index.values[&Key::Eta].numbers, Some(vec![1.0, 2.0, 10.0]));
+        assert_eq!(index.values[&Key::Noise].names, ["white", "ar"]);
+        assert_eq!(index.values[&Key::Noise].numbers, None);
+        assert_eq!(index.values[&Key::Amplitude].names.len(), 1);
         for cell in &summary.cells {
             for key in Key::ALL {
-                let place = index.place(cell.cell, *key);
-                assert_eq!(index.names(*key)[place], cell.setting(*key), "{key}");
+                let place = index.values[key].place(cell.cell);
+                assert_eq!(index.values[key].names[place], cell.setting(*key), "{key}");
             }
         }
         assert!(index.noisy);

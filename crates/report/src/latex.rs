@@ -60,13 +60,10 @@ fn bold(latex: &str) -> String {
     }
 }
 
-fn cell(column: &Column, cell: Option<&CellText>) -> String {
-    let text = cell.map_or("", |cell| cell.text.as_str());
-    let latex = if column.numeric { number(text) } else { escaped(text) };
-    match cell {
-        Some(cell) if cell.best => bold(&latex),
-        _ => latex,
-    }
+fn cell(column: &Column, cell: &CellText) -> String {
+    let text = if column.numeric { number } else { escaped };
+    let latex = text(&cell.text);
+    if cell.best { bold(&latex) } else { latex }
 }
 
 fn line(cells: impl Iterator<Item = String>) -> String {
@@ -113,8 +110,8 @@ impl Table {
     /// The columns of the tabular: numbers to the right, long texts wrapped.
     fn alignment(&self) -> String {
         let is_long = |i: usize| {
-            let cells = self.rows.iter().filter_map(|row| row.get(i));
-            !self.columns[i].numeric && { cells }.any(|cell| cell.text.chars().count() > LONG)
+            let mut cells = self.rows.iter().map(|row| &row[i]);
+            !self.columns[i].numeric && cells.any(|cell| cell.text.chars().count() > LONG)
         };
         let long: Vec<bool> = (0..self.columns.len()).map(is_long).collect();
         let count = long.iter().filter(|long| **long).count();

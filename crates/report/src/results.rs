@@ -38,6 +38,16 @@ pub enum ResultsError {
     Empty(PathBuf),
 }
 
+impl ResultsError {
+    /// An invalid file of a folder.
+    fn of(folder: &Path, name: &str, reason: impl Into<String>) -> Self {
+        Self::File {
+            path: folder.join(name),
+            reason: reason.into(),
+        }
+    }
+}
+
 #[derive(Default, Deserialize)]
 struct Times {
     times: Vec<Time>,
@@ -47,27 +57,27 @@ struct Times {
 
 const SUMMARY: &str = "summary.json";
 
+/// The name of the file with the times.
+fn times_name() -> String {
+    format!("{TIMING}/{TIMES}")
+}
+
 /// Reads the times in a folder, if they were measured.
 fn read_times(folder: &Path) -> Result<Option<Vec<u8>>, PathError> {
     match files::subfolder(folder, TIMING)? {
-        Some(_) => read_current(folder, &format!("{TIMING}/{TIMES}"), Kind::Times),
+        Some(_) => read_current(folder, &times_name(), Kind::Times),
         None => Ok(None),
     }
 }
 
-fn times_path(folder: &Path) -> PathBuf {
-    folder.join(TIMING).join(TIMES)
-}
-
 impl Times {
     fn decode(folder: &Path, text: Option<&[u8]>) -> Result<Self, ResultsError> {
+        let Some(text) = text else {
+            return Ok(Self::default());
+        };
         let of_json = |json| serde_json::from_value(json).map_err(|error| error.to_string());
-        let times = text.map(|text| files::parsed(text).and_then(of_json));
-        let times = times.unwrap_or_else(|| Ok(Self::default()));
-        times.map_err(|error| ResultsError::File {
-            path: times_path(folder),
-            reason: format!("not times of this version ({error})"),
-        })
+        let wrong = |error| ResultsError::of(folder, &times_name(), format!("not times of this version ({error})"));
+        files::parsed(text).and_then(of_json).map_err(wrong)
     }
 }
 
@@ -108,10 +118,7 @@ impl Study {
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         read_results(folder, |manifest| {
             let summary = read_current(folder, SUMMARY, Kind::Summary)?;
-            let summary = summary.ok_or_else(|| ResultsError::File {
-                path: folder.join(SUMMARY),
-                reason: "the file is missing".to_owned(),
-            })?;
+            let summary = summary.ok_or_else(|| ResultsError::of(folder, SUMMARY, "the file is missing"))?;
             check_result(folder, manifest, SUMMARY, Some(&summary))?;
             let times = read_times(folder)?;
             let looks = Looks::read(folder)?;
@@ -171,14 +178,10 @@ impl Study {
         times: Option<&[u8]>,
         looks: &Looks,
     ) -> Result<Self, ResultsError> {
-        let wrong = |name: &str, reason: String| ResultsError::File {
-            path: folder.join(name),
-            reason,
-        };
         let file = ExperimentFile::from_json(&manifest["experiment"])
-            .map_err(|error| wrong("manifest.json", error.to_string()))?;
-        let parsed = |name: &str, what: &str, error: &str| wrong(name, format!("not {what} of this version ({error})"));
-        let summary = Summary::from_json(summary).map_err(|error| parsed("summary.json", "a summary", &error))?;
+            .map_err(|error| ResultsError::of(folder, "manifest.json", error.to_string()))?;
+        let other = |error| ResultsError::of(folder, SUMMARY, format!("not a summary of this version ({error})"));
+        let summary = Summary::from_json(summary).map_err(other)?;
         let times = Times::decode(folder, times)?;
         let text = |key: &str| manifest[key].as_str().map(str::to_owned);
         let origin = (text("version").unwrap_or_default(), text("git_revision"));
@@ -191,10 +194,9 @@ impl Study {
     /// If the summary has no cell, or the times or looks in the folder cannot be read.
     pub fn of_run(folder: &Path, file: &ExperimentFile, summary: &Summary) -> Result<Self, ResultsError> {
         // As it is stored, so that a report says the same.
-        let summary = summary.as_stored().map_err(|reason| ResultsError::File {
-            path: folder.join("summary.json"),
-            reason,
-        })?;
+        let summary = summary
+            .as_stored()
+            .map_err(|reason| ResultsError::of(folder, SUMMARY, reason))?;
         let times = Times::decode(folder, read_times(folder)?.as_deref())?;
         let revision = asobench_study::GIT_REVISION.map(str::to_owned);
         let origin = (env!("CARGO_PKG_VERSION").to_owned(), revision);
@@ -227,10 +229,8 @@ impl Study {
             return Err(ResultsError::Empty(folder.to_owned()));
         }
         if times.iter().any(|time| time.cell >= summary.cells.len()) {
-            return Err(ResultsError::File {
-                path: times_path(folder),
-                reason: "damaged: a time of a cell that does not exist".to_owned(),
-            });
+            let reason = "damaged: a time of a cell that does not exist";
+            return Err(ResultsError::of(folder, &times_name(), reason));
         }
         let look = looks.at(summary.trials(), &file, &file.trials);
         let judged = judged(&file, &summary, (&times, machine.as_deref()), look);
@@ -307,12 +307,12 @@ impl Study {
 
     /// The values of a setting over the cells: sorted by size if all are numbers, otherwise in order of appearance.
     pub fn values(&self, key: Key) -> &[String] {
-        self.index.names(key)
+        &self.index.values[&key].names
     }
 
     /// The values of a setting as numbers, in the same order; `None` if any is not a number.
     pub fn numbers(&self, key: Key) -> Option<&[f64]> {
-        self.index.numbers(key)
+        self.index.values[&key].numbers.as_deref()
     }
 
     /// Whether every value of a setting is a number.
@@ -322,7 +322,7 @@ impl Study {
 
     /// The index of a cell's value among the values of a setting.
     pub fn place(&self, cell: &CellSummary, key: Key) -> usize {
-        self.index.place(cell.cell, key)
+        self.index.values[&key].place(cell.cell)
     }
 
     /// Every output of every cell.
@@ -333,7 +333,7 @@ impl Study {
 
     /// The output with a label in a cell.
     pub fn output<'a>(&self, cell: &'a CellSummary, label: &str) -> Option<&'a OutputSummary> {
-        cell.outputs.get(self.index.output(label)?)
+        cell.outputs.get(*self.index.outputs.get(label)?)
     }
 
     /// A share of the trials of an output over all cells; `None` without such an output.

@@ -135,7 +135,7 @@ pub struct Table {
     pub caption: String,
     /// The columns.
     pub columns: Vec<Column>,
-    /// The rows; missing cells at the end of a row are empty.
+    /// The rows, each with a cell for every column.
     pub rows: Vec<Vec<CellText>>,
 }
 
@@ -149,56 +149,47 @@ impl Table {
         }
     }
 
-    /// Adds a row.
+    /// Adds a row; missing cells at its end are empty.
     pub fn row(&mut self, cells: impl IntoIterator<Item = CellText>) {
-        self.rows.push(cells.into_iter().collect());
+        let mut row: Vec<CellText> = cells.into_iter().collect();
+        row.resize(self.columns.len(), CellText::default());
+        self.rows.push(row);
     }
 
     /// Pairs each column with its cell of a row.
-    pub(crate) fn cells<'a>(&'a self, row: &'a [CellText]) -> impl Iterator<Item = (&'a Column, Option<&'a CellText>)> {
-        let columns = self.columns.iter().enumerate();
-        columns.map(|(i, column)| (column, row.get(i)))
+    pub(crate) fn cells<'a>(&'a self, row: &'a [CellText]) -> impl Iterator<Item = (&'a Column, &'a CellText)> {
+        self.columns.iter().zip(row)
     }
 
     /// The table as CSV (RFC 4180, with CRLF). A numeric cell is its sort value with all digits, any other cell its
     /// text.
     pub fn csv(&self) -> String {
-        self.csv_of(|row| self.csv_row(row))
+        let rows = self.rows.iter().map(|row| self.csv_row(row));
+        self.csv_head() + &rows.collect::<String>()
     }
 
     /// The table as CSV with every cell as on the page: numbers with their standard errors in parentheses.
     pub fn csv_as_shown(&self) -> String {
-        self.csv_of(|row| {
-            let cells = self.cells(row).map(|(column, cell)| {
-                let text = cell.map_or("", |cell| cell.text.as_str());
-                if column.numeric && reads_as_number(text) {
-                    csv::Cell::Rounded(text)
-                } else {
-                    csv::Cell::Text(text)
-                }
-            });
-            csv::line(cells) + "\r\n"
-        })
+        let rows = self.rows.iter().map(|row| {
+            csv_line(self.cells(row).map(|(column, cell)| match cell.text.as_str() {
+                number if column.numeric && reads_as_number(number) => csv::Cell::Rounded(number),
+                text => csv::Cell::Text(text),
+            }))
+        });
+        self.csv_head() + &rows.collect::<String>()
     }
 
-    /// The headings, then each row as a line of `row`.
-    fn csv_of(&self, row: impl Fn(&[CellText]) -> String) -> String {
+    fn csv_head(&self) -> String {
         let headings: Vec<String> = self.columns.iter().map(Column::heading).collect();
-        let mut table = csv::line(headings.iter().map(|heading| csv::Cell::Text(heading))) + "\r\n";
-        table.extend(self.rows.iter().map(|cells| row(cells)));
-        table
+        csv_line(headings.iter().map(|heading| csv::Cell::Text(heading)))
     }
 
     /// Formats a row, which need not be in this table, as a line of [`Self::csv`].
     pub fn csv_row(&self, row: &[CellText]) -> String {
-        let cells = self.cells(row).map(|(column, cell)| match cell {
-            Some(CellText {
-                sort_value: Some(value),
-                ..
-            }) if column.numeric => csv::Cell::Number(*value),
-            cell => csv::Cell::Text(cell.map_or("", |cell| &cell.text)),
-        });
-        csv::line(cells) + "\r\n"
+        csv_line(self.cells(row).map(|(column, cell)| match cell.sort_value {
+            Some(value) if column.numeric => csv::Cell::Number(value),
+            _ => csv::Cell::Text(&cell.text),
+        }))
     }
 
     /// The headings as a line of text.
@@ -233,28 +224,21 @@ impl Table {
 
     /// The table as Markdown (GitHub's dialect), with its caption in bold above.
     pub fn markdown(&self) -> String {
-        let mut text = String::new();
-        if !self.caption.is_empty() {
-            for part in ["**", &markdown_text(&self.caption), "**\n\n"] {
-                text.push_str(part);
-            }
-        }
-        let headings = self.columns.iter().map(|c| markdown_text(&c.heading()));
-        text.push_str(&markdown_line(headings));
-        let rules = self.columns.iter().map(|column| {
-            let rule = if column.numeric { "--:" } else { ":--" };
-            rule.to_owned()
-        });
-        text.push_str(&markdown_line(rules));
-        for row in &self.rows {
-            let cells = self.cells(row).map(|(_, cell)| {
-                let text = cell.map_or("", |cell| cell.text.as_str());
-                markdown_text(text)
-            });
-            text.push_str(&markdown_line(cells));
-        }
+        let mut text = match self.caption.as_str() {
+            "" => String::new(),
+            caption => format!("**{}**\n\n", markdown_text(caption)),
+        };
+        text += &markdown_line(self.columns.iter().map(|column| markdown_text(&column.heading())));
+        let rule = |column: &Column| if column.numeric { "--:" } else { ":--" }.to_owned();
+        text += &markdown_line(self.columns.iter().map(rule));
+        let rows = self.rows.iter();
+        text.extend(rows.map(|row| markdown_line(row.iter().map(|cell| markdown_text(&cell.text)))));
         text
     }
+}
+
+fn csv_line<'a>(cells: impl Iterator<Item = csv::Cell<'a>>) -> String {
+    csv::line(cells) + "\r\n"
 }
 
 /// Escapes a text for a Markdown table: no markup, and on one line.

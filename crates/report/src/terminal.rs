@@ -3,13 +3,14 @@
 
 use super::document::answer::winners;
 use super::document::lead::{lead_outputs, measures, shown_at_the_end};
+use super::plot::distinct;
 use super::results::{Study, at, first_failed_trial, lost};
 use super::verdict_table::per_cent;
 use asobench_identification::metric::Quantile;
 use asobench_identification::number::quantile;
 use asobench_study::claim::{Judged, Verdict};
 use asobench_study::study::{CellSummary, Measure, OutputSummary};
-use asobench_study::text::{shell_word, visible, wrap};
+use asobench_study::text::{self, shell_word, visible, wrap};
 
 /// Columns of a terminal.
 const WIDTH: usize = 80;
@@ -103,13 +104,8 @@ fn outputs(study: &Study) -> Vec<String> {
     if labels.len() <= OUTPUTS {
         return labels.to_vec();
     }
-    let mut outputs = study.claimed();
-    for (_, label) in lead_outputs(study) {
-        if !outputs.contains(&label) {
-            outputs.push(label);
-        }
-    }
-    outputs
+    let lead = lead_outputs(study).into_iter().map(|(_, label)| label);
+    distinct(study.claimed().into_iter().chain(lead))
 }
 
 /// Below the table: why medians are missing, the lost trials, and how to see one.
@@ -324,14 +320,12 @@ fn table(study: &Study, room: usize) -> (String, String) {
         shown.reverse();
     }
     let left = [
-        (cells.len() - shown[0], "cell"),
-        (study.labels().len() - shown[1], "output"),
-        (measures(study).len() - count, "measure"),
+        (cells.len() - shown[0], "more cell"),
+        (study.labels().len() - shown[1], "more output"),
+        (measures(study).len() - count, "more measure"),
     ];
-    let left = left.into_iter().filter(|(count, _)| *count > 0);
-    let left: Vec<String> = left
-        .map(|(count, word)| format!("{count} more {word}{}", if count == 1 { "" } else { "s" }))
-        .collect();
+    let left = left.into_iter().filter(|(more, _)| *more > 0);
+    let left: Vec<String> = left.map(|(more, word)| text::count(more as u64, word)).collect();
     (sheet.text(), left.join(", "))
 }
 

@@ -41,36 +41,60 @@ pub(super) fn in_numbers(study: &Study) -> Vec<String> {
 }
 
 /// The median of a method in a cell.
-#[derive(Clone, Copy)]
-struct Of<'a> {
-    label: &'a str,
+struct Of {
+    label: String,
     median: Quantile,
 }
 
-/// A cell with its methods, the best first; those without a median are left out.
+/// A cell with its methods, the best first, of which there is one at least; those without a median are left out.
 struct Ranked<'a> {
     cell: &'a CellSummary,
-    methods: Vec<Of<'a>>,
+    methods: Vec<Of>,
+    of: Measure,
 }
 
-/// The cells that can be compared: those with noise, if any has, with at least one median.
-fn ranked<'a>(study: &'a Study, labels: &'a [(usize, String)], of: Measure) -> Vec<Ranked<'a>> {
-    let order = |a: &Of<'_>, b: &Of<'_>| match of.entry().better {
-        Better::Larger => b.median.value.total_cmp(&a.median.value),
-        _ => a.median.value.total_cmp(&b.median.value),
-    };
+impl Ranked<'_> {
+    fn best(&self) -> &Of {
+        &self.methods[0]
+    }
+
+    /// The next method, and its median beside the best.
+    fn next(&self) -> Option<(&Of, Lead)> {
+        let next = self.methods.get(1)?;
+        Some((next, Lead::new(self.best().median, next.median, self.of)))
+    }
+}
+
+/// The median of a method in a cell, if it is known.
+fn median(study: &Study, cell: &CellSummary, label: &str, of: Measure) -> Option<Quantile> {
+    let median = study.statistics(cell, label, of)?.q50;
+    (median.value.is_finite() && !median.lost).then_some(median)
+}
+
+/// The cells with a median: those with noise, if any has.
+fn ranked(study: &Study, of: Measure) -> Vec<Ranked<'_>> {
+    let labels = lead_outputs(study);
     let cells = study.summary.cells.iter();
     let cells = cells.filter(|cell| !study.is_quiet(cell)).map(|cell| {
         let medians = labels.iter().filter_map(|(_, label)| {
-            let median = study.statistics(cell, label, of)?.q50;
-            let known = median.value.is_finite() && !median.lost;
-            known.then_some(Of { label, median })
+            let (label, median) = (label.clone(), median(study, cell, label, of)?);
+            Some(Of { label, median })
         });
-        let mut methods: Vec<Of<'_>> = medians.collect();
-        methods.sort_by(order);
-        Ranked { cell, methods }
+        let mut methods: Vec<Of> = medians.collect();
+        methods.sort_by(|a, b| match of.entry().better {
+            Better::Larger => b.median.value.total_cmp(&a.median.value),
+            _ => a.median.value.total_cmp(&b.median.value),
+        });
+        Ranked { cell, methods, of }
     });
     cells.filter(|of| !of.methods.is_empty()).collect()
+}
+
+/// The same; `None` where nothing can be compared.
+fn comparable(study: &Study, of: Measure) -> Option<Vec<Ranked<'_>>> {
+    let all = ranked(study, of);
+    let can = of.entry().better != Better::Neither && all.iter().any(|cell| cell.methods.len() > 1);
+    can.then_some(all)
 }
 
 /// Two medians compared: their ratio for a positive error, else their difference; the standard error; the value of two
@@ -145,70 +169,46 @@ fn superlative(of: Measure) -> &'static str {
 
 /// Who is best where, and by how much; empty where nothing can be compared.
 fn best(study: &Study, of: Measure) -> String {
-    let labels = lead_outputs(study);
-    let all = ranked(study, &labels, of);
-    if of.entry().better == Better::Neither || all.iter().all(|cell| cell.methods.len() < 2) {
+    let Some(all) = comparable(study, of) else {
         return String::new();
-    }
+    };
     let (keys, unit) = (study.varying(), of.entry().unit);
     let (most, name) = (superlative(of), of.label());
     let sentence = |ranked: &Ranked<'_>| {
-        let place = at(ranked.cell, &keys);
-        let [first, rest @ ..] = ranked.methods.as_slice() else {
-            return String::new();
+        let (place, Of { label, median }) = (capital(&at(ranked.cell, &keys)), ranked.best());
+        let median = with_unit(&uncertain(median.value, median.mcse), unit);
+        let begin = format!("{place} {label} has the {most} median {name}, {median}");
+        let Some((next, lead)) = ranked.next() else {
+            return format!("{begin}, and no other method has a median.");
         };
-        let median = with_unit(&uncertain(first.median.value, first.median.mcse), unit);
-        let begin = format!("{place} {} has the {most} median {name}, {median}", first.label);
-        match rest.first() {
-            None => format!("{begin}, and no other method has a median"),
-            Some(next) => {
-                let lead = Lead::new(first.median, next.median, of);
-                let tie = if lead.is_tie() {
-                    ", a tie within 1.96 standard errors"
-                } else {
-                    ""
-                };
-                format!(
-                    "{begin}; that of {}, the next, is {}{tie}",
-                    next.label,
-                    lead.words(unit)
-                )
-            }
-        }
-    };
-    let sentences = |cells: &[&Ranked<'_>]| {
-        let all = cells.iter().map(|cell| capital(&sentence(cell)) + ".");
-        all.collect::<Vec<_>>().join(" ")
+        let tie = if lead.is_tie() {
+            ", a tie within 1.96 standard errors"
+        } else {
+            ""
+        };
+        let (next, lead) = (&next.label, lead.words(unit));
+        format!("{begin}; that of {next}, the next, is {lead}{tie}.")
     };
     if all.len() <= CELLS {
-        return format!("{} {ERROR}", sentences(&all.iter().collect::<Vec<_>>()));
+        let sentences: Vec<String> = all.iter().map(sentence).collect();
+        return format!("{} {ERROR}", sentences.join(" "));
     }
     let mut text = wins(&all, of) + " ";
     // The clearest and the closest lead.
-    let lead = |ranked: &&Ranked<'_>| match ranked.methods.as_slice() {
-        [first, next, ..] => Some(Lead::new(first.median, next.median, of)),
-        _ => None,
-    };
-    let mut known: Vec<&Ranked<'_>> = all.iter().filter(|cell| lead(cell).is_some()).collect();
-    let size = |cell: &&Ranked<'_>| lead(cell).map_or(0.0, |lead| (lead.value - lead.equal).abs());
-    known.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    if let [widest, .., closest] = known.as_slice() {
-        text.push_str(&format!(
-            "The widest and the closest lead: {}",
-            sentences(&[*widest, *closest])
-        ));
+    let known = all.iter().filter_map(|cell| Some((cell, cell.next()?.1)));
+    let mut known: Vec<(&Ranked<'_>, Lead)> = known.collect();
+    let size = |lead: &Lead| (lead.value - lead.equal).abs();
+    known.sort_by(|(_, a), (_, b)| size(b).total_cmp(&size(a)));
+    if let [(widest, _), .., (closest, _)] = known.as_slice() {
+        let [widest, closest] = [widest, closest].map(|cell| sentence(cell));
+        text.push_str(&format!("The widest and the closest lead: {widest} {closest}"));
     }
     format!("{text} {ERROR}")
 }
 
 /// The methods that are best, by their number of cells; empty where nothing can be compared.
 pub(crate) fn winners(study: &Study, of: Measure) -> String {
-    let labels = lead_outputs(study);
-    let all = ranked(study, &labels, of);
-    if of.entry().better == Better::Neither || all.iter().all(|cell| cell.methods.len() < 2) {
-        return String::new();
-    }
-    wins(&all, of)
+    comparable(study, of).map_or_else(String::new, |all| wins(&all, of))
 }
 
 /// "Smallest median e_a: oe in 5 of 6 cells, bj in 1. In 2 of the 6 the next method is as good within ...".
@@ -216,17 +216,12 @@ fn wins(all: &[Ranked<'_>], of: Measure) -> String {
     let mut wins: Vec<(&str, usize)> = Vec::new();
     let mut ties = 0;
     for ranked in all {
-        let [first, rest @ ..] = ranked.methods.as_slice() else {
-            continue;
-        };
-        match wins.iter_mut().find(|(label, _)| *label == first.label) {
+        let best = ranked.best().label.as_str();
+        match wins.iter_mut().find(|(label, _)| *label == best) {
             Some((_, count)) => *count += 1,
-            None => wins.push((first.label, 1)),
+            None => wins.push((best, 1)),
         }
-        let tie = rest
-            .first()
-            .is_some_and(|next| Lead::new(first.median, next.median, of).is_tie());
-        ties += usize::from(tie);
+        ties += usize::from(ranked.next().is_some_and(|(_, lead)| lead.is_tie()));
     }
     wins.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     let total = all.len();
@@ -308,18 +303,13 @@ fn last_passes(study: &Study) -> Vec<&String> {
 
 /// How the median of the method that is best in most cells changes from the first to the last value of each setting.
 fn depends(study: &Study, of: Measure) -> String {
-    let labels = lead_outputs(study);
-    let cells = ranked(study, &labels, of);
-    let mut wins: BTreeMap<&str, usize> = BTreeMap::new();
-    for label in cells.iter().filter_map(|cell| Some(cell.methods.first()?.label)) {
-        *wins.entry(label).or_default() += 1;
+    let cells = ranked(study, of);
+    let mut wins: BTreeMap<&String, usize> = BTreeMap::new();
+    for cell in cells.iter().filter(|_| of.entry().better != Better::Neither) {
+        *wins.entry(&cell.best().label).or_default() += 1;
     }
-    let winner = wins
-        .into_iter()
-        .max_by_key(|(_, count)| *count)
-        .map(|(label, _)| label.to_owned());
-    let winner = winner.filter(|_| of.entry().better != Better::Neither);
-    let Some(label) = winner.or_else(|| study.main_output()) else {
+    let winner = wins.into_iter().max_by_key(|(_, count)| *count);
+    let Some(label) = winner.map(|(label, _)| label.clone()).or_else(|| study.main_output()) else {
         return String::new();
     };
     let mut keys = study.varying();
@@ -347,10 +337,8 @@ fn effect(study: &Study, of: Measure, label: &str, key: Key) -> Option<String> {
         let Some(end) = ends.iter().position(|end| *end == study.place(cell, key)) else {
             continue;
         };
-        let median = study.statistics(cell, label, of).map(|of| of.q50);
-        let median = median.filter(|median| median.value.is_finite() && !median.lost);
         let group = others.iter().map(|other| study.place(cell, *other)).collect();
-        groups.entry(group).or_default()[end] = median.map(|median| (cell, median));
+        groups.entry(group).or_default()[end] = median(study, cell, label, of).map(|median| (cell, median));
     }
     let changes = groups.values().filter_map(|ends| match ends {
         [Some((cell, first)), Some((_, last))] => Some((*cell, Lead::new(*first, *last, of))),
@@ -415,14 +403,12 @@ pub(super) fn medians(study: &Study, of: Measure) -> Option<LongTable> {
     let [(_, first), _, ..] = labels.as_slice() else {
         return None;
     };
-    let all = ranked(study, &labels, of);
+    let all = ranked(study, of);
     let find = |cell: &CellSummary| all.iter().find(|ranked| ranked.cell.cell == cell.cell);
     let is_best = |cell: &CellSummary, label: &str| {
-        let first = find(cell).and_then(|ranked| ranked.methods.first());
-        of.entry().better != Better::Neither && first.is_some_and(|best| best.label == label)
+        of.entry().better != Better::Neither && find(cell).is_some_and(|of| of.best().label == label)
     };
-    let keys = study.varying();
-    let mut columns = Columns::new(study.summary.cells.iter()).settings(study, &keys, |cell| *cell);
+    let mut columns = Columns::new(study.summary.cells.iter()).settings(study, |cell| *cell);
     for (_, label) in &labels {
         columns = columns.number(label, "", move |cell| {
             let median = study.statistics(cell, label, of).map(|of| of.q50);
@@ -435,15 +421,9 @@ pub(super) fn medians(study: &Study, of: Measure) -> Option<LongTable> {
         columns = trials_of(columns);
     } else {
         let heading = if is_ratio { "next / best" } else { "next - best" };
-        columns = columns.number(heading, "", |cell| {
-            let ranked = find(cell).map_or(&[][..], |ranked| &ranked.methods);
-            match ranked {
-                [best, next, ..] => {
-                    let lead = Lead::new(best.median, next.median, of);
-                    CellText::number(lead.text(), lead.value)
-                }
-                _ => CellText::text("-"),
-            }
+        columns = columns.number(heading, "", |cell| match find(cell).and_then(Ranked::next) {
+            Some((_, lead)) => CellText::number(lead.text(), lead.value),
+            None => CellText::text("-"),
         });
     }
     let unit = match of.entry().unit {
@@ -480,8 +460,7 @@ pub(super) fn lost_table(study: &Study) -> Option<LongTable> {
     let is_lost = |label: &str| study.over_cells(label, lost).is_some_and(|of| of.all.count > 0);
     let any = labels.iter().any(|(_, label)| is_lost(label));
     let (_, last) = labels.last().filter(|_| any)?;
-    let keys = study.varying();
-    let mut columns = Columns::new(study.summary.cells.iter()).settings(study, &keys, |cell| *cell);
+    let mut columns = Columns::new(study.summary.cells.iter()).settings(study, |cell| *cell);
     for (_, label) in &labels {
         columns = columns.number(label, "", move |cell| match share(cell, label) {
             Some(of) => CellText::number(per_cent(of), super::tables::tidy(100.0 * of.share)),

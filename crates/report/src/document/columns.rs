@@ -44,14 +44,9 @@ impl<'a, I: Iterator> Columns<'a, I> {
         self
     }
 
-    /// Adds a column for each setting of an item's cell.
-    pub(crate) fn settings<'s>(
-        self,
-        study: &Study,
-        keys: &[Key],
-        cell: impl Fn(&I::Item) -> &'s CellSummary + Copy + 'a,
-    ) -> Self {
-        self.keys(study, keys, move |item, key| {
+    /// Adds a column for each setting of an item's cell that varies.
+    pub(crate) fn settings<'s>(self, study: &Study, cell: impl Fn(&I::Item) -> &'s CellSummary + Copy + 'a) -> Self {
+        self.keys(study, &study.varying(), move |item, key| {
             let value = cell(item).setting(key);
             match value.parse() {
                 Ok(number) if cell(item).is_number(key) => CellText::number(value, number),

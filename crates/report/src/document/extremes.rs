@@ -3,7 +3,7 @@
 use super::paper;
 use crate::folder::Files;
 use crate::html::{CellText, Column, Section, Table};
-use crate::plot::{Plot, Point, Scale, Style};
+use crate::plot::{Plot, Point, Style};
 
 /// Largest number of rows that a page shows; a longer table is reduced to its extremes.
 const MOST_ROWS: usize = 250;
@@ -115,8 +115,8 @@ impl LongTable {
 /// Keeps of too many names only those with the smallest and the largest values of the last series, and returns a note.
 /// The names are along x, or along y in a horizontal plot.
 pub(super) fn extremes(plots: &mut [Plot]) -> Option<String> {
-    let lies = plots.iter().any(|plot| matches!(plot.y.scale, Scale::Categories(_)));
-    let upright = plots.iter().any(|plot| matches!(plot.x.scale, Scale::Categories(_)));
+    let lies = plots.iter().any(|plot| plot.y.has_names());
+    let upright = plots.iter().any(|plot| plot.x.has_names());
     if !lies && !upright {
         return None;
     }

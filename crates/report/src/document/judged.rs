@@ -4,17 +4,18 @@ mod picture;
 mod words;
 
 use super::answer::capital;
+use super::beside::Beside;
 use super::columns::Columns;
 use super::extremes::LongTable;
+use super::paper;
 use super::tables::tidy;
-use super::{Beside, paper};
 use crate::folder::Files;
 use crate::html::{CellText, Section, Table, markdown_text};
 use crate::results::Study;
 use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, Standing};
 use asobench_study::text::{file_part, grouped};
 use picture::pictures;
-use words::{heading, is_share, levels, place, unit};
+use words::{heading, is_share, levels, numbers, place, unit};
 
 /// Every claim with its study.
 fn all(studies: &[Study]) -> impl Iterator<Item = (&Study, &Judged)> {
@@ -102,9 +103,7 @@ pub(super) fn markdown(studies: &[Study]) -> String {
 pub(super) fn csv(studies: &[Study]) -> String {
     let exact = |x: f64| CellText::number("", x);
     let rows = all(studies).flat_map(|(study, claim)| {
-        let cells = claim.cells.iter();
-        let numbers = cells.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)));
-        let known = numbers.filter_map(|(cell, number)| Some((cell, number, claim.tests.get(number.test)?)));
+        let known = numbers(claim).filter_map(|(cell, number)| Some((cell, number, claim.tests.get(number.test)?)));
         known.map(move |(cell, number, test)| (study, claim, cell, number, test))
     });
     Columns::new(rows)

@@ -2,8 +2,7 @@
 
 use super::extremes::{crowded, extremes};
 use crate::plot::{
-    Course, Drawing, Picture, Plot, PlotAxis, Point, Scale, Sharing, Style, extent, multiples_of_width, points,
-    small_multiples,
+    Drawing, Picture, Plot, PlotAxis, Point, Scale, Sharing, Style, extent, multiples_of_width, points, small_multiples,
 };
 use crate::results::{Study, axis_label, place, value_name, words};
 use asobench_study::study::file::Key;
@@ -158,8 +157,7 @@ const WIDE: f64 = 1e3;
 /// to `DECADES` decades above the median value, and about a decade more.
 fn cut(plots: &mut [Plot]) {
     // Names below a figure have no values.
-    let has_values = |plot: &&mut Plot| !matches!(plot.y.scale, Scale::Categories(_));
-    let plots: Vec<&mut Plot> = plots.iter_mut().filter(has_values).collect();
+    let plots: Vec<&mut Plot> = plots.iter_mut().filter(|plot| !plot.y.has_names()).collect();
     let logarithmic = plots
         .iter()
         .all(|plot| plot.y.scale == Scale::Log && plot.y.range.is_none());
@@ -170,12 +168,7 @@ fn cut(plots: &mut [Plot]) {
         return;
     };
     let references = plots.iter().flat_map(|plot| &plot.references);
-    let references: Vec<f64> = references
-        .filter_map(|reference| match reference.course {
-            Course::Horizontal(y) => Some(y),
-            _ => None,
-        })
-        .collect();
+    let references: Vec<f64> = references.filter_map(|of| of.course.level()).collect();
     let bounds = 10_f64.powf(DECADES) * middle;
     let kept = values.iter().chain(&references).copied();
     let (low, high) = extent(kept.filter(|y| *y <= bounds));
@@ -296,33 +289,30 @@ pub(super) fn sheet(title: &str, description: &str, mut plots: Vec<Plot>, form: 
         cut(&mut plots);
     }
     match plots.as_mut_slice() {
-        [] => None,
-        [plot] => {
-            title.clone_into(&mut plot.title);
-            description.clone_into(&mut plot.description);
-            let picture = match form.width {
-                Some(width) => only(plot.of_width(width)),
-                None => plot.picture(),
-            };
-            Some((picture, note))
-        }
-        _ => {
-            let usual = if matches!(plots.len(), 3 | 5..) { 3 } else { 2 };
-            let columns = form.columns.unwrap_or(usual);
-            let alike = plots.windows(2).all(|pair| pair[0].y.scale == pair[1].y.scale);
-            let one_range = plots.windows(2).all(|pair| pair[0].x.range == pair[1].x.range);
-            let sharing = Sharing {
-                x: one_range,
-                y: !apart && alike,
-            };
-            let words = [title, description];
-            let picture = match form.width {
-                Some(width) => only(multiples_of_width(words, &plots, columns, sharing, width)),
-                None => small_multiples(title, description, &plots, columns, sharing),
-            };
-            Some((picture, note))
-        }
+        [] => return None,
+        // The title stands once.
+        [plot] => title.clone_into(&mut plot.title),
+        _ => {}
     }
+    let usual = if matches!(plots.len(), 3 | 5..) { 3 } else { 2 };
+    let columns = form.columns.unwrap_or(usual);
+    let alike = plots.windows(2).all(|pair| pair[0].y.scale == pair[1].y.scale);
+    let one_range = plots.windows(2).all(|pair| pair[0].x.range == pair[1].x.range);
+    let sharing = Sharing {
+        x: one_range,
+        y: !apart && alike,
+    };
+    let picture = match form.width {
+        Some(width) => only(multiples_of_width(
+            [title, description],
+            &plots,
+            columns,
+            sharing,
+            width,
+        )),
+        None => small_multiples(title, description, &plots, columns, sharing),
+    };
+    Some((picture, note))
 }
 
 /// Removes names from the x axes at which no panel has a point.

@@ -1,5 +1,6 @@
 //! The outputs and measures that a study is about: figures and tables of the page begin with them.
 
+use crate::plot::distinct;
 use crate::results::Study;
 use asobench_study::study::file::ClaimTable;
 use asobench_study::study::{Measure, OutputSummary};
@@ -23,13 +24,7 @@ pub(crate) fn measures(study: &Study) -> Vec<Measure> {
     let tests = study.file.claims.iter().flat_map(ClaimTable::all_tests);
     let claimed = tests.flat_map(|test| test.measures());
     let all = claimed.chain(study.file.measures.iter().copied());
-    let mut measures: Vec<Measure> = Vec::new();
-    for measure in all.filter(|measure| study.file.measures.contains(measure)) {
-        if !measures.contains(&measure) {
-            measures.push(measure);
-        }
-    }
-    measures
+    distinct(all.filter(|measure| study.file.measures.contains(measure)))
 }
 
 /// The outputs that figures and the page's tables show, with their places in the palette. If there are many, these are
@@ -80,23 +75,11 @@ pub(super) fn lead_figures(study: &Study) -> Vec<Measure> {
         let medians = statistics.map(|statistics| statistics.q50.value);
         medians.filter(|median| median.is_finite()).count()
     };
-    let mut found: Vec<(usize, Measure)> = Vec::new();
-    let others = study
-        .file
-        .measures
-        .iter()
-        .copied()
-        .filter(|measure| !ORDER.contains(measure));
-    for measure in ORDER
-        .into_iter()
-        .filter(|measure| study.file.measures.contains(measure))
-        .chain(others)
-    {
-        let count = defined(measure);
-        if count > 0 {
-            found.push((count, measure));
-        }
-    }
+    let asked = &study.file.measures;
+    let known = ORDER.into_iter().filter(|measure| asked.contains(measure));
+    let others = asked.iter().copied().filter(|measure| !ORDER.contains(measure));
+    let found = known.chain(others).map(|measure| (defined(measure), measure));
+    let mut found: Vec<(usize, Measure)> = found.filter(|(count, _)| *count > 0).collect();
     let most = found.iter().map(|(count, _)| *count).max().unwrap_or(0);
     // A measure that is defined less than half as often as the most frequent one comes after the others.
     found.sort_by_key(|(count, _)| 2 * count < most);

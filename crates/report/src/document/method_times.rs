@@ -3,7 +3,7 @@
 use super::figure::{Drawn, Figure, estimate, over, series_of, subject, y_axis};
 use super::layout::{Layout, panel_title, x_key};
 use super::lead::{OUTPUTS, lead_figures};
-use crate::plot::{Plot, PlotAxis, Point, Scale, Sharing, Style, small_multiples};
+use crate::plot::{Plot, PlotAxis, Point, Scale, Sharing, Style, distinct, small_multiples};
 use crate::results::{Study, Time};
 use asobench_study::study::CellSummary;
 
@@ -12,14 +12,8 @@ const ABREAST: usize = 3;
 
 /// The methods that were timed, as many as a figure shows, with their places in the palette.
 fn timed(study: &Study) -> Vec<(usize, String)> {
-    let mut methods: Vec<(usize, String)> = Vec::new();
-    for time in &study.times {
-        let is_known = methods.iter().any(|(_, method)| *method == time.method);
-        if methods.len() < OUTPUTS && !is_known {
-            methods.push((methods.len(), time.method.clone()));
-        }
-    }
-    methods
+    let methods = distinct(study.times.iter().map(|time| &time.method));
+    methods.into_iter().take(OUTPUTS).cloned().enumerate().collect()
 }
 
 /// The time of a method in a cell.

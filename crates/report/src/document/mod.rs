@@ -1,6 +1,7 @@
 //! The report: a page with figures and tables beside it.
 
 pub(crate) mod answer;
+mod beside;
 mod bound_grid;
 mod bound_shares;
 mod chosen;
@@ -28,9 +29,9 @@ use super::folder::Files;
 use super::html::{Page, Section};
 use super::results::Study;
 use asobench_study::text::grouped;
+use beside::Beside;
 pub use chosen::{Chosen, Kind, Mark, chosen_figure, held};
 use extremes::LongTable;
-use figure::Drawn;
 pub use over_time::course_figures;
 
 /// Makes a report of studies with different names; calls `on_step` with the name of each step.
@@ -146,36 +147,6 @@ fn experiment(section: &mut Section, study: &Study, files: &mut Files, on_step: 
     section.code(&format!("{command}\nasobench report {folder}"));
     section.heading("How to cite this");
     section.paragraph(&study.citation());
-}
-
-/// The files of a study beside a page, and the links of a part of the page to them.
-struct Beside<'a> {
-    study: &'a Study,
-    files: &'a mut Files,
-    links: Vec<(String, String)>,
-}
-
-impl<'a> Beside<'a> {
-    fn new(study: &'a Study, files: &'a mut Files) -> Self {
-        let links = Vec::new();
-        Self { study, files, links }
-    }
-
-    /// Adds the files of a table, those for a paper too if it is for one.
-    fn table(&mut self, table: &mut LongTable, name: &str, title: &str, is_for_paper: bool) {
-        let stem = format!("{}-{name}", self.study.name);
-        let all = table.files(&stem, title, is_for_paper);
-        self.links.extend(paper::links(&all, &self.study.name));
-        self.files.extend(all);
-    }
-
-    /// Adds a figure to a section and to the files, by its name there and in the link.
-    fn figure(&mut self, section: &mut Section, drawn: &Drawn, (name, label): (&str, &str)) {
-        section.figure(&drawn.picture, &drawn.caption);
-        let path = format!("figures/{}-{name}.svg", self.study.name);
-        self.links.push((format!("{label}.svg"), path.clone()));
-        self.files.push((path, drawn.picture.wide.svg()));
-    }
 }
 
 /// The answer in sentences, with the medians of the first measure and the lost trials in tables as papers have them:

@@ -4,6 +4,7 @@ use super::columns::Columns;
 use super::extremes::LongTable;
 use super::lead::{lead_figures, lead_outputs, shown_at_the_end};
 use crate::html::CellText;
+use crate::plot::distinct;
 use crate::results::{Study, axis_label, place};
 use crate::verdict_table::per_cent;
 use asobench_identification::metric::{Estimate, Quantile, Share, SlopeOf, Statistic, Statistics, verdict};
@@ -64,20 +65,14 @@ fn failure(kind: &str) -> String {
 
 /// Medians and RMSE of the leading measures and outputs, for the page.
 pub(super) fn overview(study: &Study) -> LongTable {
-    let keys = study.varying();
     let labels = lead_outputs(study);
     // The columns of the figures, and of the table that a run ends with.
-    let mut measures = lead_figures(study);
-    for measure in shown_at_the_end(study) {
-        if !measures.contains(&measure) {
-            measures.push(measure);
-        }
-    }
+    let measures = distinct(lead_figures(study).into_iter().chain(shown_at_the_end(study)));
     let rows = study.summary.cells.iter().flat_map(|cell| {
         let outputs = labels.iter().filter_map(|(_, label)| study.output(cell, label));
         outputs.map(move |output| (cell, output))
     });
-    let mut columns = Columns::new(rows).settings(study, &keys, |of| of.0);
+    let mut columns = Columns::new(rows).settings(study, |of| of.0);
     columns = columns.text("output", |of| of.1.label());
     for measure in &measures {
         let of = |output: &OutputSummary, cell: fn(&Statistics) -> CellText| {
@@ -121,7 +116,6 @@ fn statistics_in_csv() -> impl Iterator<Item = Statistic> {
 pub(super) fn everything(study: &Study) -> LongTable {
     let exact = |value: f64| CellText::number("", value);
     let count = |value: u64| CellText::number("", value as f64);
-    let keys = study.varying();
     let rows = study.all_outputs().flat_map(|(cell, output)| {
         let measures = output.measures.iter();
         let measures = measures.map(|(measure, statistics)| (measure.to_string(), statistics));
@@ -131,7 +125,7 @@ pub(super) fn everything(study: &Study) -> LongTable {
         all.map(move |(name, statistics)| (cell, output, name, statistics))
     });
     let mut columns = Columns::new(rows)
-        .settings(study, &keys, |of| of.0)
+        .settings(study, |of| of.0)
         .text("output", |of| of.1.label())
         .text("measure", |of| of.2.clone())
         .number("trials", "", |of| count(of.1.outcomes.trials))
@@ -153,13 +147,12 @@ pub(super) fn everything(study: &Study) -> LongTable {
 
 /// The coverage of the 95 % intervals of the coefficients.
 pub(super) fn coverage(study: &Study) -> Option<LongTable> {
-    let keys = study.varying();
     let rows = study.all_outputs().flat_map(|(cell, output)| {
         let coverage = output.coverage.iter();
         coverage.map(move |(name, coverage)| (cell, output, name, coverage))
     });
     Columns::new(rows)
-        .settings(study, &keys, |of| of.0)
+        .settings(study, |of| of.0)
         .text("output", |of| of.1.label())
         .text("coefficient", |of| of.2)
         .number("covered", "%", |of| percent(of.3.covered))
@@ -186,7 +179,6 @@ pub(super) fn coverage(study: &Study) -> Option<LongTable> {
 
 /// Comparisons on the same trials.
 pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
-    let keys = study.varying();
     let rows = study.summary.cells.iter().flat_map(|cell| {
         let pairs = cell.comparisons.iter().flat_map(|pair| {
             let measures = pair.measures.iter();
@@ -195,7 +187,7 @@ pub(super) fn comparisons(study: &Study) -> Option<LongTable> {
         pairs.map(move |(pair, measure, paired)| (cell, pair, measure, paired))
     });
     Columns::new(rows)
-        .settings(study, &keys, |of| of.0)
+        .settings(study, |of| of.0)
         .text("first", |of| &of.1.first)
         .text("second", |of| &of.1.second)
         .text("measure", |of| of.2.label())
@@ -268,14 +260,13 @@ pub(super) fn slopes(study: &Study) -> Option<LongTable> {
 
 /// Bounds and the shares of trials that satisfy them.
 pub(super) fn bounds(study: &Study) -> Option<LongTable> {
-    let keys = study.varying();
     let rows = study.summary.cells.iter().flat_map(|cell| {
         let bounds = cell.bounds.iter();
         let shares = bounds.flat_map(|of| of.outputs.iter().map(move |share| (&of.bound, share)));
         shares.map(move |(bound, share)| (cell, bound, share))
     });
     Columns::new(rows)
-        .settings(study, &keys, |of| of.0)
+        .settings(study, |of| of.0)
         .text("bound", |of| format!("{} {}", of.1.measure.label(), of.1.text()))
         .text("output", |of| &of.2.output)
         .number("met in", "%", |of| percent(of.2.met))
@@ -319,7 +310,6 @@ pub(super) fn failures(study: &Study) -> Option<LongTable> {
 /// The first failed trials of every cell, output and kind, with the command that replays the first of them. Empty for
 /// results of older builds, which do not list them.
 pub(super) fn failed_trials(study: &Study) -> Option<LongTable> {
-    let keys = study.varying();
     let rows = study.all_outputs().flat_map(|(cell, output)| {
         let kinds = output.outcomes.failed_trials.iter();
         let kinds = kinds.filter(|(_, trials)| !trials.is_empty());
@@ -329,7 +319,7 @@ pub(super) fn failed_trials(study: &Study) -> Option<LongTable> {
         })
     });
     Columns::new(rows)
-        .settings(study, &keys, |of| of.0)
+        .settings(study, |of| of.0)
         .text("output", |of| of.1.label())
         .text("failure", |of| failure(of.2))
         .number("trials", "", |of| count(of.4))
@@ -349,12 +339,11 @@ pub(super) fn failed_trials(study: &Study) -> Option<LongTable> {
 
 /// Times of the methods.
 pub(super) fn times(study: &Study) -> Option<LongTable> {
-    let keys = study.varying();
     let rows = study.times.iter();
     let rows = rows.filter_map(|time| Some((study.summary.cells.get(time.cell)?, time)));
     let micro = |seconds: f64| CellText::number(format!("{:.1}", 1e6 * seconds), 1e6 * seconds);
     Columns::new(rows)
-        .settings(study, &keys, |of| of.0)
+        .settings(study, |of| of.0)
         .text("method", |of| &of.1.method)
         .number("median", "µs", |of| micro(of.1.median_seconds))
         .number("quartile", "µs", |of| micro(of.1.q25_seconds))

@@ -1,6 +1,6 @@
 //! A table on a page, with columns that sort.
 
-use super::verdict::{Badge, Verdict};
+use super::verdict::badge;
 use crate::markup::{address, escape};
 use crate::table::{CellText, Column, Table, reads_as_number};
 
@@ -14,7 +14,7 @@ impl CellText {
     }
 
     fn html(&self, numeric: bool) -> String {
-        let shown = self.verdict.map_or_else(|| escape(&self.text), Verdict::badge);
+        let shown = self.verdict.map_or_else(|| escape(&self.text), badge);
         let content = match &self.link {
             Some(target) => format!("<a href=\"{}\">{shown}</a>", address(target)),
             None => shown,
@@ -55,7 +55,7 @@ impl Table {
         for row in &self.rows {
             html.push_str("<tr>");
             for (column, cell) in self.cells(row) {
-                html.push_str(&cell.cloned().unwrap_or_default().html(column.numeric));
+                html.push_str(&cell.html(column.numeric));
             }
             html.push_str("</tr>\n");
         }

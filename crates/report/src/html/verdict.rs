@@ -2,47 +2,24 @@
 
 pub use asobench_study::claim::Verdict;
 
-/// How a verdict is shown.
-pub(crate) trait Badge {
-    /// A sign that is recognised without colour.
-    fn sign(self) -> &'static str;
-
-    /// The sign and the words in a frame.
-    fn badge(self) -> String;
-
-    /// The sign alone, for the table of contents.
-    fn mark(self) -> String;
-}
-
-impl Badge for Verdict {
-    fn sign(self) -> &'static str {
-        match self {
-            Self::Holds => "\u{2713}",
-            Self::HoldsInPart => "\u{25d0}",
-            Self::DoesNotHold => "\u{2717}",
-            Self::Undecided => "?",
-        }
-    }
-
-    fn badge(self) -> String {
-        let (class, sign, name) = (class(self), self.sign(), self.name());
-        format!("<span class=\"badge {class}\"><span aria-hidden=\"true\">{sign}</span> {name}</span>")
-    }
-
-    fn mark(self) -> String {
-        let (class, sign, name) = (class(self), self.sign(), self.name());
-        format!(
-            "<span class=\"sign {class}\" role=\"img\" aria-label=\"{name}\" \
-            title=\"{name}\">{sign}</span>"
-        )
-    }
-}
-
-const fn class(verdict: Verdict) -> &'static str {
+/// The class of a verdict, and its sign, which is recognised without colour.
+pub(super) const fn look(verdict: Verdict) -> [&'static str; 2] {
     match verdict {
-        Verdict::Holds => "holds",
-        Verdict::HoldsInPart => "partly",
-        Verdict::DoesNotHold => "refuted",
-        Verdict::Undecided => "open",
+        Verdict::Holds => ["holds", "\u{2713}"],
+        Verdict::HoldsInPart => ["partly", "\u{25d0}"],
+        Verdict::DoesNotHold => ["refuted", "\u{2717}"],
+        Verdict::Undecided => ["open", "?"],
     }
+}
+
+/// The sign and the words in a frame.
+pub(super) fn badge(verdict: Verdict) -> String {
+    let ([class, sign], name) = (look(verdict), verdict.name());
+    format!("<span class=\"badge {class}\"><span aria-hidden=\"true\">{sign}</span> {name}</span>")
+}
+
+/// The sign alone, for the table of contents.
+pub(super) fn mark(verdict: Verdict) -> String {
+    let ([class, sign], name) = (look(verdict), verdict.name());
+    format!("<span class=\"sign {class}\" role=\"img\" aria-label=\"{name}\" title=\"{name}\">{sign}</span>")
 }

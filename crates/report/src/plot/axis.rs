@@ -40,7 +40,7 @@ impl Span {
         let log = axis.scale == Scale::Log;
         let place = |value: f64| if log { value.log10() } else { value };
         let ends = (place(range.0), place(range.1));
-        let names = matches!(axis.scale, Scale::Categories(_));
+        let names = axis.has_names();
         Self {
             log,
             names,

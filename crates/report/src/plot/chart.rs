@@ -7,7 +7,7 @@ use super::legend::{Legend, Look};
 use super::metrics::{self, NOTE};
 use super::scene::Part;
 use super::thin::{envelope, thin};
-use super::{Course, Plot, Point, Scale, Series, Style};
+use super::{Course, Plot, Point, Series, Style};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
@@ -451,7 +451,7 @@ fn parts<T>(points: &[Point], place: impl Fn(&Point) -> Option<T>) -> Vec<Vec<T>
 /// All numbers of a plot along x and along y, including references, which its axes must hold.
 pub(super) fn values(plot: &Plot) -> [Vec<f64>; 2] {
     let (mut xs, mut ys) = (Vec::new(), Vec::new());
-    let sideways = matches!(plot.y.scale, Scale::Categories(_));
+    let sideways = plot.y.has_names();
     for series in &plot.series {
         let sideways = sideways || series.style == Style::Spans;
         for point in &series.points {

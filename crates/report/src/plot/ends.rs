@@ -11,7 +11,7 @@ use super::backend::{Canvas, Drawn, TICK, at, plain};
 use super::legend::Legend;
 use super::metrics::{LINE, widest, wrap};
 use super::scene::Part;
-use super::{Course, Plot, Series, Style};
+use super::{Course, Plot, Series, Style, distinct};
 use plotters::style::text_anchor::HPos;
 
 /// The share of the x axis that a line must reach.
@@ -152,31 +152,25 @@ impl Named<'_> {
 
 /// Whether a series is a line.
 fn is_line(plot: &Plot, series: &Series) -> bool {
-    let names = |axis: &super::PlotAxis| matches!(axis.scale, super::Scale::Categories(_));
-    let joined = !names(&plot.x) && !names(&plot.y);
     match series.style {
         Style::Line | Style::Band | Style::Steps => true,
-        Style::ErrorBars => joined,
+        Style::ErrorBars => !plot.x.has_names() && !plot.y.has_names(),
         _ => false,
     }
 }
 
 /// The names of all lines with points, each once.
 fn lines(plots: &[Plot]) -> Vec<&str> {
-    let mut names: Vec<&str> = Vec::new();
-    for plot in plots {
+    let all = plots.iter().flat_map(|plot| {
         let series = plot.series.iter();
         let series = series.filter(|series| is_line(plot, series) && !series.points.is_empty());
         let references = plot.references.iter();
         let references = references.filter(|of| !matches!(of.course, Course::Vertical(_)));
-        let all = series.map(|of| &of.label).chain(references.map(|of| &of.label));
-        for name in all.filter(|name| !name.is_empty()) {
-            if !names.contains(&name.as_str()) {
-                names.push(name);
-            }
-        }
-    }
-    names
+        series
+            .map(|of| of.label.as_str())
+            .chain(references.map(|of| of.label.as_str()))
+    });
+    distinct(all.filter(|name| !name.is_empty()))
 }
 
 /// The end of the line of a name in a panel, if it is seen far enough to the right.

@@ -4,7 +4,7 @@ use super::backend::{Canvas, Drawn, LABEL, at, plain};
 use super::inks::{COLOURS, PAPER, reference_ink, series_ink};
 use super::metrics::{widest, wrap};
 use super::scene::Part;
-use super::{Plot, Style};
+use super::{Plot, Style, distinct};
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
@@ -121,12 +121,8 @@ impl<'a> Legend<'a> {
                 series.push((&item.label, item.style, Look(slot), solid));
             }
         }
-        let mut references: Vec<&str> = Vec::new();
-        for reference in plots.iter().flat_map(|plot| &plot.references) {
-            if !references.contains(&reference.label.as_str()) {
-                references.push(&reference.label);
-            }
-        }
+        let references = plots.iter().flat_map(|plot| &plot.references);
+        let references = distinct(references.map(|reference| reference.label.as_str()));
         Self { series, references }
     }
 

@@ -34,4 +34,4 @@ pub use metrics::widest_note;
 pub use multiples::{Picture, Sharing, multiples_of_width, small_multiples};
 pub use scene::Drawing;
 pub use spec::{Course, Plot, PlotAxis, Point, Reference, Scale, Series, Style};
-pub(crate) use spec::{extent, points};
+pub(crate) use spec::{distinct, extent, points};

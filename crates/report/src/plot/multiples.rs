@@ -42,7 +42,7 @@ pub fn multiples_of_width(
     let form = Form {
         columns,
         sharing,
-        titled: true,
+        titled: panels.len() > 1 || panels.iter().any(|plot| plot.title != title),
         whole: width,
     };
     finish(Sheet::fitting(panels, form).draw(title, description))
@@ -303,14 +303,8 @@ fn room_of_x(plot: &Plot) -> f64 {
 impl Plot {
     /// The plot as a picture of a given width in its own units, of which a letter of its labels has 15.
     pub fn of_width(&self, width: f64) -> Drawing {
-        let form = Form {
-            columns: 1,
-            sharing: Sharing::default(),
-            titled: false,
-            whole: width,
-        };
-        let sheet = Sheet::fitting(std::slice::from_ref(self), form);
-        finish(sheet.draw(&self.title, &self.description))
+        let words = [self.title.as_str(), &self.description];
+        multiples_of_width(words, std::slice::from_ref(self), 1, Sharing::default(), width)
     }
 
     /// The plot as an SVG document.
@@ -320,9 +314,7 @@ impl Plot {
 
     /// The plot for a page and for a narrow screen.
     pub fn picture(&self) -> Picture {
-        Picture {
-            wide: self.of_width(WIDTH),
-            narrow: Some(self.of_width(NARROW)),
-        }
+        let panel = std::slice::from_ref(self);
+        small_multiples(&self.title, &self.description, panel, 1, Sharing::default())
     }
 }

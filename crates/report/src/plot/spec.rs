@@ -47,6 +47,11 @@ impl PlotAxis {
         Self::new(label, Scale::Categories(names))
     }
 
+    /// Whether it is an axis of names.
+    pub(crate) fn has_names(&self) -> bool {
+        matches!(self.scale, Scale::Categories(_))
+    }
+
     /// Returns the axis with given ends.
     #[must_use]
     pub fn range(mut self, low: f64, high: f64) -> Self {
@@ -187,6 +192,16 @@ pub enum Course {
     },
 }
 
+impl Course {
+    /// The constant y, if it is one.
+    pub(crate) fn level(self) -> Option<f64> {
+        match self {
+            Self::Horizontal(y) => Some(y),
+            _ => None,
+        }
+    }
+}
+
 /// A line to compare with: a bound of the paper, a rate from theory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
@@ -207,6 +222,17 @@ pub(crate) fn extent(numbers: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let numbers = numbers.into_iter();
     numbers.fold(none, |(low, high), x| (low.min(x), high.max(x)))
+}
+
+/// The items, each once, in the order of their first appearance.
+pub(crate) fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for item in items {
+        if !found.contains(&item) {
+            found.push(item);
+        }
+    }
+    found
 }
 
 /// A plot of series over two axes.

@@ -3,8 +3,9 @@
 use super::subject::SuitePage;
 use crate::plot::{Picture, Plot, PlotAxis, Point, Series, Sharing, Style, small_multiples};
 use asobench_study::suite::{
-    Division, Estimated, IDEAL, KINDS, MethodResults, Scenario, ScenarioResults, ideal_share, share_within,
+    Estimated, IDEAL, KINDS, MethodResults, Scenario, ScenarioResults, ideal_share, share_within,
 };
+use asobench_study::text;
 
 /// The decades of d that are drawn, and points in each.
 const DECADES: (i32, i32) = (-2, 4);
@@ -24,25 +25,16 @@ fn grid() -> impl Iterator<Item = f64> {
 struct Loop<'a> {
     of: &'a SuitePage<'a>,
     is_closed: bool,
-    /// The word in the names of files, and the words of captions.
-    word: &'static str,
+    /// The words of captions, and with dashes those of files.
     words: &'static str,
 }
 
 impl<'a> Loop<'a> {
     /// Those that have scenarios.
     fn all(of: &'a SuitePage<'a>) -> impl Iterator<Item = Self> {
-        let loops = [
-            ("in-open-loop", "in open loop", false),
-            ("in-closed-loop", "in closed loop", true),
-        ];
-        let loops = loops.into_iter().map(move |(word, words, is_closed)| Self {
-            of,
-            is_closed,
-            word,
-            words,
-        });
-        loops.filter(|of| of.scenarios().next().is_some())
+        let loops = [("in open loop", false), ("in closed loop", true)];
+        let loops = loops.map(|(words, is_closed)| Self { of, is_closed, words });
+        loops.into_iter().filter(|of| of.scenarios().next().is_some())
     }
 
     fn scenarios(&self) -> impl Iterator<Item = &'a Scenario> {
@@ -61,9 +53,10 @@ impl<'a> Loop<'a> {
     fn plot(&self, title: &str) -> Plot {
         let x = PlotAxis::log("d").range(10.0_f64.powi(DECADES.0), 10.0_f64.powi(DECADES.1));
         let y = PlotAxis::linear("share of runs").range(0.0, 1.0);
-        let law = match self.of.suite.division {
-            Division::Closed | Division::Orders | Division::Structure => "efficient: chi-squared(p)/p",
-            Division::Open => "law of an efficient method",
+        let law = if self.of.suite.division.is_open() {
+            "law of an efficient method"
+        } else {
+            "efficient: chi-squared(p)/p"
         };
         let ideal = grid().map(|d| Point::new(d, ideal_share(d, self.scenarios())));
         let plot = Plot::new(title, x, y);
@@ -76,8 +69,7 @@ impl<'a> Loop<'a> {
     }
 
     fn count(&self) -> String {
-        let count = self.scenarios().count();
-        format!("{count} scenario{}", if count == 1 { "" } else { "s" })
+        text::count(self.scenarios().count() as u64, "scenario")
     }
 }
 
@@ -124,10 +116,7 @@ pub(super) fn overview(of: &SuitePage<'_>) -> (Picture, String) {
 
 /// Name, picture and caption for open and closed loops: a panel for each method.
 pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(String, Picture, String)> {
-    let division = match of.suite.division {
-        Division::Closed | Division::Orders | Division::Structure => "",
-        Division::Open => "choosing-",
-    };
+    let division = if of.suite.division.is_open() { "choosing-" } else { "" };
     let drawn = Loop::all(of).map(|part| {
         let title = format!("Share of runs within d of the truth, {}", part.words);
         let caption = format!(
@@ -146,7 +135,7 @@ pub(super) fn distributions(of: &SuitePage<'_>) -> Vec<(String, Picture, String)
         let description = format!("{title}, a panel for each method");
         let sharing = Sharing { x: false, y: true };
         let picture = small_multiples(&title, &description, &panels, COLUMNS, sharing);
-        (format!("{division}{}", part.word), picture, caption)
+        (format!("{division}{}", part.words.replace(' ', "-")), picture, caption)
     });
     drawn.collect()
 }

@@ -11,7 +11,6 @@ mod archive;
 mod competitor;
 mod law;
 mod manifest;
-mod paired;
 mod published;
 mod recorded;
 mod records;
@@ -24,14 +23,15 @@ pub use archive::{ARCHIVE, Contribution};
 pub use competitor::{Competitor, KINDS};
 pub use law::{Law, Laws, law};
 pub use manifest::{Division, Manifest, StudyEntry, Tier, VALUES};
-pub use paired::{Paired, paired};
 pub use published::{PublishedTable, Reproduced, published};
 pub use recorded::{RecordEntry, RecordFits, RecordedFits, choosing, recorded_entries};
 pub use results::{
     METHODS, MethodResults, ResultsError, STUDIES, ScenarioResults, collect, declined, of_folder, shipped,
 };
 pub use scenario::{Made, Scenario, Suite, SuiteError, SuiteStudy, ideal_weights};
-pub use score::{Estimated, Ranks, Score, efficiency, ideal_share, ranks, score, score_by, share_within};
+pub use score::{
+    Estimated, Paired, Ranks, Score, efficiency, ideal_share, paired, ranks, score, score_by, share_within,
+};
 pub use times::{MethodTimes, REFERENCE, ScenarioTimes, TIME_LIMIT, Times, time};
 
 /// The name under which the prediction error method started at the truth stands in results.

@@ -55,12 +55,7 @@ fn errors_in_variables(runs: u64, seed: u64) -> Result<Estimates, FitError> {
     let mut plant = LinearModel::zero(ContinuousModel::sampled_orders(2, 2, Hold::First, 0.0));
     truth.sample(&mut plant);
     let options = SrivcOptions {
-        orders: Some(Orders {
-            nb: 2,
-            nf: 2,
-            nk: 1,
-            ..Orders::default()
-        }),
+        orders: Some(Orders::output_error(2, 2, 1)),
         hold: Hold::First,
         ts: Some(STEP),
         ..SrivcOptions::default()
@@ -122,19 +117,11 @@ fn standardised(mut x: Vec<f64>) -> Vec<f64> {
 /// b_0 and f_1 of the best first-order model of a plant of second order without noise, by `oe`. Its criterion has a
 /// second minimum at b_0 = 0.114, f_1 = 0.519.
 fn reduced(runs: u64, seed: u64) -> Result<Estimates, FitError> {
-    let mut plant = LinearModel::zero(Orders {
-        nb: 2,
-        nf: 2,
-        ..Orders::default()
-    });
+    let mut plant = LinearModel::zero(Orders::output_error(2, 2, 0));
     plant.b.copy_from_slice(&[0.05, -0.4]);
     plant.f.copy_from_slice(&[1.0, -1.1314, 0.25]);
     let options = OeOptions {
-        orders: Some(Orders {
-            nb: 1,
-            nf: 1,
-            ..Orders::default()
-        }),
+        orders: Some(Orders::output_error(1, 1, 0)),
         ..OeOptions::default()
     };
     let (mut u, mut y) = (vec![0.0; LONG], vec![0.0; LONG]);

@@ -1,8 +1,8 @@
 //! The score of a method: shares and quantiles of d in each scenario, averaged over scenarios with their weights. d
 //! itself is the `distance` of `FisherInformation` in the crate of identification.
 //!
-//! Scenarios have records of their own settings, so the errors of their numbers are independent. Nothing here depends
-//! on another method.
+//! Scenarios have records of their own settings, so the errors of their numbers are independent. But for [`paired`] and
+//! [`ranks`], nothing here depends on another method.
 
 use super::IDEAL;
 use super::manifest::VALUES;
@@ -12,6 +12,7 @@ use crate::files::checksum;
 use asobench_identification::theory::{distribution, quantile};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use std::cmp::Ordering;
 
 /// Resamples of a bootstrap.
 const RESAMPLES: usize = 200;
@@ -181,6 +182,59 @@ pub fn ranks(suite: &Suite, methods: &[MethodResults]) -> Vec<Ranks> {
         place: [0, 1, 2].map(|by_| place(&by[by_], by[by_][i])),
     });
     each.collect()
+}
+
+/// Shares of the runs in which one method is nearer to the truth than another, scenarios weighted equally. A lost run
+/// is farther than any other; two lost runs, and two equal d, are ties.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paired {
+    /// The first is nearer.
+    pub win: f64,
+    /// Neither is.
+    pub tie: f64,
+    /// The second is nearer.
+    pub loss: f64,
+    /// `win - loss`, with its standard error.
+    pub lead: Estimated,
+}
+
+/// Compares two methods of the same suite in the scenarios that both are for; `None` without any.
+pub fn paired(first: &MethodResults, second: &MethodResults) -> Option<Paired> {
+    let both = first.scenarios.iter().zip(&second.scenarios);
+    let both = both.filter(|(a, b)| a.has_runs() && b.has_runs());
+    let each: Vec<[f64; 4]> = both.map(|(a, b)| in_scenario(a, b)).collect();
+    if each.is_empty() {
+        return None;
+    }
+    let count = each.len() as f64;
+    let mean = |i: usize| each.iter().map(|of| of[i]).sum::<f64>() / count;
+    let [win, tie, loss] = [0, 1, 2].map(mean);
+    Some(Paired {
+        win,
+        tie,
+        loss,
+        lead: Estimated {
+            value: win - loss,
+            error: each.iter().map(|of| of[3]).sum::<f64>().sqrt() / count,
+        },
+    })
+}
+
+/// Win, tie, loss, and the squared standard error of win - loss.
+fn in_scenario(a: &ScenarioResults, b: &ScenarioResults) -> [f64; 4] {
+    let mut counts = [0.0; 3];
+    for (a, b) in a.distances().zip(b.distances()) {
+        let place = match a.total_cmp(&b) {
+            Ordering::Less => 0,
+            Ordering::Equal => 1,
+            Ordering::Greater => 2,
+        };
+        counts[place] += 1.0;
+    }
+    let runs: f64 = counts.iter().sum();
+    let [win, tie, loss] = counts.map(|count| count / runs);
+    let variance = (win + loss - (win - loss).powi(2)) / (runs - 1.0).max(1.0);
+    [win, tie, loss, variance]
 }
 
 /// Whether the number of runs below the bound's median is certainly more than half, in a scenario or over all.

@@ -1,9 +1,9 @@
 //! The figure for a verdict: the number of every cell with its error, and the condition on it.
 
-use super::words::{heading, levels, place, unit};
+use super::words::{heading, levels, numbers, place, unit};
 use crate::document::figure::Drawn;
 use crate::document::layout::{BEYOND, Choice, Form, Layout, panel_title, sheet};
-use crate::plot::{Course, Plot, PlotAxis, Point, Scale, Series, Style, extent};
+use crate::plot::{Course, Plot, PlotAxis, Point, Series, Style, distinct, extent};
 use crate::results::Study;
 use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale as Compared};
 use asobench_study::study::CellSummary;
@@ -60,15 +60,10 @@ fn groups(claim: &Judged) -> Vec<Vec<usize>> {
             None => groups.push(vec![i]),
         }
     }
-    let numbers = |group: &[usize]| {
-        let all = claim
-            .cells
-            .iter()
-            .flat_map(|cell| cell.numbers.iter().map(move |of| (cell, of)));
-        let here = all.filter(|(_, number)| group.contains(&number.test));
+    groups.sort_by_key(|group| {
+        let here = numbers(claim).filter(|(_, number)| group.contains(&number.test));
         here.map(|(cell, number)| rank(says(claim, cell, number))).min()
-    };
-    groups.sort_by_key(|group| numbers(group));
+    });
     groups
 }
 
@@ -136,17 +131,13 @@ impl<'a> Picture<'a> {
     fn new(claim: &'a Judged, tests: &[usize]) -> Self {
         let test = &claim.tests[tests[0]];
         let unit = unit(test);
-        let numbers = || {
-            let all = claim.cells.iter();
-            all.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)))
-                .filter(|(_, number)| tests.contains(&number.test))
-        };
+        let here = || numbers(claim).filter(|(_, number)| tests.contains(&number.test));
         let limits = test.limits.iter().filter(|limit| limit.is_finite());
         let log = test.scale == Compared::Ratio
             && limits.copied().all(|limit| limit > 0.0)
-            && numbers().all(|(_, number)| number.value >= 0.0);
+            && here().all(|(_, number)| number.value >= 0.0);
         let drawn = |value: f64| value.is_finite() && (!log || value > 0.0);
-        let all = numbers().map(|(cell, number)| Mark {
+        let all = here().map(|(cell, number)| Mark {
             cell,
             number,
             says: says(claim, cell, number),
@@ -254,7 +245,7 @@ impl<'a> Picture<'a> {
             let points = chosen.map(|(i, mark)| at(i, mark)).collect();
             plot = plot.series(Series::new(label, Style::Marks, points).slot(slot));
         }
-        let names = matches!(plot.y.scale, Scale::Categories(_));
+        let names = plot.y.has_names();
         for limit in self.limits() {
             let course = if names {
                 Course::Vertical(limit)
@@ -302,19 +293,16 @@ impl<'a> Picture<'a> {
         );
         let (picture, note) = sheet(title.trim_end(), &what, plots, Form::default())?;
         let left = match self.left {
-            0 => String::new(),
-            1 => " Not drawn: one cell whose number falls on a trial without a value, is 0, or is \
-                missing."
-                .to_owned(),
-            left => format!(
-                " Not drawn: {left} cells whose number falls on a trial without a value, is 0, or is \
-                missing."
-            ),
+            0 => "",
+            1 => " Not drawn: one cell",
+            left => &format!(" Not drawn: {left} cells"),
         };
+        let why = " whose number falls on a trial without a value, is 0, or is missing.";
+        let why = if left.is_empty() { "" } else { why };
         Some(Drawn {
             name: self.claim.id.clone(),
             picture,
-            caption: format!("{what}{left}{note}"),
+            caption: format!("{what}{left}{why}{note}"),
         })
     }
 
@@ -372,12 +360,8 @@ impl<'a> Picture<'a> {
             let settings = keys.iter().map(|key| (*key, cell.setting(*key)));
             (&mark.cell.case, settings.collect())
         };
-        let mut panels = Vec::new();
-        for panel in cells.iter().zip(&self.marks).map(|(cell, mark)| choice(cell, mark)) {
-            if !panels.contains(&panel) {
-                panels.push(panel);
-            }
-        }
+        let all = cells.iter().zip(&self.marks);
+        let panels = distinct(all.map(|(cell, mark)| choice(cell, mark)));
         if panels.len() > PANELS || values(x) < 3 {
             return None;
         }

@@ -1,11 +1,12 @@
-//! The words that the tables and pictures of verdicts share.
+//! The words and numbers that the tables and pictures of verdicts share.
 
 use crate::document::answer::capital;
-use asobench_study::claim::{Judged, JudgedCell, JudgedTest, Scale};
+use asobench_study::claim::{Judged, JudgedCell, JudgedNumber, JudgedTest, Scale};
+use asobench_study::text::rounded;
 
 /// The levels at which the cells of a claim are compared, in words: "2.5 % / 24 (Holm's correction for 24 cells)".
 pub(super) fn levels(claim: &Judged) -> String {
-    let whole = format!("{} %", asobench_study::text::rounded(100.0 * claim.level, 6));
+    let whole = format!("{} %", rounded(100.0 * claim.level, 6));
     // Every level is that of the claim over a whole number.
     let parts = |level: f64| (claim.level / level).round() as usize;
     let of = |says: &str| {
@@ -62,4 +63,10 @@ pub(super) fn is_share(test: &JudgedTest) -> bool {
 /// The factor for the numbers of a test: shares are drawn, and written to tables, in per cent.
 pub(super) fn unit(test: &JudgedTest) -> f64 {
     if is_share(test) { 100.0 } else { 1.0 }
+}
+
+/// Every number of a claim with its cell.
+pub(super) fn numbers(claim: &Judged) -> impl Iterator<Item = (&JudgedCell, &JudgedNumber)> {
+    let cells = claim.cells.iter();
+    cells.flat_map(|cell| cell.numbers.iter().map(move |number| (cell, number)))
 }

@@ -1,7 +1,6 @@
 //! Data-generating mechanisms: plants, inputs, noises, every setting, the grid, the trials and their random numbers.
 
-use super::words::{listed, table};
-use super::{Part, Row, at_most, row};
+use super::words::{Part, Row, at_most, listed, row, table};
 use crate::results::Study;
 use asobench_identification::plant::{ContinuousPlant, Numerator, nikolov2023};
 use asobench_study::study::file::{AUTOMATIC, Axis, ExperimentFile, FeedbackTable, Key, StudyKind, TrialRule};
@@ -53,18 +52,13 @@ pub(super) fn settings(study: &Study, wanted: fn(Key) -> bool) -> (Vec<Row>, Vec
     let (mut given, mut defaults) = (Vec::new(), Vec::new());
     let keys = Key::ALL.iter().copied();
     for key in keys.filter(|key| key.is_of(kind) && wanted(*key)) {
-        let default = key.default_of(kind);
-        let set = file.settings.get(&key);
-        let Some(axis) = set.cloned().or_else(|| default.clone().map(Axis::One)) else {
-            continue;
-        };
-        let values = axis.values(key.entry().count);
-        let mut text = listed(values.iter().map(ToString::to_string), " \u{b7} ");
+        let axis = axis(file, key);
+        let mut text = listed(values(file, key).into_iter(), " \u{b7} ");
         if text == AUTOMATIC {
             let found = study.values(key).iter().cloned();
             text.push_str(&format!(": {}", listed(found, " \u{b7} ")));
         }
-        let is_default = Some(&axis) == default.map(Axis::One).as_ref();
+        let is_default = axis == key.default_of(kind).map(Axis::One);
         if text.is_empty() {
             continue;
         }
@@ -82,11 +76,15 @@ pub(super) fn settings(study: &Study, wanted: fn(Key) -> bool) -> (Vec<Row>, Vec
     (given, defaults)
 }
 
-/// The values of a setting, as text.
+/// The values of a setting, those of its default if it is not set; `None` without any.
+fn axis(file: &ExperimentFile, key: Key) -> Option<Axis> {
+    let set = file.settings.get(&key).cloned();
+    set.or_else(|| key.default_of(file.kind()).map(Axis::One))
+}
+
+/// The same as text.
 fn values(file: &ExperimentFile, key: Key) -> Vec<String> {
-    let axis = file.settings.get(&key).cloned();
-    let axis = axis.or_else(|| key.default_of(file.kind()).map(Axis::One));
-    let values = axis.map(|axis| axis.values(key.entry().count));
+    let values = axis(file, key).map(|axis| axis.values(key.entry().count));
     values.iter().flatten().map(ToString::to_string).collect()
 }
 

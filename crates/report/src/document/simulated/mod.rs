@@ -14,49 +14,10 @@ use asobench_study::study::Measure;
 use asobench_study::study::file::MethodTable;
 use mechanisms::{is_of_methods, is_of_truth, settings};
 use serde_json::{Map, Value};
-use words::{listed, pairs, table};
+use words::{Part, Row, at_most, listed, pairs, row, table};
 
 const ORDER: &str = "In the order of Morris, White and Crowther (2019). Names are those of the keys in the experiment \
     file, in parentheses units; `asobench explain NAME` says more of each.";
-
-/// The most rows of one kind, such as comparisons; the manifest has the others.
-const MOST: usize = 40;
-
-/// A term and its value.
-type Row = (String, String);
-
-/// A part of the description.
-struct Part {
-    heading: &'static str,
-    /// The settings in the file, and what follows from them.
-    rows: Vec<Row>,
-    /// The settings that have their defaults.
-    defaults: Vec<Row>,
-}
-
-impl Part {
-    fn new(heading: &'static str, rows: Vec<Row>, defaults: Vec<Row>) -> Self {
-        Self {
-            heading,
-            rows,
-            defaults,
-        }
-    }
-}
-
-fn row(term: impl Into<String>, value: impl Into<String>) -> Row {
-    (term.into(), value.into())
-}
-
-/// Replaces what is beyond the most rows of a kind by a row that counts it.
-fn at_most(mut rows: Vec<Row>) -> Vec<Row> {
-    if rows.len() > MOST {
-        let left = rows.len() - MOST;
-        rows.truncate(MOST);
-        rows.push(row("and more", format!("{left} in manifest.json")));
-    }
-    rows
-}
 
 fn parts(study: &Study) -> [Part; 5] {
     [

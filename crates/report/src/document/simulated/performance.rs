@@ -1,10 +1,9 @@
 //! Performance measures: what is computed of each trial, the statistics over trials, and the tests of the claims.
 
-use super::words::table;
-use super::{Part, Row, at_most, row};
+use super::words::{Part, Row, at_most, row, table};
 use crate::results::Study;
 use asobench_study::claim::Judged;
-use asobench_study::study::file::{ClaimTable, ExperimentFile, TestTable};
+use asobench_study::study::file::{ClaimTable, ExperimentFile, Store, TestTable};
 use asobench_study::study::{Better, Measure};
 use asobench_study::text::rounded;
 
@@ -64,16 +63,11 @@ fn switches(file: &ExperimentFile) -> (Vec<Row>, Vec<Row>) {
         ("timing", file.timing, "times of the methods, measured after the run"),
     ];
     let switches = switches.map(|(key, on, about)| (on, row(key, format!("{on} ({about})"))));
-    let (given, defaults): (Vec<_>, Vec<_>) = switches.into_iter().partition(|(on, _)| *on);
-    let [mut given, mut defaults] =
-        [given, defaults].map(|rows| rows.into_iter().map(|(_, row)| row).collect::<Vec<Row>>());
     let store = row("store", format!("{} (what the run keeps)", file.store));
-    if file.store == asobench_study::study::file::Store::default() {
-        defaults.push(store);
-    } else {
-        given.push(store);
-    }
-    (given, defaults)
+    let all = switches.into_iter().chain([(file.store != Store::default(), store)]);
+    let (given, defaults): (Vec<_>, Vec<_>) = all.partition(|(on, _)| *on);
+    let rows = |of: Vec<(bool, Row)>| of.into_iter().map(|(_, row)| row).collect();
+    (rows(given), rows(defaults))
 }
 
 /// Comparisons, slopes and bounds, those of the claims included.
