@@ -4,6 +4,7 @@ use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::output::{note, wrapped};
 use super::progress;
+use crate::files;
 use crate::report::{Study, terminal};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{
@@ -11,7 +12,6 @@ use crate::study::{
     RunError, RunOptions, Summary, take_over,
 };
 use crate::text::{count, visible};
-use crate::{claim, files};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -149,8 +149,7 @@ pub(super) fn execute(
     if let Some(beside) = beside.filter(|_| files::is_there(&path.join(MANIFEST))) {
         replaces(path, &beside);
     }
-    let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
-    let outcome = campaign.run(&stop, |event: Event| display.show(&event), is_decided, figures);
+    let outcome = campaign.run(&stop, |event: Event| display.show(&event), figures);
     display.clear();
     let summary = outcome.map_err(|error| ended(error, "", options))?;
     Ok(Executed {
