@@ -161,18 +161,19 @@ pub(super) fn execute(
 
 /// Says that results are replaced, and which files are not theirs.
 pub(super) fn replaces(path: &Path, beside: &[String]) {
-    let mut line = format!(
-        "replacing the results in {} when the new ones are whole",
-        path.display()
-    );
-    if !beside.is_empty() {
-        let shown = visible(beside[..beside.len().min(NAMES_SHOWN)].join(", "));
-        line += &format!("; not of them, and left as it is: {shown}");
-    }
-    if let more @ 1.. = beside.len().saturating_sub(NAMES_SHOWN) {
-        line += &format!(" and {more} more");
-    }
-    note(&line);
+    let shown = visible(beside[..beside.len().min(NAMES_SHOWN)].join(", "));
+    let more = match beside.len().saturating_sub(NAMES_SHOWN) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let stays = match beside {
+        [] => String::new(),
+        _ => format!("; not of them, and left as it is: {shown}{more}"),
+    };
+    let path = path.display();
+    note(&format!(
+        "replacing the results in {path} when the new ones are whole{stays}"
+    ));
 }
 
 /// Says what other methods in the file mean for a folder of results.
