@@ -1,6 +1,5 @@
 //! The library's entry point: takes an experiment, returns its results and writes a report.
 
-use crate::claim;
 use crate::files::PathError;
 use crate::report::{ResultsError, Study, prepare_report, report, write_report};
 use crate::study::{Campaign, CampaignError, Experiment, RunOptions};
@@ -35,12 +34,7 @@ pub fn run_in(experiment: &Experiment, folder: &Path) -> Result<Study, RunInErro
         ..RunOptions::default()
     };
     let rule = experiment.file.trials.clone();
-    Campaign::open(folder, experiment, rule, options)?.run(
-        &AtomicBool::new(false),
-        |_| (),
-        |summary, look| claim::decides(&experiment.file, summary, look),
-        |_| Vec::new(),
-    )?;
+    Campaign::open(folder, experiment, rule, options)?.run(&AtomicBool::new(false), |_| (), |_| Vec::new())?;
     let study = Study::read(folder)?;
     prepare_report(folder)?;
     let studies = [study];

@@ -50,7 +50,7 @@ fn bytes(experiment: &Experiment, trials: u64, threads: usize, path: &Path) -> (
     };
     let folder = path.parent().expect("a folder");
     Campaign::open(folder, experiment, TrialRule::Fixed(trials), options)
-        .and_then(|campaign| campaign.run(&stop, |_| (), |_, _| true, |_| Vec::new()))
+        .and_then(|campaign| campaign.run(&stop, |_| (), |_| Vec::new()))
         .expect("a run");
     let mut tallies = vec![CellTally::default(); experiment.cells.len()];
     run(experiment, trials, threads, &stop, |block| {

@@ -51,7 +51,7 @@ fn run(folder: &Path, threads: usize, block: u64) -> Vec<u8> {
     };
     let stop = AtomicBool::new(false);
     Campaign::open(folder, &experiment(), TrialRule::Fixed(TRIALS), options)
-        .and_then(|campaign| campaign.run(&stop, |_| (), |_, _| true, |_| Vec::new()))
+        .and_then(|campaign| campaign.run(&stop, |_| (), |_| Vec::new()))
         .expect("a run");
     std::fs::read(folder.join("summary.json")).expect("results")
 }

@@ -4,6 +4,7 @@ use super::error::{Error, failed};
 use super::files::cannot_write;
 use super::output::{note, wrapped};
 use super::progress;
+use crate::files;
 use crate::report::{Study, terminal};
 use crate::study::file::{ExperimentFile, TrialRule};
 use crate::study::{
@@ -11,7 +12,6 @@ use crate::study::{
     RunError, RunOptions, Summary, take_over,
 };
 use crate::text::{count, visible};
-use crate::{claim, files};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -149,8 +149,7 @@ pub(super) fn execute(
     if let Some(beside) = beside.filter(|_| files::is_there(&path.join(MANIFEST))) {
         replaces(path, &beside);
     }
-    let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
-    let outcome = campaign.run(&stop, |event: Event| display.show(&event), is_decided, figures);
+    let outcome = campaign.run(&stop, |event: Event| display.show(&event), figures);
     display.clear();
     let summary = outcome.map_err(|error| ended(error, "", options))?;
     Ok(Executed {
@@ -162,18 +161,19 @@ pub(super) fn execute(
 
 /// Says that results are replaced, and which files are not theirs.
 pub(super) fn replaces(path: &Path, beside: &[String]) {
-    let mut line = format!(
-        "replacing the results in {} when the new ones are whole",
-        path.display()
-    );
-    if !beside.is_empty() {
-        let shown = visible(beside[..beside.len().min(NAMES_SHOWN)].join(", "));
-        line += &format!("; not of them, and left as it is: {shown}");
-    }
-    if let more @ 1.. = beside.len().saturating_sub(NAMES_SHOWN) {
-        line += &format!(" and {more} more");
-    }
-    note(&line);
+    let shown = visible(beside[..beside.len().min(NAMES_SHOWN)].join(", "));
+    let more = match beside.len().saturating_sub(NAMES_SHOWN) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let stays = match beside {
+        [] => String::new(),
+        _ => format!("; not of them, and left as it is: {shown}{more}"),
+    };
+    let path = path.display();
+    note(&format!(
+        "replacing the results in {path} when the new ones are whole{stays}"
+    ));
 }
 
 /// Says what other methods in the file mean for a folder of results.

@@ -3,7 +3,6 @@
 
 use super::error::Error;
 use crate::study::Experiment;
-use std::fs::read_to_string;
 use std::ops::Range;
 
 /// Refuses cells if the threads, each with the buffers of one cell's trials, do not fit into memory.
@@ -30,9 +29,7 @@ pub(super) fn fits(experiment: &Experiment, cells: Range<usize>, threads: usize)
 
 /// Returns the bytes that this process can still allocate: what Linux has without swapping, within the limits of the
 /// process and of its group. `None` if unknown.
-#[expect(clippy::disallowed_methods, reason = "files of the kernel, which are short")]
 pub(super) fn available() -> Option<f64> {
-    let file = |path: &str| read_to_string(path).ok();
     let meminfo = file("/proc/meminfo");
     let free = meminfo.and_then(|text| kibibytes(&text, "MemAvailable:"));
     let limits = file("/proc/self/limits").and_then(|text| address_space(&text));
@@ -45,11 +42,15 @@ pub(super) fn available() -> Option<f64> {
 }
 
 /// Returns the bytes that the program and what it has made take now; 0 if unknown.
-#[expect(clippy::disallowed_methods, reason = "a file of the kernel, which is short")]
 pub(super) fn taken() -> f64 {
-    let status = read_to_string("/proc/self/status").ok();
-    let taken = status.and_then(|text| kibibytes(&text, "VmRSS:"));
+    let taken = file("/proc/self/status").and_then(|text| kibibytes(&text, "VmRSS:"));
     taken.unwrap_or(0.0)
+}
+
+/// Reads a file of the kernel.
+#[expect(clippy::disallowed_methods, reason = "such files are short")]
+pub(super) fn file(path: &str) -> Option<String> {
+    std::fs::read_to_string(path).ok()
 }
 
 /// Parses the bytes in a line such as `MemAvailable:  1234 kB`.

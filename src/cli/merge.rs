@@ -6,8 +6,6 @@ use super::execute::{Overwrite, replaces, results, threads};
 use super::output::{note, print_with_verdicts};
 use super::progress;
 use super::study_arguments::mark_added;
-use crate::claim;
-use crate::study::Summary;
 use crate::study::cluster::{Collection, MergeOptions, Merged, ShardPlan, merge};
 use std::path::{Path, PathBuf};
 
@@ -52,8 +50,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     };
     let found = Collection::from_folders(&folders, &experiment, true).map_err(refused)?;
     cluster::note_refused(&found);
-    let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
-    let merged = merge((&plan, &experiment), &found, &out, options, &stop, is_decided);
+    let merged = merge((&plan, &experiment), &found, &out, options, &stop);
     let merged = merged.map_err(refused)?;
     note(&format!("{} blocks, {} bytes", found.read.0, found.read.1));
     match merged {

@@ -22,13 +22,12 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    if !arguments.names.is_empty() {
-        let texts: Vec<String> = arguments.names.iter().copied().map(described).collect();
-        return print(&texts.join("\n"));
-    }
-    let texts: Vec<String> = EstimatorName::ALL.iter().copied().map(described).collect();
-    let programs = filled("command: ", PROGRAMS, 2);
-    print(&format!("{}\n{programs}", texts.join("\n")))
+    let (names, programs) = match &arguments.names[..] {
+        [] => (EstimatorName::ALL, format!("\n{}", filled("command: ", PROGRAMS, 2))),
+        names => (names, String::new()),
+    };
+    let texts: Vec<String> = names.iter().copied().map(described).collect();
+    print(&(texts.join("\n") + &programs))
 }
 
 /// Describes an estimator and its options.

@@ -8,11 +8,10 @@ use super::output::print;
 use super::programs::{self, Consent};
 use super::progress;
 use super::study_arguments::StudyArguments;
-use crate::claim;
 use crate::files::is_there;
 use crate::study::cluster::{Collection, ShardPlan, next_targets};
 use crate::study::file::TrialRule;
-use crate::study::{Experiment, Forecast, Span, Summary};
+use crate::study::{Experiment, Forecast, Span};
 use crate::text::count;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -180,6 +179,5 @@ fn wanted(
     let found = Collection::from_folders(&from, experiment, true).map_err(refused)?;
     cluster::note_refused(&found);
     let stop = progress::stop_flag()?;
-    let is_decided = |summary: &Summary, look| claim::decides(&experiment.file, summary, look);
-    next_targets(experiment, rule, &found, (threads(None), &stop), is_decided).map_err(refused)
+    next_targets(experiment, rule, &found, (threads(None), &stop)).map_err(refused)
 }

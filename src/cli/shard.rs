@@ -146,9 +146,8 @@ fn stop_after(limit: Duration, stop: &Arc<AtomicBool>) -> Result<(), Error> {
 }
 
 /// Describes this process. Slurm's name of the node comes first, because a machine can have several names.
-#[expect(clippy::disallowed_methods, reason = "a short file of the kernel")]
 fn this_process() -> Process {
-    let of_kernel = || std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
+    let of_kernel = || memory::file("/proc/sys/kernel/hostname");
     let host = std::env::var("SLURMD_NODENAME").ok().or_else(of_kernel);
     let host = host.or_else(|| std::env::var("HOSTNAME").ok());
     let host = host.filter(|host| !host.trim().is_empty());

@@ -63,30 +63,22 @@ impl StudyArguments {
                 .and_then(|file| file.with_samples(&self.file))
                 .map_err(|e| Error::Input(format!("--set {e}")))?;
         }
-        if let Some(seed) = self.seed {
-            file.seed = seed;
-        }
-        if let Some(store) = self.store {
-            file.store = store;
-        }
+        file.seed = self.seed.unwrap_or(file.seed);
+        file.store = self.store.unwrap_or(file.store);
         if !self.method.is_empty() {
             let (chosen, left_out) = file
                 .only(&self.method)
                 .map_err(|e| Error::Input(format!("--method {e}")))?;
             file = chosen;
             if !left_out.is_empty() {
+                let left_out = left_out.join("; ");
                 note(&format!(
-                    "--method: left out because they need other methods: {}",
-                    left_out.join("; ")
+                    "--method: left out because they need other methods: {left_out}"
                 ));
             }
         }
-        if let Some(engine) = self.engine {
-            file.engine = engine;
-        }
-        if let Some(trials) = self.trials {
-            file.trials = TrialRule::Fixed(trials);
-        }
+        file.engine = self.engine.unwrap_or(file.engine);
+        file.trials = self.trials.map_or(file.trials, TrialRule::Fixed);
         Ok(file)
     }
 

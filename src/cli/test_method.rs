@@ -72,13 +72,13 @@ enum Stop {
 type Outcome = Result<(&'static str, String), Stop>;
 
 /// All is as required.
-fn fine(seen: impl Into<String>) -> Outcome {
-    Ok(("ok", seen.into()))
+fn fine(seen: impl Into<String>) -> (&'static str, String) {
+    ("ok", seen.into())
 }
 
 /// What was seen is allowed, and worth knowing.
-fn notable(seen: impl Into<String>) -> Outcome {
-    Ok(("note", seen.into()))
+fn notable(seen: impl Into<String>) -> (&'static str, String) {
+    ("note", seen.into())
 }
 
 fn wrong(why: impl Into<String>) -> Outcome {
@@ -156,8 +156,8 @@ impl Test<'_> {
         let text = format!("of {RECORDS} records {}", found.join(", "));
         match (counts.contains_key(MODEL), counts.len()) {
             (false, _) => wrong(format!("{text}; expected a model for at least one")),
-            (true, 1) => fine(text),
-            (true, _) => notable(text),
+            (true, 1) => Ok(fine(text)),
+            (true, _) => Ok(notable(text)),
         }
     }
 
@@ -165,15 +165,15 @@ impl Test<'_> {
         let records = self.records(RECORDS);
         let (first, second) = (self.ask(&records)?, self.ask(&records)?);
         match (first.same_bits(&second), deterministic) {
-            (true, _) => fine("the same bits"),
-            (false, false) => fine("different bits, as it declares"),
+            (true, _) => Ok(fine("the same bits")),
+            (false, false) => Ok(fine("different bits, as it declares")),
             (false, true) => wrong("different bits, although it says that it is deterministic"),
         }
     }
 
     fn sizes(&self, deterministic: bool) -> Outcome {
         if !deterministic {
-            return notable("not compared, since it is not deterministic");
+            return Ok(notable("not compared, since it is not deterministic"));
         }
         let records = self.records(RECORDS);
         let whole = self.ask(&records)?;
@@ -201,14 +201,14 @@ impl Test<'_> {
                 }
             }
         }
-        fine(format!("1 and 5 instead of {RECORDS}: within {largest:.1e}"))
+        Ok(fine(format!("1 and 5 instead of {RECORDS}: within {largest:.1e}")))
     }
 
     fn noise_free(&self) -> Outcome {
         let plant_order = self.cell.plant_order();
         let asked = self.program.options.orders;
         if asked.map_or(self.cell.order, crate::model::Orders::order) < plant_order {
-            return notable("not asked, since the plant has a larger order");
+            return Ok(notable("not asked, since the plant has a larger order"));
         }
         let process = Process::from_settings(ProcessSettings {
             x0: vec![0.0; plant_order],
@@ -237,7 +237,10 @@ impl Test<'_> {
                 word(pass).clone_into(&mut first);
             }
         }
-        notable(format!("trial 0 {first}, no model of trials 0 to {}", RECORDS - 1))
+        Ok(notable(format!(
+            "trial 0 {first}, no model of trials 0 to {}",
+            RECORDS - 1
+        )))
     }
 
     fn odd(&self) -> Outcome {
@@ -276,7 +279,7 @@ impl Test<'_> {
             seen.push(format!("{name}: {what}"));
         }
         let seen = seen.join(", ");
-        if all_fine { fine(seen) } else { wrong(seen) }
+        if all_fine { Ok(fine(seen)) } else { wrong(seen) }
     }
 
     /// Returns the median time of a message with so many records, seconds.
@@ -304,7 +307,7 @@ impl Test<'_> {
                 "{text}: {seconds:.1} s for a batch, near the timeout of {timeout} s; expected a smaller 'batch'"
             ));
         }
-        fine(text)
+        Ok(fine(text))
     }
 }
 
@@ -322,8 +325,10 @@ fn recovered(plant: &LinearModel, model: &LinearModel, trial: u64) -> Outcome {
         return wrong(format!("{text}; expected at most {RECOVERED:e}"));
     }
     match trial {
-        0 => fine(text),
-        later => notable(format!("{text}, for trial {later}: no model for the trials before it")),
+        0 => Ok(fine(text)),
+        later => Ok(notable(format!(
+            "{text}, for trial {later}: no model for the trials before it"
+        ))),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Times of the methods, measured after the run and stored apart from the results, which contain no times.
 
 use super::error::{Error, failed};
+use super::memory;
 use crate::data::Realisation;
 use crate::estimator::{Estimator, Pass, Window};
 use crate::files::{self, Kind, PathError};
@@ -153,9 +154,8 @@ impl Timed {
 }
 
 /// Returns the processor's name, or its architecture if the name is unknown.
-#[expect(clippy::disallowed_methods, reason = "a file of the kernel, which is short")]
 fn machine() -> String {
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let text = memory::file("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|line| line.strip_prefix("model name"));
     let name = name.and_then(|rest| rest.split_once(':'));
     name.map_or(std::env::consts::ARCH, |(_, name)| name.trim()).to_owned()

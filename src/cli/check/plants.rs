@@ -97,8 +97,8 @@ fn described_in_continuous_time(cell: &ContinuousCell, experiment: &Experiment) 
             let label = format!("poles of {}: ", visible(output.label()));
             text.push_str(&listed(&label, &poles));
             if poles.iter().any(|pole| pole.re >= 0.0) {
-                let warning = "warning: this observer is not stable: its error does not decay";
-                text += &format!("{:INDENT$}{warning}\n", "");
+                text.push_str(&" ".repeat(INDENT));
+                text.push_str("warning: this observer is not stable: its error does not decay\n");
             }
         }
     }

@@ -1,8 +1,9 @@
 //! Which trial is replayed.
 
 use crate::cli::error::Error;
-use crate::study::Experiment;
+use crate::study::{Cell, Experiment};
 use crate::text::folded;
+use std::collections::BTreeSet;
 
 /// A cell, by its claim or its number, and a trial.
 #[derive(Clone, Debug)]
@@ -40,23 +41,18 @@ impl Which {
         if let Some(number) = given.strip_prefix(NUMBER).and_then(number) {
             return Ok(number);
         }
-        let wanted = folded(given);
-        let of_claim = cells.iter().enumerate();
-        let of_claim = of_claim.filter(|(_, cell)| !cell.claim.is_empty() && folded(&cell.claim) == wanted);
-        let mut meant: Vec<usize> = of_claim.map(|(number, _)| number).collect();
-        meant.extend(number(given));
-        meant.sort_unstable();
-        meant.dedup();
-        match meant.as_slice() {
-            [] => Err(Error::Input(format!(
+        let is_claim = |cell: &Cell| !cell.claim.is_empty() && folded(&cell.claim) == folded(given);
+        let of_claim = (0..cells.len()).filter(|number| is_claim(&cells[*number]));
+        let meant: BTreeSet<usize> = of_claim.chain(number(given)).collect();
+        match (meant.first(), meant.len()) {
+            (Some(number), 1) => Ok(*number),
+            (None, _) => Err(Error::Input(format!(
                 "{flag}no cell '{given}'; expected {}",
                 valid(experiment)
             ))),
-            [number] => Ok(*number),
-            several => Err(Error::Input(format!(
-                "{flag}'{given}' matches {} cells; expected one of {}",
-                several.len(),
-                some(several.iter().map(|number| format!("{NUMBER}{number}")))
+            (_, several) => Err(Error::Input(format!(
+                "{flag}'{given}' matches {several} cells; expected one of {}",
+                some(meant.iter().map(|number| format!("{NUMBER}{number}")))
             ))),
         }
     }

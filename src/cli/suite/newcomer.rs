@@ -158,7 +158,9 @@ fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, consent: &Consent)
     for program in at_work.iter().flat_map(|of| &of.programs) {
         program.end();
         if is_faulty {
-            programs::printed(program, 0).iter().for_each(|line| note(line));
+            for line in programs::printed(program, 0) {
+                note(&line);
+            }
         }
     }
     if !found.contains_key(OK) {

@@ -84,7 +84,7 @@ impl Original {
         let (rule, options) = (experiment.file.trials.clone(), RunOptions::default());
         let campaign = Campaign::open(folder.path(), &experiment, rule, options).unwrap();
         let stop = AtomicBool::new(false);
-        campaign.run(&stop, |_| {}, |_, _| true, |_| Vec::new()).unwrap();
+        campaign.run(&stop, |_| {}, |_| Vec::new()).unwrap();
         let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
         let json = |name: &str| {
             let mut json: Value = serde_json::from_str(&read(name)).unwrap();

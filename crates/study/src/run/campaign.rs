@@ -1,10 +1,11 @@
 //! A study in a folder: finds what is already computed (resumes), computes the rest, and writes the results.
 
+use crate::claim;
 use crate::design::Experiment;
 use crate::design::file::{Engine, Store, TrialRule};
 use crate::files::Kind;
 use crate::outcome::layout::LOOKS;
-use crate::outcome::looks::{Look, Looks};
+use crate::outcome::looks::Looks;
 use crate::outcome::results_folder::ResultsFolder;
 use crate::outcome::rows::Rows;
 use crate::outcome::spent::{Spent, Watch};
@@ -184,7 +185,7 @@ impl<'e> Campaign<'e> {
     }
 
     /// Computes what is missing, then writes the results together with `figures`: names and contents of further files.
-    /// Finished work stays, however the run ends. `is_decided` returns whether results decide the claim of the rule.
+    /// Finished work stays, however the run ends.
     ///
     /// # Errors
     /// [`CampaignError`].
@@ -192,14 +193,12 @@ impl<'e> Campaign<'e> {
         mut self,
         stop: &AtomicBool,
         mut on_event: impl FnMut(Event),
-        is_decided: impl Fn(&Summary, Look) -> bool,
         figures: impl Fn(&Summary) -> Vec<(String, String)>,
     ) -> Result<Summary, CampaignError> {
         let mut targets = self.rounds().first_targets();
         loop {
             self.compute(&targets, stop, &mut on_event)?;
-            let decided = || self.is_decided(stop, &is_decided);
-            let raised = self.rounds().raise(&mut targets, stop, decided)?;
+            let raised = self.rounds().raise(&mut targets, stop, || self.is_decided(stop))?;
             if !raised {
                 break;
             }
@@ -218,15 +217,11 @@ impl<'e> Campaign<'e> {
         Ok(summary)
     }
 
-    /// Whether the stored blocks decide the claim of the rule, by a function of their summary and the look at them.
-    pub(crate) fn is_decided(
-        &self,
-        stop: &AtomicBool,
-        is_decided: &impl Fn(&Summary, Look) -> bool,
-    ) -> Result<bool, CampaignError> {
-        let summary = self.summary(stop)?;
-        let look = self.looks.at(summary.trials(), &self.experiment.file, &self.rule);
-        Ok(is_decided(&summary, look))
+    /// Whether the stored blocks decide the claim of the rule.
+    pub(crate) fn is_decided(&self, stop: &AtomicBool) -> Result<bool, CampaignError> {
+        let (summary, file) = (self.summary(stop)?, &self.experiment.file);
+        let look = self.looks.at(summary.trials(), file, &self.rule);
+        Ok(claim::decides(file, &summary, look))
     }
 
     /// Returns the summary of the stored blocks.
@@ -507,7 +502,7 @@ mod tests {
                     stop.store(true, Ordering::Relaxed);
                 }
             };
-            campaign.run(&stop, on_event, |_, _| true, |_| Vec::new())
+            campaign.run(&stop, on_event, |_| Vec::new())
         };
         let error = run(true).unwrap_err();
         assert!(matches!(error, CampaignError::Stopped), "{error}");

@@ -143,7 +143,7 @@ mod tests {
         let rule = TrialRule::Fixed(64);
         let campaign = Campaign::open(folder.path(), &experiment, rule, options).unwrap();
         let stop = AtomicBool::new(false);
-        let expected = campaign.run(&stop, |_| (), |_, _| true, |_| Vec::new());
+        let expected = campaign.run(&stop, |_| (), |_| Vec::new());
         let expected = serde_json::to_value(expected.unwrap()).unwrap();
         for threads in [1, 3] {
             let found = pilot(seed, threads);

@@ -1,10 +1,11 @@
 //! Merges the blocks that processes left into results: the same bytes as those of one machine.
 
+use crate::claim;
 use crate::design::Experiment;
 use crate::design::file::{Engine, Store, TrialRule};
 use crate::files;
 use crate::files::Kind;
-use crate::outcome::looks::{Look, Looks};
+use crate::outcome::looks::Looks;
 use crate::outcome::summary::Summary;
 use crate::run::blocks::{BlockFolder, StoredBlock};
 use crate::run::campaign::{Campaign, Origin, RunOptions};
@@ -53,7 +54,6 @@ pub fn merge(
     out: &Path,
     options: MergeOptions,
     stop: &AtomicBool,
-    is_decided: impl Fn(&Summary, Look) -> bool,
 ) -> Result<Merged, ClusterError> {
     let (one_kind, faer_instructions) = one_kind((plan, experiment), found, options)?;
     let found = one_kind.as_ref().unwrap_or(found);
@@ -92,10 +92,9 @@ pub fn merge(
         let trials = |blocks: &Vec<StoredBlock>| blocks.iter().map(|block| block.span.len()).sum();
         targets = campaign.stored.iter().map(trials).collect();
     } else {
-        let decided = || campaign.is_decided(stop, &is_decided);
+        let decided = || campaign.is_decided(stop);
         if campaign.rounds().raise(&mut targets, stop, decided)? {
-            let raised = targets.iter().zip(&plan.trials).filter(|(a, b)| a > b);
-            let raised = raised.count();
+            let raised = targets.iter().zip(&plan.trials).filter(|(a, b)| a > b).count();
             if !options.partial {
                 return Ok(Merged::More(raised));
             }
@@ -158,7 +157,6 @@ pub fn next_targets(
     rule: &TrialRule,
     found: &Collection,
     (threads, stop): (usize, &AtomicBool),
-    is_decided: impl Fn(&Summary, Look) -> bool,
 ) -> Result<(Vec<u64>, Vec<Span>), ClusterError> {
     if let TrialRule::Until(until) = rule {
         experiment.target(until).map_err(CampaignError::from)?;
@@ -176,7 +174,7 @@ pub fn next_targets(
     let decided = || {
         let summary = Campaign::summary_of(experiment, &blocks, &stored, threads, stop)?;
         let look = Looks::default().at(summary.trials(), &experiment.file, rule);
-        Ok::<bool, CampaignError>(is_decided(&summary, look))
+        Ok::<bool, CampaignError>(claim::decides(&experiment.file, &summary, look))
     };
     rounds.raise(&mut targets, stop, decided)?;
     let cells = 0..targets.len();
