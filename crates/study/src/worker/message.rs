@@ -177,6 +177,9 @@ pub struct Reply {
     pub numbers: Vec<f64>,
 }
 
+/// A header with its length in bytes.
+type Header = (usize, Map<String, Value>);
+
 /// Bytes received from a worker.
 #[derive(Default)]
 pub struct Incoming {
@@ -199,8 +202,8 @@ impl Incoming {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Takes the header once it is complete, with its length.
-    fn header(&mut self) -> Result<Option<(usize, Map<String, Value>)>, String> {
+    /// Reads the header once it is complete.
+    fn header(&mut self) -> Result<Option<Header>, String> {
         if self.bytes.first().is_some_and(|first| *first != b'{') {
             return Err("expected a header, which begins with '{'".to_owned());
         }
