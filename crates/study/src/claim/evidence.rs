@@ -3,7 +3,6 @@
 use crate::claim::decision_rule::PValues;
 use crate::claim::known::{Range, worst};
 use crate::claim::one_sided::More;
-use crate::claim::scale::Scale;
 use crate::claim::statistics::number::Number;
 use crate::claim::statistics::{Members, Results};
 use crate::design::file::{ClaimTest, Limit};
@@ -133,7 +132,7 @@ impl Range {
     fn for_test(test: &ClaimTest) -> Self {
         let [low, high] = test.limit.ends();
         let open = matches!(test.limit, Limit::Below(_) | Limit::Above(_));
-        let reaches = Scale::for_test(test) == Scale::Share && !open;
+        let reaches = test.kind.is_share() && !open;
         Self {
             low: if reaches && low <= 0.0 { f64::NEG_INFINITY } else { low },
             high: if reaches && high >= 1.0 { f64::INFINITY } else { high },

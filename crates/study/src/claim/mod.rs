@@ -11,6 +11,7 @@ mod cuts;
 mod decision_rule;
 mod evidence;
 mod family;
+mod found;
 mod interval;
 mod judge;
 mod judged;

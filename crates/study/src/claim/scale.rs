@@ -1,6 +1,6 @@
 //! The scale on which the numbers of a test are compared.
 
-use crate::design::file::{ClaimTest, CoefficientStatistic, TestKind};
+use crate::design::file::{ClaimTest, TestKind};
 use serde::Serialize;
 
 /// The scale on which the numbers of a test are compared.
@@ -18,26 +18,9 @@ pub enum Scale {
 impl Scale {
     pub(crate) fn for_test(test: &ClaimTest) -> Self {
         match test.kind {
-            TestKind::Outcome(_)
-            | TestKind::Bound(_)
-            | TestKind::Wins { .. }
-            | TestKind::Coefficient {
-                statistic: CoefficientStatistic::Coverage | CoefficientStatistic::ShareAbove,
-                ..
-            } => Self::Share,
-            TestKind::Slope(_)
-            | TestKind::Coefficient {
-                statistic: CoefficientStatistic::Bias,
-                ..
-            } => Self::Difference,
-            TestKind::Value { .. } | TestKind::Ratio { .. } | TestKind::Cells { .. } | TestKind::Time { .. } => {
-                Self::Ratio
-            }
+            _ if test.kind.is_share() => Self::Share,
+            TestKind::Slope(_) | TestKind::Coefficient { .. } => Self::Difference,
+            _ => Self::Ratio,
         }
     }
-}
-
-/// Whether a test's numbers are shares of trials, printed in per cent.
-pub(crate) fn is_share(test: &ClaimTest) -> bool {
-    Scale::for_test(test) == Scale::Share
 }

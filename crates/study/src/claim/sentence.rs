@@ -4,25 +4,22 @@
 
 use crate::claim::condition::condition;
 use crate::claim::decision_rule::Verdict;
-use crate::claim::evidence::{Evidence, Part};
+use crate::claim::evidence::Part;
+use crate::claim::found::{Found, Judge};
 use crate::claim::needed::Needed;
-use crate::claim::scale::is_share;
+use crate::design::file::lists::each_once;
 use crate::design::file::{
     Assumption, ClaimTest, CoefficientStatistic, Holds, Limit, Outcome, RatioStatistic, TestKind, TheoryReference,
 };
-use crate::outcome::looks::Look;
 use crate::outcome::place::Place;
 use asobench_identification::metric::SlopeOf;
 use asobench_identification::number::{listed, uncertain};
 
 /// The findings that a sentence reports.
 pub(crate) struct Findings<'a> {
-    pub(crate) holds: Holds,
-    /// The tests, for each output that the claim lists.
-    pub(crate) cases: &'a [Vec<ClaimTest>],
-    pub(crate) given: Option<&'a ClaimTest>,
+    pub(crate) judge: &'a Judge<'a>,
     /// The judged units with their evidence.
-    pub(crate) units: &'a [UnitFindings<'a>],
+    pub(crate) units: &'a [&'a Found<'a>],
     /// The number of cells left out, because the condition is not certain in them.
     pub(crate) left_out: usize,
     /// The judged cells that certainly pass or fail, as indices.
@@ -32,38 +29,21 @@ pub(crate) struct Findings<'a> {
     pub(crate) at_least: [usize; 2],
     pub(crate) verdict: Verdict,
     pub(crate) needed: Option<Needed>,
-    pub(crate) look: Look,
-    /// The level of the claim, for all looks together.
-    pub(crate) level: f64,
 }
 
-/// A unit that is judged by itself, such as a cell, with one of the outputs that the claim lists.
-pub(crate) struct UnitFindings<'a> {
-    pub(crate) tests: &'a [ClaimTest],
-    pub(crate) place: Place,
-    pub(crate) evidence: &'a Evidence,
-}
-
-impl UnitFindings<'_> {
-    /// Returns its number nearest to failing, or failing most.
-    fn decisive(&self) -> Option<&Part> {
-        self.evidence.decisive()
-    }
-}
-
-impl<'a> Findings<'a> {
+impl Findings<'_> {
     fn places(&self) -> Vec<Place> {
-        self.units.iter().map(|unit| unit.place.clone()).collect()
+        self.units.iter().map(|unit| unit.unit.place.clone()).collect()
     }
 
     /// Returns "cells", or "cases" if each is a cell with one of several outputs.
     fn cells(&self) -> &'static str {
-        if self.cases.len() > 1 { "cases" } else { "cells" }
+        if self.judge.cases.len() > 1 { "cases" } else { "cells" }
     }
 
     /// Returns where it certainly holds: settings, or outputs if the claim lists several.
     fn holds_where(&self) -> Option<String> {
-        if self.cases.len() == 1 {
+        if self.judge.cases.len() == 1 {
             return condition(&self.places(), self.passing, self.failing);
         }
         let all_pass = |case: &&Vec<ClaimTest>| {
@@ -72,7 +52,7 @@ impl<'a> Findings<'a> {
                 .peekable();
             units.peek().is_some() && units.all(|unit| self.passing.contains(&unit))
         };
-        let held = self.cases.iter().filter(all_pass);
+        let held = self.judge.cases.iter().filter(all_pass);
         let names: Vec<String> = held.filter_map(|case| Some(of_and_to(case.first()?))).collect();
         (1..=6).contains(&names.len()).then(|| format!("of {}", listed(&names)))
     }
@@ -87,9 +67,8 @@ impl<'a> Findings<'a> {
             Verdict::HoldsInPart => self.in_part(),
         };
         if self.left_out > 0 && !self.units.is_empty() {
-            let given = self
-                .given
-                .map(|test| format!("{} is certainly not {}", noun(test, None), must(test)));
+            let given = self.judge.given.as_ref();
+            let given = given.map(|test| format!("{} is certainly not {}", noun(test, None), must(test)));
             let cells = match self.left_out {
                 1 => "one cell".to_owned(),
                 count => format!("{count} cells"),
@@ -103,12 +82,12 @@ impl<'a> Findings<'a> {
 
     /// Returns which look at the results this is, if it is not the first, and the level that is left for it.
     fn look_words(&self) -> String {
-        match self.look.number {
+        match self.judge.look.number {
             0 | 1 => String::new(),
             number => format!(
                 " Look {number} at this study, at {} % a side; all looks together keep {} %.",
-                short(100.0 * self.level * self.look.share),
-                short(100.0 * self.level)
+                short(100.0 * self.judge.claim.level * self.judge.look.share),
+                short(100.0 * self.judge.claim.level)
             ),
         }
     }
@@ -116,11 +95,11 @@ impl<'a> Findings<'a> {
     /// Orders cells by how far their numbers are inside the limit: by values if all belong to one test, otherwise by
     /// standard errors. Cells without a number come last.
     fn by_depth(&self, mut cells: Vec<usize>) -> Vec<usize> {
-        let parts = || self.units.iter().filter_map(UnitFindings::decisive);
+        let parts = || self.units.iter().filter_map(|unit| unit.evidence.decisive());
         let alike = parts().all(|part| Some(part.test) == parts().next().map(|first| first.test));
         let depth = |cell: &usize| {
             let inside = if alike { Part::depth } else { Part::margin };
-            self.units[*cell].decisive().map_or(f64::INFINITY, inside)
+            self.units[*cell].evidence.decisive().map_or(f64::INFINITY, inside)
         };
         cells.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
         cells
@@ -144,7 +123,7 @@ impl<'a> Findings<'a> {
     /// Returns " at N = 98", or nothing if there is only one cell.
     fn at(&self, cell: usize) -> String {
         let keys = crate::outcome::place::varying(&self.places());
-        let words = self.units[cell].place.words(&keys);
+        let words = self.units[cell].unit.place.words(&keys);
         if words.is_empty() {
             words
         } else {
@@ -171,7 +150,7 @@ impl<'a> Findings<'a> {
 
     /// Returns "the share of lost trials of ls is below 1 %", or that all tests pass.
     fn claim(&self, verb: &str) -> String {
-        match self.cases[0].as_slice() {
+        match self.judge.cases[0].as_slice() {
             [test] => format!("{} {verb} {}", noun(&self.any(0), None), must(test)),
             tests => format!(
                 "all {} tests {}",
@@ -183,8 +162,8 @@ impl<'a> Findings<'a> {
 
     /// Returns the test of this index with all outputs that the claim lists.
     pub(crate) fn any(&self, index: usize) -> ClaimTest {
-        let mut any = self.cases[0][index].clone();
-        let all = || self.cases.iter().map(|case| &case[index]);
+        let mut any = self.judge.cases[0][index].clone();
+        let all = || self.judge.cases.iter().map(|case| &case[index]);
         any.output = each_of(all().map(|test| test.output.clone()));
         if let Some(to) = any.kind.other_mut() {
             *to = each_of(all().filter_map(|test| test.kind.other().cloned()));
@@ -204,7 +183,7 @@ impl<'a> Findings<'a> {
         let m = self.units.len();
         let number = |cell: Option<usize>, word: &str| {
             let named = cell.and_then(|cell| Some((self.words(cell)?, self.at(cell))));
-            let several = self.cases.len() > 1 || self.cases[0].len() > 1;
+            let several = self.judge.cases.len() > 1 || self.judge.cases[0].len() > 1;
             named.map_or_else(String::new, |((noun, value, must), at)| {
                 let place = if at.is_empty() {
                     at.clone()
@@ -218,7 +197,7 @@ impl<'a> Findings<'a> {
                 }
             })
         };
-        match self.holds {
+        match self.judge.claim.holds {
             Holds::Everywhere => format!(
                 ": in all {m} {} {}{}.",
                 self.cells(),
@@ -245,7 +224,7 @@ impl<'a> Findings<'a> {
             let (noun, value, must) = self.words(cell?)?;
             Some(format!("{noun} is {value}{}, not {must}", self.at(cell?)))
         };
-        match self.holds {
+        match self.judge.claim.holds {
             Holds::Everywhere => {
                 let cells = self.cells();
                 let counter = cell_words(self.nearest(self.failing)).unwrap_or_default();
@@ -265,10 +244,10 @@ impl<'a> Findings<'a> {
                 cell_words(self.middle()).unwrap_or_default()
             ),
             Holds::Somewhere => {
-                if self.cases[0].len() > 1 {
+                if self.judge.cases[0].len() > 1 {
                     return format!(": in none of {m} {} all tests pass.", self.cells());
                 }
-                let known = |cell: &usize| self.units[*cell].decisive().is_some();
+                let known = |cell: &usize| self.units[*cell].evidence.decisive().is_some();
                 let all = self.by_depth(self.all().into_iter().filter(known).collect());
                 let best = all.last().copied();
                 format!(
@@ -301,17 +280,10 @@ impl<'a> Findings<'a> {
             return ": its condition is certainly not met in any cell.".to_owned();
         }
         let m = self.units.len();
-        let mut reasons: Vec<String> = Vec::new();
-        let of_unit = |unit: &UnitFindings<'a>| {
-            let evidence = unit.evidence;
-            evidence.missing.iter().chain(&evidence.cautions)
-        };
-        for why in self.units.iter().flat_map(of_unit) {
-            if !reasons.contains(why) {
-                reasons.push(why.clone());
-            }
-        }
-        let is_silent = |unit: &&UnitFindings| !(unit.evidence.missing.is_empty() && unit.evidence.cautions.is_empty());
+        let found = self.units.iter().map(|unit| &unit.evidence);
+        let found = found.flat_map(|evidence| evidence.missing.iter().chain(&evidence.cautions));
+        let mut reasons = each_once(found.cloned());
+        let is_silent = |unit: &&&Found| !(unit.evidence.missing.is_empty() && unit.evidence.cautions.is_empty());
         let silent = self.units.iter().filter(is_silent).count();
         let open = m - self.passing.len() - self.failing.len();
         let open = match self.words(0).filter(|_| m == 1) {
@@ -322,10 +294,10 @@ impl<'a> Findings<'a> {
         };
         let trials = match self.needed {
             _ if silent == m && self.units.iter().all(|unit| unit.evidence.parts.is_empty()) => String::new(),
-            _ if self.cases.iter().flatten().any(ClaimTest::is_timed) => {
+            _ if self.judge.cases.iter().flatten().any(ClaimTest::is_timed) => {
                 "; more trials do not make times more precise".to_owned()
             }
-            Some(_) if self.look.next <= 0.0 => {
+            Some(_) if self.judge.look.next <= 0.0 => {
                 "; its looks are used up, and a run with another seed in another folder can decide it".to_owned()
             }
             Some(Needed { from: None, .. }) if !reasons.is_empty() => String::new(),
@@ -354,13 +326,7 @@ fn short(x: f64) -> String {
 
 /// Returns "iv(4)", or "each of iv(4) and ls".
 fn each_of(names: impl Iterator<Item = String>) -> String {
-    let mut all: Vec<String> = Vec::new();
-    for name in names {
-        if !all.contains(&name) {
-            all.push(name);
-        }
-    }
-    match all.as_slice() {
+    match each_once(names).as_slice() {
         [name] => name.clone(),
         all => format!("each of {}", listed(all)),
     }
@@ -385,7 +351,7 @@ pub(crate) fn value(test: &ClaimTest, part: &Part) -> String {
             TestKind::Ratio { .. } | TestKind::Cells { .. } => "infinite".to_owned(),
             _ => "that of a trial without a value".to_owned(),
         }
-    } else if is_share(test) {
+    } else if test.kind.is_share() {
         format!("{} %", uncertain(100.0 * value, 100.0 * error))
     } else {
         uncertain(value, error)
@@ -395,7 +361,7 @@ pub(crate) fn value(test: &ClaimTest, part: &Part) -> String {
 /// Returns the limit in words: "below 1", "from -0.1 to 0.1".
 pub(crate) fn must(test: &ClaimTest) -> String {
     let number = |x: f64| {
-        if is_share(test) {
+        if test.kind.is_share() {
             // Drops the digits that binary fractions add: 100 times 0.57 is 56.99999999999999.
             let per_cent = format!("{:.10}", 100.0 * x);
             let short = per_cent.trim_end_matches('0').trim_end_matches('.');

@@ -26,17 +26,12 @@ impl Standing {
 /// Notes how a claim came about, also in its line.
 pub(crate) fn mark(judged: &mut Judged, claim: &ClaimTable, file: &ExperimentFile) {
     judged.standing = Standing::of(claim, file);
-    match judged.standing {
-        Standing::Exploratory => {
-            let words = " Exploratory: written after results of the same kind were seen.";
-            judged.line.push_str(words);
-        }
-        Standing::Confirmation => {
-            let words = format!(" Confirmation by fresh trials, seed {}.", file.seed);
-            judged.line.push_str(&words);
-        }
-        Standing::Planned | Standing::Added => {}
-    }
+    let words = match judged.standing {
+        Standing::Exploratory => " Exploratory: written after results of the same kind were seen.".to_owned(),
+        Standing::Confirmation => format!(" Confirmation by fresh trials, seed {}.", file.seed),
+        Standing::Planned | Standing::Added => String::new(),
+    };
+    judged.line.push_str(&words);
 }
 
 /// Says how many claims were tested and at what rate; `None` if no claim was.
@@ -56,14 +51,12 @@ pub fn tested(file: &ExperimentFile, judged: &[Judged], look: Look) -> Option<St
     text.push_str(&counted);
     text.push_str(&rate(file, judged));
     let loose = judged.iter().filter(|claim| !claim.standing.has_rate());
-    match loose.count() {
-        0 => {}
-        1 => text.push_str(" No error rate holds for 1 of them, which is exploratory or newer than the results."),
-        some => {
-            let loose =
-                format!(" No error rate holds for {some} of them, which are exploratory or newer than the results.");
-            text.push_str(&loose);
-        }
+    let loose = loose.count();
+    if loose > 0 {
+        let are = if loose == 1 { "is" } else { "are" };
+        let words =
+            format!(" No error rate holds for {loose} of them, which {are} exploratory or newer than the results.");
+        text.push_str(&words);
     }
     // Later looks are told with each verdict.
     if look.number == 1 && look.share < 1.0 {

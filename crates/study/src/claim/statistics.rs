@@ -48,9 +48,7 @@ impl Results<'_> {
                 let sure = cell(*from)?.deterministic && cell(*to)?.deterministic;
                 single(known).map(|numbers| if sure { exact(numbers) } else { numbers })
             }
-            (TestKind::Slope(slope), Members::Family(cells)) => {
-                self.slope(slope, test, cells).map(|number| vec![number])
-            }
+            (TestKind::Slope(slope), Members::Family(cells)) => single(self.slope(slope, test, cells)),
             (TestKind::Time { to }, Members::Cell(index)) => single(self.time(*index, &test.output, to)),
             (_, Members::Cell(index)) => in_cell(cell(*index)?, test),
             _ => Err("the test is about other cells".to_owned()),

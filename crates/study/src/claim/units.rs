@@ -38,26 +38,17 @@ pub(crate) fn units(
     match (test.unit(), &test.kind) {
         (TestUnit::Pair(axis, ..), _) => Ok(pairs(&wanted, axis, test, file, summary)),
         (TestUnit::Family(over, _), TestKind::Slope(slope)) => {
-            let same = |summary: &&crate::outcome::summary::SlopeSummary| {
-                summary.table == *slope && summary.output == test.output
-            };
-            let found: Vec<&Vec<usize>> = summary
-                .slopes
-                .iter()
-                .filter(same)
-                .map(|summary| &summary.cells)
-                .collect();
-            if found.is_empty() {
+            let slopes = summary.slopes.iter();
+            let found = slopes.filter(|kept| kept.table == *slope && kept.output == test.output);
+            let mut found = found.peekable();
+            if found.peek().is_none() {
                 return Err(format!(
                     "the run did not keep the slope of {} over {over} of '{}'; a new run of the \
                     file keeps what its claims need",
                     slope.measure, test.output
                 ));
             }
-            Ok(found
-                .into_iter()
-                .filter_map(|cells| family(&wanted, cells, summary))
-                .collect())
+            Ok(found.filter_map(|kept| family(&wanted, &kept.cells, summary)).collect())
         }
         _ => {
             let cells = summary.cells.iter().enumerate();

@@ -6,8 +6,7 @@ use crate::design::file::{
     wrong,
 };
 use crate::design::{
-    CURVES_LIMIT, Cell, DiscreteCell, LARGEST_COUNT, Measure, ScoredFrom, SettingsReader, Source, StateFeedback,
-    curve_bytes, named,
+    CURVES_LIMIT, Cell, DiscreteCell, LARGEST_COUNT, Measure, SettingsReader, Source, StateFeedback, curve_bytes, named,
 };
 use asobench_identification::data::{
     Change, ChangedPlant, Feedback, NoiseColour, OutputFeedback, PlantSource, Process, ProcessSettings,
@@ -114,16 +113,10 @@ impl SettingsReader<'_> {
             horizon,
             gain,
             observer_start: self.name(Key::ObserverStart)?,
-            scored_from: match self.settings.get(&Key::ScoredFrom) {
-                Some(_) => self.name(Key::ScoredFrom)?,
-                None => ScoredFrom::default(),
-            },
+            scored_from: self.name(Key::ScoredFrom)?,
             covariances: self.covariances(&process)?,
             process,
-            ahead: match self.settings.get(&Key::Ahead) {
-                Some(_) => self.count(Key::Ahead)?,
-                None => 1,
-            },
+            ahead: self.count(Key::Ahead)?,
         };
         if cell.ahead == 0 {
             let message = "0; expected a number of samples from 1 on".to_owned();
@@ -159,7 +152,7 @@ impl SettingsReader<'_> {
         };
         let settings = ProcessSettings {
             x0,
-            x0_deviation: self.number_or_default(Key::X0Deviation)?,
+            x0_deviation: self.number(Key::X0Deviation)?,
             input,
             noise: self.noise()?,
             level: LevelReading {
@@ -169,7 +162,7 @@ impl SettingsReader<'_> {
             input_noise: self.number(Key::InputNoise)?,
             process_noise: match state_noise {
                 Some(_) => 0.0,
-                None => self.number_or_default(Key::ProcessNoise)?,
+                None => self.number(Key::ProcessNoise)?,
             },
             state_noise,
             feedback,
@@ -287,10 +280,7 @@ impl SettingsReader<'_> {
 
     /// Returns the change of this plant.
     fn change(&self, plant: &PlantSource) -> Result<Option<Change>, FileError> {
-        let name = match self.settings.get(&Key::Change) {
-            Some(_) => self.text(Key::Change),
-            None => return Ok(None),
-        };
+        let name = self.text(Key::Change);
         if name == "none" {
             return Ok(None);
         }

@@ -150,30 +150,26 @@ fn disturbance(build: &SettingsReader<'_>, until: f64) -> Result<Vec<Term>, File
 /// Returns the terms as the settings ask for them.
 fn terms(build: &SettingsReader<'_>, until: f64) -> Result<Vec<Term>, FileError> {
     let name = build.text(Key::Disturbance);
-    let wave = match name.as_str() {
-        "none" => return Ok(Vec::new()),
-        "constant" => WaveName::Constant,
-        "ramp" => WaveName::Ramp,
-        "sine" => WaveName::Sine,
-        "square" => WaveName::Square,
-        "white" => WaveName::White,
-        _ => {
-            let table = named(Key::Disturbance, &name, &SIGNALS, &build.file.signals)?;
-            let place = |i: usize| format!("signals.{name}.waves[{i}]");
-            if table.waves.len() > MOST_TERMS {
-                let message = format!("{} waves; expected at most {MOST_TERMS}", table.waves.len());
-                return wrong(format_args!("signals.{name}"), message);
-            }
-            let waves = table.waves.iter().enumerate();
-            return waves.map(|(i, wave)| term(build, wave, until, &place(i))).collect();
+    match name.parse() {
+        _ if name == "none" => return Ok(Vec::new()),
+        Err(_) | Ok(WaveName::File) => {}
+        Ok(wave) => {
+            let table = WaveTable {
+                wave,
+                amplitude: 1.0,
+                ..WaveTable::default()
+            };
+            return Ok(vec![term(build, &table, until, "settings")?]);
         }
-    };
-    let table = WaveTable {
-        wave,
-        amplitude: 1.0,
-        ..WaveTable::default()
-    };
-    Ok(vec![term(build, &table, until, "settings")?])
+    }
+    let table = named(Key::Disturbance, &name, &SIGNALS, &build.file.signals)?;
+    let place = |i: usize| format!("signals.{name}.waves[{i}]");
+    if table.waves.len() > MOST_TERMS {
+        let message = format!("{} waves; expected at most {MOST_TERMS}", table.waves.len());
+        return wrong(format_args!("signals.{name}"), message);
+    }
+    let waves = table.waves.iter().enumerate();
+    waves.map(|(i, wave)| term(build, wave, until, &place(i))).collect()
 }
 
 /// Returns one term, times the level.

@@ -2,8 +2,7 @@
 
 use crate::design::ContinuousCell;
 use crate::design::file::{Settings, StudyKind};
-use crate::worker::Record;
-use crate::worker::seed_of;
+use crate::worker::{Record, seed_of};
 use asobench_identification::data::{Process, Realisation, Truth};
 use asobench_identification::estimator::{Estimator, KnownModel, Method, Problem, SetupError, Shape};
 use asobench_identification::names::named_enum;

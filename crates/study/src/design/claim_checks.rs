@@ -127,7 +127,8 @@ fn check_tests(experiment: &Experiment, claim: &ClaimTable, place: &str) -> Resu
 fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileError> {
     let kind = experiment.file.kind();
     let continuous = kind == StudyKind::Continuous;
-    if let Some(other) = test.measures().iter().find(|measure| !measure.is_of(kind)) {
+    let measures = test.measures();
+    if let Some(other) = measures.iter().find(|measure| !measure.is_of(kind)) {
         return wrong(
             "",
             format!("'{other}' means nothing in a study in {} time", kind.name()),
@@ -137,11 +138,7 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
         test.kind,
         TestKind::Ratio { .. } | TestKind::Cells { .. } | TestKind::Slope(_)
     );
-    if let Some(measure) = test
-        .measures()
-        .iter()
-        .find(|measure| by_ratio && measure.may_be_negative())
-    {
+    if let Some(measure) = measures.iter().find(|measure| by_ratio && measure.may_be_negative()) {
         let message = format!(
             "'{measure}' may be negative, so ratios of it mean nothing; expected share = \
             \"{measure}\" with 'to', or a value"
@@ -177,17 +174,7 @@ fn check_names(experiment: &Experiment, test: &ClaimTest) -> Result<(), FileErro
         TestKind::Coefficient { name, .. } => check_coefficient(experiment, name.as_deref())?,
         _ => {}
     }
-    let itself = match &test.kind {
-        TestKind::Ratio {
-            measure,
-            to,
-            measure_of_to,
-            ..
-        } => *to == test.output && measure == measure_of_to,
-        TestKind::Wins { to, .. } | TestKind::Time { to } => *to == test.output,
-        _ => false,
-    };
-    if itself {
+    if test.kind.other() == Some(&test.output) && measures.first() == measures.last() {
         return wrong("to", format!("'{}' is compared with itself", test.output));
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! The experiment: its cells, each with a process, and its methods.
 
+use crate::design::file::lists::each_once;
 use crate::design::file::{Axis, ExperimentFile, FileError, JointTable, Key, Scalar, Until};
 use crate::design::{Cell, FoundTheory, Measure, Theories};
 use crate::worker::Program;
@@ -162,17 +163,6 @@ impl Experiment {
         let found = measures.position(|of| *of == measure);
         found.ok_or_else(|| FileError::key(key, format!("'{measure}' is not among the measures")))
     }
-}
-
-/// Removes repetitions; the order of first occurrence stays.
-fn each_once(measures: impl Iterator<Item = Measure>) -> Vec<Measure> {
-    let mut once = Vec::new();
-    for measure in measures {
-        if !once.contains(&measure) {
-            once.push(measure);
-        }
-    }
-    once
 }
 
 /// Returns the part of a resolved file that fixes the results bit for bit.

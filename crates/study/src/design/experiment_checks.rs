@@ -51,19 +51,14 @@ pub(crate) fn programs(file: &ExperimentFile) -> Vec<Option<Arc<Program>>> {
 /// Checks that not too many points of courses are kept.
 pub(crate) fn traces_fit(file: &ExperimentFile, cells: usize) -> Result<(), FileError> {
     const MOST: f64 = 1e5;
-    let Some((every, until)) = file
-        .continuous
-        .as_ref()
-        .and_then(|of| Some((of.trace_every?, of.until)))
-    else {
-        return Ok(());
-    };
-    let points = until / every * cells as f64;
-    if points <= MOST {
-        return Ok(());
+    let per_cell = file.continuous.as_ref().and_then(|of| Some(of.until / of.trace_every?));
+    match per_cell.map(|points| points * cells as f64) {
+        Some(points) if !(points <= MOST) => {
+            let message = format!("{points:.0} points over all cells; expected at most {MOST}");
+            wrong("continuous.trace_every", message)
+        }
+        _ => Ok(()),
     }
-    let message = format!("{points:.0} points over all cells; expected at most {MOST}");
-    wrong("continuous.trace_every", message)
 }
 
 impl Experiment {

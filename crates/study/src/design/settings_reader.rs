@@ -30,25 +30,20 @@ pub(crate) fn named<'a, T>(
 }
 
 impl SettingsReader<'_> {
+    /// Returns the value of a setting; its default if a resolved file leaves it out.
+    fn value(&self, key: Key) -> Option<Scalar> {
+        let given = self.settings.get(&key).cloned();
+        given.or_else(|| key.default().filter(|_| key.entry().left_out))
+    }
+
     pub(crate) fn text(&self, key: Key) -> String {
-        self.settings.get(&key).map_or_else(String::new, Scalar::to_string)
+        self.value(key).map_or_else(String::new, |value| value.to_string())
     }
 
     pub(crate) fn number(&self, key: Key) -> Result<f64, FileError> {
-        match self.settings.get(&key) {
-            Some(Scalar::Number(number)) => Ok(*number),
-            other => {
-                let given = other.map_or_else(String::new, Scalar::to_string);
-                wrong(key, format!("'{given}'; expected a number"))
-            }
-        }
-    }
-
-    /// Returns the number of a setting, or its default if a resolved file omits it.
-    pub(crate) fn number_or_default(&self, key: Key) -> Result<f64, FileError> {
-        match (self.settings.get(&key), key.default()) {
-            (None, Some(Scalar::Number(default))) => Ok(default),
-            _ => self.number(key),
+        match self.value(key) {
+            Some(Scalar::Number(number)) => Ok(number),
+            _ => wrong(key, format!("'{}'; expected a number", self.text(key))),
         }
     }
 

@@ -31,26 +31,23 @@ pub mod process {
     use super::guard::Guard;
     use crate::worker::fault::Fault;
     use crate::worker::log::Log;
-    use crate::worker::message::{Answer, Awaited};
+    use crate::worker::message::Incoming;
     use std::path::Path;
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
     use std::time::Duration;
-
-    /// Settings to start a process with.
-    pub struct Start<'a> {
-        pub command: &'a [String],
-        pub folder: &'a Path,
-        pub guard: Option<Arc<Guard>>,
-        pub log: &'a Log,
-    }
 
     /// A process cannot exist here.
     pub enum Process {}
 
     impl Process {
         /// Returns an error.
-        pub fn start(_of: &Start<'_>) -> Result<Self, String> {
+        pub fn start(
+            _command: &[String],
+            _folder: &Path,
+            _guard: Option<Arc<Guard>>,
+            _log: &Log,
+        ) -> Result<Self, String> {
             Err("methods that are external programs need Linux".to_owned())
         }
 
@@ -60,13 +57,13 @@ pub mod process {
         }
 
         /// Never called.
-        pub fn ask(
+        pub fn ask<T>(
             &mut self,
             _message: &[u8],
-            _awaited: Awaited,
+            _take: impl Fn(&mut Incoming) -> Result<Option<T>, String>,
             _time: Duration,
             _stop: &AtomicBool,
-        ) -> Result<Answer, Fault> {
+        ) -> Result<T, Fault> {
             match *self {}
         }
 

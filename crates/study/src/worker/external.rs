@@ -6,6 +6,7 @@ use super::options::Told;
 use super::program::{Lease, Program};
 use asobench_identification::data::Feedback;
 use asobench_identification::estimator::{Estimator, FailureKind, Pass, Problem, ProgramError, Records, Window};
+use asobench_identification::model::Orders;
 use serde_json::json;
 use std::ops::Range;
 use std::sync::Arc;
@@ -29,8 +30,9 @@ pub(super) struct External {
 }
 
 /// Builds the greeting that describes a problem to a program.
-pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
-    let order = problem.shape.order;
+pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> String {
+    let orders = program.options.orders_for(problem.shape.order);
+    let Orders { na, nb, nc, nd, nf, nk } = orders;
     let settings = problem.process.map(|(process, _)| process.settings());
     let closed = settings.is_some_and(|of| !matches!(of.feedback, Feedback::None));
     let noise = program.options.told.contains(&Told::Noise);
@@ -41,35 +43,27 @@ pub(super) fn hello(program: &Program, problem: &Problem<'_>) -> Hello {
         program: format!("asobench {}", env!("CARGO_PKG_VERSION")),
         method: program.name.clone(),
         fingerprint: program.fingerprint.clone(),
-        order: program.options.orders_for(order).order(),
+        order: orders.order(),
+        na,
+        nb,
+        nc,
+        nd,
+        nf,
+        nk,
         samples: problem.shape.window,
         sampling: 1.0,
         feedback: if closed { "closed" } else { "open" },
         noise: noise.map(|(process, eta)| json!({ "eta": eta, "filter": process.describe()["noise"] })),
-        ..Hello::default()
     };
-    hello.asking(program.options.orders_for(order))
-}
-
-/// Describes a fault in words.
-pub(super) fn fault_words(fault: &Fault) -> String {
-    match fault {
-        Fault::Timeout(came) => format!("timeout: {came}"),
-        Fault::Crashed(how) => format!("crashed: {how}"),
-        Fault::Stopped => "the run is to stop".to_owned(),
-        Fault::Malformed(what) => format!("malformed: {what}"),
-    }
+    hello.line()
 }
 
 impl External {
     pub(super) fn new(program: Arc<Program>, problem: &Problem<'_>) -> Self {
         Self {
-            hello: hello(&program, problem).line(),
+            hello: hello(&program, problem),
             program,
-            batch: Batch {
-                samples: problem.shape.window,
-                ..Batch::default()
-            },
+            batch: Batch::of(problem.shape.window),
             first: None,
             outcomes: Vec::new(),
             current: 0,
@@ -78,34 +72,13 @@ impl External {
 
     /// Draws the records of a batch. Returns for each trial its place among the records; `None` if it has none.
     fn draw(&mut self, trials: Range<u64>, records: &mut dyn Records) -> Vec<Option<usize>> {
-        let Batch {
-            trials: numbers,
-            seeds,
-            u,
-            y,
-            r,
-            ..
-        } = &mut self.batch;
-        numbers.clear();
-        seeds.clear();
-        for signal in [&mut *u, &mut *y, &mut *r] {
-            signal.clear();
-        }
-        let mut places = Vec::new();
-        for trial in trials {
+        self.batch = Batch::of(self.batch.samples);
+        let place = trials.map(|trial| {
             let seed = records.seed(trial);
-            let Some(window) = records.draw(trial) else {
-                places.push(None);
-                continue;
-            };
-            places.push(Some(numbers.len()));
-            numbers.push(trial);
-            seeds.push(seed);
-            u.extend_from_slice(window.u);
-            y.extend_from_slice(window.y);
-            r.extend_from_slice(window.r);
-        }
-        places
+            self.batch.push(trial, seed, records.draw(trial)?);
+            Some(self.batch.trials.len() - 1)
+        });
+        place.collect()
     }
 
     /// Gets the models of a part of the batch. If no process answers the part, it is halved.
@@ -151,7 +124,8 @@ impl External {
                 Err(Fault::Stopped) => return Err(ProgramError::Stopped),
                 Err(fault) => fault,
             };
-            self.note(part, &fault);
+            let (first, last) = (self.batch.trials[part.start], self.batch.trials[part.end - 1]);
+            self.program.fault(&format!("trials {first} to {last}"), &fault);
             let kind = match fault {
                 Fault::Timeout(_) => FailureKind::Timeout,
                 Fault::Crashed(_) | Fault::Stopped => FailureKind::Crashed,
@@ -163,14 +137,6 @@ impl External {
             spared -= usize::from(fresh);
             Lease::renew(&mut lease)?;
         }
-    }
-
-    /// Writes a fault to the log.
-    fn note(&self, part: &Range<usize>, fault: &Fault) {
-        let what = fault_words(fault);
-        let trials = &self.batch.trials;
-        let (first, last) = (trials[part.start], trials[part.end - 1]);
-        self.program.fault(&format!("trials {first} to {last}"), &what);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Messages between the program and a worker; see docs/protocol.md.
 
 use super::layout::Layout;
-use asobench_identification::model::Orders;
+use asobench_identification::estimator::Window;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use xxhash_rust::xxh3::xxh3_64;
@@ -44,14 +44,6 @@ impl Hello {
         let mut line = serde_json::to_string(self).unwrap_or_default();
         line.push('\n');
         line
-    }
-
-    /// Sets the orders of the model that is asked for.
-    pub fn asking(mut self, orders: Orders) -> Self {
-        let Orders { na, nb, nc, nd, nf, nk } = orders;
-        (self.na, self.nb, self.nc) = (na, nb, nc);
-        (self.nd, self.nf, self.nk) = (nd, nf, nk);
-        self
     }
 }
 
@@ -128,6 +120,23 @@ pub struct Batch {
 }
 
 impl Batch {
+    /// A batch without records, which will have so many samples.
+    pub fn of(samples: usize) -> Self {
+        Self {
+            samples,
+            ..Self::default()
+        }
+    }
+
+    /// Adds a record.
+    pub fn push(&mut self, trial: u64, seed: u64, of: Window<'_>) {
+        self.trials.push(trial);
+        self.seeds.push(seed);
+        for (signal, samples) in [(&mut self.u, of.u), (&mut self.y, of.y), (&mut self.r, of.r)] {
+            signal.extend_from_slice(samples);
+        }
+    }
+
     /// The number of the message with the records in the range `of`, for a process that has answered `answered`
     /// messages. It depends on the seeds, which the process cannot know before it reads the message. So no answer can
     /// arrive before its question.
@@ -160,12 +169,6 @@ impl Batch {
     }
 }
 
-/// An answer of a worker.
-pub enum Answer {
-    Ready(Ready),
-    Reply(Reply),
-}
-
 /// The numbers of a reply.
 pub struct Reply {
     /// The header line.
@@ -174,12 +177,8 @@ pub struct Reply {
     pub numbers: Vec<f64>,
 }
 
-/// The kind of answer that is awaited.
-#[derive(Clone, Copy)]
-pub enum Awaited {
-    Ready,
-    Reply { number: u64, trials: usize, matrices: bool },
-}
+/// A header with its length in bytes.
+type Header = (usize, Map<String, Value>);
 
 /// Bytes received from a worker.
 #[derive(Default)]
@@ -203,42 +202,49 @@ impl Incoming {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Takes the answer once it is complete.
+    /// Reads the header once it is complete.
+    fn header(&mut self) -> Result<Option<Header>, String> {
+        if self.bytes.first().is_some_and(|first| *first != b'{') {
+            return Err("expected a header, which begins with '{'".to_owned());
+        }
+        let searched = self.searched;
+        let found = self.bytes[searched..].iter().position(|b| *b == b'\n');
+        let length = found.map_or(self.bytes.len(), |at| searched + at + 1);
+        if length > LONGEST_HEADER {
+            return Err(format!("the header has more than {LONGEST_HEADER} bytes"));
+        }
+        if found.is_none() {
+            self.searched = length;
+            return Ok(None);
+        }
+        let header = serde_json::from_slice(&self.bytes[..length]);
+        let header = header.map_err(|error| format!("the header is not a JSON object ({error})"))?;
+        Ok(Some((length, header)))
+    }
+
+    /// Takes the answer to the greeting once it is complete.
     ///
     /// # Errors
     /// A description of the fault.
-    pub fn take(&mut self, awaited: Awaited) -> Result<Option<Answer>, String> {
-        if self.header.is_none() {
-            if self.bytes.first().is_some_and(|first| *first != b'{') {
-                return Err("expected a header, which begins with '{'".to_owned());
-            }
-            let searched = self.searched;
-            let found = self.bytes[searched..].iter().position(|b| *b == b'\n');
-            let length = found.map_or(self.bytes.len(), |at| searched + at + 1);
-            if length > LONGEST_HEADER {
-                return Err(format!("the header has more than {LONGEST_HEADER} bytes"));
-            }
-            if found.is_none() {
-                self.searched = length;
-                return Ok(None);
-            }
-            let header: Map<String, Value> = serde_json::from_slice(&self.bytes[..length])
-                .map_err(|error| format!("the header is not a JSON object ({error})"))?;
-            match awaited {
-                Awaited::Ready => {
-                    self.forget(length);
-                    return Ready::read(&header).map(|ready| Some(Answer::Ready(ready)));
-                }
-                Awaited::Reply {
-                    number,
-                    trials,
-                    matrices,
-                } => {
-                    expect_frame(&header, "reply")?;
-                    let layout = Layout::read(&header, number, trials, matrices)?;
-                    self.header = Some((length, layout));
-                }
-            }
+    pub fn ready(&mut self) -> Result<Option<Ready>, String> {
+        let Some((length, header)) = self.header()? else {
+            return Ok(None);
+        };
+        self.forget(length);
+        Ready::read(&header).map(Some)
+    }
+
+    /// Takes the reply to the message with this number once it is complete.
+    ///
+    /// # Errors
+    /// A description of the fault.
+    pub fn reply(&mut self, number: u64, trials: usize, matrices: bool) -> Result<Option<Reply>, String> {
+        if self.header.is_none()
+            && let Some((length, header)) = self.header()?
+        {
+            expect_frame(&header, "reply")?;
+            let layout = Layout::read(&header, number, trials, matrices)?;
+            self.header = Some((length, layout));
         }
         let Some((length, layout)) = &self.header else {
             return Ok(None);
@@ -255,11 +261,11 @@ impl Incoming {
         let header = String::from_utf8_lossy(&self.bytes[..*length]).into_owned();
         let layout = layout.clone();
         self.forget(end + 1);
-        Ok(Some(Answer::Reply(Reply {
+        Ok(Some(Reply {
             header,
             layout,
             numbers,
-        })))
+        }))
     }
 
     /// Describes how much of an incomplete answer has arrived.
@@ -291,7 +297,7 @@ impl Incoming {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asobench_identification::estimator::{Pass, Window};
+    use asobench_identification::estimator::Pass;
 
     /// The bytes that docs/protocol.md shows after a header.
     fn shown(header: &str) -> Vec<u8> {
@@ -317,11 +323,9 @@ mod tests {
         }
     }
 
-    const AWAITED: Awaited = Awaited::Reply {
-        number: 1,
-        trials: 1,
-        matrices: false,
-    };
+    fn taken(incoming: &mut Incoming) -> Result<Option<Reply>, String> {
+        incoming.reply(1, 1, false)
+    }
 
     #[test]
     fn the_hello_of_the_text() {
@@ -332,12 +336,15 @@ mod tests {
             method: "mine".to_owned(),
             fingerprint: "0123456789abcdef".repeat(2),
             order: 1,
+            na: 1,
+            nb: 1,
+            nk: 1,
             samples: 3,
             sampling: 1.0,
             feedback: "open",
             ..Hello::default()
         };
-        let line = hello.asking(Orders::arx(1, 1, 1)).line();
+        let line = hello.line();
         assert!(
             include_str!("../../../../docs/protocol.md").contains(&format!("    {line}")),
             "{line}"
@@ -356,11 +363,9 @@ mod tests {
             for part in bytes.chunks(size) {
                 assert!(answer.is_none());
                 incoming.add(part);
-                answer = incoming.take(AWAITED).unwrap();
+                answer = taken(&mut incoming).unwrap();
             }
-            let Some(Answer::Reply(reply)) = answer else {
-                panic!("no reply");
-            };
+            let reply = answer.unwrap();
             reply.check().unwrap();
             let mut pass = Pass::new(1);
             let u = [1.0, 2.0, 3.0];
@@ -376,7 +381,7 @@ mod tests {
         let mut incoming = Incoming::default();
         assert_eq!(incoming.came(), "nothing came");
         incoming.add(&bytes[..bytes.len() - 1]);
-        assert!(incoming.take(AWAITED).unwrap().is_none());
+        assert!(taken(&mut incoming).unwrap().is_none());
         assert!(
             incoming
                 .came()
@@ -427,7 +432,7 @@ mod tests {
         ] {
             let mut incoming = Incoming::default();
             incoming.add(&bytes);
-            let error = incoming.take(AWAITED).err().unwrap_or_default();
+            let error = taken(&mut incoming).err().unwrap_or_default();
             assert!(error.contains(part), "{part}: {error}");
         }
     }

@@ -57,7 +57,8 @@ pub fn method(program: &Arc<Program>) -> Method {
 /// Starts a program and asks for its name and version, for a problem.
 ///
 /// # Errors
-/// If it does not run.
+/// If it has no permit, does not start, or is not the one named in the file.
 pub fn introduce(program: &Arc<Program>, problem: &Problem<'_>) -> Result<Ready, ProgramError> {
-    program.introduce(&external::hello(program, problem))
+    let lease = program.lease(&external::hello(program, problem))?;
+    Ok(lease.ready().clone())
 }

@@ -1,8 +1,8 @@
 //! Sends some records to a worker outside a study, for `asobench test-method` and replays.
 
-use super::external::{fault_words, hello};
+use super::external::hello;
 use super::fault::Fault;
-use super::message::{Answer, Awaited, Batch, Incoming, Reply};
+use super::message::{Batch, Incoming, Reply};
 use super::program::Program;
 use asobench_identification::estimator::{Pass, Problem, ProgramError, Window};
 use std::fmt::Write as _;
@@ -64,17 +64,10 @@ pub fn ask_once(
     problem: &Problem<'_>,
     records: &[Record],
 ) -> Result<Result<Answered, String>, ProgramError> {
-    let mut lease = program.lease(&hello(program, problem).line())?;
-    let mut batch = Batch {
-        samples: problem.shape.window,
-        ..Batch::default()
-    };
+    let mut lease = program.lease(&hello(program, problem))?;
+    let mut batch = Batch::of(problem.shape.window);
     for record in records {
-        batch.trials.push(record.trial);
-        batch.seeds.push(record.seed);
-        batch.u.extend_from_slice(&record.u);
-        batch.y.extend_from_slice(&record.y);
-        batch.r.extend_from_slice(&record.r);
+        batch.push(record.trial, record.seed, record.window());
     }
     let number = batch.number(lease.answered(), 0..records.len());
     let sent = batch.frame(number, 0..records.len());
@@ -84,7 +77,7 @@ pub fn ask_once(
     let reply = match asked {
         Ok(reply) => reply,
         Err(Fault::Stopped) => return Err(ProgramError::Stopped),
-        Err(fault) => return Ok(Err(fault_words(&fault))),
+        Err(fault) => return Ok(Err(fault.to_string())),
     };
     lease.give_back();
     let blocks = [
@@ -112,22 +105,18 @@ pub fn ask_once(
 /// A description of the fault.
 #[doc(hidden)]
 pub fn heard(bytes: &[u8], number: Option<u64>, matrices: bool, records: &[Record]) -> Result<Vec<Pass>, String> {
-    let trials = records.len();
-    let awaited = number.map_or(Awaited::Ready, |number| Awaited::Reply {
-        number,
-        trials,
-        matrices,
-    });
     let mut incoming = Incoming::default();
     for part in bytes.chunks(Incoming::ROOM) {
         incoming.add(part);
-        match incoming.take(awaited)? {
-            None => {}
-            Some(Answer::Ready(_)) => return Ok(Vec::new()),
-            Some(Answer::Reply(reply)) => {
-                reply.check()?;
-                return Ok(passes(&reply, 2, records));
+        let Some(number) = number else {
+            if incoming.ready()?.is_some() {
+                return Ok(Vec::new());
             }
+            continue;
+        };
+        if let Some(reply) = incoming.reply(number, records.len(), matrices)? {
+            reply.check()?;
+            return Ok(passes(&reply, 2, records));
         }
     }
     Err(incoming.came())

@@ -3,7 +3,7 @@
 use super::fault::Fault;
 use super::guard::{Guard, kill_all};
 use super::log::Log;
-use super::message::{Answer, Awaited, Incoming};
+use super::message::Incoming;
 use crate::files::{Mark, Pipes};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, WaitId, WaitIdOptions, WaitIdStatus, waitid};
@@ -37,14 +37,6 @@ const MEMORY: [(&str, &str); 2] = [
     ("MALLOC_TRIM_THRESHOLD_", "268435456"),
 ];
 
-/// Settings to start a process with.
-pub struct Start<'a> {
-    pub command: &'a [String],
-    pub folder: &'a Path,
-    pub guard: Option<Arc<Guard>>,
-    pub log: &'a Log,
-}
-
 /// A process of a worker, and leader of its process group.
 pub struct Process {
     child: Child,
@@ -67,14 +59,14 @@ impl Process {
     ///
     /// # Errors
     /// The reason why it cannot be started.
-    pub fn start(of: &Start<'_>) -> Result<Self, String> {
+    pub fn start(command: &[String], folder: &Path, guard: Option<Arc<Guard>>, log: &Log) -> Result<Self, String> {
         let pipes = Pipes::new().map_err(|error| error.to_string())?;
         let replies = pipes.open_replies().map_err(|error| error.to_string())?;
-        let (program, arguments) = of.command.split_first().ok_or("an empty command")?;
+        let (program, arguments) = command.split_first().ok_or("an empty command")?;
         let mut command = Command::new(program);
         command
             .args(arguments)
-            .current_dir(of.folder)
+            .current_dir(folder)
             .env("ASOBENCH_REQUESTS", pipes.requests())
             .env("ASOBENCH_REPLIES", pipes.replies())
             .stdin(Stdio::null())
@@ -90,11 +82,11 @@ impl Process {
             }
         }
         let before = pipes.mark(&[] as &[BorrowedFd<'_>]);
-        if let Some(guard) = &of.guard {
+        if let Some(guard) = &guard {
             guard.watch(None, &before);
         }
         let started = command.spawn().inspect_err(|_| {
-            if let Some(guard) = &of.guard {
+            if let Some(guard) = &guard {
                 guard.forget(&before);
             }
         });
@@ -103,13 +95,13 @@ impl Process {
         let (out, err) = (child.stdout.take(), child.stderr.take());
         let ends = [out.as_ref().map(AsFd::as_fd), err.as_ref().map(AsFd::as_fd)];
         let mark = pipes.mark(&ends.into_iter().flatten().collect::<Vec<_>>());
-        if let Some(guard) = &of.guard {
+        if let Some(guard) = &guard {
             guard.watch(Some(group), &mark);
         }
         let mut process = Self {
             child,
             group,
-            guard: of.guard.clone(),
+            guard,
             mark,
             printed: Vec::new(),
             pipes: Some(pipes),
@@ -121,10 +113,10 @@ impl Process {
         // A process whose output nobody reads is killed when it is dropped.
         let no_thread = |error: std::io::Error| format!("cannot start a thread: {error}");
         if let Some(out) = out {
-            process.printed.push(of.log.drain(out).map_err(no_thread)?);
+            process.printed.push(log.drain(out).map_err(no_thread)?);
         }
         if let Some(err) = err {
-            process.printed.push(of.log.drain(err).map_err(no_thread)?);
+            process.printed.push(log.drain(err).map_err(no_thread)?);
         }
         Ok(process)
     }
@@ -135,22 +127,22 @@ impl Process {
         self.read().is_none() && self.incoming.is_empty()
     }
 
-    /// Sends a message and waits for the answer.
+    /// Sends a message and waits for the answer, which `take` takes of the bytes once it is complete.
     ///
     /// # Errors
     /// [`Fault`]: the process must then be killed.
-    pub fn ask(
+    pub fn ask<T>(
         &mut self,
         message: &[u8],
-        awaited: Awaited,
+        take: impl Fn(&mut Incoming) -> Result<Option<T>, String>,
         time: Duration,
         stop: &AtomicBool,
-    ) -> Result<Answer, Fault> {
+    ) -> Result<T, Fault> {
         let end = Instant::now() + time;
         let mut sent = 0;
         let mut is_gone = false;
         loop {
-            let taken = self.incoming.take(awaited).map_err(Fault::Malformed)?;
+            let taken = take(&mut self.incoming).map_err(Fault::Malformed)?;
             match taken {
                 Some(answer) if sent == message.len() => {
                     // A process that answers has opened both pipes.

@@ -3,9 +3,9 @@
 use super::fault::Fault;
 use super::guard::Guard;
 use super::log::Log;
-use super::message::{Answer, Awaited, Hello, Ready};
+use super::message::{Incoming, Ready, Reply};
 use super::options::{CommandOptions, Workers};
-use super::process::{Process, Start};
+use super::process::Process;
 use asobench_identification::estimator::ProgramError;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -99,15 +99,6 @@ impl Program {
         Duration::from_secs_f64(self.options.timeout)
     }
 
-    /// Starts a process and returns its answer to the greeting.
-    ///
-    /// # Errors
-    /// If the program has no permit, does not start, or is not the one named in the file.
-    pub fn introduce(self: &Arc<Self>, hello: &Hello) -> Result<Ready, ProgramError> {
-        let lease = self.lease(&hello.line())?;
-        Ok(lease.ready().clone())
-    }
-
     /// Returns a process that knows the cell: an idle one if possible, otherwise a new one.
     pub(super) fn lease(self: &Arc<Self>, hello: &str) -> Result<Lease, ProgramError> {
         let mut idle = self.idle();
@@ -146,9 +137,8 @@ impl Program {
 
     /// Writes a fault to the log. Warns the user once if no process has answered a batch so far: a program that always
     /// fails would otherwise take long to be noticed.
-    pub(super) fn fault(&self, trials: &str, what: &str) {
-        let line = format!("{trials}: {what}; the process is killed");
-        self.log.note(&line);
+    pub(super) fn fault(&self, trials: &str, what: &Fault) {
+        self.log.note(&format!("{trials}: {what}; the process is killed"));
         let since = self.logged.swap(self.log.length(), Ordering::Relaxed);
         if self.answered.load(Ordering::Relaxed) {
             return;
@@ -182,9 +172,11 @@ impl Program {
     fn greet(&self, greeted: &mut Greeted, hello: &str) -> Result<bool, ProgramError> {
         let permit = self.permit.get();
         let Permit { stop, .. } = permit.ok_or(ProgramError::NotAgreed(self.name.clone()))?;
-        let asked = greeted.process.ask(hello.as_bytes(), Awaited::Ready, self.time(), stop);
+        let asked = greeted
+            .process
+            .ask(hello.as_bytes(), Incoming::ready, self.time(), stop);
         match asked {
-            Ok(Answer::Ready(ready)) if ready == greeted.ready => {
+            Ok(ready) if ready == greeted.ready => {
                 hello.clone_into(&mut greeted.hello);
                 Ok(true)
             }
@@ -197,18 +189,13 @@ impl Program {
     fn start(&self, hello: &str) -> Result<Greeted, ProgramError> {
         let permit = self.permit.get();
         let permit = permit.ok_or(ProgramError::NotAgreed(self.name.clone()))?;
-        let start = Start {
-            command: &self.options.command,
-            folder: &permit.folder,
-            guard: permit.guard.clone(),
-            log: &self.log,
-        };
+        let start = || Process::start(&self.options.command, &permit.folder, permit.guard.clone(), &self.log);
         let mut reason = String::new();
         for _ in 0..ATTEMPTS {
-            let mut process = Process::start(&start).map_err(|reason| self.failed(reason))?;
+            let mut process = start().map_err(|reason| self.failed(reason))?;
             let time = STARTING.max(self.time());
-            match process.ask(hello.as_bytes(), Awaited::Ready, time, &permit.stop) {
-                Ok(Answer::Ready(ready)) => {
+            match process.ask(hello.as_bytes(), Incoming::ready, time, &permit.stop) {
+                Ok(ready) => {
                     self.check(&ready)?;
                     return Ok(Greeted {
                         process,
@@ -224,9 +211,6 @@ impl Program {
                         "'{}' is not ready after {seconds} s: {came}",
                         self.options.typed()
                     )));
-                }
-                Ok(Answer::Reply(_)) => {
-                    "it answers \"hello\" with \"reply\"".clone_into(&mut reason);
                 }
                 Err(Fault::Malformed(what)) => {
                     reason = format!("its answer to \"hello\" violates docs/protocol.md: {what}");
@@ -312,23 +296,16 @@ impl Lease {
     }
 
     /// Sends the message with this number, and returns the reply.
-    pub(super) fn ask(&mut self, number: u64, message: &[u8], trials: usize) -> Result<super::message::Reply, Fault> {
+    pub(super) fn ask(&mut self, number: u64, message: &[u8], trials: usize) -> Result<Reply, Fault> {
         let stop = &self.program.permit.get().ok_or(Fault::Stopped)?.stop;
         let greeted = self.at_work.as_mut().ok_or(Fault::Stopped)?;
         if !greeted.process.is_clean() {
             let stray = "bytes that were not asked for, or the pipe of replies was closed";
             return Err(Fault::Malformed(stray.to_owned()));
         }
-        let awaited = Awaited::Reply {
-            number,
-            trials,
-            matrices: greeted.ready.matrices,
-        };
-        let time = self.program.time();
-        let answer = greeted.process.ask(message, awaited, time, stop)?;
-        let Answer::Reply(reply) = answer else {
-            return Err(Fault::Malformed("expected a reply".to_owned()));
-        };
+        let (time, matrices) = (self.program.time(), greeted.ready.matrices);
+        let take = |incoming: &mut Incoming| incoming.reply(number, trials, matrices);
+        let reply = greeted.process.ask(message, take, time, stop)?;
         reply.check().map_err(Fault::Malformed)?;
         greeted.served += 1;
         self.program.answered.store(true, Ordering::Relaxed);

@@ -19,9 +19,7 @@ pub(crate) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number
         TestKind::Outcome(outcome) => single(outcome_count(cell, output, *outcome)),
         TestKind::Bound(bound) => single(bound_count(cell, name, bound)),
         TestKind::Wins { measure, to } => single(wins(cell, [name, to], *measure)),
-        TestKind::Value { measure, statistic } => {
-            value(cell, output, (*measure, *statistic), test).map(|number| vec![number])
-        }
+        TestKind::Value { measure, statistic } => single(value(cell, output, (*measure, *statistic), test)),
         TestKind::Coefficient { name, statistic } => match statistic {
             CoefficientStatistic::Coverage => coverages(cell, output, name.as_ref()),
             CoefficientStatistic::ShareAbove => shares_above(cell, output, name.as_ref()),
@@ -35,11 +33,11 @@ pub(crate) fn in_cell(cell: &CellSummary, test: &ClaimTest) -> Result<Vec<Number
         } => match (TheoryReference::named(to), statistic) {
             (Some(reference), statistic) => {
                 let (measures, of) = ((*measure, *measure_of_to), (reference, *statistic));
-                over_theory(cell, output, measures, of, test).map(|number| vec![number])
+                single(over_theory(cell, output, measures, of, test))
             }
             (None, RatioStatistic::Median) => single(ratio_of_medians(cell, (name, *measure), (to, *measure_of_to))),
             (None, RatioStatistic::PairedMedian) => single(median_ratio(cell, [name, to], [*measure, *measure_of_to])),
-            (None, RatioStatistic::Rms) => ratio_of_rms(cell, [name, to], *measure, test).map(|number| vec![number]),
+            (None, RatioStatistic::Rms) => single(ratio_of_rms(cell, [name, to], *measure, test)),
         },
         TestKind::Cells { .. } | TestKind::Slope(_) | TestKind::Time { .. } => Ok(Vec::new()),
     }?;

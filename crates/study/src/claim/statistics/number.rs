@@ -29,8 +29,8 @@ impl From<Known> for Number {
 /// Why there is no number, in words.
 pub(crate) type Missing = String;
 
-pub(crate) fn single(known: Result<Known, Missing>) -> Result<Vec<Number>, Missing> {
-    known.map(|known| vec![known.into()])
+pub(crate) fn single(number: Result<impl Into<Number>, Missing>) -> Result<Vec<Number>, Missing> {
+    number.map(|number| vec![number.into()])
 }
 
 pub(crate) fn not_kept(what: &str) -> Missing {

@@ -3,9 +3,10 @@
 use crate::design::file::table::tables;
 use crate::design::file::{Axis, ClaimTest, FileError, Key, Scalar, TestTable, wrong};
 use asobench_identification::names::named_enum;
+use schemars::{Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Error, MapAccess, SeqAccess, Visitor};
-use serde::{Deserializer, Serializer};
+use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -60,8 +61,8 @@ tables! {
         /// A condition on results: only cells in which this test certainly passes are judged.
         given?: Option<TestTable>,
         /// The test, or a list of tests that must all pass in a cell.
-        #[serde(deserialize_with = "tests_of_a_cell::deserialize")]
-        #[schemars(schema_with = "tests_of_a_cell::schema")]
+        #[serde(deserialize_with = "tests_of_a_cell")]
+        #[schemars(schema_with = "schema_of_tests")]
         test: Vec<TestTable>,
         /// Whether it was written after the results were there; `run` sets it in what it stores.
         #[schemars(skip)]
@@ -173,10 +174,11 @@ impl ClaimTable {
 /// The list `claims`: tables, or only names. Names are claims that are not judged, as in files from before claims had
 /// tests.
 pub(crate) mod list {
-    use super::{ClaimTable, Deserializer, Error, MapAccess, MapAccessDeserializer, Serializer, Visitor, fmt};
-    use schemars::{Schema, SchemaGenerator, json_schema};
-    use serde::Deserialize;
-    use serde::Serialize;
+    use super::{
+        ClaimTable, Deserialize, Deserializer, Error, MapAccess, MapAccessDeserializer, Schema, SchemaGenerator,
+        Visitor, fmt, json_schema,
+    };
+    use serde::{Serialize, Serializer};
 
     struct Entry(ClaimTable);
 
@@ -236,46 +238,37 @@ pub(crate) mod list {
     }
 }
 
-/// One test, or a list of tests.
-mod tests_of_a_cell {
-    use super::{
-        Deserializer, Error, MapAccess, MapAccessDeserializer, SeqAccess, SeqAccessDeserializer, Visitor, fmt,
-    };
-    use crate::design::file::test_table::TestTable;
-    use schemars::{Schema, SchemaGenerator, json_schema};
-    use serde::Deserialize;
+struct TestsVisitor;
 
-    struct TestsVisitor;
+impl<'de> Visitor<'de> for TestsVisitor {
+    type Value = Vec<TestTable>;
 
-    impl<'de> Visitor<'de> for TestsVisitor {
-        type Value = Vec<TestTable>;
-
-        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            f.write_str("a test such as { value = \"e_a\", of = \"ls\", below = 1 }, or a list of them")
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-            TestTable::deserialize(MapAccessDeserializer::new(map)).map(|test| vec![test])
-        }
-
-        fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Self::Value, A::Error> {
-            let tests = Vec::<TestTable>::deserialize(SeqAccessDeserializer::new(list))?;
-            if tests.is_empty() {
-                return Err(A::Error::custom("an empty list; expected at least one test"));
-            }
-            Ok(tests)
-        }
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a test such as { value = \"e_a\", of = \"ls\", below = 1 }, or a list of them")
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<TestTable>, D::Error> {
-        from.deserialize_any(TestsVisitor)
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        TestTable::deserialize(MapAccessDeserializer::new(map)).map(|test| vec![test])
     }
 
-    pub fn schema(generator: &mut SchemaGenerator) -> Schema {
-        let test = generator.subschema_for::<TestTable>();
-        json_schema!({
-            "description": "The test, or a list of tests that must all pass in a cell.",
-            "anyOf": [test.clone(), { "type": "array", "items": test, "minItems": 1 }],
-        })
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Self::Value, A::Error> {
+        let tests = Vec::<TestTable>::deserialize(SeqAccessDeserializer::new(list))?;
+        if tests.is_empty() {
+            return Err(A::Error::custom("an empty list; expected at least one test"));
+        }
+        Ok(tests)
     }
+}
+
+/// Reads one test, or a list of tests.
+fn tests_of_a_cell<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<TestTable>, D::Error> {
+    from.deserialize_any(TestsVisitor)
+}
+
+fn schema_of_tests(generator: &mut SchemaGenerator) -> Schema {
+    let test = generator.subschema_for::<TestTable>();
+    json_schema!({
+        "description": "The test, or a list of tests that must all pass in a cell.",
+        "anyOf": [test.clone(), { "type": "array", "items": test, "minItems": 1 }],
+    })
 }

@@ -2,12 +2,14 @@
 
 use crate::design::Measure;
 use crate::design::file::{
-    At, Axis, BoundTable, CoefficientStatistic, FileError, JointTable, Key, RatioStatistic, SLOPE_STATISTICS, Scalar,
+    At, Axis, BoundTable, CoefficientStatistic, FileError, JointTable, Key, OutputStatistic, RatioStatistic, Scalar,
     SlopeTable, TestTable, TheoryReference, TimeOf, ValueStatistic, wrong,
 };
+use asobench_identification::metric::SlopeOf;
 use asobench_identification::names::{UnknownName, named_enum};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
+use std::str::FromStr;
 
 named_enum! {
     /// How a trial of an output may end.
@@ -94,6 +96,15 @@ pub enum TestKind {
 }
 
 impl TestKind {
+    /// Whether its numbers are shares of trials.
+    pub fn is_share(&self) -> bool {
+        match self {
+            Self::Outcome(_) | Self::Bound(_) | Self::Wins { .. } => true,
+            Self::Coefficient { statistic, .. } => *statistic != CoefficientStatistic::Bias,
+            _ => false,
+        }
+    }
+
     /// Returns the output or method with which the test compares.
     pub fn other(&self) -> Option<&String> {
         match self {
@@ -213,16 +224,10 @@ impl TestTable {
         Ok(limit)
     }
 
-    /// Returns the statistic among those of a kind of test; the first by default.
-    fn statistic_of<T: Copy>(&self, known: &[(&str, T)]) -> Result<T, FileError> {
-        let Some(given) = &self.statistic else {
-            return Ok(known[0].1);
-        };
-        let found = known.iter().find(|(name, _)| name == given);
-        let names = known.iter().map(|(name, _)| name);
-        let unknown = || UnknownName::new("statistic of this test", given, names);
-        let found = found.map(|(_, statistic)| *statistic);
-        found.ok_or_else(unknown).at("statistic")
+    /// Returns the statistic, of those of a kind of test; the first by default.
+    fn statistic_of<T: Default + FromStr<Err = UnknownName>>(&self) -> Result<T, FileError> {
+        let given = self.statistic.as_deref();
+        given.map_or_else(|| Ok(T::default()), str::parse).at("statistic")
     }
 
     /// Returns `of` or `to` as the name of an output or method.
@@ -318,20 +323,24 @@ impl TestTable {
         if every || is_coefficient(value) {
             return Ok(TestKind::Coefficient {
                 name: (!every).then(|| value.to_owned()),
-                statistic: self.statistic_of(CoefficientStatistic::NAMES)?,
+                statistic: self.statistic_of()?,
             });
         }
         Ok(TestKind::Value {
             measure: measure("value", value, ["parameters", "a_1", "h_1"])?,
-            statistic: self.statistic_of(ValueStatistic::NAMES)?,
+            statistic: self.statistic_of()?,
         })
     }
 
     fn ratio_kind(&self, measure: Measure) -> Result<TestKind, FileError> {
         let to = self.other()?;
         let statistic = match TheoryReference::named(&to) {
-            Some(_) => self.statistic_of(RatioStatistic::OF_THEORY)?,
-            None => self.statistic_of(RatioStatistic::NAMES)?,
+            None => self.statistic_of()?,
+            // Theory has no trials to pair with.
+            Some(_) => match self.statistic_of()? {
+                OutputStatistic::Median => RatioStatistic::Median,
+                OutputStatistic::Rms => RatioStatistic::Rms,
+            },
         };
         if self.measure_of_to.is_some() && statistic == RatioStatistic::Rms {
             let message = "two different measures cannot be compared by their rms; expected statistic = \
@@ -367,7 +376,10 @@ impl TestTable {
         Ok(TestKind::Slope(SlopeTable {
             measure,
             over: self.over.ok_or_else(|| missing("over", "a setting"))?,
-            statistic: self.statistic_of(SLOPE_STATISTICS)?,
+            statistic: match self.statistic_of()? {
+                OutputStatistic::Median => SlopeOf::Median,
+                OutputStatistic::Rms => SlopeOf::Rmse,
+            },
             from,
         }))
     }
@@ -395,18 +407,8 @@ impl ClaimTest {
         let kind = table.kind(name)?;
         let output = TestTable::name("of", table.output.as_ref(), "an output, such as \"iv(4)\"")?;
         let assumption = table.assumption(&kind, limit)?;
-        let shares = matches!(
-            kind,
-            TestKind::Outcome(_)
-                | TestKind::Bound(_)
-                | TestKind::Wins { .. }
-                | TestKind::Coefficient {
-                    statistic: CoefficientStatistic::Coverage | CoefficientStatistic::ShareAbove,
-                    ..
-                }
-        );
         let beyond = |end: f64| end.is_finite() && !(0.0..=1.0).contains(&end);
-        if shares && limit.ends().into_iter().any(beyond) {
+        if kind.is_share() && limit.ends().into_iter().any(beyond) {
             return wrong(name, "its limit is not a share; expected one from 0 to 1");
         }
         Ok(Self {

@@ -2,8 +2,7 @@
 
 use crate::design::file::FileError;
 use crate::design::file::table::tables;
-use crate::files;
-use crate::files::Kind;
+use crate::files::{self, Kind};
 use asobench_identification::names::named_enum;
 use asobench_identification::observer::gpebo::Operator;
 use schemars::JsonSchema;
@@ -77,6 +76,7 @@ tables! {
     }
 
     /// A disturbance: the sum of its terms.
+    #[serde(expecting = "a table [signals.NAME]")]
     pub struct SignalTable {
         /// The terms.
         waves: Vec<WaveTable>,
@@ -134,16 +134,13 @@ impl SignalTable {
     pub(crate) fn read_files(&mut self, folder: &Path, place: &str) -> Result<(), FileError> {
         for (i, wave) in self.waves.iter_mut().enumerate() {
             let place = format!("{place}.waves[{i}]");
-            match (&wave.file, wave.wave) {
-                (Some(file), WaveName::File) if wave.values.is_none() => {
-                    let path = folder.join(file);
-                    let wrong = |message: String| FileError::key(&place, format!("{}: {message}", path.display()));
-                    let text = files::read_named(&path, Kind::Signal);
-                    let text = text.map_err(|e| wrong(e.to_string()))?;
-                    let (interval, values) = samples(&text).map_err(wrong)?;
-                    (wave.interval, wave.values) = (Some(interval), Some(values));
-                }
-                _ => {}
+            if let (Some(file), WaveName::File, None) = (&wave.file, wave.wave, &wave.values) {
+                let path = folder.join(file);
+                let wrong = |message: String| FileError::key(&place, format!("{}: {message}", path.display()));
+                let text = files::read_named(&path, Kind::Signal);
+                let text = text.map_err(|e| wrong(e.to_string()))?;
+                let (interval, values) = samples(&text).map_err(wrong)?;
+                (wave.interval, wave.values) = (Some(interval), Some(values));
             }
         }
         Ok(())

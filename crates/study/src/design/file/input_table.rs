@@ -17,6 +17,7 @@ pub(crate) const LAWS: [&str; 5] = ["prbs", "multisine", "sines", "steps", "bina
 /// every trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(expecting = "a table [inputs.NAME]")]
 pub enum InputTable {
     /// A pseudo-random binary sequence of longest period, `(2^register - 1) clock` samples.
     Prbs {

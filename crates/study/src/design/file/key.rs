@@ -79,8 +79,6 @@ pub struct Entry {
     words: InWords,
     /// Shortens a value for the ticks of an axis of names.
     pub tick: fn(&str) -> &str,
-    /// The setting's rank among those that may tell cells apart.
-    telling: usize,
     /// The setting's rank among those that may be the axis of a picture.
     pub along: usize,
     /// The setting's rank among those that get panels of a picture; the last are held at one value.
@@ -106,7 +104,6 @@ const DISCRETE: Entry = Entry {
     axis: "",
     words: InWords::Named,
     tick: |value| value,
-    telling: usize::MAX,
     along: usize::MAX,
     held: usize::MAX,
     left_out: false,
@@ -121,266 +118,170 @@ const CONTINUOUS: Entry = Entry {
     ..DISCRETE
 };
 
+// Each returns the entry with one more property.
+impl Entry {
+    const fn text(mut self, default: &'static str) -> Self {
+        self.default = Text(default);
+        self
+    }
+
+    const fn number(mut self, default: f64) -> Self {
+        self.default = Number(default);
+        self
+    }
+
+    const fn unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit;
+        self
+    }
+
+    const fn axis(mut self, label: &'static str) -> Self {
+        self.axis = label;
+        self
+    }
+
+    const fn words(mut self, template: &'static str) -> Self {
+        self.words = Template(template);
+        self
+    }
+
+    const fn held(mut self, rank: usize) -> Self {
+        self.held = rank;
+        self
+    }
+
+    const fn left_out(mut self) -> Self {
+        self.left_out = true;
+        self
+    }
+
+    const fn count(mut self) -> Self {
+        self.count = true;
+        self
+    }
+
+    const fn column(mut self) -> Self {
+        self.column = true;
+        self
+    }
+
+    const fn reading(mut self) -> Self {
+        self.reading = true;
+        self
+    }
+}
+
 named_table! {
     /// A setting. The grid's axes are in this order, the first one slowest.
     Key, "setting", Entry {
         /// label of the cell, such as C2
         Claim = "claim": Entry {
-            default: Text(""),
             time: Time::Both,
-            words: Template("{}"),
-            telling: 0,
             along: 2,
-            held: 1,
-            column: true,
-            ..DISCRETE
+            ..DISCRETE.text("").words("{}").held(1).column()
         },
         /// "nikolov2023", "random" or a name in `[plants]`; in continuous time "bobtsov2023" or a
         /// name in `[continuous_plants]`
         Plant = "plant": Entry {
-            default: Text("nikolov2023"),
             default_in_continuous: Some("bobtsov2023"),
             time: Time::Both,
-            ..DISCRETE
+            ..DISCRETE.text("nikolov2023")
         },
         /// how the plant changes during the record: "none" or a name in `[changes]`
         Change = "change": Entry {
-            default: Text("none"),
             words: Words(change_words),
-            held: 1,
-            left_out: true,
-            ..DISCRETE
+            ..DISCRETE.text("none").held(1).left_out()
         },
         /// reading E1 of nikolov2023: "state-space" or "transfer-function"
-        Numerator = "numerator": Entry {
-            default: Text("state-space"),
-            words: Template("{} numerator"),
-            reading: true,
-            ..DISCRETE
-        },
+        Numerator = "numerator": DISCRETE.text("state-space").words("{} numerator").reading(),
         /// order n of random plants, a new one in every trial
-        PlantOrder = "plant_order": Entry {
-            default: Number(2.0),
-            axis: "order n of the plant",
-            words: Template("plant's n = {}"),
-            telling: 1,
-            held: 3,
-            count: true,
-            ..DISCRETE
-        },
+        PlantOrder = "plant_order": DISCRETE
+            .number(2.0)
+            .axis("order n of the plant")
+            .words("plant's n = {}")
+            .held(3)
+            .count(),
         /// poles of random plants are uniform on the disc of this radius, in (0, 1)
-        PoleRadius = "pole_radius": Entry {
-            default: Number(0.9),
-            axis: "largest pole radius",
-            words: Template("poles within {}"),
-            held: 5,
-            ..DISCRETE
-        },
+        PoleRadius = "pole_radius": DISCRETE.number(0.9).axis("largest pole radius").words("poles within {}").held(5),
         /// initial state: one number for every component, or "plant" for x0 of `[plants.NAME]`
-        X0 = "x0": Entry {
-            default: Number(1.0),
-            axis: "x0, every component",
-            words: Template("x0 = {}"),
-            held: 5,
-            ..DISCRETE
-        },
+        X0 = "x0": DISCRETE.number(1.0).axis("x0, every component").words("x0 = {}").held(5),
         /// standard deviation of every component of the initial state about x0, in open loop
-        X0Deviation = "x0_deviation": Entry {
-            default: Number(0.0),
-            words: Template("x0 within {}"),
-            left_out: true,
-            ..DISCRETE
-        },
+        X0Deviation = "x0_deviation": DISCRETE.number(0.0).words("x0 within {}").left_out(),
         /// "signs" (random, +-amplitude), "gaussian" (of that standard deviation), a name in `[inputs]`, one in
         /// `[noises]` (Gaussian through that filter, of that standard deviation), or
         /// "file:PATH#COLUMN" (the same samples in every trial; column u if none is named)
-        Input = "input": Entry {
-            default: Text("signs"),
-            ..DISCRETE
-        },
+        Input = "input": DISCRETE.text("signs"),
         /// amplitude of the input, or of the reference r if there is feedback
-        Amplitude = "amplitude": Entry {
-            default: Number(10.0),
-            ..DISCRETE
-        },
+        Amplitude = "amplitude": DISCRETE.number(10.0),
         /// reading E5: "independent", "periodic-127" or "held-127" (the last of 127 signs held)
-        Sequence = "sequence": Entry {
-            default: Text("independent"),
-            words: Template("{} input"),
-            reading: true,
-            ..DISCRETE
-        },
+        Sequence = "sequence": DISCRETE.text("independent").words("{} input").reading(),
         /// colour of the output noise: "ar" (1/A of the plant), "white" or a name in `[noises]`
         Noise = "noise": Entry {
-            default: Text("ar"),
             words: Words(noise_words),
             tick: noise,
-            held: 0,
-            ..DISCRETE
+            ..DISCRETE.text("ar").held(0)
         },
         /// "none" or a name in `[feedbacks]`
-        Feedback = "feedback": Entry {
-            default: Text("none"),
-            words: Template("feedback {}"),
-            held: 5,
-            ..DISCRETE
-        },
+        Feedback = "feedback": DISCRETE.text("none").words("feedback {}").held(5),
         /// noise on the measured input, per cent of the input's standard deviation
-        InputNoise = "input_noise": Entry {
-            default: Number(0.0),
-            unit: "%",
-            words: Template("input noise {} %"),
-            ..DISCRETE
-        },
+        InputNoise = "input_noise": DISCRETE.number(0.0).unit("%").words("input noise {} %"),
         /// standard deviation of white noise on every state in each step, in open loop; or a name in `[covariances]`
-        ProcessNoise = "process_noise": Entry {
-            default: Number(0.0),
-            words: Template("process noise {}"),
-            left_out: true,
-            ..DISCRETE
-        },
+        ProcessNoise = "process_noise": DISCRETE.number(0.0).words("process noise {}").left_out(),
         /// reading E7: "exact" (in the window), "window-alone" (and no noise after it) or "nominal" (of the processes);
         /// or "absolute": eta/100 is the standard deviation of the white noise before its filter, in units of y
-        EtaOver = "eta_over": Entry {
-            default: Text("exact"),
-            words: Template("{} eta"),
-            reading: true,
-            ..DISCRETE
-        },
+        EtaOver = "eta_over": DISCRETE.text("exact").words("{} eta").reading(),
         /// reading E7: sigma_y of the "noise-free" or the "measured" output
-        EtaOf = "eta_of": Entry {
-            default: Text("noise-free"),
-            words: Template("eta of the {} output"),
-            reading: true,
-            ..DISCRETE
-        },
+        EtaOf = "eta_of": DISCRETE.text("noise-free").words("eta of the {} output").reading(),
         /// noise level 100 sigma_f / sigma_y, per cent
         Eta = "eta": Entry {
-            default: Number(10.0),
-            unit: "%",
-            words: Template("eta = {} %"),
-            telling: 4,
             along: 1,
-            held: 4,
-            column: true,
-            ..DISCRETE
+            ..DISCRETE.number(10.0).unit("%").words("eta = {} %").held(4).column()
         },
         /// order n of the estimators; "auto": the plant's
-        Order = "order": Entry {
-            default: Text(AUTOMATIC),
-            axis: "order n of the estimator",
-            words: Template("n = {}"),
-            telling: 2,
-            count: true,
-            ..DISCRETE
-        },
+        Order = "order": DISCRETE.text(AUTOMATIC).axis("order n of the estimator").words("n = {}").count(),
         /// the paper's l = 0, 1, 2, ...: the window is N = 3n + 2l; instead of window
-        L = "l": Entry {
-            telling: 5,
-            count: true,
-            ..DISCRETE
-        },
+        L = "l": DISCRETE.count(),
         /// the window N, samples: any whole number from 3n on, even or odd
         Window = "window": Entry {
-            default: Number(98.0),
             title: "N",
-            unit: "samples",
-            words: Template("N = {}"),
-            telling: 3,
             along: 0,
-            held: 3,
-            count: true,
-            column: true,
-            ..DISCRETE
+            ..DISCRETE.number(98.0).unit("samples").words("N = {}").held(3).count().column()
         },
         /// the record's length K, samples; "auto": max(400, N + 200)
-        Horizon = "horizon": Entry {
-            default: Text(AUTOMATIC),
-            count: true,
-            ..DISCRETE
-        },
+        Horizon = "horizon": DISCRETE.text(AUTOMATIC).count(),
         /// reading E8: "dead-beat", "scaled:RHO" or "poles:LIST"
         Gain = "gain": Entry {
-            default: Text("dead-beat"),
-            axis: "poles of F over those of A",
             words: Words(gain_words),
             tick: gain,
             of_observer: true,
-            ..DISCRETE
+            ..DISCRETE.text("dead-beat").axis("poles of F over those of A")
         },
         /// the observer starts from "x0-hat" or from "zero"
         ObserverStart = "observer_start": Entry {
-            default: Text("x0-hat"),
-            words: Template("start at {}"),
-            held: 2,
             of_observer: true,
-            ..DISCRETE
+            ..DISCRETE.text("x0-hat").words("start at {}").held(2)
         },
         /// the state's errors are taken from the "window" on (k >= N) or from the "start" (k >=
         /// 0)
-        ScoredFrom = "scored_from": Entry {
-            default: Text("window"),
-            words: Template("scored from the {}"),
-            left_out: true,
-            ..DISCRETE
-        },
+        ScoredFrom = "scored_from": DISCRETE.text("window").words("scored from the {}").left_out(),
         /// the samples by which `fit_ahead` predicts y ahead
-        Ahead = "ahead": Entry {
-            default: Number(1.0),
-            unit: "samples",
-            words: Template("{} samples ahead"),
-            left_out: true,
-            count: true,
-            ..DISCRETE
-        },
+        Ahead = "ahead": DISCRETE.number(1.0).unit("samples").words("{} samples ahead").left_out().count(),
         /// disturbance of a continuous-time output: "none", "constant", "ramp", "sine", "square",
         /// "white" or a name in `[signals]`
-        Disturbance = "disturbance": Entry {
-            default: Text("sine"),
-            words: Template("{} disturbance"),
-            ..CONTINUOUS
-        },
+        Disturbance = "disturbance": CONTINUOUS.text("sine").words("{} disturbance"),
         /// factor on the disturbance: its amplitude, slope or standard deviation
-        Level = "level": Entry {
-            default: Number(0.3),
-            axis: "level of the disturbance",
-            ..CONTINUOUS
-        },
+        Level = "level": CONTINUOUS.number(0.3).axis("level of the disturbance"),
         /// frequency of a sine or square disturbance, rad/s
-        Frequency = "frequency": Entry {
-            default: Number(1.0),
-            axis: "frequency, rad/s",
-            words: Template("{} rad/s"),
-            ..CONTINUOUS
-        },
+        Frequency = "frequency": CONTINUOUS.number(1.0).axis("frequency, rad/s").words("{} rad/s"),
         /// phase of a sine or square disturbance, rad; "random": uniform, a new one in every
         /// trial
-        Phase = "phase": Entry {
-            default: Number(0.0),
-            words: Template("phase {}"),
-            ..CONTINUOUS
-        },
+        Phase = "phase": CONTINUOUS.number(0.0).words("phase {}"),
         /// seconds for which a number of white noise is held: its bandwidth is 1/(2 hold) Hz
-        NoiseHold = "noise_hold": Entry {
-            default: Number(0.01),
-            axis: "hold of white noise, s",
-            words: Template("hold {} s"),
-            ..CONTINUOUS
-        },
+        NoiseHold = "noise_hold": CONTINUOUS.number(0.01).axis("hold of white noise, s").words("hold {} s"),
         /// factor on the adaptation gains of every observer
-        GainScale = "gain_scale": Entry {
-            default: Number(1.0),
-            axis: "factor on the adaptation gains",
-            words: Template("gains times {}"),
-            ..CONTINUOUS
-        },
+        GainScale = "gain_scale": CONTINUOUS.number(1.0).axis("factor on the adaptation gains").words("gains times {}"),
         /// longest step of the integration, seconds
-        Step = "step": Entry {
-            default: Number(0.01),
-            axis: "step, s",
-            words: Template("step {} s"),
-            ..CONTINUOUS
-        },
+        Step = "step": CONTINUOUS.number(0.01).axis("step, s").words("step {} s"),
     }
 }
 
@@ -479,8 +380,8 @@ impl Key {
 
     /// Returns every setting, in the order in which they are used to tell cells apart.
     pub fn telling() -> impl Iterator<Item = Self> {
-        let mut all = Self::ALL.to_vec();
-        all.sort_by_key(|key| key.entry().telling);
-        all.into_iter()
+        const FIRST: [Key; 6] = [Key::Claim, Key::PlantOrder, Key::Order, Key::Window, Key::Eta, Key::L];
+        let others = Self::ALL.iter().copied().filter(|key| !FIRST.contains(key));
+        FIRST.into_iter().chain(others)
     }
 }

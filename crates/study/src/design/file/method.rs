@@ -1,9 +1,7 @@
 //! The methods of an experiment file: estimators of the registry with their options, or external programs.
 
 use crate::design::file::{At, FileError, LIST_LIMIT, at_most, wrong};
-use crate::worker;
-use crate::worker::CommandOptions;
-use crate::worker::Program;
+use crate::worker::{self, CommandOptions, Program};
 use asobench_identification::estimator::{
     EstimatorName, IvOptions, MOST_ITERATIONS, Method, MethodOptions, Needs, Output, inline_schema, option_keys,
 };

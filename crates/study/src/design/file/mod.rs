@@ -16,6 +16,7 @@ pub(crate) mod input_table;
 pub(crate) mod key;
 pub(crate) mod lengths;
 pub(crate) mod limits;
+pub(crate) mod lists;
 pub(crate) mod method;
 pub(crate) mod needed_by_claims;
 pub(crate) mod needs;
@@ -55,7 +56,7 @@ pub use tables::{
 pub use test_table::{TestTable, TimeOf};
 
 pub(crate) use claim::list;
-pub(crate) use claim_statistic::SLOPE_STATISTICS;
+pub(crate) use claim_statistic::OutputStatistic;
 pub(crate) use claim_test::Assumption;
 pub(crate) use continuous_tables::operators;
 pub(crate) use engine::Engine;

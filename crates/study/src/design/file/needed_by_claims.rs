@@ -1,37 +1,19 @@
 //! The needs of a file's claims of a run.
 
 use crate::design::Measure;
+use crate::design::file::lists::{extend, push};
 use crate::design::file::{
     BoundTable, ClaimTable, ClaimTest, CoefficientStatistic, ExperimentFile, JointTable, Key, Needs, RatioStatistic,
     SeriesTable, TestKind, TheoryReference,
 };
-
-/// Adds the items that the list does not have yet.
-pub(crate) fn extend<T: Clone + PartialEq>(list: &mut Vec<T>, items: &[T]) {
-    for item in items {
-        if !list.contains(item) {
-            list.push(item.clone());
-        }
-    }
-}
-
-/// Adds an item that is in neither list.
-pub(crate) fn push<T: PartialEq>(list: &mut Vec<T>, known: &[T], item: T) {
-    if !known.contains(&item) && !list.contains(&item) {
-        list.push(item);
-    }
-}
 
 impl ExperimentFile {
     /// Returns what the claims need of a run beyond what a resolved file asks for itself. Faulty tests need nothing.
     pub fn needs(&self) -> Needs {
         let mut needs = Needs::default();
         for claim in &self.claims {
-            for test in claim.cases().unwrap_or_default().iter().flatten() {
-                needs.add(claim, test, self);
-            }
-            if let Some(Ok(given)) = claim.given.as_ref().map(ClaimTest::from_table) {
-                needs.add(claim, &given, self);
+            for test in claim.all_tests() {
+                needs.add(claim, &test, self);
             }
         }
         needs.measures.sort_unstable();
@@ -67,12 +49,8 @@ impl Distributions {
     /// Returns those that the claims of a file look at.
     pub(crate) fn of_claims(file: &ExperimentFile) -> Self {
         let mut all = Self::default();
-        for claim in &file.claims {
-            let given = claim.given.as_ref().map(ClaimTest::from_table);
-            let cases = claim.cases().unwrap_or_default();
-            for test in cases.iter().flatten().chain(given.iter().flatten()) {
-                all.add(test);
-            }
+        for test in file.claims.iter().flat_map(ClaimTable::all_tests) {
+            all.add(&test);
         }
         all
     }
@@ -100,10 +78,12 @@ impl Distributions {
 impl Needs {
     fn add(&mut self, claim: &ClaimTable, test: &ClaimTest, file: &ExperimentFile) {
         let output = || test.output.clone();
+        for measure in test.measures() {
+            push(&mut self.measures, &file.measures, measure);
+        }
         match &test.kind {
-            TestKind::Outcome(_) => {}
+            TestKind::Outcome(_) | TestKind::Value { .. } => {}
             TestKind::Bound(bound) => {
-                push(&mut self.measures, &file.measures, bound.measure);
                 // A bound of the file may apply to the cells of one claim only.
                 let claim = claim.single(Key::Claim);
                 let counted = |table: &BoundTable| {
@@ -114,13 +94,7 @@ impl Needs {
                     push(&mut self.bounds, &[], BoundTable { claim, ..bound.clone() });
                 }
             }
-            TestKind::Wins { measure, to } => {
-                push(&mut self.measures, &file.measures, *measure);
-                push(&mut self.compare, &file.compare, [output(), to.clone()]);
-            }
-            TestKind::Value { measure, .. } => {
-                push(&mut self.measures, &file.measures, *measure);
-            }
+            TestKind::Wins { to, .. } => push(&mut self.compare, &file.compare, [output(), to.clone()]),
             TestKind::Coefficient { statistic, .. } => match statistic {
                 CoefficientStatistic::Coverage => self.coverage |= !file.coverage,
                 CoefficientStatistic::Bias | CoefficientStatistic::ShareAbove => {
@@ -133,8 +107,6 @@ impl Needs {
                 measure_of_to,
                 statistic,
             } => {
-                push(&mut self.measures, &file.measures, *measure);
-                push(&mut self.measures, &file.measures, *measure_of_to);
                 if TheoryReference::named(to).is_some() {
                     return;
                 }
@@ -148,7 +120,6 @@ impl Needs {
                 }
             }
             TestKind::Cells { measure, axis, .. } => {
-                push(&mut self.measures, &file.measures, *measure);
                 for (from, to) in test.unit().steps(&file.settings) {
                     let series = SeriesTable {
                         measure: *measure,
@@ -161,7 +132,6 @@ impl Needs {
                 }
             }
             TestKind::Slope(slope) => {
-                push(&mut self.measures, &file.measures, slope.measure);
                 if slope.check(&file.settings).is_ok() {
                     push(&mut self.slopes, &file.slopes, slope.clone());
                 }

@@ -2,8 +2,7 @@
 
 use crate::design::Measure;
 use crate::design::file::{ExperimentFile, FileError, Key, StudyKind, wrong};
-use crate::files;
-use crate::files::Kind;
+use crate::files::{self, Kind};
 use asobench_identification::names::UnknownName;
 use serde_json::Value;
 use std::path::Path;
@@ -15,33 +14,10 @@ fn with_nearest(message: &str) -> String {
     let kinds = [("unknown field", "key"), ("unknown variant", "kind")];
     let what = kinds.iter().find(|(start, _)| message.starts_with(start));
     let (Some((_, what)), Some(given)) = (what, quoted.next()) else {
-        return with_table(&message.replace('\n', " "));
+        return message.replace('\n', " ");
     };
     UnknownName::new(what, given, quoted).to_string()
 }
-
-/// Says which table is expected where serde says which type of Rust.
-fn with_table(message: &str) -> String {
-    for (kind, tables) in TABLES {
-        for of in ["internally tagged enum", "struct"] {
-            let typed = format!("{of} {kind}");
-            if message.contains(&typed) {
-                return message.replace(&typed, &format!("a table [{tables}.NAME]"));
-            }
-        }
-    }
-    message.to_owned()
-}
-
-/// Types of tables with names of the user's, and the keys that they stand under.
-const TABLES: [(&str, &str); 6] = [
-    ("ChangeTable", "changes"),
-    ("FeedbackTable", "feedbacks"),
-    ("InputTable", "inputs"),
-    ("NoiseTable", "noises"),
-    ("PlantTable", "plants"),
-    ("SignalTable", "signals"),
-];
 
 /// The message of an unknown setting, with the settings of this kind of study alone.
 fn of_kind(message: &str, kind: StudyKind) -> Option<String> {

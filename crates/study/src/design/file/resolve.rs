@@ -28,28 +28,22 @@ impl ExperimentFile {
             StudyKind::Continuous => "continuous time (the file has [continuous])",
             StudyKind::Discrete => "discrete time (the file has no [continuous])",
         };
-        let unused = |key: &str| {
-            let message = format!("is not used in a study in {of_kind}");
-            wrong(key, message)
-        };
-        // The same error, with the names that this kind of study has.
-        let instead = |key: &str, names: Vec<&str>| {
-            let message = format!(
-                "is not used in a study in {of_kind}; expected one of {}",
-                names.join(", ")
-            );
-            wrong(key, message)
+        let unused = |key: &str, known: &[&str]| {
+            // The names that this kind of study has instead.
+            let instead = if known.is_empty() { "" } else { "; expected one of " };
+            let names = known.join(", ");
+            wrong(key, format!("is not used in a study in {of_kind}{instead}{names}"))
         };
         if let Some(key) = self.settings.keys().find(|key| !key.is_of(kind)) {
             let known = Key::ALL.iter().filter(|key| key.is_of(kind));
-            return instead(key.name(), known.map(|key| key.name()).collect());
+            return unused(key.name(), &known.map(|key| key.name()).collect::<Vec<_>>());
         }
         let default = Self::default();
         let measured = self.measures.iter().find(|measure| !measure.is_of(kind));
         if let Some(measure) = measured.filter(|_| self.measures != default.measures) {
             let known = Measure::ALL.iter().filter(|of| of.is_of(kind));
             let key = format!("measures: '{measure}'");
-            return instead(&key, known.map(|of| of.name()).collect());
+            return unused(&key, &known.map(|of| of.name()).collect::<Vec<_>>());
         }
         let methods = self.methods != default.methods && !self.methods.is_empty();
         let of_other: &[(&str, bool)] = match kind {
@@ -75,7 +69,7 @@ impl ExperimentFile {
             ],
         };
         match of_other.iter().find(|(_, given)| *given) {
-            Some((key, _)) => unused(key),
+            Some((key, _)) => unused(key, &[]),
             None => Ok(()),
         }
     }

@@ -42,8 +42,8 @@ macro_rules! tables {
         $crate::design::file::table::tables!(@struct $about [] $name $keys);
     };
     (@struct [$($about:tt)*] [$($default:tt)*] $name:ident [$($key:tt)*]) => {
-        $($about)*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        $($about)*
         #[serde(deny_unknown_fields)]
         $($default)*
         pub struct $name { $($key)* }

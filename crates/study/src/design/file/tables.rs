@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 tables! {
     /// A plant: the polynomials A, B, F of `A(q) y = B(q)/F(q) u` in the usual notation, the paper's a with b or h, or
     /// a transfer function in s with a sampling time.
+    #[serde(expecting = "a table [plants.NAME]")]
     pub struct PlantTable: Default {
         /// `A = [1, a_1, ..., a_na]` in q^-1, such as `[1, -1.5, 0.7]`; 1 if absent.
         #[serde(rename = "A")]
@@ -97,6 +98,7 @@ tables! {
     /// A change of the plant during the record, in open loop: to another plant, or by factors. Its last row of A and b
     /// step at sample `at`, or move from there along straight lines.
     #[derive(Default)]
+    #[serde(expecting = "a table [changes.NAME]")]
     pub struct ChangeTable {
         /// The sample k of the step, or the last one before the drift: the first new state is x(k + 1).
         at: usize,
@@ -112,6 +114,7 @@ tables! {
     }
 
     /// A noise filter of white noise: the polynomials `C/D`, or numerator and denominator.
+    #[serde(expecting = "a table [noises.NAME]")]
     pub struct NoiseTable: Default {
         /// `C = [1, c_1, ..., c_nc]` in q^-1; 1 if absent.
         #[serde(rename = "C")]
@@ -144,6 +147,7 @@ tables! {
 
     /// A feedback: of the measured output, `u(k) = -K(q) y(k) + r(k)`, or of the adaptive observer's state,
     /// `u(k) = -k'xhat(k) + r(k)` after the first `identify` samples.
+    #[serde(expecting = "a table [feedbacks.NAME]")]
     pub struct FeedbackTable {
         /// Numerator of K(q): `c_0 ... c_q`; one number is a static gain.
         numerator?: Option<Vec<f64>>,
@@ -193,25 +197,23 @@ impl PlantTable {
             let lengths = lists.iter().map(|list| list.as_ref().map_or(0, Vec::len));
             lengths.max().unwrap_or(0)
         };
-        let polynomials = [
-            &self.output_polynomial,
-            &self.input_polynomial,
-            &self.transfer_polynomial,
-        ];
         let rows = longest(&[&self.a, &self.b, &self.h, &self.x0]);
-        let discrete = longest(&polynomials).saturating_sub(1).max(rows);
+        let discrete = longest(&self.polynomials()).saturating_sub(1).max(rows);
         let own = self.states.as_ref().map_or(0, |states| states.a.len());
         discrete.max(self.order_in_s()).max(own)
     }
 
-    /// Returns the plant, from the notation in which it is given.
-    pub(crate) fn plant(&self) -> Result<StateSpace, String> {
-        let polynomials = [
+    fn polynomials(&self) -> [&Option<Vec<f64>>; 3] {
+        [
             &self.output_polynomial,
             &self.input_polynomial,
             &self.transfer_polynomial,
-        ];
-        let polynomials = polynomials.into_iter().any(Option::is_some);
+        ]
+    }
+
+    /// Returns the plant, from the notation in which it is given.
+    pub(crate) fn plant(&self) -> Result<StateSpace, String> {
+        let polynomials = self.polynomials().into_iter().any(Option::is_some);
         let rows = [&self.a, &self.b, &self.h].into_iter().any(Option::is_some);
         if let Some(states) = &self.states {
             if polynomials || rows || self.is_in_s() {

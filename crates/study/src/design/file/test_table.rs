@@ -1,8 +1,9 @@
 //! A test of a claim as it is written in a file.
 
 use crate::design::Measure;
+use crate::design::file::lists::each_once;
 use crate::design::file::table::tables;
-use crate::design::file::{Axis, CoefficientStatistic, Key, RatioStatistic, SLOPE_STATISTICS, Scalar, ValueStatistic};
+use crate::design::file::{Axis, CoefficientStatistic, Key, RatioStatistic, Scalar, ValueStatistic};
 use asobench_identification::names::named_enum;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
@@ -106,16 +107,10 @@ impl JsonSchema for StatisticName {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let values = ValueStatistic::NAMES.iter().map(|(name, _)| *name);
-        let coefficients = CoefficientStatistic::NAMES.iter().map(|(name, _)| *name);
-        let ratios = RatioStatistic::NAMES.iter().map(|(name, _)| *name);
-        let slopes = SLOPE_STATISTICS.iter().map(|(name, _)| *name);
-        let mut names: Vec<&str> = Vec::new();
-        for name in values.chain(coefficients).chain(ratios).chain(slopes) {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
+        let values = ValueStatistic::ALL.iter().map(|of| of.name());
+        let coefficients = CoefficientStatistic::ALL.iter().map(|of| of.name());
+        let ratios = RatioStatistic::ALL.iter().map(|of| of.name());
+        let names = each_once(values.chain(coefficients).chain(ratios));
         json_schema!({ "type": "string", "enum": names })
     }
 }
