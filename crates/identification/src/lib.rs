@@ -49,6 +49,26 @@
 //! | [`number`] | numbers with their standard errors as text |
 //! | [`text`] | texts of others made safe to show |
 
+/// Runs a closure by [`real::with_fma`], inlined there: else it is not compiled with these instructions.
+macro_rules! with_fma {
+    (|| $body:expr) => {
+        $crate::real::with_fma(
+            #[inline(always)]
+            || $body,
+        )
+    };
+}
+
+/// The same by [`real::Real::run`] of a type.
+macro_rules! run {
+    ($real:ty, || $body:expr) => {
+        <$real as $crate::real::Real>::run(
+            #[inline(always)]
+            || $body,
+        )
+    };
+}
+
 pub mod data;
 pub mod diagnosis;
 pub mod estimator;

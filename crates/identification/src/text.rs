@@ -1,5 +1,6 @@
 //! Texts of others made safe to show, and numbers that read back to the same bits.
 
+use serde::{Deserialize, Deserializer};
 use std::fmt::Display;
 
 /// Longest name in characters: of a method, a claim, a plant and the like.
@@ -87,6 +88,48 @@ pub fn rounded(value: f64, digits: usize) -> String {
     let text = format!("{value:.*e}", digits.saturating_sub(1));
     number(text.parse().unwrap_or(value))
 }
+
+/// Reads a text, or the text of a number.
+pub(crate) fn text_or_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    #[cfg(feature = "json")]
+    return Ok(match serde_json::Value::deserialize(deserializer)? {
+        serde_json::Value::String(text) => text,
+        other => other.to_string(),
+    });
+    #[cfg(not(feature = "json"))]
+    String::deserialize(deserializer)
+}
+
+/// Gives a setting in files the form of its [`Display`] and [`std::str::FromStr`]: read by a function of a
+/// deserializer, of these types in a schema.
+macro_rules! text_in_files {
+    ($name:ident, $read:path, $types:tt) => {
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.collect_str(self)
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let text: String = $read(deserializer)?;
+                text.parse().map_err(serde::de::Error::custom)
+            }
+        }
+
+        #[cfg(feature = "json")]
+        impl schemars::JsonSchema for $name {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                schemars::json_schema!({ "type": $types })
+            }
+        }
+    };
+}
+pub(crate) use text_in_files;
 
 #[cfg(test)]
 mod tests {

@@ -5,9 +5,7 @@
 use super::{ControlLaw, DrawFailure, History, Realisation};
 use crate::model::polynomial;
 use crate::plant::{StateSpace, drive};
-#[cfg(feature = "json")]
-use serde::{Deserialize, Deserializer};
-use serde::{Serialize, Serializer};
+use crate::text::{text_in_files, text_or_number};
 #[cfg(feature = "json")]
 use serde_json::{Value, json};
 
@@ -205,34 +203,7 @@ pub(super) fn run_controlled(
     outcome
 }
 
-impl Serialize for OutputFeedback {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-#[cfg(feature = "json")]
-impl<'de> Deserialize<'de> for OutputFeedback {
-    /// Reads a text, or a number: a gain.
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = match Value::deserialize(deserializer)? {
-            Value::String(text) => text,
-            other => other.to_string(),
-        };
-        text.parse().map_err(serde::de::Error::custom)
-    }
-}
-
-#[cfg(feature = "json")]
-impl schemars::JsonSchema for OutputFeedback {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "OutputFeedback".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "type": ["string", "number"] })
-    }
-}
+text_in_files!(OutputFeedback, text_or_number, ["string", "number"]);
 
 impl std::str::FromStr for OutputFeedback {
     type Err = FeedbackError;

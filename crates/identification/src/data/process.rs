@@ -5,7 +5,6 @@ use super::process_error::ProcessError;
 use super::source::{Drive, Plants, Resolved};
 use super::{Change, Feedback, NoiseColour, PlantSource, Realisation};
 use crate::plant::{StateNoise, StateSpace};
-use crate::real::with_fma;
 use crate::signal::{
     Input, LevelOf, LevelOver, LevelReading, NoiseFilter, ProcessVariances, Purpose, fill_white, stream,
 };
@@ -396,14 +395,11 @@ impl Process {
             to.f[noisy..].fill(0.0);
         }
         let (scale, y) = (to.scale, &mut to.y);
-        with_fma(
-            #[inline(always)]
-            || {
-                for ((y, y0), f) in y.iter_mut().zip(&to.y0).zip(&to.f) {
-                    *y = scale.mul_add(*f, *y0);
-                }
-            },
-        );
+        with_fma!(|| {
+            for ((y, y0), f) in y.iter_mut().zip(&to.y0).zip(&to.f) {
+                *y = scale.mul_add(*f, *y0);
+            }
+        });
         Self::measure_input(to);
     }
 

@@ -44,17 +44,16 @@ pub struct Realisation {
 }
 
 impl Realisation {
+    /// The signals with one number for each sample.
+    fn signals(&mut self) -> [&mut Vec<f64>; 6] {
+        let Self { u, y, r, u0, y0, f, .. } = self;
+        [u, y, r, u0, y0, f]
+    }
+
     /// Makes room for `samples` samples of a plant of order n.
     pub(super) fn resize(&mut self, order: usize, samples: usize) {
-        for buffer in [
-            &mut self.u,
-            &mut self.y,
-            &mut self.r,
-            &mut self.u0,
-            &mut self.y0,
-            &mut self.f,
-        ] {
-            buffer.resize(samples, 0.0);
+        for signal in self.signals() {
+            signal.resize(samples, 0.0);
         }
         self.states.resize(samples * order, 0.0);
         self.estimates.clear();
@@ -66,15 +65,8 @@ impl Realisation {
 
     /// Drops the first `count` samples: the record begins at k = `count`, from the state there.
     pub(super) fn begin_at(&mut self, order: usize, count: usize) {
-        for buffer in [
-            &mut self.u,
-            &mut self.y,
-            &mut self.r,
-            &mut self.u0,
-            &mut self.y0,
-            &mut self.f,
-        ] {
-            buffer.drain(..count);
+        for signal in self.signals() {
+            signal.drain(..count);
         }
         self.states.drain(..count * order);
         self.origin = count;

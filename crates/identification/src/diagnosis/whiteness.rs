@@ -10,7 +10,7 @@ use crate::estimator::InitialCondition;
 use crate::metric::prediction_errors;
 use crate::metric::tails::chi_square_above;
 use crate::model::{LinearModel, Orders};
-use crate::signal::arithmetic::{dot, with_fma};
+use crate::signal::arithmetic::dot;
 use serde::Serialize;
 
 /// Correlations of residuals e with themselves and with the input u, over M samples:
@@ -72,18 +72,15 @@ fn covariances(x: &[f64], z: &[f64], lags: usize) -> Vec<f64> {
     const CHUNK: usize = 1024;
     let rows = z.len();
     let mut sums = vec![0.0; lags];
-    with_fma(
-        #[inline(always)]
-        || {
-            for (place, z) in z.chunks(CHUNK).enumerate() {
-                for (lag, sum) in sums.iter_mut().enumerate() {
-                    let late = x.get(place * CHUNK + lag..).unwrap_or_default();
-                    let count = late.len().min(z.len());
-                    *sum += dot(&late[..count], &z[..count]);
-                }
+    with_fma!(|| {
+        for (place, z) in z.chunks(CHUNK).enumerate() {
+            for (lag, sum) in sums.iter_mut().enumerate() {
+                let late = x.get(place * CHUNK + lag..).unwrap_or_default();
+                let count = late.len().min(z.len());
+                *sum += dot(&late[..count], &z[..count]);
             }
-        },
-    );
+        }
+    });
     sums.iter().map(|sum| sum / rows as f64).collect()
 }
 

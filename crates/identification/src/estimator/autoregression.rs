@@ -1,7 +1,6 @@
 //! Autoregressions: `D(q) v(k) = e(k)`, with the order that AIC chooses.
 
 use super::FailureKind;
-use crate::real::with_fma;
 use crate::signal::NoiseFilter;
 
 /// An autoregression of a signal of mean zero, with its memory.
@@ -30,10 +29,7 @@ impl Autoregression {
         let most = most.min(v.len() / 4);
         self.covariances.clear();
         for lag in (0..=most).step_by(LAGS) {
-            let sums = with_fma(
-                #[inline(always)]
-                || lag_sums(v, lag),
-            );
+            let sums = with_fma!(|| lag_sums(v, lag));
             self.covariances.extend(sums.map(|sum| sum / samples));
         }
         let covariance = |lag: usize| self.covariances[lag];

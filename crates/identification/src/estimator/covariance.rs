@@ -4,7 +4,6 @@
 use super::autoregression::Autoregression;
 use super::triangular::solve_normal_of;
 use crate::names::named_enum;
-use crate::real::with_fma;
 use faer::MatRef;
 
 named_enum! {
@@ -61,24 +60,21 @@ impl Influence {
         let (width, stride) = (self.width, self.stride());
         let Self { rows, block, .. } = self;
         block.resize(width, [0.0; ROWS]);
-        with_fma(
-            #[inline(always)]
-            || {
-                for rows in rows.chunks_mut(ROWS * stride.max(1)) {
-                    for (lane, row) in rows.chunks_exact(stride).enumerate() {
-                        for (to, x) in block.iter_mut().zip(row.as_flattened()) {
-                            to[lane] = *x;
-                        }
-                    }
-                    solve_normal_of(r, block);
-                    for (lane, row) in rows.chunks_exact_mut(stride).enumerate() {
-                        for (x, from) in row.as_flattened_mut().iter_mut().zip(&*block) {
-                            *x = from[lane];
-                        }
+        with_fma!(|| {
+            for rows in rows.chunks_mut(ROWS * stride.max(1)) {
+                for (lane, row) in rows.chunks_exact(stride).enumerate() {
+                    for (to, x) in block.iter_mut().zip(row.as_flattened()) {
+                        to[lane] = *x;
                     }
                 }
-            },
-        );
+                solve_normal_of(r, block);
+                for (lane, row) in rows.chunks_exact_mut(stride).enumerate() {
+                    for (x, from) in row.as_flattened_mut().iter_mut().zip(&*block) {
+                        *x = from[lane];
+                    }
+                }
+            }
+        });
     }
 
     /// Returns how many groups of lanes a row has.
@@ -135,10 +131,7 @@ impl Influence {
         for (i, j) in (0..stride).flat_map(|i| (0..stride).map(move |j| (i, j))) {
             let mut sum = [[0.0; LANES]; LANES];
             for_each_entry([i, j], width, |at, [row, column]| sum[row][column] = to[at]);
-            let sum = with_fma(
-                #[inline(always)]
-                || self.sum_of_products([i, j], weight, lag, backwards, sum),
-            );
+            let sum = with_fma!(|| self.sum_of_products([i, j], weight, lag, backwards, sum));
             for_each_entry([i, j], width, |at, [row, column]| to[at] = sum[row][column]);
         }
     }
@@ -169,17 +162,14 @@ impl Influence {
     fn filter(&mut self) {
         let stride = self.stride();
         let (d, rows) = (&self.autoregression.denominator()[1..], &mut self.rows);
-        with_fma(
-            #[inline(always)]
-            || {
-                for at in (0..rows.len()).rev() {
-                    let (row, later) = rows[at..].split_first_mut().expect("at is below its length");
-                    for (d, later) in d.iter().zip(later.iter().skip(stride - 1).step_by(stride)) {
-                        row.iter_mut().zip(later).for_each(|(x, y)| *x -= d * y);
-                    }
+        with_fma!(|| {
+            for at in (0..rows.len()).rev() {
+                let (row, later) = rows[at..].split_first_mut().expect("at is below its length");
+                for (d, later) in d.iter().zip(later.iter().skip(stride - 1).step_by(stride)) {
+                    row.iter_mut().zip(later).for_each(|(x, y)| *x -= d * y);
                 }
-            },
-        );
+            }
+        });
     }
 
     /// Adds the contribution of e before the first row: the recursion of psi_D continues without new rows until it has

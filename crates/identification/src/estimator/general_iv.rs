@@ -100,13 +100,12 @@ impl GeneralIv {
     ) -> Result<(), (FailureKind, Stage)> {
         let at = |stage: Stage| move |kind: FailureKind| (kind, stage);
         let Window { u, y, .. } = window;
-        let mut condition = f64::NAN;
         self.model.noise_variance = f64::NAN;
         self.model.covariance.clear();
-        let stage = match previous {
+        let (stage, condition) = match previous {
             None => {
-                let solved = self.regression.solve(u, y, &mut condition);
-                solved.map_err(at(Stage::LeastSquares))?;
+                let solved = self.regression.solve(u, y);
+                let condition = solved.map_err(at(Stage::LeastSquares))?;
                 let theta = self.regression.theta();
                 self.model.set_parameters(theta);
                 if let Some(freedom) = freedom(self.regression.rows(), theta.len()) {
@@ -115,14 +114,14 @@ impl GeneralIv {
                     let covariance = &mut self.model.covariance;
                     self.regression.covariance(self.covariance, variance, covariance);
                 }
-                Stage::LeastSquares
+                (Stage::LeastSquares, condition)
             }
             Some(previous) => {
                 let simulated = self.simulate(window, previous);
                 simulated.map_err(at(Stage::AuxiliaryModel))?;
                 let x = &self.auxiliary.yhat;
-                let solved = self.instruments.solve(Signals::new(u, y, x), &mut condition);
-                solved.map_err(at(Stage::Instruments))?;
+                let solved = self.instruments.solve(Signals::new(u, y, x));
+                let condition = solved.map_err(at(Stage::Instruments))?;
                 let theta = self.instruments.theta();
                 self.model.set_parameters(theta);
                 if let Some(freedom) = freedom(self.instruments.rows(), theta.len()) {
@@ -131,7 +130,7 @@ impl GeneralIv {
                     let covariance = &mut self.model.covariance;
                     self.instruments.covariance(self.covariance, variance, covariance);
                 }
-                Stage::Instruments
+                (Stage::Instruments, condition)
             }
         };
         pass.set_model(&self.model, condition).map_err(at(stage))

@@ -9,7 +9,7 @@
 
 use super::regressors::fill_rows;
 use super::{Instruments, Window};
-use crate::signal::arithmetic::{dot, with_fma};
+use crate::signal::arithmetic::dot;
 use faer::linalg::matmul::matmul;
 use faer::reborrow::ReborrowMut;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
@@ -103,21 +103,18 @@ impl Information {
         let (u, y) = (window.u, window.y);
         let (rhs1, rhs2) = self.rhs.split_at_mut(n);
         let (mut g11, mut g12, mut g21, mut g22) = self.matrix.as_mut().split_at_mut(n, n);
-        with_fma(
-            #[inline(always)]
-            || {
-                // G11 = Y'Y and Y'y; the signs of Y cancel in G11.
-                block_symmetric_with_rhs(g11.rb_mut(), rhs1, y);
-                // G21 = U'Y and U'y.
-                block_with_rhs(g21.rb_mut(), rhs2, u, y, -1.0);
-                // G22 = U'U.
-                for j in 0..n {
-                    g22[(0, j)] = lag_sum(u, u, n, 0, j + 1);
-                    g22[(j, 0)] = g22[(0, j)];
-                }
-                extend(g22.rb_mut(), u, u, 1.0);
-            },
-        );
+        with_fma!(|| {
+            // G11 = Y'Y and Y'y; the signs of Y cancel in G11.
+            block_symmetric_with_rhs(g11.rb_mut(), rhs1, y);
+            // G21 = U'Y and U'y.
+            block_with_rhs(g21.rb_mut(), rhs2, u, y, -1.0);
+            // G22 = U'U.
+            for j in 0..n {
+                g22[(0, j)] = lag_sum(u, u, n, 0, j + 1);
+                g22[(j, 0)] = g22[(0, j)];
+            }
+            extend(g22.rb_mut(), u, u, 1.0);
+        });
         g12.copy_from(g21.transpose());
     }
 
@@ -133,25 +130,19 @@ impl Information {
         let n = self.order;
         let (rhs1, rhs2) = self.rhs.split_at_mut(n);
         let (g11, g12, g21, g22) = self.matrix.as_mut().split_at_mut(n, n);
-        with_fma(
-            #[inline(always)]
-            || {
-                block_with_rhs(g11, rhs1, yhat, window.y, 1.0);
-                for r in rhs1 {
-                    *r = -*r;
-                }
-                block(g12, yhat, window.u, -1.0);
-            },
-        );
+        with_fma!(|| {
+            block_with_rhs(g11, rhs1, yhat, window.y, 1.0);
+            for r in rhs1 {
+                *r = -*r;
+            }
+            block(g12, yhat, window.u, -1.0);
+        });
         if let Some(input) = instruments.input {
             assert_eq!(input.len(), window.len());
-            with_fma(
-                #[inline(always)]
-                || {
-                    block_with_rhs(g21, rhs2, input, window.y, -1.0);
-                    block(g22, input, window.u, 1.0);
-                },
-            );
+            with_fma!(|| {
+                block_with_rhs(g21, rhs2, input, window.y, -1.0);
+                block(g22, input, window.u, 1.0);
+            });
         }
     }
 

@@ -83,18 +83,15 @@ impl InitialState {
     fn relevant_rows(&mut self, a: &[f64], rows: usize) -> usize {
         self.start();
         let row = &mut self.row;
-        crate::signal::arithmetic::with_fma(
-            #[inline(always)]
-            || {
-                for k in 0..rows {
-                    if k >= row.len() && row.iter().all(|r| r.abs() < NEGLIGIBLE) {
-                        return k;
-                    }
-                    next_row(a, row);
+        with_fma!(|| {
+            for k in 0..rows {
+                if k >= row.len() && row.iter().all(|r| r.abs() < NEGLIGIBLE) {
+                    return k;
                 }
-                rows
-            },
-        )
+                next_row(a, row);
+            }
+            rows
+        })
     }
 
     /// Computes `D'D`, and `D'(y - y_u)` in `rhs`.
@@ -155,15 +152,12 @@ impl InitialState {
         let problem = self.sorted_qr.get_or_insert_with(|| SortedQr::new(x0.len()));
         problem.begin(window.len());
         let row = &mut self.row;
-        crate::signal::arithmetic::with_fma(
-            #[inline(always)]
-            || {
-                for k in 0..window.len() {
-                    problem.announce(k, row);
-                    next_row(a, row);
-                }
-            },
-        );
+        with_fma!(|| {
+            for k in 0..window.len() {
+                problem.announce(k, row);
+                next_row(a, row);
+            }
+        });
         problem.sort();
         row.fill(0.0);
         row[0] = 1.0;

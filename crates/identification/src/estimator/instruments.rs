@@ -10,7 +10,6 @@ use super::solver::rank::{Equilibration, check_rank_of_columns};
 use super::triangular::{solve_normal, solve_transposed_of, sum_of_products};
 use super::{FailureKind, Runs, SetupError};
 use crate::model::Orders;
-use crate::real::with_fma;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::reborrow::ReborrowMut;
 use faer::{MatMut, Par};
@@ -107,8 +106,7 @@ impl TwoStages {
         &mut self,
         rows: usize,
         fill: impl FnMut(usize, MatMut<'_, f64>, MatMut<'_, f64>),
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    ) -> Result<f64, FailureKind> {
         self.outer.run(rows, fill)?;
         let (wide, width) = (self.outer.r().ncols(), self.theta.len());
         let of_z = self.triangle(true, wide)?;
@@ -123,14 +121,13 @@ impl TwoStages {
         };
         self.inner.run(wide, fill)?;
         let of_phi = self.triangle(false, width)?;
-        *condition = of_z.max(of_phi);
         let top = self.inner.top();
         for (i, theta) in self.theta.iter_mut().enumerate() {
             *theta = top[(i, 0)];
         }
         let theta = MatMut::from_column_major_slice_mut(&mut self.theta, width, 1);
         solve_upper_triangular_in_place(self.inner.r(), theta, Par::Seq);
-        Ok(())
+        Ok(of_z.max(of_phi))
     }
 
     /// Returns the condition of a triangle after checking its rank.
@@ -206,7 +203,7 @@ impl InstrumentalRegression {
     ///
     /// # Panics
     /// If a signal is not of the length that the buffers were made for.
-    pub fn solve(&mut self, signals: Signals<'_>, condition: &mut f64) -> Result<(), FailureKind> {
+    pub fn solve(&mut self, signals: Signals<'_>) -> Result<f64, FailureKind> {
         let instruments = self.instruments;
         self.lagged.load(signals.u, signals.y);
         if instruments == Instruments::Signal {
@@ -243,7 +240,7 @@ impl InstrumentalRegression {
             self.lagged.blank(first, z.rb_mut());
             self.lagged.blank(first, right.rb_mut());
         };
-        self.stages.solve(self.lagged.total, fill, condition)
+        self.stages.solve(self.lagged.total, fill)
     }
 
     /// Returns `sum (y(k) - phi(k)' theta)^2` over the rows of the last solution.
@@ -280,15 +277,12 @@ impl InstrumentalRegression {
                 row_of_instruments(lagged, self.instruments, [&self.x, &self.v], k, scratch);
                 q.iter_mut().zip(&*scratch).for_each(|(q, z)| q[lane] = *z);
             }
-            with_fma(
-                #[inline(always)]
-                || {
-                    solve_transposed_of(outer, &mut q);
-                    for (j, psi) in psi.iter_mut().enumerate() {
-                        *psi = sum_of_products(q.iter().enumerate().map(|(i, q)| (top[(i, j)], q)));
-                    }
-                },
-            );
+            with_fma!(|| {
+                solve_transposed_of(outer, &mut q);
+                for (j, psi) in psi.iter_mut().enumerate() {
+                    *psi = sum_of_products(q.iter().enumerate().map(|(i, q)| (top[(i, j)], q)));
+                }
+            });
             let whole = block.enumerate().filter(|(_, k)| lagged.is_whole(*k));
             for (lane, k) in whole {
                 self.influence.push(theta.len(), lagged.residual(theta, k), |row| {

@@ -2,7 +2,6 @@
 
 use super::FailureKind;
 use crate::failure::all_finite;
-use crate::real::with_fma;
 use crate::signal::arithmetic;
 
 /// Checks that the squares of samples can be summed.
@@ -164,10 +163,7 @@ impl System {
 
 /// Returns `sum x(k) y(k)`.
 pub(in crate::estimator) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    with_fma(
-        #[inline(always)]
-        || arithmetic::dot(x, y),
-    )
+    with_fma!(|| arithmetic::dot(x, y))
 }
 
 #[cfg(test)]

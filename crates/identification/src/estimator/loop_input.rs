@@ -47,6 +47,13 @@ impl LoopInput {
         })
     }
 
+    /// Returns how an iteration with this input ends that has converged, if its last fit of the noise is `unfinished`.
+    pub(super) fn end(source: Option<&Self>, unfinished: Option<FailureKind>) -> Result<(), FailureKind> {
+        let unstable = source.is_some_and(|source| source.is_unstable);
+        let unstable = unstable.then_some(FailureKind::UnstableInstruments);
+        unfinished.or(unstable).map_or(Ok(()), Err)
+    }
+
     /// Computes what of a signal follows from r, by the long model; all of it where it is r (open loop). Without noise
     /// the equations of a model that is too long are rank-deficient: then its order is lowered until they are not.
     ///
@@ -58,7 +65,6 @@ impl LoopInput {
             self.hat.copy_from_slice(r);
             return Ok(());
         }
-        let mut unused = f64::NAN;
         let mut order = self.order.unwrap_or_else(|| {
             let mut high = HighOrder::new(true, 0, None, r.len());
             high.fit(r, signal);
@@ -67,10 +73,10 @@ impl LoopInput {
         loop {
             let long = Regression::new(orders(order), Rows::Prewindow, r.len());
             let mut long = long.map_err(|_| FailureKind::RankDeficient)?;
-            match long.solve(r, signal, &mut unused) {
+            match long.solve(r, signal) {
                 Err(FailureKind::RankDeficient) if order > 1 => order -= 1,
                 Err(kind) => return Err(kind),
-                Ok(()) => {
+                Ok(_) => {
                     self.model = LinearModel::zero(orders(order));
                     self.model.set_parameters(long.theta());
                     break;

@@ -12,6 +12,7 @@ mod chosen;
 mod covariance;
 mod excitation;
 mod fixed_model;
+mod fixed_point;
 mod general_iv;
 mod hankel;
 pub mod information;

@@ -1,6 +1,7 @@
 //! The noise model `D w = C e` of refined instrumental variables, fitted by prediction errors to `w = y - B/F u`.
 
 use super::covariance::Covariance;
+use super::fixed_point::replace;
 use super::prediction_error::{Descent, OfRecord};
 use super::{FailureKind, Runs};
 use crate::model::{LinearModel, Orders};
@@ -82,22 +83,6 @@ impl NoiseFit {
         put_block(&self.block, nd + nc, place, orders.parameters(), to);
         Ok(())
     }
-}
-
-/// Changes values by a share of the way to new ones. Returns the longest way and the largest new value, each times the
-/// length of its column.
-pub(super) fn replace(old: &mut [f64], new: &[f64], share: f64, length: impl Fn(usize) -> f64) -> [f64; 2] {
-    let (mut way, mut size) = (0.0_f64, 0.0_f64);
-    for (j, (old, new)) in old.iter_mut().zip(new).enumerate() {
-        way = way.max((*old - new).abs() * length(j));
-        size = size.max(new.abs() * length(j));
-        *old = if share < 1.0 {
-            share.mul_add(new - *old, *old)
-        } else {
-            *new
-        };
-    }
-    [way, size]
 }
 
 /// Copies a square block of n rows to the positions that `place` returns, in a matrix of `total` rows.

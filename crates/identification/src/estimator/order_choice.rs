@@ -113,10 +113,9 @@ impl OrderComparison {
         for candidate in &mut self.candidates {
             let from = candidate.from;
             let regression = &mut candidate.regression;
-            let mut condition = f64::NAN;
             let [u, y] = [u, y].map(|signal| self.runs.without_first(from, signal));
-            let solved = regression.solve(&u, &y, &mut condition);
-            candidate.loss = solved.map(|()| regression.residual_sum() / equations);
+            let solved = regression.solve(&u, &y);
+            candidate.loss = solved.map(|_| regression.residual_sum() / equations);
         }
     }
 

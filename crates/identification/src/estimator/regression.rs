@@ -235,7 +235,7 @@ impl Regression {
     ///
     /// # Panics
     /// If the record is not of the length that the buffers were made for.
-    pub fn solve(&mut self, u: &[f64], y: &[f64], condition: &mut f64) -> Result<(), FailureKind> {
+    pub fn solve(&mut self, u: &[f64], y: &[f64]) -> Result<f64, FailureKind> {
         self.lagged.load(u, y);
         let Lagged { orders, u, y, .. } = &self.lagged;
         let (Orders { na, nb, nk, .. }, start) = (*orders, self.lagged.start());
@@ -270,16 +270,16 @@ impl Regression {
         let total = count + ridge_rows(self.ridge, na + nb);
         self.reduction.run(total, fill)?;
         let r = self.reduction.r();
-        *condition = self.equilibration.of_triangle(r, &mut self.scratch)?;
+        let condition = self.equilibration.of_triangle(r, &mut self.scratch)?;
         let width = na + nb;
-        check_rank_of_columns(*condition, width)?;
+        check_rank_of_columns(condition, width)?;
         let top = self.reduction.top();
         for (i, theta) in self.theta.iter_mut().enumerate() {
             *theta = top[(i, 0)];
         }
         let theta = MatMut::from_column_major_slice_mut(&mut self.theta, width, 1);
         solve_upper_triangular_in_place(r, theta, Par::Seq);
-        Ok(())
+        Ok(condition)
     }
 
     /// Returns the last solution.

@@ -2,7 +2,6 @@
 
 use super::{Covariance, Estimator, OptionUnits, Pass, ProgramError, Records, Stage, Visit, Window};
 use crate::model::Units;
-use crate::real::with_fma;
 
 /// The binary exponents of the largest sample that estimators are given as they are: squares, and products of four
 /// samples, neither overflow nor underflow.
@@ -25,13 +24,10 @@ fn power(exponent: i32) -> f64 {
 
 /// Returns the binary exponent of the largest of some samples; `None` if it is zero or not finite.
 fn exponent_of(signals: &[&[f64]]) -> Option<i32> {
-    let largest = with_fma(
-        #[inline(always)]
-        || {
-            let sizes = signals.iter().map(|signal| largest_size(signal));
-            sizes.fold(0.0, larger)
-        },
-    );
+    let largest = with_fma!(|| {
+        let sizes = signals.iter().map(|signal| largest_size(signal));
+        sizes.fold(0.0, larger)
+    });
     let exponent = ((largest.to_bits() >> 52) as i32) - 1023;
     (largest != 0.0 && largest.is_finite()).then_some(exponent)
 }

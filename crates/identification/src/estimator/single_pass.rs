@@ -32,11 +32,11 @@ impl<T: SinglePass> Estimator for T {
 /// An iteration to a model. One that does not come to rest may leave its best model
 /// ([`FailureKind::leaves_a_model`]), without covariance and condition.
 pub trait Iteration: Send {
-    /// Iterates; counts the steps, and tells the condition of the last.
+    /// Iterates, and counts the steps. Returns the condition of the last.
     ///
     /// # Errors
     /// Why it did not come to rest.
-    fn find(&mut self, window: Window<'_>, steps: &mut usize, condition: &mut f64) -> Result<(), FailureKind>;
+    fn find(&mut self, window: Window<'_>, steps: &mut usize) -> Result<f64, FailureKind>;
 
     /// Computes the model's noise variance, and its covariance if the iteration came to rest. Returns the sum of
     /// squared prediction errors.
@@ -61,21 +61,22 @@ pub trait Iteration: Send {
 
 impl<T: Iteration> SinglePass for T {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
-        let (mut condition, mut steps) = (f64::NAN, 0);
-        let found = self.find(window, &mut steps, &mut condition);
+        let mut steps = 0;
+        let found = self.find(window, &mut steps);
         pass.iterations = Some(steps);
-        if found.is_err_and(|kind| !kind.leaves_a_model()) {
-            return found;
+        if let Err(kind) = found
+            && !kind.leaves_a_model()
+        {
+            return Err(kind);
         }
         pass.loss = self.conclude(window, found.is_ok())? / window.len() as f64;
-        let condition = found.map_or(f64::NAN, |()| condition);
-        pass.set_model(self.model(), condition)?;
+        pass.set_model(self.model(), found.unwrap_or(f64::NAN))?;
         if let Some(continuous) = self.continuous() {
             pass.continuous.clone_from(continuous);
             // A pole at 1 has rounding on either side.
             pass.unstable |= continuous.has_integrator();
         }
         self.of_record(window, pass);
-        found
+        found.map(|_| ())
     }
 }

@@ -452,23 +452,20 @@ impl Gathering {
         }
         let numbers = &mut self.waiting[..whole / WAYS];
         let (lowest, highest) = (&mut self.lowest, &mut self.highest);
-        R::run(
-            #[inline(always)]
-            || {
-                for (bin, x) in bins.iter_mut().zip(numbers.as_flattened()) {
-                    *bin = bin_of(*x);
+        run!(R, || {
+            for (bin, x) in bins.iter_mut().zip(numbers.as_flattened()) {
+                *bin = bin_of(*x);
+            }
+            for numbers in &*numbers {
+                for i in 0..WAYS {
+                    let x = numbers[i];
+                    lowest[i] = if x < lowest[i] { x } else { lowest[i] };
+                    highest[i] = if highest[i] < x { x } else { highest[i] };
                 }
-                for numbers in &*numbers {
-                    for i in 0..WAYS {
-                        let x = numbers[i];
-                        lowest[i] = if x < lowest[i] { x } else { lowest[i] };
-                        highest[i] = if highest[i] < x { x } else { highest[i] };
-                    }
-                }
-                numbers.as_flattened_mut()[count..].fill(0.0);
-                self.sample.add_powers(numbers, &mut self.powers);
-            },
-        );
+            }
+            numbers.as_flattened_mut()[count..].fill(0.0);
+            self.sample.add_powers(numbers, &mut self.powers);
+        });
     }
 
     /// Returns the sample of all values.

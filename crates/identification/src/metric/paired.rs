@@ -210,28 +210,25 @@ impl Gathering {
         let mut next = self.ratios.len();
         self.ratios.resize(next + count, 0);
         let mut differences = [0.0; BLOCK];
-        R::run(
-            #[inline(always)]
-            || {
-                let (x, y) = (self.x.as_flattened_mut(), self.y.as_flattened_mut());
-                for ((x, y), difference) in x.iter().zip(&*y).zip(&mut differences).take(count) {
-                    self.paired.smaller += u64::from(x < y);
-                    self.paired.ties += u64::from(x == y);
-                    *difference = x - y;
-                    let ratio = x / y;
-                    self.ratios[next] = bin_of(ratio);
-                    next += usize::from(x != y && !ratio.is_nan());
-                }
-                x[count..].fill(0.0);
-                y[count..].fill(0.0);
-                let rows = count.div_ceil(WAYS);
-                if self.powers_are_known {
-                    self.add_products(rows);
-                } else {
-                    self.add_powers(rows);
-                }
-            },
-        );
+        run!(R, || {
+            let (x, y) = (self.x.as_flattened_mut(), self.y.as_flattened_mut());
+            for ((x, y), difference) in x.iter().zip(&*y).zip(&mut differences).take(count) {
+                self.paired.smaller += u64::from(x < y);
+                self.paired.ties += u64::from(x == y);
+                *difference = x - y;
+                let ratio = x / y;
+                self.ratios[next] = bin_of(ratio);
+                next += usize::from(x != y && !ratio.is_nan());
+            }
+            x[count..].fill(0.0);
+            y[count..].fill(0.0);
+            let rows = count.div_ceil(WAYS);
+            if self.powers_are_known {
+                self.add_products(rows);
+            } else {
+                self.add_powers(rows);
+            }
+        });
         self.ratios.truncate(next);
         for difference in &differences[..count] {
             self.difference.push::<R>(*difference);

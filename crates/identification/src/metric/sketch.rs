@@ -3,7 +3,6 @@
 use super::estimate::{Estimate, FEWEST_FOR_MEANS, Z, not_negative};
 use super::quantile::standard_error;
 use super::{Quantile, Share};
-use crate::real::with_fma;
 use serde::{Deserialize, Serialize, Serializer};
 
 /// Largest relative error of a normal number that is replaced by the middle of its bin: every octave has 1024 bins of
@@ -118,10 +117,7 @@ impl Sketch {
 
     /// The sketch of the values whose bins these are.
     pub(super) fn of_bins(bins: &[i32]) -> Self {
-        let spans = with_fma(
-            #[inline(always)]
-            || Spans::of(bins),
-        );
+        let spans = with_fma!(|| Spans::of(bins));
         // If there are many values, those of a sign lie in neighbouring bins, and counting is faster than sorting.
         if spans.width() <= 8 * bins.len() {
             return spans.count(bins);

@@ -144,6 +144,20 @@ impl LinearModel {
         }
     }
 
+    /// Sets F and B to (f, b).
+    pub(crate) fn set_plant(&mut self, theta: &[f64]) {
+        let (f, b) = theta.split_at(self.f.len() - 1);
+        self.f[1..].copy_from_slice(f);
+        self.b[self.delay..].copy_from_slice(b);
+    }
+
+    /// Writes F and B as (f, b).
+    pub(crate) fn write_plant(&self, theta: &mut [f64]) {
+        let (f, b) = theta.split_at_mut(self.f.len() - 1);
+        f.copy_from_slice(&self.f[1..]);
+        b.copy_from_slice(&self.b[self.delay..]);
+    }
+
     /// Takes the model, which is of samples in these units, powers of two, for that of the samples themselves; `lost`
     /// becomes true where a number leaves the range of doubles.
     pub(crate) fn set_units(&mut self, units: Units, lost: &mut bool) {

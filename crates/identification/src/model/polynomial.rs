@@ -52,26 +52,23 @@ pub fn multiply_into(first: &[f64], second: &[f64], product: &mut Vec<f64>) {
 /// If the lengths of the signals differ.
 pub fn filter(c: &[f64], x: &[f64], to: &mut [f64]) {
     assert_eq!(x.len(), to.len());
-    with_fma(
-        #[inline(always)]
-        || match c.len() {
-            1 => filter_of::<1>(c, x, to),
-            2 => filter_of::<2>(c, x, to),
-            3 => filter_of::<3>(c, x, to),
-            4 => filter_of::<4>(c, x, to),
-            5 => filter_of::<5>(c, x, to),
-            6 => filter_of::<6>(c, x, to),
-            7 => filter_of::<7>(c, x, to),
-            _ => {
-                to.fill(0.0);
-                for (lag, c) in c.iter().enumerate().take(x.len()) {
-                    for (to, x) in to[lag..].iter_mut().zip(x) {
-                        *to += c * x;
-                    }
+    with_fma!(|| match c.len() {
+        1 => filter_of::<1>(c, x, to),
+        2 => filter_of::<2>(c, x, to),
+        3 => filter_of::<3>(c, x, to),
+        4 => filter_of::<4>(c, x, to),
+        5 => filter_of::<5>(c, x, to),
+        6 => filter_of::<6>(c, x, to),
+        7 => filter_of::<7>(c, x, to),
+        _ => {
+            to.fill(0.0);
+            for (lag, c) in c.iter().enumerate().take(x.len()) {
+                for (to, x) in to[lag..].iter_mut().zip(x) {
+                    *to += c * x;
                 }
             }
-        },
-    );
+        }
+    });
 }
 
 /// Does the same for L coefficients in one run over the signal, with the same sums.
@@ -93,6 +90,13 @@ fn filter_of<const L: usize>(c: &[f64], x: &[f64], to: &mut [f64]) {
         }
         *to = sum;
     }
+}
+
+/// Returns a signal delayed, with zeros before it, times a factor.
+pub(crate) fn delayed(x: &[f64], delay: usize, factor: f64) -> Vec<f64> {
+    let mut y = vec![0.0; delay.min(x.len())];
+    y.extend(x[..x.len() - y.len()].iter().map(|x| factor * x));
+    y
 }
 
 /// Divides a signal by a monic polynomial, in place: `x(k) <- x(k) - sum_(i >= 1) d_i x(k-i)`.

@@ -7,6 +7,7 @@
 use crate::plant::canonical::solve_toeplitz;
 use crate::plant::{parse_pole, polynomial_from_poles, unmatched_pole};
 use crate::real::Real;
+use crate::text::text_in_files;
 use faer::c64;
 
 /// Where the eigenvalues of `F = A-hat - g c'` are placed.
@@ -166,29 +167,7 @@ impl std::fmt::Display for Gain {
     }
 }
 
-impl serde::Serialize for Gain {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-impl<'de> serde::Deserialize<'de> for Gain {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        text.parse().map_err(serde::de::Error::custom)
-    }
-}
-
-#[cfg(feature = "json")]
-impl schemars::JsonSchema for Gain {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Gain".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "type": "string" })
-    }
-}
+text_in_files!(Gain, serde::Deserialize::deserialize, "string");
 
 impl std::str::FromStr for Gain {
     type Err = GainError;

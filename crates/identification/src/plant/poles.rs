@@ -1,7 +1,6 @@
 //! Poles of the canonical plant: eigenvalues of A, and their largest modulus.
 
 use super::radius::{self, on_its_side};
-use crate::real::Real;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, evd_real, evd_scratch};
@@ -78,10 +77,9 @@ impl PoleFinder {
     /// order 24 it has the same bits as in the lanes; above, it comes from the eigenvalues.
     pub fn spectral_radius(&mut self, a: &[f64], stable: bool) -> f64 {
         if a.len() <= radius::LARGEST_ORDER {
-            return f64::run(
-                #[inline(always)]
-                || radius::spectral_radius::<f64, { radius::LARGEST_ORDER }>(a, stable),
-            );
+            return run!(f64, || radius::spectral_radius::<f64, { radius::LARGEST_ORDER }>(
+                a, stable
+            ));
         }
         if !self.find(a) {
             return f64::NAN;

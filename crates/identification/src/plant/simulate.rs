@@ -1,7 +1,6 @@
 //! Simulation of the canonical plant.
 
 use crate::real::Real;
-use crate::signal::arithmetic::with_fma;
 
 /// Advances one step in place: `x <- A x + b u + g e`.
 ///
@@ -36,18 +35,15 @@ fn advance<const FEEDBACK: bool, R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R]
 pub fn simulate<R: Real>(a: &[R], b: &[R], x: &mut [R], u: &[R], visit: impl FnMut(usize, &[R])) {
     let n = x.len();
     assert!(n > 0 && a.len() == n && b.len() == n);
-    R::run(
-        #[inline(always)]
-        || match n {
-            1 => of_order::<R, 1>(a, b, x, u, visit),
-            2 => of_order::<R, 2>(a, b, x, u, visit),
-            3 => of_order::<R, 3>(a, b, x, u, visit),
-            4 => of_order::<R, 4>(a, b, x, u, visit),
-            5 => of_order::<R, 5>(a, b, x, u, visit),
-            6 => of_order::<R, 6>(a, b, x, u, visit),
-            _ => inlined::simulate(a, b, x, u, visit),
-        },
-    );
+    run!(R, || match n {
+        1 => of_order::<R, 1>(a, b, x, u, visit),
+        2 => of_order::<R, 2>(a, b, x, u, visit),
+        3 => of_order::<R, 3>(a, b, x, u, visit),
+        4 => of_order::<R, 4>(a, b, x, u, visit),
+        5 => of_order::<R, 5>(a, b, x, u, visit),
+        6 => of_order::<R, 6>(a, b, x, u, visit),
+        _ => inlined::simulate(a, b, x, u, visit),
+    });
 }
 
 /// Does [`simulate`] for a constant order: the steps are unrolled, and the state stays in registers.
@@ -67,23 +63,20 @@ fn of_order<R: Real, const N: usize>(a: &[R], b: &[R], x: &mut [R], u: &[R], vis
 pub fn simulate_disturbed(a: &[f64], b: &[f64], x: &mut [f64], u: &[f64], rows: &mut [f64]) {
     let n = x.len();
     assert!(n > 0 && a.len() == n && b.len() == n && rows.len() >= n * u.len());
-    with_fma(
-        #[inline(always)]
-        || {
-            for (row, &u) in rows.chunks_exact_mut(n).zip(u) {
-                // Now x is w(k), and the row is x(k).
-                x.swap_with_slice(row);
-                let mut last = b[n - 1] * u;
-                for i in 0..n {
-                    last = a[i].mul_add(row[i], last);
-                }
-                for i in 0..n - 1 {
-                    x[i] += b[i].mul_add(u, row[i + 1]);
-                }
-                x[n - 1] += last;
+    with_fma!(|| {
+        for (row, &u) in rows.chunks_exact_mut(n).zip(u) {
+            // Now x is w(k), and the row is x(k).
+            x.swap_with_slice(row);
+            let mut last = b[n - 1] * u;
+            for i in 0..n {
+                last = a[i].mul_add(row[i], last);
             }
-        },
-    );
+            for i in 0..n - 1 {
+                x[i] += b[i].mul_add(u, row[i + 1]);
+            }
+            x[n - 1] += last;
+        }
+    });
 }
 
 /// Does the same as [`simulate`] with inputs that depend on the state: `u(k) = visit(k, x(k))`, k = 0 ... samples - 1.
@@ -94,15 +87,12 @@ pub fn simulate_disturbed(a: &[f64], b: &[f64], x: &mut [f64], u: &[f64], rows: 
 pub fn drive<R: Real>(a: &[R], b: &[R], x: &mut [R], samples: usize, mut visit: impl FnMut(usize, &[R]) -> R) {
     let n = x.len();
     assert!(n > 0 && a.len() == n && b.len() == n);
-    R::run(
-        #[inline(always)]
-        || {
-            for k in 0..samples {
-                let u = visit(k, x);
-                advance::<false, R>(a, b, &[], x, u, R::zero());
-            }
-        },
-    );
+    run!(R, || {
+        for k in 0..samples {
+            let u = visit(k, x);
+            advance::<false, R>(a, b, &[], x, u, R::zero());
+        }
+    });
 }
 
 /// Does the same with output feedback, stage 12: `x(k+1) = A x(k) + b u(k) + g (y(k) - x_1(k))`, which is
@@ -114,18 +104,15 @@ pub fn drive<R: Real>(a: &[R], b: &[R], x: &mut [R], samples: usize, mut visit: 
 pub fn observe<R: Real>(a: &[R], b: &[R], g: &[R], x: &mut [R], u: &[R], y: &[R], visit: impl FnMut(usize, &[R])) {
     let n = x.len();
     assert!(n > 0 && a.len() == n && b.len() == n && g.len() == n && u.len() == y.len());
-    R::run(
-        #[inline(always)]
-        || match n {
-            1 => observe_of_order::<R, 1>(a, b, g, x, [u, y], visit),
-            2 => observe_of_order::<R, 2>(a, b, g, x, [u, y], visit),
-            3 => observe_of_order::<R, 3>(a, b, g, x, [u, y], visit),
-            4 => observe_of_order::<R, 4>(a, b, g, x, [u, y], visit),
-            5 => observe_of_order::<R, 5>(a, b, g, x, [u, y], visit),
-            6 => observe_of_order::<R, 6>(a, b, g, x, [u, y], visit),
-            _ => inlined::observe(a, b, g, x, u, y, visit),
-        },
-    );
+    run!(R, || match n {
+        1 => observe_of_order::<R, 1>(a, b, g, x, [u, y], visit),
+        2 => observe_of_order::<R, 2>(a, b, g, x, [u, y], visit),
+        3 => observe_of_order::<R, 3>(a, b, g, x, [u, y], visit),
+        4 => observe_of_order::<R, 4>(a, b, g, x, [u, y], visit),
+        5 => observe_of_order::<R, 5>(a, b, g, x, [u, y], visit),
+        6 => observe_of_order::<R, 6>(a, b, g, x, [u, y], visit),
+        _ => inlined::observe(a, b, g, x, u, y, visit),
+    });
 }
 
 /// Does [`observe`] for a constant order.

@@ -1,7 +1,6 @@
 //! White noise in the states and in the output of a plant, by its covariances.
 
 use super::StateSpace;
-use crate::real::with_fma;
 use crate::signal::{Stream, fill_white};
 use faer::{Mat, MatRef};
 
@@ -155,20 +154,17 @@ impl StateNoise {
         assert!(rows.len() == n * f.len());
         fill_white(numbers, 1.0, rows);
         let mut z = vec![0.0; n];
-        with_fma(
-            #[inline(always)]
-            || {
-                for (row, f) in rows.chunks_exact_mut(n).zip(f) {
-                    z.copy_from_slice(row);
-                    for (i, w) in row.iter_mut().enumerate() {
-                        *w = self.cross[i] * f;
-                        for (j, z) in z.iter().enumerate() {
-                            *w = self.factor[(i, j)].mul_add(*z, *w);
-                        }
+        with_fma!(|| {
+            for (row, f) in rows.chunks_exact_mut(n).zip(f) {
+                z.copy_from_slice(row);
+                for (i, w) in row.iter_mut().enumerate() {
+                    *w = self.cross[i] * f;
+                    for (j, z) in z.iter().enumerate() {
+                        *w = self.factor[(i, j)].mul_add(*z, *w);
                     }
                 }
-            },
-        );
+            }
+        });
     }
 }
 

@@ -2,7 +2,6 @@
 //! same bits on every machine, which no library does that chooses its kernels by the machine.
 
 use crate::estimator::recursive::Elimination;
-use crate::real::with_fma;
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Range, Sub};
 
 /// A matrix of doubles.
@@ -262,10 +261,7 @@ impl Mul for &Matrix {
         assert_eq!(self.columns, other.rows);
         let mut product = Matrix::zeros(self.rows, other.columns);
         if self.rows > 0 {
-            with_fma(
-                #[inline(always)]
-                || multiply(self, other, &mut product.numbers),
-            );
+            with_fma!(|| multiply(self, other, &mut product.numbers));
         }
         product
     }

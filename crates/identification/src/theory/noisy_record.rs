@@ -3,7 +3,7 @@
 use super::matrix::Matrix;
 use crate::estimator::BandRoot;
 use crate::model::LinearModel;
-use crate::model::polynomial::{divide, filter};
+use crate::model::polynomial::{delayed, divide, filter};
 use crate::signal::arithmetic::dot;
 
 /// The information about `f, b, s_r, s_u, s_y` ([`super::RecordInformation::of_noisy_input`]); `None` if the
@@ -100,13 +100,12 @@ impl Slopes<'_> {
     /// `L^-1 S_i x` of all parameters.
     fn forward(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let response = self.response(x);
-        let delayed = |(x, by, sign): (&[f64], usize, f64)| {
-            let mut y = vec![0.0; by.min(x.len())];
-            y.extend(x[..x.len() - y.len()].iter().map(|x| sign * x));
+        let solved = |(x, by, sign): (&[f64], usize, f64)| {
+            let mut y = delayed(x, by, sign);
             self.root.solve(&mut y);
             y
         };
-        self.lags(&response, x).into_iter().map(delayed).collect()
+        self.lags(&response, x).into_iter().map(solved).collect()
     }
 
     /// `S_i' x` of all parameters: the same backwards in time.

@@ -6,7 +6,7 @@ use super::missing::Missing;
 use super::noisy_record::noisy_record;
 use crate::data::OutputFeedback;
 use crate::estimator::{InitialCondition, PredictionGradient};
-use crate::model::polynomial::{divide, filter, multiply};
+use crate::model::polynomial::{delayed, divide, filter, multiply};
 use crate::model::{LinearModel, Orders};
 use crate::signal::{NoiseLaw, arithmetic::dot};
 
@@ -158,11 +158,7 @@ fn columns(model: &LinearModel, [u, y]: [Vec<f64>; 2]) -> Result<Vec<Vec<f64>>, 
     let found = found.ok_or(Missing::UnstableModel)?;
     let mut columns = Vec::new();
     for (signal, delays) in found.signals {
-        columns.extend(delays.map(|delay| {
-            let mut column = vec![0.0; delay.min(signal.len())];
-            column.extend(&signal[..signal.len() - column.len()]);
-            column
-        }));
+        columns.extend(delays.map(|delay| delayed(&signal, delay, 1.0)));
     }
     // A, B, C, D, F is the order of the gradient.
     let Orders { na, nf, .. } = model.orders();

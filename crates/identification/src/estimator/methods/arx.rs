@@ -141,8 +141,7 @@ struct Fit {
 impl Fit {
     fn find(&mut self, u: &[f64], y: &[f64], pass: &mut Pass) -> Result<(), FailureKind> {
         let (regression, model) = (&mut self.regression, &mut self.model);
-        let mut condition = f64::NAN;
-        regression.solve(u, y, &mut condition)?;
+        let condition = regression.solve(u, y)?;
         let parameters = regression.theta().len();
         model.set_parameters(regression.theta());
         let (rows, sum) = (regression.rows(), regression.residual_sum());

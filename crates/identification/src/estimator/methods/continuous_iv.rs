@@ -11,10 +11,10 @@ mod iteration;
 mod options;
 mod search;
 
-use super::output_error_iteration::{MOST_PASSES, PROGRESS, ROUND};
+use crate::estimator::fixed_point::{Damping, MOST_PASSES, replace};
 use crate::estimator::instruments::TwoStages;
 use crate::estimator::loop_input::LoopInput;
-use crate::estimator::noise_fit::{NoiseFit, replace};
+use crate::estimator::noise_fit::NoiseFit;
 use crate::estimator::reflection::Stabilise;
 use crate::estimator::{FailureKind, SetupError, Window, enough_equations};
 use crate::model::polynomial::{divide, filter};
@@ -301,7 +301,7 @@ impl ContinuousIv {
 
     /// Solves the linear equation of the columns, with instruments or by least squares; `joint`: with the step of the
     /// dead time.
-    fn solve(&mut self, instrumental: bool, joint: bool, condition: &mut f64) -> Result<(), FailureKind> {
+    fn solve(&mut self, instrumental: bool, joint: bool) -> Result<f64, FailureKind> {
         let Orders { nb, nf: n, .. } = self.structure.orders;
         let (columns, looped) = (&self.columns, self.source.is_some());
         let stages = match &mut self.joint {
@@ -333,7 +333,7 @@ impl ContinuousIv {
             let last = n + nb + others.len();
             put(right.as_mut(), last, &columns[n + nb], first, 1.0);
         };
-        stages.solve(self.u.len(), fill, condition)
+        stages.solve(self.u.len(), fill)
     }
 
     /// Changes theta by a share of the way to the solution; returns the longest way relative to the largest term of the
@@ -397,7 +397,7 @@ impl ContinuousIv {
     }
 
     /// Tries state-variable filters `1/(s + lambda)^n`: least squares, and a few passes from it.
-    fn start(&mut self, window: Window<'_>, condition: &mut f64) -> Result<(), FailureKind> {
+    fn start(&mut self, window: Window<'_>) -> Result<(), FailureKind> {
         let mut outcome = Ok(());
         let Orders { nb, nf: n, .. } = self.structure.orders;
         for i in 0..if n == 0 { 1 } else { MOST_FILTERS } {
@@ -413,7 +413,7 @@ impl ContinuousIv {
             for (a, phi) in self.theta.iter_mut().zip(polynomial_from_poles(&poles)) {
                 *a = phi.re;
             }
-            let tried = self.try_filter(window, condition);
+            let tried = self.try_filter(window);
             if tried.is_err() {
                 outcome = tried;
             }
@@ -421,42 +421,35 @@ impl ContinuousIv {
         if self.least.is_finite() { Ok(()) } else { outcome }
     }
 
-    fn try_filter(&mut self, window: Window<'_>, condition: &mut f64) -> Result<(), FailureKind> {
+    fn try_filter(&mut self, window: Window<'_>) -> Result<(), FailureKind> {
         self.filter_all(window.y);
-        self.solve(false, false, condition)?;
+        self.solve(false, false)?;
         self.take(1.0);
         let mut unused = None;
         for _ in 0..TRIES {
             self.noise.reset();
             self.look(window, &mut unused)?;
             self.whiten();
-            self.solve(true, false, condition)?;
+            self.solve(true, false)?;
             self.take(1.0);
         }
         self.look(window, &mut unused).map(|_| ())
     }
 
-    fn iterate(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
-        let (mut share, mut asked) = (1.0, f64::INFINITY);
+    fn iterate(&mut self, window: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
+        let mut damping = Damping::none();
         let mut unfinished = None;
         for pass in 1..=MOST_PASSES {
             *passes += 1;
             let of_noise = self.look(window, &mut unfinished)?;
             self.whiten();
-            self.solve(true, false, condition)?;
-            let of_plant = self.take(share);
+            let condition = self.solve(true, false)?;
+            let of_plant = self.take(damping.share);
             if of_plant <= REST && of_noise <= REST.sqrt() {
-                let of_loop = self.source.as_ref();
-                let unstable = of_loop.is_some_and(|source| source.is_unstable);
-                let unstable = unstable.then_some(FailureKind::UnstableInstruments);
-                return unfinished.or(unstable).map_or(Ok(()), Err);
+                return LoopInput::end(self.source.as_ref(), unfinished).map(|()| condition);
             }
-            if pass.is_multiple_of(ROUND) {
-                if of_plant > PROGRESS * asked {
-                    share /= 2.0;
-                    self.theta.copy_from_slice(&self.best);
-                }
-                asked = of_plant;
+            if damping.goes_around(pass, of_plant) {
+                self.theta.copy_from_slice(&self.best);
             }
         }
         Err(unfinished.unwrap_or(FailureKind::IterationLimit))

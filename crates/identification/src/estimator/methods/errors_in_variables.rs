@@ -209,11 +209,11 @@ impl ErrorsInVariables {
     }
 
     /// Computes the step of Gauss and Newton; only the lines from `first` on count.
-    fn step(&mut self, first: usize, condition: &mut f64) -> Result<(), FailureKind> {
+    fn step(&mut self, first: usize) -> Result<f64, FailureKind> {
         let width = self.x.len();
         let equations = self.equations(first);
         let mut stages = std::mem::replace(&mut self.stages, TwoStages::new(1, 1, 1));
-        let solved = stages.solve(self.lines - first, fill(&equations, width), condition);
+        let solved = stages.solve(self.lines - first, fill(&equations, width));
         self.stages = stages;
         solved
     }
@@ -270,34 +270,34 @@ impl ErrorsInVariables {
     }
 
     /// Solves the equations of known and estimated variances.
-    fn search(&mut self, window: Window<'_>, steps: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
+    fn search(&mut self, window: Window<'_>, steps: &mut usize) -> Result<f64, FailureKind> {
         let width = self.orders.na + self.orders.nb;
         self.x.fill(0.0);
         self.set_variances();
         self.weight = None;
         if self.x.len() == width {
-            return self.descend(steps, condition);
+            return self.descend(steps);
         }
         if self.lines > 2 * width {
-            self.start_without_noise(self.lines - width, condition)?;
+            self.start_without_noise(self.lines - width)?;
         }
-        let mut found = self.descend(steps, condition);
+        let mut found = self.descend(steps);
         for _ in 0..WEIGHTINGS {
             if found.is_err_and(|kind| !kind.leaves_a_model()) || !self.weigh(window) {
                 break;
             }
-            found = self.descend(steps, condition);
+            found = self.descend(steps);
         }
         found
     }
 
     /// Steps to the least sum of squares.
-    fn descend(&mut self, steps: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
+    fn descend(&mut self, steps: &mut usize) -> Result<f64, FailureKind> {
         let width = self.orders.na + self.orders.nb;
         let mut sum = self.sum_of_squares();
         for _ in 0..MOST_STEPS {
             *steps += 1;
-            self.step(0, condition)?;
+            let condition = self.step(0)?;
             let before = self.x.clone();
             let mut share = 1.0;
             for halving in 0..=HALVINGS {
@@ -320,7 +320,7 @@ impl ErrorsInVariables {
                 return Err(FailureKind::NonFinite);
             }
             if self.x.len() == width || longest <= REST * largest {
-                return Ok(());
+                return Ok(condition);
             }
         }
         Err(FailureKind::IterationLimit)
@@ -336,17 +336,17 @@ impl ErrorsInVariables {
     }
 
     /// Starts from least squares of the lines without noise, from the line `first` on.
-    fn start_without_noise(&mut self, first: usize, condition: &mut f64) -> Result<(), FailureKind> {
+    fn start_without_noise(&mut self, first: usize) -> Result<(), FailureKind> {
         let width = self.orders.na + self.orders.nb;
         let mut stages = TwoStages::new(width, width, self.lines - first);
         let equations = self.equations(first);
-        stages.solve(self.lines - first, fill(&equations, width), condition)?;
+        stages.solve(self.lines - first, fill(&equations, width))?;
         self.x[..width].copy_from_slice(&stages.theta);
         Ok(())
     }
 
     /// Solves the equations of a known ratio.
-    fn smallest(&mut self, ratio: f64, condition: &mut f64) -> Result<(), FailureKind> {
+    fn smallest(&mut self, ratio: f64) -> Result<f64, FailureKind> {
         let (n, na) = (self.signals, self.orders.na);
         let root = |i: usize| if i <= na { ratio.sqrt() } else { 1.0 };
         let scaled = Mat::from_fn(n, n, |i, j| self.s[i * n + j] / (root(i) * root(j)));
@@ -356,7 +356,7 @@ impl ErrorsInVariables {
         let lead = vectors[(0, 0)] / root(0);
         // Two smallest eigenvalues, or none of y(k) in the vector: no c.
         let gap = values[1] - values[0];
-        *condition = values[n - 1] / gap;
+        let condition = values[n - 1] / gap;
         if !(condition.recip() >= 8.0 * n as f64 * f64::EPSILON) || lead == 0.0 {
             return Err(FailureKind::RankDeficient);
         }
@@ -365,17 +365,16 @@ impl ErrorsInVariables {
             self.x[i - 1] = if i <= na { c } else { -c };
         }
         self.variances = [ratio * values[0], values[0]];
-        Ok(())
+        Ok(condition)
     }
 
     /// Computes the covariance of (a, b).
     fn covariance(&mut self, window: Window<'_>) -> Result<(), FailureKind> {
         let width = self.orders.na + self.orders.nb;
-        let mut unused = f64::NAN;
         let ratio = matches!(self.noise, Noise::Ratio(_));
         // By the ratio, the equation of y(k) follows from the others.
         let first = usize::from(ratio);
-        self.step(first, &mut unused)?;
+        self.step(first)?;
         let total = self.x.len();
         let d_of = |i: usize| self.c_and_d(i);
         let c: Vec<f64> = (0..self.signals).map(|i| d_of(i)[0]).collect();
@@ -416,11 +415,11 @@ impl ErrorsInVariables {
         Ok(())
     }
 
-    fn find(&mut self, window: Window<'_>, steps: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
+    fn find(&mut self, window: Window<'_>, steps: &mut usize) -> Result<f64, FailureKind> {
         self.gather(window)?;
         match self.noise {
-            Noise::Ratio(ratio) => self.smallest(ratio, condition),
-            Noise::Variances(_) => self.search(window, steps, condition),
+            Noise::Ratio(ratio) => self.smallest(ratio),
+            Noise::Variances(_) => self.search(window, steps),
         }
     }
 
@@ -447,27 +446,32 @@ fn fill(equations: &Mat<f64>, width: usize) -> impl FnMut(usize, MatMut<'_, f64>
 
 impl SinglePass for ErrorsInVariables {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
-        let (mut condition, mut steps) = (f64::NAN, 0);
-        let mut found = self.find(window, &mut steps, &mut condition);
+        let mut steps = 0;
+        let mut found = self.find(window, &mut steps);
         if found.is_ok() && self.is_implausible() {
             found = Err(FailureKind::Implausible);
         }
         pass.iterations = (steps > 0).then_some(steps);
-        if found.is_err_and(|kind| !kind.leaves_a_model()) {
-            return found;
+        if let Err(kind) = found
+            && !kind.leaves_a_model()
+        {
+            return Err(kind);
         }
         let width = self.orders.na + self.orders.nb;
         self.model.set_parameters(&self.x[..width]);
         self.model.covariance.clear();
         pass.noise_variances = Some(self.variances);
-        match found {
-            Ok(()) => self.covariance(window)?,
-            Err(_) => condition = f64::NAN,
+        if found.is_ok() {
+            self.covariance(window)?;
         }
-        pass.set_model(&self.model, condition)?;
+        pass.set_model(&self.model, found.unwrap_or(f64::NAN))?;
         self.state.estimate(window, 0, pass);
         // The failure of stage 6 comes first.
-        if pass.failure.is_some() { Ok(()) } else { found }
+        if pass.failure.is_some() {
+            Ok(())
+        } else {
+            found.map(|_| ())
+        }
     }
 }
 

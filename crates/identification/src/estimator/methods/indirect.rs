@@ -163,14 +163,9 @@ impl Indirect {
 }
 
 impl Iteration for Indirect {
-    fn find(
-        &mut self,
-        Window { y, r, .. }: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn find(&mut self, Window { y, r, .. }: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
         let looped = Window::new(r, y, y.len());
-        let found = self.whole.find(looped, passes, condition);
+        let found = self.whole.find(looped, passes);
         found.map_err(|kind| match kind {
             // Its best model has no covariance to weigh with.
             kind if kind.leaves_a_model() => FailureKind::NoConvergence,
@@ -209,7 +204,7 @@ impl Iteration for Indirect {
                 }
             }
         };
-        self.stages.solve(n, fill, condition)
+        self.stages.solve(n, fill)
     }
 
     fn conclude(&mut self, Window { u, y, .. }: Window<'_>, _: bool) -> Result<f64, FailureKind> {

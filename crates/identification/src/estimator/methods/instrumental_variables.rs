@@ -236,12 +236,12 @@ impl InstrumentalErrors {
         if !self.wanted[number] {
             return;
         }
-        let (regression, mut unused) = (&mut self.instruments, f64::NAN);
+        let regression = &mut self.instruments;
         let signals = Signals {
             v: instruments.input,
             ..Signals::new(window.u, window.y, instruments.output)
         };
-        let solved = regression.solve(signals, &mut unused);
+        let solved = regression.solve(signals);
         let freedom = freedom(regression.rows(), regression.theta().len());
         let Some(freedom) = freedom.filter(|_| solved.is_ok()) else {
             return;

@@ -134,8 +134,7 @@ impl Whitening {
     fn find(&mut self, w: &[f64], zeros: &[f64], prefilter: &mut [f64]) -> Result<(), FailureKind> {
         match self {
             Self::LeastSquares(regression) => {
-                let mut unused = f64::NAN;
-                regression.solve(zeros, w, &mut unused)?;
+                regression.solve(zeros, w)?;
                 prefilter[1..].copy_from_slice(regression.theta());
                 Ok(())
             }
@@ -207,7 +206,7 @@ impl Iv4 {
     }
 
     /// Solves with instruments; their model's instability is the cause of a failure.
-    fn solve(&mut self, filtered: bool, condition: &mut f64) -> Result<(), FailureKind> {
+    fn solve(&mut self, filtered: bool) -> Result<f64, FailureKind> {
         let signals = match &self.filtered {
             [u, y, x, v] if filtered => Signals {
                 v: Some(v),
@@ -218,7 +217,7 @@ impl Iv4 {
                 ..Signals::new(&self.u, &self.y, &self.x)
             },
         };
-        let solved = self.instruments.solve(signals, condition);
+        let solved = self.instruments.solve(signals);
         solved.map_err(|kind| {
             if self.exploding {
                 FailureKind::UnstableInstruments
@@ -232,16 +231,15 @@ impl Iv4 {
 impl SinglePass for Iv4 {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let Window { u, y, r } = window;
-        let mut condition = f64::NAN;
         let record = y.len();
         self.u[..record].copy_from_slice(u);
         self.y[..record].copy_from_slice(y);
         self.v[..record].copy_from_slice(if self.from_reference { r } else { u });
         let (u, y) = (&self.u, &self.y);
-        self.regression.solve(u, y, &mut condition)?;
+        self.regression.solve(u, y)?;
         self.model.set_parameters(self.regression.theta());
         self.make_instruments(record)?;
-        self.solve(false, &mut condition)?;
+        self.solve(false)?;
         let (u, y, w, x) = (&self.u, &self.y, &mut self.w, &mut self.x);
         self.model.set_parameters(self.instruments.theta());
         self.model.residuals(u, y, w, x);
@@ -254,7 +252,7 @@ impl SinglePass for Iv4 {
         for (to, from) in self.filtered.iter_mut().zip([u, y, x, v]) {
             filter(&self.prefilter, from, to);
         }
-        self.solve(true, &mut condition)?;
+        let condition = self.solve(true)?;
         let theta = self.instruments.theta();
         self.model.set_parameters(theta);
         let freedom = self.instruments.rows() - theta.len();

@@ -78,8 +78,7 @@ pub struct IvDelayed {
 impl SinglePass for IvDelayed {
     fn fit(&mut self, window: Window<'_>, pass: &mut Pass) -> Result<(), FailureKind> {
         let (regression, model) = (&mut self.regression, &mut self.model);
-        let mut condition = f64::NAN;
-        regression.solve(Signals::new(window.u, window.y, &[]), &mut condition)?;
+        let condition = regression.solve(Signals::new(window.u, window.y, &[]))?;
         model.set_parameters(regression.theta());
         model.noise_variance = regression.residual_sum() / regression.rows() as f64;
         regression.covariance(self.covariance, model.noise_variance, &mut model.covariance);

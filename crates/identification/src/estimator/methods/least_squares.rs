@@ -77,9 +77,9 @@ impl LeastSquaresErrors {
 
     /// Sets the covariance and the variance of the equation errors; does nothing if the estimate failed.
     pub(super) fn set(&mut self, window: Window<'_>, pass: &mut Pass) {
-        let (regression, mut unused) = (&mut self.regression, f64::NAN);
+        let regression = &mut self.regression;
         pass.model.covariance.clear();
-        let solved = regression.solve(window.u, window.y, &mut unused);
+        let solved = regression.solve(window.u, window.y);
         let freedom = freedom(regression.rows(), regression.theta().len());
         let Some(freedom) = freedom.filter(|_| solved.is_ok()) else {
             return;

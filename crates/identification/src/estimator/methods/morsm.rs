@@ -5,14 +5,13 @@
 //! N. Everitt, M. Galrinho, H. Hjalmarsson, "Open-loop asymptotically efficient model reduction with the
 //! Steiglitz-McBride method", Automatica 89 (2018), 221-234.
 
-use super::output_error_iteration::{
-    MOST_PASSES, OutputErrorIteration, PROGRESS, ROUND, check_output_error, output_error, output_errors,
-};
+use super::output_error_iteration::{OutputErrorIteration, check_output_error, output_error, output_errors};
 use crate::estimator::covariance::Covariance;
+use crate::estimator::fixed_point::{Damping, MOST_PASSES, replace};
 use crate::estimator::initial_state_choice::StateEstimate;
 use crate::estimator::lag_sums::check_squares;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
-use crate::estimator::noise_fit::{REST, replace};
+use crate::estimator::noise_fit::REST;
 use crate::estimator::null_space::HighOrder;
 use crate::estimator::offset::{Levels, OffsetChoice};
 use crate::estimator::option_error::OptionError;
@@ -149,12 +148,7 @@ impl Morsm {
         Ok(self)
     }
 
-    fn find_in(
-        &mut self,
-        Window { u, y, .. }: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn find_in(&mut self, Window { u, y, .. }: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
         check_squares([u, y])?;
         self.high.fit(u, y);
         let order = self.high.order();
@@ -171,16 +165,14 @@ impl Morsm {
             let filtered = Filtered::new(self.model.orders(), self.beside, signals, gain);
             let filtered = self.filtered.insert(filtered);
             if self.output == Output::Measured {
-                let found = filtered.find(&mut self.model, self.stabilise, passes);
-                *condition = filtered.condition;
-                return found;
+                return filtered.find(&mut self.model, self.stabilise, passes);
             }
         }
         if self.output == Output::Simulated {
             filter(&high.b, u, &mut self.y);
         }
         let window = Window::new(&self.u, &self.y, y.len());
-        let found = self.iteration.find(window, passes, condition);
+        let found = self.iteration.find(window, passes);
         self.model.assign(self.iteration.model());
         found
     }
@@ -222,7 +214,6 @@ struct Filtered {
     step: Descent,
     /// `z = B/F w + e`.
     errors: Descent,
-    condition: f64,
 }
 
 impl Filtered {
@@ -242,17 +233,16 @@ impl Filtered {
             gain,
             step: Descent::new(refined, of_record, runs.clone()),
             errors: Descent::new(orders, of_record, runs),
-            condition: f64::NAN,
         }
     }
 
     /// Iterates until F does not change; the best model of all passes if it never stays.
-    fn find(&mut self, model: &mut LinearModel, stabilise: Stabilise, passes: &mut usize) -> Result<(), FailureKind> {
+    fn find(&mut self, model: &mut LinearModel, stabilise: Stabilise, passes: &mut usize) -> Result<f64, FailureKind> {
         let Orders { nb, nf, .. } = model.orders();
         let [u, y] = &self.signals;
         let (plant, of_c) = (nf + nb, nf + nb..2 * nf + nb);
         let mut theta = vec![0.0; self.step.theta().len()];
-        let (mut share, mut asked) = (1.0, f64::INFINITY);
+        let mut damping = Damping::none();
         let (mut best, mut least) = (None::<Vec<f64>>, f64::INFINITY);
         let mut scratch = Vec::new();
         *passes = 0;
@@ -261,13 +251,12 @@ impl Filtered {
             if !self.step.step_beside(u, y, &mut new, of_c.clone()) {
                 return Err(FailureKind::RankDeficient);
             }
-            let [way, size] = replace(&mut theta[..plant], &new[..plant], share, |_| 1.0);
+            let [way, size] = replace(&mut theta[..plant], &new[..plant], damping.share, |_| 1.0);
             theta[of_c.end..].copy_from_slice(&new[of_c.end..]);
             let change = way / size;
-            model.f[1..].copy_from_slice(&theta[..nf]);
-            model.b[model.delay..].copy_from_slice(&theta[nf..plant]);
+            model.set_plant(&theta[..plant]);
             if *passes > 0 && change <= REST {
-                return self.rest(model).map(|_| ());
+                return self.rest(model).map(|(_, _, condition)| condition);
             }
             if *passes == MOST_PASSES {
                 let best = best.ok_or(FailureKind::UnstablePredictor)?;
@@ -281,37 +270,32 @@ impl Filtered {
             {
                 (least, best) = (sum, Some(model.parameters().collect()));
             }
-            if passes.is_multiple_of(ROUND) {
-                if change > PROGRESS * asked
-                    && let Some(best) = &best
-                {
-                    share /= 2.0;
-                    model.set_parameters(best);
-                    theta[nf..plant].copy_from_slice(&model.b[model.delay..]);
-                }
-                asked = change;
+            if damping.goes_around(*passes, change)
+                && let Some(best) = &best
+            {
+                model.set_parameters(best);
             }
-            theta[..nf].copy_from_slice(&model.f[1..]);
+            model.write_plant(&mut theta[..plant]);
             theta[of_c.clone()].copy_from_slice(&model.f[1..]);
         }
     }
 
-    /// Finds the start and the offset at a model, and the condition there. Returns the sum of squared errors and all
-    /// parameters.
-    fn rest(&mut self, model: &LinearModel) -> Result<(f64, Vec<f64>), FailureKind> {
+    /// Finds the start and the offset at a model. Returns the sum of squared errors, all parameters and the condition
+    /// there.
+    fn rest(&mut self, model: &LinearModel) -> Result<(f64, Vec<f64>, f64), FailureKind> {
         let [u, y] = &self.signals;
         let sum = self.errors.concentrate(u, y, model.parameters());
         let sum = sum.ok_or(FailureKind::UnstablePredictor)?;
         let theta = self.errors.theta().to_vec();
-        self.condition = self.errors.condition(u, y, &theta)?;
-        Ok((sum, theta))
+        let condition = self.errors.condition(u, y, &theta)?;
+        Ok((sum, theta, condition))
     }
 
     /// Computes the covariance of the parameters and the offset, if the iteration came to rest; returns the offset
     /// about the levels, if there is one.
     fn conclude(&mut self, model: &mut LinearModel, at_rest: bool) -> Result<Vec<f64>, FailureKind> {
         let n = model.orders().parameters();
-        let (sum, theta) = self.rest(model)?;
+        let (sum, theta, _) = self.rest(model)?;
         if at_rest {
             let variance = sum / (self.signals[1].len() - theta.len()) as f64;
             let covariance = &mut model.covariance;
@@ -330,13 +314,13 @@ impl Filtered {
 }
 
 impl Iteration for Morsm {
-    fn find(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
+    fn find(&mut self, window: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
         let mut levels = self.levels.take();
         let seen = match &mut levels {
             Some(levels) => levels.subtract(window, &Runs::new(&[window.len()])),
             None => window,
         };
-        let found = self.find_in(seen, passes, condition);
+        let found = self.find_in(seen, passes);
         self.levels = levels;
         found
     }

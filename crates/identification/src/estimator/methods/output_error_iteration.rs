@@ -1,23 +1,16 @@
 //! Iterations for `y = B/F u + e` that solve a linear problem in each pass: Steiglitz-McBride, and Young's simplified
 //! refined instrumental variables.
 
+use crate::estimator::fixed_point::{Damping, MOST_PASSES, replace, unfinished};
 use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
 use crate::estimator::method_kind::{MethodKind, Problem, options};
-use crate::estimator::noise_fit::{REST, replace};
+use crate::estimator::noise_fit::REST;
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::{Stabilise, stay_stable};
 use crate::estimator::regression::{Regression, Rows};
 use crate::estimator::{Estimator, FailureKind, Iteration, SetupError, Window};
 use crate::model::polynomial::{divide, divide_each, filter};
 use crate::model::{LinearModel, Orders};
-
-/// The largest number of passes of an iteration.
-pub(super) const MOST_PASSES: usize = 400;
-
-/// After each so many passes it is asked whether the change has become this share of what it was. If not, the iteration
-/// goes around its solution: it begins again at the best model, and takes half as much of each change.
-pub(super) const ROUND: usize = 25;
-pub(super) const PROGRESS: f64 = 0.3;
 
 /// Defines the options of an iteration; both iterations have the same.
 macro_rules! iteration {
@@ -125,22 +118,16 @@ impl OutputErrorIteration {
         })
     }
 
-    fn set_model(&mut self) {
-        let (f, b) = self.theta.split_at(self.orders.nf);
-        self.model.f[1..].copy_from_slice(f);
-        self.model.b[self.orders.nk..].copy_from_slice(b);
-    }
-
-    /// Iterates until convergence.
+    /// Iterates until convergence. Returns the condition of the last pass.
     ///
     /// # Errors
     /// As for [`Regression::solve`]; [`FailureKind::UnstablePredictor`] if nothing is reflected;
     /// [`FailureKind::IterationLimit`] after the last pass.
-    fn iterate(&mut self, u: &[f64], y: &[f64], passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
-        self.first.solve(u, y, condition)?;
+    fn iterate(&mut self, u: &[f64], y: &[f64], passes: &mut usize) -> Result<f64, FailureKind> {
+        self.first.solve(u, y)?;
         replace(&mut self.theta, self.first.theta(), 1.0, |_| 1.0);
-        self.set_model();
-        let (mut share, mut asked) = (1.0, f64::INFINITY);
+        self.model.set_plant(&self.theta);
+        let mut damping = Damping::none();
         while *passes < MOST_PASSES {
             *passes += 1;
             stay_stable(&mut self.model.f, self.stabilise, &mut self.scratch)?;
@@ -151,33 +138,27 @@ impl OutputErrorIteration {
             // `self.u` is u/F, so x is B/F u here, and below it is divided by F.
             filter(&self.model.b, &self.u, &mut self.x);
             self.keep_best(y);
-            let new = match &mut self.refined {
+            let (new, condition) = match &mut self.refined {
                 None => {
-                    self.first.solve(&self.u, &self.y, condition)?;
-                    self.first.theta()
+                    let condition = self.first.solve(&self.u, &self.y)?;
+                    (self.first.theta(), condition)
                 }
                 Some(refined) => {
                     divide(&self.model.f, &mut self.x);
                     let signals = Signals::new(&self.u, &self.y, &self.x);
-                    refined.solve(signals, condition)?;
-                    refined.theta()
+                    let condition = refined.solve(signals)?;
+                    (refined.theta(), condition)
                 }
             };
-            let [way, size] = replace(&mut self.theta, new, share, |_| 1.0);
-            self.set_model();
+            let [way, size] = replace(&mut self.theta, new, damping.share, |_| 1.0);
+            self.model.set_plant(&self.theta);
             let change = way / size;
             if change <= REST {
-                return Ok(());
+                return Ok(condition);
             }
-            if passes.is_multiple_of(ROUND) {
-                if change > PROGRESS * asked {
-                    share /= 2.0;
-                    let (f, b) = self.theta.split_at_mut(self.orders.nf);
-                    f.copy_from_slice(&self.best.f[1..]);
-                    b.copy_from_slice(&self.best.b[self.orders.nk..]);
-                    self.set_model();
-                }
-                asked = change;
+            if damping.goes_around(*passes, change) {
+                self.best.write_plant(&mut self.theta);
+                self.model.set_plant(&self.theta);
             }
         }
         Err(FailureKind::IterationLimit)
@@ -194,20 +175,14 @@ impl OutputErrorIteration {
 }
 
 impl Iteration for OutputErrorIteration {
-    fn find(
-        &mut self,
-        Window { u, y, .. }: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn find(&mut self, Window { u, y, .. }: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
         *passes = 0;
         self.least = f64::INFINITY;
-        self.iterate(u, y, passes, condition).map_err(|kind| {
-            if kind == FailureKind::UnstablePredictor || self.least.is_infinite() {
-                return kind;
-            }
-            self.model.assign(&self.best);
-            FailureKind::IterationLimit
+        self.iterate(u, y, passes).map_err(|kind| {
+            unfinished(kind, self.least).map_or(kind, |unfinished| {
+                self.model.assign(&self.best);
+                unfinished
+            })
         })
     }
 

@@ -24,7 +24,7 @@ use crate::estimator::prediction_error::{SearchStarts, solve_positive};
 use crate::estimator::{
     BelsOptions, Estimator, FailureKind, OeOptions, Pass, SetupError, SinglePass, Window, enough_equations,
 };
-use crate::model::polynomial::{extent, filter, multiply};
+use crate::model::polynomial::{delayed, extent, filter, multiply};
 use crate::model::{LinearModel, Orders};
 use faer::Mat;
 
@@ -151,13 +151,6 @@ impl Levels {
             ],
         }
     }
-}
-
-/// `x(k - delay)`.
-fn delayed(x: &[f64], delay: usize, factor: f64) -> Vec<f64> {
-    let mut y = vec![0.0; delay.min(x.len())];
-    y.extend(x[..x.len() - y.len()].iter().map(|x| factor * x));
-    y
 }
 
 /// The likelihood of a record.

@@ -2,12 +2,13 @@
 //!
 //! Source: P. C. Young, *Recursive Estimation and Time-Series Analysis*, 2nd ed., 2011, chapter 7.
 
-use super::output_error_iteration::{MOST_PASSES, OutputErrorIteration, PROGRESS, ROUND};
+use super::output_error_iteration::OutputErrorIteration;
 use super::prediction_error::BjOptions;
+use crate::estimator::fixed_point::{Damping, MOST_PASSES, replace, unfinished};
 use crate::estimator::instruments::{InstrumentalRegression, Instruments, Signals};
 use crate::estimator::loop_input::LoopInput;
 use crate::estimator::method_kind::{MethodKind, Problem, options};
-use crate::estimator::noise_fit::{NoiseFit, REST, put_block, replace};
+use crate::estimator::noise_fit::{NoiseFit, REST, put_block};
 use crate::estimator::option_error::OptionError;
 use crate::estimator::reflection::{Stabilise, stay_stable};
 use crate::estimator::regression::Rows;
@@ -135,15 +136,9 @@ impl RefinedIv {
         }
     }
 
-    fn set_plant(&mut self) {
-        let (f, b) = self.theta.split_at(self.orders.nf);
-        self.model.f[1..].copy_from_slice(f);
-        self.model.b[self.orders.nk..].copy_from_slice(b);
-    }
-
     /// Changes F and B by a share of the way to those of the instruments, given C and D; returns the way's relative
-    /// length.
-    fn refine(&mut self, u: &[f64], y: &[f64], share: f64, condition: &mut f64) -> Result<f64, FailureKind> {
+    /// length, and the condition.
+    fn refine(&mut self, u: &[f64], y: &[f64], share: f64) -> Result<[f64; 2], FailureKind> {
         for (to, from) in [(&mut self.u, u), (&mut self.y, y)] {
             filter(&self.model.d, from, to);
         }
@@ -157,16 +152,16 @@ impl RefinedIv {
         });
         self.model.simulate(v.unwrap_or(&self.u), &mut self.x);
         let (u, y, x) = (&self.u, &self.y, &self.x);
-        self.instruments.solve(Signals { u, y, x, v }, condition)?;
+        let condition = self.instruments.solve(Signals { u, y, x, v })?;
         let new = self.instruments.theta();
         let [way, size] = replace(&mut self.theta, new, share, |_| 1.0);
-        self.set_plant();
-        Ok(way / size.max(f64::MIN_POSITIVE))
+        self.model.set_plant(&self.theta);
+        Ok([way / size.max(f64::MIN_POSITIVE), condition])
     }
 
-    fn iterate(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
+    fn iterate(&mut self, window: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
         let Window { u, y, .. } = window;
-        let (mut share, mut asked) = (1.0, f64::INFINITY);
+        let mut damping = Damping::none();
         let mut unfinished = None;
         while *passes < MOST_PASSES {
             *passes += 1;
@@ -182,22 +177,14 @@ impl RefinedIv {
             if let Some(source) = &mut self.source {
                 source.close(&self.model, window);
             }
-            let of_plant = self.refine(u, y, share, condition)?;
+            let [of_plant, condition] = self.refine(u, y, damping.share)?;
             // Both have converged if the plant has, because the noise model follows from it.
             if of_plant <= REST && of_noise <= REST.sqrt() {
-                let unstable = self.source.as_ref().is_some_and(|source| source.is_unstable);
-                let unstable = unstable.then_some(FailureKind::UnstableInstruments);
-                return unfinished.or(unstable).map_or(Ok(()), Err);
+                return LoopInput::end(self.source.as_ref(), unfinished).map(|()| condition);
             }
-            if passes.is_multiple_of(ROUND) {
-                if of_plant > PROGRESS * asked {
-                    share /= 2.0;
-                    let (f, b) = self.theta.split_at_mut(self.orders.nf);
-                    f.copy_from_slice(&self.best.f[1..]);
-                    b.copy_from_slice(&self.best.b[self.orders.nk..]);
-                    self.set_plant();
-                }
-                asked = of_plant;
+            if damping.goes_around(*passes, of_plant) {
+                self.best.write_plant(&mut self.theta);
+                self.model.set_plant(&self.theta);
             }
         }
         Err(unfinished.unwrap_or(FailureKind::IterationLimit))
@@ -205,7 +192,7 @@ impl RefinedIv {
 }
 
 impl Iteration for RefinedIv {
-    fn find(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
+    fn find(&mut self, window: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
         *passes = 0;
         self.least = f64::INFINITY;
         let Window { u, y, r } = window;
@@ -213,33 +200,23 @@ impl Iteration for RefinedIv {
             Some(source) => {
                 source.follow(u, r)?;
                 let input = Window::new(&source.hat, y, y.len());
-                self.start.find(input, &mut 0, condition)
+                self.start.find(input, &mut 0)
             }
-            None => self.start.find(window, &mut 0, condition),
+            None => self.start.find(window, &mut 0),
         };
         if let Err(kind) = found
             && !kind.leaves_a_model()
         {
             return Err(kind);
         }
-        let start = self.start.model();
-        self.model.f.copy_from_slice(&start.f);
-        self.model.b.copy_from_slice(&start.b);
-        let (f, b) = self.theta.split_at_mut(self.orders.nf);
-        f.copy_from_slice(&start.f[1..]);
-        b.copy_from_slice(&start.b[self.orders.nk..]);
+        self.start.model().write_plant(&mut self.theta);
+        self.model.set_plant(&self.theta);
         self.noise.reset();
-        self.iterate(window, passes, condition).map_err(|kind| {
-            let ends = [FailureKind::UnstablePredictor, FailureKind::UnstableInstruments];
-            if ends.contains(&kind) || self.least.is_infinite() {
-                return kind;
-            }
-            self.model.assign(&self.best);
-            if kind.leaves_a_model() {
-                kind
-            } else {
-                FailureKind::IterationLimit
-            }
+        self.iterate(window, passes).map_err(|kind| {
+            unfinished(kind, self.least).map_or(kind, |unfinished| {
+                self.model.assign(&self.best);
+                unfinished
+            })
         })
     }
 

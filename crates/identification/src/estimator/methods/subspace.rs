@@ -18,7 +18,6 @@ use crate::estimator::solver::rank::{check_rank_of_columns, condition_of_triangl
 use crate::estimator::{Estimator, FailureKind, Pass, SetupError, SinglePass, Window};
 use crate::model::{LinearModel, Orders};
 use crate::names::named_enum;
-use crate::real::with_fma;
 use crate::signal::arithmetic::variance;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -337,15 +336,12 @@ impl Subspace {
         }
         self.model.b[nk..].copy_from_slice(&self.theta[..nb]);
         let mut residual = y.to_vec();
-        with_fma(
-            #[inline(always)]
-            || {
-                for (j, theta) in self.theta.iter().enumerate() {
-                    let (signal, lag) = column(j);
-                    add_multiple(-theta, signal, residual.get_mut(lag..).unwrap_or_default());
-                }
-            },
-        );
+        with_fma!(|| {
+            for (j, theta) in self.theta.iter().enumerate() {
+                let (signal, lag) = column(j);
+                add_multiple(-theta, signal, residual.get_mut(lag..).unwrap_or_default());
+            }
+        });
         self.sum = dot(&residual, &residual);
         // x0 in the paper's coordinates: the first samples of the free response.
         for k in 0..nf {

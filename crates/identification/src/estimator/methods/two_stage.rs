@@ -82,12 +82,7 @@ pub struct TwoStage {
 }
 
 impl Iteration for TwoStage {
-    fn find(
-        &mut self,
-        Window { u, y, r }: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    fn find(&mut self, Window { u, y, r }: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
         self.input.follow(u, r)?;
         let y = match &mut self.output {
             Some(output) => {
@@ -97,7 +92,7 @@ impl Iteration for TwoStage {
             None => y,
         };
         let window = Window::new(&self.input.hat, y, y.len());
-        self.plant.find(window, passes, condition)
+        self.plant.find(window, passes)
     }
 
     fn conclude(&mut self, Window { u, y, .. }: Window<'_>, _: bool) -> Result<f64, FailureKind> {

@@ -5,7 +5,6 @@
 use crate::estimator::FailureKind;
 use crate::estimator::lag_sums::System;
 use crate::failure::all_finite;
-use crate::real::with_fma;
 use crate::signal::arithmetic;
 use faer::MatRef;
 
@@ -34,18 +33,15 @@ pub(in crate::estimator) fn filter(c: &[f64], x: &[f64], to: &mut [f64]) {
     let (begin, delayed) = to.split_at_mut(delay.min(to.len()));
     begin.fill(0.0);
     let c = &c[delay..];
-    with_fma(
-        #[inline(always)]
-        || match c.len() {
-            _ if c.contains(&0.0) => filter_by_lags(c, x, delayed),
-            1 => filter_of::<1>(c, x, delayed),
-            2 => filter_of::<2>(c, x, delayed),
-            3 => filter_of::<3>(c, x, delayed),
-            4 => filter_of::<4>(c, x, delayed),
-            5 => filter_of::<5>(c, x, delayed),
-            _ => filter_by_lags(c, x, delayed),
-        },
-    );
+    with_fma!(|| match c.len() {
+        _ if c.contains(&0.0) => filter_by_lags(c, x, delayed),
+        1 => filter_of::<1>(c, x, delayed),
+        2 => filter_of::<2>(c, x, delayed),
+        3 => filter_of::<3>(c, x, delayed),
+        4 => filter_of::<4>(c, x, delayed),
+        5 => filter_of::<5>(c, x, delayed),
+        _ => filter_by_lags(c, x, delayed),
+    });
 }
 
 /// A lag after the other; coefficients that are zero are no terms. `to` may be shorter than x.
@@ -124,19 +120,16 @@ pub(in crate::estimator) fn divide_each<const K: usize>(d: &[f64], x: [&mut [f64
             x[k] = value;
         }
     }
-    with_fma(
-        #[inline(always)]
-        || match d.len() {
-            0 | 1 => {}
-            2 => of_order::<1, K>(d, x),
-            3 => of_order::<2, K>(d, x),
-            4 => of_order::<3, K>(d, x),
-            5 => of_order::<4, K>(d, x),
-            6 => of_order::<5, K>(d, x),
-            7 => of_order::<6, K>(d, x),
-            _ => x.into_iter().for_each(|x| of_any_order(d, x)),
-        },
-    );
+    with_fma!(|| match d.len() {
+        0 | 1 => {}
+        2 => of_order::<1, K>(d, x),
+        3 => of_order::<2, K>(d, x),
+        4 => of_order::<3, K>(d, x),
+        5 => of_order::<4, K>(d, x),
+        6 => of_order::<5, K>(d, x),
+        7 => of_order::<6, K>(d, x),
+        _ => x.into_iter().for_each(|x| of_any_order(d, x)),
+    });
 }
 
 /// `Z = Q R` and `Q'` applied to one more column, by Householder reflections of blocks of rows below the triangle so
@@ -180,10 +173,7 @@ impl Triangle {
             for (j, column) in self.block.chunks_exact_mut(BLOCK_ROWS).enumerate() {
                 fill(j, first, &mut column[..rows]);
             }
-            with_fma(
-                #[inline(always)]
-                || self.reduce(rows),
-            );
+            with_fma!(|| self.reduce(rows));
             first += rows;
         }
         all_finite(self.r.iter().chain(&self.top))

@@ -1,7 +1,6 @@
 //! Equilibration, condition numbers and the rank rule common to all solvers.
 
 use crate::estimator::FailureKind;
-use crate::real::with_fma;
 use faer::{MatMut, MatRef};
 
 /// A matrix counts as rank deficient if the reciprocal of its equilibrated 1-norm condition number is below this
@@ -68,10 +67,7 @@ impl Equilibration {
     /// [`FailureKind::NonFinite`] if an entry is not finite, [`FailureKind::Singular`] if a row or column is zero.
     pub fn of(&mut self, matrix: MatRef<'_, f64>) -> Result<(), FailureKind> {
         self.rows.fill(0.0);
-        with_fma(
-            #[inline(always)]
-            || largest_of_rows(matrix, &mut self.rows),
-        );
+        with_fma!(|| largest_of_rows(matrix, &mut self.rows));
         if !self.rows.iter().all(|r| r.is_finite()) {
             return Err(FailureKind::NonFinite);
         }
@@ -82,10 +78,7 @@ impl Equilibration {
             *scale = inverse_power_of_two(*scale);
         }
         for (j, scale) in self.columns.iter_mut().enumerate() {
-            *scale = with_fma(
-                #[inline(always)]
-                || largest_of_column(matrix, j, &self.rows),
-            );
+            *scale = with_fma!(|| largest_of_column(matrix, j, &self.rows));
             if *scale == 0.0 {
                 return Err(FailureKind::Singular);
             }

@@ -1,9 +1,6 @@
 //! The dead time of a model in continuous time, as an option.
 
-#[cfg(feature = "json")]
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-#[cfg(feature = "json")]
-use serde_json::Value;
+use crate::text::{text_in_files, text_or_number};
 
 /// A dead time that is known, or a range on which it is estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,32 +65,4 @@ impl std::fmt::Display for DeadTime {
     }
 }
 
-#[cfg(feature = "json")]
-impl Serialize for DeadTime {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-#[cfg(feature = "json")]
-impl<'de> Deserialize<'de> for DeadTime {
-    /// Reads a text, or a number of seconds.
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = match Value::deserialize(deserializer)? {
-            Value::String(text) => text,
-            other => other.to_string(),
-        };
-        text.parse().map_err(serde::de::Error::custom)
-    }
-}
-
-#[cfg(feature = "json")]
-impl schemars::JsonSchema for DeadTime {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "DeadTime".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "type": ["string", "number"] })
-    }
-}
+text_in_files!(DeadTime, text_or_number, ["string", "number"]);

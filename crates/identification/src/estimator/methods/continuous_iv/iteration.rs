@@ -2,6 +2,7 @@
 
 use super::cascade::delay;
 use super::{ContinuousIv, Structure};
+use crate::estimator::fixed_point::unfinished;
 use crate::estimator::noise_fit::put_block;
 use crate::estimator::{FailureKind, Iteration, Offset, Pass, Window};
 use crate::model::polynomial::{divide, filter};
@@ -44,7 +45,7 @@ impl ContinuousIv {
 }
 
 impl Iteration for ContinuousIv {
-    fn find(&mut self, window: Window<'_>, passes: &mut usize, condition: &mut f64) -> Result<(), FailureKind> {
+    fn find(&mut self, window: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
         self.least = f64::INFINITY;
         if let Some(source) = &mut self.source {
             source.follow(window.u, window.r)?;
@@ -52,23 +53,17 @@ impl Iteration for ContinuousIv {
             delay(&source.hat, dead, 0.0, &mut self.v);
         }
         let found = if let Some(range) = self.structure.range {
-            self.search(window, range, passes, condition)
+            self.search(window, range, passes)
         } else {
             let dead_time = self.continuous.dead_time;
             self.delay(window.u, dead_time, dead_time.floor());
-            self.settle(window, passes, condition)
+            self.settle(window, passes)
         };
         found.map_err(|kind| {
-            let ends = [FailureKind::UnstablePredictor, FailureKind::UnstableInstruments];
-            if ends.contains(&kind) || self.least.is_infinite() {
-                return kind;
-            }
-            self.theta.copy_from_slice(&self.best);
-            if kind.leaves_a_model() {
-                kind
-            } else {
-                FailureKind::IterationLimit
-            }
+            unfinished(kind, self.least).map_or(kind, |unfinished| {
+                self.theta.copy_from_slice(&self.best);
+                unfinished
+            })
         })
     }
 

@@ -5,17 +5,12 @@ use crate::estimator::{FailureKind, Window};
 
 impl ContinuousIv {
     /// Begins anew at the present dead time, and iterates.
-    pub(super) fn settle(
-        &mut self,
-        window: Window<'_>,
-        passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    pub(super) fn settle(&mut self, window: Window<'_>, passes: &mut usize) -> Result<f64, FailureKind> {
         self.least = f64::INFINITY;
-        self.start(window, condition)?;
+        self.start(window)?;
         self.theta.copy_from_slice(&self.best);
         self.noise.reset();
-        self.iterate(window, passes, condition)
+        self.iterate(window, passes)
     }
 
     /// Searches the dead time on a range.
@@ -24,14 +19,13 @@ impl ContinuousIv {
         window: Window<'_>,
         [low, high]: [f64; 2],
         passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    ) -> Result<f64, FailureKind> {
         let mut outcome = Err(FailureKind::Singular);
         let mut best = (f64::INFINITY, low, Vec::new());
         let halves = (2.0 * low).floor() as usize..=(2.0 * high).ceil() as usize;
         for dead_time in halves.map(|i| (0.5 * i as f64).clamp(low, high)) {
             self.delay(window.u, dead_time, dead_time.floor());
-            match self.settle(window, passes, condition) {
+            match self.settle(window, passes) {
                 Err(kind) if self.least.is_infinite() => outcome = Err(kind),
                 _ if self.least < best.0 => best = (self.least, dead_time, self.best.clone()),
                 _ => {}
@@ -51,7 +45,7 @@ impl ContinuousIv {
                 continue;
             }
             self.theta.copy_from_slice(&theta);
-            let reached = self.approach(window, whole, ends, from, passes, condition);
+            let reached = self.approach(window, whole, ends, from, passes);
             if self.least < found.0 {
                 let own = self.continuous.dead_time;
                 (found, outcome) = ((self.least, own, whole, self.best.clone()), reached);
@@ -63,8 +57,8 @@ impl ContinuousIv {
         self.delay(window.u, dead_time, whole);
         if outcome.is_ok() {
             self.least = f64::INFINITY;
-            outcome = self.iterate(window, passes, condition);
-            outcome = outcome.and_then(|()| self.solve(true, true, condition));
+            outcome = self.iterate(window, passes);
+            outcome = outcome.and_then(|_| self.solve(true, true));
         }
         // The end of a range that was given hides the minimum; no plant has a dead time below 0.
         let is_hidden = dead_time == high || (dead_time == low && low > 0.0);
@@ -84,17 +78,16 @@ impl ContinuousIv {
         [mut low, mut high]: [f64; 2],
         from: f64,
         passes: &mut usize,
-        condition: &mut f64,
-    ) -> Result<(), FailureKind> {
+    ) -> Result<f64, FailureKind> {
         let (ends, mut dead_time) = ([low, high], from);
         let mut seen = [false; 2];
         for _ in 0..MOST_STEPS {
             self.delay(window.u, dead_time, whole);
             self.least = f64::INFINITY;
-            self.iterate(window, passes, condition)?;
-            self.solve(true, true, condition)?;
+            self.iterate(window, passes)?;
+            let condition = self.solve(true, true)?;
             let Some(stages) = &self.joint else {
-                return Ok(());
+                return Ok(condition);
             };
             let last = stages.theta.len() - 1;
             let step = stages.theta[last];
@@ -107,7 +100,7 @@ impl ContinuousIv {
             seen[usize::from(step < 0.0)] = true;
             let rounding = 4.0 * f64::EPSILON * high.max(1.0);
             if is_small || is_outside || high - low <= rounding {
-                return Ok(());
+                return Ok(condition);
             }
             let next = dead_time + step;
             dead_time = if low < next && next < high {

@@ -11,7 +11,6 @@
 
 use crate::estimator::lag_sums::dot;
 use crate::estimator::least_value::least;
-use crate::real::with_fma;
 
 /// `M = U B V'` with `U'z`, B being upper bidiagonal.
 #[derive(Default)]
@@ -164,14 +163,11 @@ fn reflector(x: &mut [f64]) -> (f64, f64) {
 
 /// Computes `to += factor x`.
 fn add(factor: f64, x: &[f64], to: &mut [f64]) {
-    with_fma(
-        #[inline(always)]
-        || {
-            for (to, x) in to.iter_mut().zip(x) {
-                *to = factor.mul_add(*x, *to);
-            }
-        },
-    );
+    with_fma!(|| {
+        for (to, x) in to.iter_mut().zip(x) {
+            *to = factor.mul_add(*x, *to);
+        }
+    });
 }
 
 #[cfg(test)]

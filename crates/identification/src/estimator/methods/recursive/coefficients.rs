@@ -1,8 +1,6 @@
 //! Numbers as an option: a text, since a list in an option makes one method for each value.
 
-#[cfg(feature = "json")]
-use serde::{Deserialize, Deserializer};
-use serde::{Serialize, Serializer};
+use crate::text::text_in_files;
 
 /// Finite numbers, such as `-1.5,0.7,1,0.5`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,30 +44,7 @@ impl std::fmt::Display for Coefficients {
     }
 }
 
-impl Serialize for Coefficients {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-#[cfg(feature = "json")]
-impl<'de> Deserialize<'de> for Coefficients {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        text.parse().map_err(serde::de::Error::custom)
-    }
-}
-
-#[cfg(feature = "json")]
-impl schemars::JsonSchema for Coefficients {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Coefficients".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "type": "string" })
-    }
-}
+text_in_files!(Coefficients, serde::Deserialize::deserialize, "string");
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,5 @@
 //! Linear equations of a few unknowns, whatever the units of their rows and columns.
 
-use crate::real::with_fma;
-
 /// Numbers of a row that are computed side by side.
 const LANES: usize = 4;
 type Lanes = [f64; LANES];
@@ -38,16 +36,13 @@ impl Elimination {
     pub(crate) fn solve(&mut self, d: usize, matrix: &[f64], right: &mut [f64]) {
         let Self { few, rows, .. } = self;
         let groups = if right.len() == d { (d + 1).div_ceil(LANES) } else { 0 };
-        with_fma(
-            #[inline(always)]
-            || match groups {
-                1 => solve_few::<1>(few, rows, matrix, right),
-                2 => solve_few::<2>(few, rows, matrix, right),
-                3 => solve_few::<3>(few, rows, matrix, right),
-                MOST_GROUPS => solve_few::<MOST_GROUPS>(few, rows, matrix, right),
-                _ => {}
-            },
-        );
+        with_fma!(|| match groups {
+            1 => solve_few::<1>(few, rows, matrix, right),
+            2 => solve_few::<2>(few, rows, matrix, right),
+            3 => solve_few::<3>(few, rows, matrix, right),
+            MOST_GROUPS => solve_few::<MOST_GROUPS>(few, rows, matrix, right),
+            _ => {}
+        });
         if !(1..=MOST_GROUPS).contains(&groups) {
             self.solve_many(d, matrix, right);
         }

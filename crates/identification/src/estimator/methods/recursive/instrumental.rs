@@ -10,7 +10,6 @@ use super::{RecursiveSettings, SquareRoot, dot};
 use crate::estimator::{ArxOptions, OptionError};
 use crate::model::Orders;
 use crate::names::named_enum;
-use crate::real::with_fma;
 
 named_enum! {
     /// The instruments of recursive instrumental variables.
@@ -182,19 +181,16 @@ impl InstrumentalUpdate {
     /// One equation without solving.
     fn add(&mut self, z: &[f64], phi: &[f64], y: f64, lambda: f64) {
         let d = z.len();
-        with_fma(
-            #[inline(always)]
-            || {
-                for i in 0..d {
-                    let rows = i * d..(i + 1) * d;
-                    add(&mut self.information[rows.clone()], lambda, z[i], phi);
-                    add(&mut self.squares[rows.clone()], lambda * lambda, z[i], z);
-                    add(&mut self.moments[rows], lambda, phi[i], phi);
-                }
-                add(&mut self.sums, lambda, y, z);
-                add(&mut self.products, lambda, y, phi);
-            },
-        );
+        with_fma!(|| {
+            for i in 0..d {
+                let rows = i * d..(i + 1) * d;
+                add(&mut self.information[rows.clone()], lambda, z[i], phi);
+                add(&mut self.squares[rows.clone()], lambda * lambda, z[i], z);
+                add(&mut self.moments[rows], lambda, phi[i], phi);
+            }
+            add(&mut self.sums, lambda, y, z);
+            add(&mut self.products, lambda, y, phi);
+        });
         self.power = lambda * self.power + y * y;
         self.weights.add(lambda);
         self.first.take(z, phi, y, lambda);

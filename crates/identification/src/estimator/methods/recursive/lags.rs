@@ -2,7 +2,6 @@
 
 use crate::plant::canonical::reverse_negated;
 use crate::plant::stability::is_stable;
-use crate::real::with_fma;
 
 /// Puts the newest sample first; the oldest is dropped.
 pub(super) fn push(lags: &mut [f64], newest: f64) {
@@ -33,9 +32,6 @@ impl StabilityTest {
         let n = d.len();
         let (reversed, scratch) = (&mut self.reversed[..n], &mut self.scratch[..n]);
         reverse_negated(d, reversed);
-        with_fma(
-            #[inline(always)]
-            || is_stable(reversed, scratch),
-        )
+        with_fma!(|| is_stable(reversed, scratch))
     }
 }

@@ -2,7 +2,6 @@
 
 use super::weights::Weights;
 use crate::estimator::solver::rank::{Equilibration, check_rank_of_columns};
-use crate::real::with_fma;
 use faer::MatRef;
 
 /// `R'R = P^-1` with R upper triangular, and `z = R theta`: the equations seen so far, rotated into d rows.
@@ -130,10 +129,7 @@ impl SquareRoot {
             self.residual_sum *= lambda;
         }
         let (r, equation) = (&mut self.r, &mut self.row);
-        with_fma(
-            #[inline(always)]
-            || rotate_in(r, equation),
-        );
+        with_fma!(|| rotate_in(r, equation));
         self.residual_sum += self.row[d] * self.row[d];
         self.rows += 1;
         self.weights.add(lambda);
