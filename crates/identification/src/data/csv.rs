@@ -22,7 +22,7 @@ mod times;
 mod unused_times;
 mod write;
 
-pub use error::RecordError;
+pub use error::{Place, RecordError};
 pub use options::{Decimal, Missing, ReadOptions};
 pub use read::{read, read_column, read_table, uses};
 pub use runs::{Kept, Segment};

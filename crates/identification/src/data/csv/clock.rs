@@ -185,10 +185,8 @@ impl Clock {
         if let Some(form) = &self.form {
             return Ok((form.unit, Some(format!("times as {}", form.in_words()))));
         }
-        let unit = columns.unit.ok_or_else(|| RecordError::TimeUnit {
-            line,
-            column: columns.name(Role::T).to_owned(),
-        })?;
+        let unknown = || RecordError::TimeUnit(line, columns.name(Role::T).to_owned());
+        let unit = columns.unit.ok_or_else(unknown)?;
         let since = |scale: f64| (5e8..5e9).contains(&(first.abs() * scale));
         let epochs = [(1e-3, "milliseconds"), (1e-6, "microseconds"), (1e-9, "nanoseconds")];
         let epoch = epochs

@@ -2,7 +2,7 @@
 
 use super::clock::{Clock, Form};
 use super::columns::Role;
-use super::error::RecordError;
+use super::error::{Place, RecordError};
 use super::layout::Layout;
 use super::number::{Notation, Number, is_missing};
 use super::options::{Decimal, Missing, ReadOptions};
@@ -72,11 +72,11 @@ impl<'a> Rows<'a> {
         match self.notation.number(cell, line, column)? {
             Number::Known(number) => Ok(Some(number)),
             Number::Missing if self.pieces.is_some() => Ok(None),
-            Number::Missing => Err(RecordError::Missing {
+            Number::Missing => Err(RecordError::Missing(Place {
                 line,
                 column: column.to_owned(),
                 text: cell.to_owned(),
-            }),
+            })),
         }
     }
 
@@ -177,7 +177,7 @@ impl<'a> Rows<'a> {
         };
         let rows = kept.map_or(run.y.len(), |kept| kept.rows);
         if used * LEAST_SHARE < rows {
-            return Err(RecordError::ShortRun { samples: used, rows });
+            return Err(RecordError::ShortRun(used, rows));
         }
         if falls {
             segments.reverse();

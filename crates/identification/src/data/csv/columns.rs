@@ -72,10 +72,7 @@ impl Columns {
             }
         }
         if places[1].is_some() && places[1] == places[2] {
-            return Err(RecordError::SameColumn {
-                line,
-                column: chosen[1].unwrap_or_default().to_owned(),
-            });
+            return Err(RecordError::SameColumn(line, chosen[1].unwrap_or_default().to_owned()));
         }
         let taken = places;
         let mut unused = Vec::new();
@@ -91,10 +88,7 @@ impl Columns {
                 Some(Role::U | Role::R) if options.alone => {}
                 Some(role) => {
                     if places[role as usize].replace(at).is_some() {
-                        return Err(RecordError::RepeatedColumn {
-                            line,
-                            column: role.name(),
-                        });
+                        return Err(RecordError::RepeatedColumn(line, role.name()));
                     }
                 }
                 None if is_chosen => unused.push((*cell).to_owned()),
@@ -112,12 +106,7 @@ impl Columns {
                 let Some(header) = header else {
                     return Err(RecordError::NoHeader(line));
                 };
-                let column = role.name();
-                return Err(RecordError::MissingColumn {
-                    line,
-                    column,
-                    found: listed(header),
-                });
+                return Err(RecordError::MissingColumn(line, role.name(), listed(header)));
             }
         }
         let names = Role::ALL.map(|role| {
@@ -204,10 +193,7 @@ fn place(column: &str, header: Option<&[&str]>, count: usize, line: u64) -> Resu
     let mut named = header.iter().enumerate().filter(|(_, cell)| **cell == column);
     if let Some((place, _)) = named.next() {
         if named.next().is_some() {
-            return Err(RecordError::AmbiguousColumn {
-                line,
-                column: column.to_owned(),
-            });
+            return Err(RecordError::AmbiguousColumn(line, column.to_owned()));
         }
         return Ok(place);
     }
@@ -223,15 +209,8 @@ fn place(column: &str, header: Option<&[&str]>, count: usize, line: u64) -> Resu
     match (column.parse(), found.as_slice()) {
         (Ok(number @ 1..), _) if number <= count => Ok(number - 1),
         (_, [place]) => Ok(*place),
-        (_, [_, _, ..]) => Err(RecordError::AmbiguousColumn {
-            line,
-            column: column.to_owned(),
-        }),
-        _ if header.is_empty() => Err(RecordError::NoNumber {
-            line,
-            column: column.to_owned(),
-            count,
-        }),
+        (_, [_, _, ..]) => Err(RecordError::AmbiguousColumn(line, column.to_owned())),
+        _ if header.is_empty() => Err(RecordError::NoNumber(line, column.to_owned(), count)),
         _ => Err(RecordError::NotThere {
             line,
             column: column.to_owned(),

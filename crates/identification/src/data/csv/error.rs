@@ -6,6 +6,23 @@ use crate::text::{beginning, number, rounded};
 /// The longest first line that is read, so that an input without line ends cannot fill the memory.
 pub(super) const LONGEST_LINE: u64 = 1 << 20;
 
+/// A cell of a table.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// The line, from 1.
+    pub line: u64,
+    /// The column's name.
+    pub column: String,
+    /// The text there.
+    pub text: String,
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "line {}, column {}: '{}'", self.line, self.column, self.text)
+    }
+}
+
 /// Why a record was refused. Lines count from 1, comments and header included.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
@@ -25,40 +42,18 @@ pub enum RecordError {
         /// The columns of the file.
         found: String,
     },
-    /// Two columns have names of one role.
-    #[error("line {line}: column '{column}' appears twice")]
-    RepeatedColumn {
-        /// The header's line.
-        line: u64,
-        /// The role.
-        column: &'static str,
-    },
-    /// A chosen name stands above several columns.
-    #[error("line {line}: several columns are named '{column}'; expected a column's number, from 1")]
-    AmbiguousColumn {
-        /// The header's line.
-        line: u64,
-        /// The name.
-        column: String,
-    },
-    /// One column is chosen for u and for y.
-    #[error("line {line}: column '{column}' is chosen as input and as output")]
-    SameColumn {
-        /// The header's line.
-        line: u64,
-        /// The column.
-        column: String,
-    },
-    /// Column u or y is missing.
-    #[error("line {line}: no column '{column}' among {found}")]
-    MissingColumn {
-        /// The header's line.
-        line: u64,
-        /// The column's name.
-        column: &'static str,
-        /// The columns of the file.
-        found: String,
-    },
+    /// Two columns of the header, in this line, have names of one role.
+    #[error("line {0}: column '{1}' appears twice")]
+    RepeatedColumn(u64, &'static str),
+    /// In the header, in this line, a chosen name stands above several columns.
+    #[error("line {0}: several columns are named '{1}'; expected a column's number, from 1")]
+    AmbiguousColumn(u64, String),
+    /// One column of the table, with the header in this line, is chosen for u and for y.
+    #[error("line {0}: column '{1}' is chosen as input and as output")]
+    SameColumn(u64, String),
+    /// In the header, in this line, column u or y is missing; the columns of the file.
+    #[error("line {0}: no column '{1}' among {2}")]
+    MissingColumn(u64, &'static str, String),
     /// A chosen column is missing.
     #[error("line {line}: no column '{column}' among {found}; expected one of these, or its number from 1")]
     NotThere {
@@ -69,24 +64,12 @@ pub enum RecordError {
         /// The columns of the file.
         found: String,
     },
-    /// A column is chosen by its name in a table without names.
-    #[error("line {line}: no header, so no column '{column}'; expected its number, 1 to {count}")]
-    NoNumber {
-        /// The first line.
-        line: u64,
-        /// The choice.
-        column: String,
-        /// Columns in the table.
-        count: usize,
-    },
-    /// The times have a unit that is not known.
-    #[error("line {line}: the unit of column '{column}' is unknown; expected s, ms, us, min or h")]
-    TimeUnit {
-        /// The header's line.
-        line: u64,
-        /// The column's name.
-        column: String,
-    },
+    /// A column is chosen by its name in a table without names: its first line, the choice, the number of columns.
+    #[error("line {0}: no header, so no column '{1}'; expected its number, 1 to {2}")]
+    NoNumber(u64, String, usize),
+    /// The times have a unit that is not known: the header's line, the column's name.
+    #[error("line {0}: the unit of column '{1}' is unknown; expected s, ms, us, min or h")]
+    TimeUnit(u64, String),
     /// A row has too few or too many cells.
     #[error(
         "line {line}: {found} {}, but {} {expected}{}",
@@ -106,50 +89,20 @@ pub enum RecordError {
         has_header: bool,
     },
     /// A cell is not a finite number.
-    #[error("line {line}, column {column}: '{text}' is not a finite number")]
-    Cell {
-        /// The line.
-        line: u64,
-        /// The column's name.
-        column: String,
-        /// The cell.
-        text: String,
-    },
-    /// A number has a decimal comma among numbers with decimal points, or a point among commas.
-    #[error("line {line}, column {column}: '{text}', but earlier numbers have decimal {others}s")]
-    MixedDecimals {
-        /// The line.
-        line: u64,
-        /// The column's name.
-        column: String,
-        /// The cell.
-        text: String,
-        /// The mark of the others.
-        others: Decimal,
-    },
+    #[error("{0} is not a finite number")]
+    Cell(Place),
+    /// A number has a decimal comma among numbers with decimal points, or a point among commas; the mark of the others.
+    #[error("{0}, but earlier numbers have decimal {1}s")]
+    MixedDecimals(Place, Decimal),
     /// A mark may divide thousands or decimals.
     #[error(
-        "line {line}, column {column}: '{text}' may be {} or {}: three digits stand behind each such mark",
-        .text.replace(',', "."), .text.replace([',', '.'], "")
+        "{} may be {} or {}: three digits stand behind each such mark",
+        .0, .0.text.replace(',', "."), .0.text.replace([',', '.'], "")
     )]
-    Thousands {
-        /// The line.
-        line: u64,
-        /// The column's name.
-        column: String,
-        /// The cell.
-        text: String,
-    },
+    Thousands(Place),
     /// A time cannot be read.
-    #[error("line {line}, column {column}: '{text}' is no time in a form that is known")]
-    Time {
-        /// The line.
-        line: u64,
-        /// The column's name.
-        column: String,
-        /// The cell.
-        text: String,
-    },
+    #[error("{0} is no time in a form that is known")]
+    Time(Place),
     /// Times can be read in several ways.
     #[error("column {column}: '{text}' and the times below it can be read in several ways ({forms})")]
     AmbiguousTimes {
@@ -169,24 +122,12 @@ pub enum RecordError {
     /// A quoted cell goes on over rows.
     #[error("line {0}: a quote that begins here goes on over line ends and separators; expected its end")]
     OpenQuote(u64),
-    /// There is a row above the header.
-    #[error("line {line}: numbers above the header in line {header}")]
-    DataAbove {
-        /// The line.
-        line: u64,
-        /// The line of the header.
-        header: u64,
-    },
+    /// There is a row, in the first line, above the header, in the second.
+    #[error("line {0}: numbers above the header in line {1}")]
+    DataAbove(u64, u64),
     /// A sample is missing.
-    #[error("line {line}, column {column}: a sample is missing ('{text}')")]
-    Missing {
-        /// The line.
-        line: u64,
-        /// The column's name.
-        column: String,
-        /// The cell.
-        text: String,
-    },
+    #[error("line {}, column {}: a sample is missing ('{}')", .0.line, .0.column, .0.text)]
+    Missing(Place),
     /// The samples are not consecutive.
     #[error(
         "line {line}, column {column}: found {}, expected {}; samples must be consecutive",
@@ -222,17 +163,12 @@ pub enum RecordError {
         /// Whether the newest sample is the first.
         falls: bool,
     },
-    /// The longest part at equal steps is a small share of the table.
+    /// The longest part at equal steps is a small share of the table: its samples, the rows of the table.
     #[error(
-        "the longest part at equal steps has {samples} of {rows} rows; expected at least a tenth of them: steps are \
+        "the longest part at equal steps has {0} of {1} rows; expected at least a tenth of them: steps are \
          unequal throughout"
     )]
-    ShortRun {
-        /// Its samples.
-        samples: usize,
-        /// The rows of the table.
-        rows: usize,
-    },
+    ShortRun(usize, usize),
     /// The file has a header and no rows.
     #[error("no samples after the header")]
     NoSamples,

@@ -1,7 +1,7 @@
 //! Where a table begins in its file: the separator, the lines before the header, the names, the units below them.
 
 use super::columns::Columns;
-use super::error::RecordError;
+use super::error::{Place, RecordError};
 use super::number::{is_error_value, is_missing, is_number};
 use super::options::ReadOptions;
 use super::rows::{Row, Rows, Separator};
@@ -231,11 +231,11 @@ fn unnamed(head: &[Line], options: &ReadOptions) -> Result<Start, RecordError> {
         && let Some(number) = chosen.iter().find(|number| !holds(line, **number))
         && values(line) > 0
     {
-        return Err(RecordError::Cell {
+        return Err(RecordError::Cell(Place {
             line: line.number,
             column: number.to_string(),
             text: at(line, *number),
-        });
+        }));
     }
     let is_named = |place: &usize| wide(place) && !head[*place].cells.iter().any(|cell| is_value(cell));
     let units = above.filter(|place| is_units(&head[*place].cells()));
@@ -272,10 +272,7 @@ impl Start {
             .iter()
             .find(|line| line.is_data() && line.cells.len() >= cells.len())
         {
-            return Err(RecordError::DataAbove {
-                line: line.number,
-                header: start.number,
-            });
+            return Err(RecordError::DataAbove(line.number, start.number));
         }
         if let Some(line) = above.iter().find(|line| line.runs_on) {
             return Err(RecordError::OpenQuote(line.number));

@@ -1,6 +1,6 @@
 //! Numbers as programs of all countries print them, and which mark stands before their decimals.
 
-use super::error::RecordError;
+use super::error::{Place, RecordError};
 use super::options::Decimal;
 use super::rows::Separator;
 use crate::text::beginning;
@@ -141,14 +141,6 @@ pub(super) fn is_number(cell: &str) -> bool {
     marks(&plain(cell)).is_some()
 }
 
-/// Where a mark was seen.
-#[derive(Clone, Debug)]
-struct Place {
-    line: u64,
-    column: String,
-    text: String,
-}
-
 /// The meanings of the marks of a column.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Column {
@@ -213,13 +205,7 @@ pub(super) fn settled(
             } else {
                 (comma, Decimal::Point)
             };
-            let Place { line, column, text } = later;
-            return Err(RecordError::MixedDecimals {
-                line,
-                column,
-                text,
-                others,
-            });
+            return Err(RecordError::MixedDecimals(later, others));
         }
         [Some(_), None] => return Ok(Some(Decimal::Point)),
         [None, Some(_)] => return Ok(Some(Decimal::Comma)),
@@ -245,11 +231,7 @@ pub(super) fn settled(
         .flat_map(|column| column.either.iter().flatten())
         .next()
     {
-        Some(Place { line, column, text }) => Err(RecordError::Thousands {
-            line: *line,
-            column: column.clone(),
-            text: text.clone(),
-        }),
+        Some(place) => Err(RecordError::Thousands(place.clone())),
         None => Ok(Some(mark)),
     }
 }
@@ -272,17 +254,16 @@ impl Notation {
             _ if is_missing(cell) => return Ok(Number::Missing),
             _ => {}
         }
-        let (column, text) = (column.to_owned(), beginning(cell, 40));
+        let place = Place {
+            line,
+            column: column.to_owned(),
+            text: beginning(cell, 40),
+        };
         let other = matches!(marks(&plain(cell)), Some(Marks::Decimal(own)) if own != decimal);
         Err(if other && found.is_none() {
-            RecordError::MixedDecimals {
-                line,
-                column,
-                text,
-                others: decimal,
-            }
+            RecordError::MixedDecimals(place, decimal)
         } else {
-            RecordError::Cell { line, column, text }
+            RecordError::Cell(place)
         })
     }
 

@@ -2,7 +2,7 @@
 
 use super::clock::{Clock, Form, Forms};
 use super::columns::Role;
-use super::error::RecordError;
+use super::error::{Place, RecordError};
 use super::layout::{Layout, is_comment};
 use super::number::{Column, Notation, Number, is_missing, is_number};
 use super::rows::{Row, Rows, Separator};
@@ -122,7 +122,7 @@ impl Seen {
         })?;
         if let Some((line, text)) = own.times.wrong.take() {
             let column = columns.name(Role::T).to_owned();
-            return Err(RecordError::Time { line, column, text });
+            return Err(RecordError::Time(Place { line, column, text }));
         }
         Ok(own)
     }
