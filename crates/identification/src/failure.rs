@@ -5,53 +5,105 @@ use crate::names::UnknownName;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::str::FromStr;
 
-/// Why a pass failed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum FailureKind {
-    /// A value is not finite.
-    #[default]
-    NonFinite,
-    /// A matrix is exactly singular: it has a zero row or column.
-    Singular,
-    /// A matrix is singular up to rounding, or a pivot is zero: [`crate::estimator::solver::rank::RANK_MULTIPLE`].
-    RankDeficient,
-    /// Continuous time: the error by step halving is above the study's limit.
-    StepTooLong,
-    /// Continuous time: the disturbance of the trial makes the run too long.
-    NotRun,
-    /// An iteration did not converge.
-    NoConvergence,
-    /// A search ended at the border of stability, or of a range that was given, where the criterion still falls; the
-    /// best model so far is there.
-    Boundary,
-    /// A search took all its iterations, or no step helped; the best model so far is there.
-    IterationLimit,
-    /// A model that contradicts what its method assumes; it is there.
-    Implausible,
-    /// As [`Self::Boundary`], in a study that counts such models.
-    BoundaryCounted,
-    /// As [`Self::IterationLimit`], in a study that counts such models.
-    IterationLimitCounted,
-    /// As [`Self::Implausible`], in a study that counts such models.
-    ImplausibleCounted,
-    /// The predictor of a model is not stable.
-    UnstablePredictor,
-    /// The model whose output makes the instruments is unstable.
-    UnstableInstruments,
-    /// The record does not distinguish the parameters: psi'psi is singular up to rounding.
-    NotIdentifiable,
-    /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
-    NoFilter,
-    /// A program declined the record.
-    Declined,
-    /// A program did not answer in time.
-    Timeout,
-    /// A program ended, or closed its output.
-    Crashed,
-    /// A program's reply violates the protocol.
-    Malformed,
-    /// A program failed for a reason of its own, "external: REASON".
-    External(Reason),
+/// Defines the failures of this crate's estimators and observers, and those of programs, each with the name that every
+/// output uses and its meaning in a sentence.
+macro_rules! failure_kinds {
+    (
+        own { $($(#[$of_own:meta])* $own:ident = $own_name:literal, $own_about:literal;)* }
+        of programs { $($(#[$of_program:meta])* $program:ident = $name:literal, $about:literal;)* }
+    ) => {
+        /// Why a pass failed.
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum FailureKind {
+            $($(#[$of_own])* $own,)*
+            $($(#[$of_program])* $program,)*
+            /// A program failed for a reason of its own, "external: REASON".
+            External(Reason),
+        }
+
+        impl FailureKind {
+            /// The failures of this crate's own estimators and observers.
+            pub const ALL: &[Self] = &[$(Self::$own,)*];
+
+            /// The failures of programs, except those with a reason.
+            pub const OF_PROGRAMS: &[Self] = &[$(Self::$program,)*];
+
+            /// Returns the name that every output uses.
+            pub fn name(&self) -> &str {
+                match self {
+                    $(Self::$own => $own_name,)*
+                    $(Self::$program => $name,)*
+                    Self::External(reason) => reason.name(),
+                }
+            }
+
+            /// Returns what it means, in a sentence.
+            pub const fn about(&self) -> &'static str {
+                match self {
+                    $(Self::$own => $own_about,)*
+                    $(Self::$program => $about,)*
+                    Self::External(_) => "A program failed for a reason of its own.",
+                }
+            }
+        }
+    };
+}
+
+failure_kinds! {
+    own {
+        /// A value is not finite.
+        #[default]
+        NonFinite = "non-finite", "A value is not finite.";
+        /// A matrix is exactly singular: it has a zero row or column.
+        Singular = "singular", "A matrix is exactly singular: it has a zero row or column.";
+        /// A matrix is singular up to rounding, or a pivot is zero: [`crate::estimator::solver::rank::RANK_MULTIPLE`].
+        RankDeficient = "rank-deficient", "A matrix is singular up to rounding, or a pivot is zero.";
+        /// Continuous time: the error by step halving is above the study's limit.
+        StepTooLong = "step-too-long", "Continuous time: the error by step halving is above the study's limit.";
+        /// Continuous time: the disturbance of the trial makes the run too long.
+        NotRun = "not-run", "Continuous time: the disturbance of the trial makes the run too long.";
+        /// An iteration did not converge.
+        NoConvergence = "no-convergence", "An iteration did not converge.";
+        /// A search ended at the border of stability, or of a range that was given, where the criterion still falls;
+        /// the best model so far is there.
+        Boundary = "boundary",
+            "A search ended at the border of stability, where the criterion still falls. The best model so far is \
+             there; it is lost unless unfinished = \"counted\".";
+        /// A search took all its iterations, or no step helped; the best model so far is there.
+        IterationLimit = "iteration-limit",
+            "A search took all its iterations, or no step helped. The best model so far is there; it is lost unless \
+             unfinished = \"counted\".";
+        /// A model that contradicts what its method assumes; it is there.
+        Implausible = "implausible",
+            "A model contradicts what its method assumes: a response that has not decayed at its last tap, a variance \
+             of noise below 0. It is there, and lost unless unfinished = \"counted\".";
+        /// As [`Self::Boundary`], in a study that counts such models.
+        BoundaryCounted = "boundary-counted", "As boundary, in a study that counts such models.";
+        /// As [`Self::IterationLimit`], in a study that counts such models.
+        IterationLimitCounted = "iteration-limit-counted", "As iteration-limit, in a study that counts such models.";
+        /// As [`Self::Implausible`], in a study that counts such models.
+        ImplausibleCounted = "implausible-counted", "As implausible, in a study that counts such models.";
+        /// The predictor of a model is not stable.
+        UnstablePredictor = "unstable-predictor", "The predictor of a model is not stable.";
+        /// The model whose output makes the instruments is unstable.
+        UnstableInstruments = "unstable-instruments", "The model whose output makes the instruments is unstable.";
+        /// The record does not distinguish the parameters: psi'psi is singular up to rounding.
+        NotIdentifiable = "not-identifiable",
+            "The record does not distinguish the parameters: their information is singular up to rounding.";
+        /// No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.
+        NoFilter = "no-filter",
+            "No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite likelihood.";
+    }
+    of programs {
+        /// A program declined the record.
+        Declined = "declined", "A program declined the record.";
+        /// A program did not answer in time.
+        Timeout = "timeout", "A program did not answer in time.";
+        /// A program ended, or closed its output.
+        Crashed = "crashed", "A program ended, or closed its output.";
+        /// A program's reply violates the protocol.
+        Malformed = "malformed", "A program's reply violates the protocol.";
+    }
 }
 
 /// The name of a failure with a program's reason, "external: REASON".
@@ -99,29 +151,6 @@ impl std::fmt::Debug for Reason {
 }
 
 impl FailureKind {
-    /// The failures of this crate's own estimators and observers.
-    pub const ALL: &[Self] = &[
-        Self::NonFinite,
-        Self::Singular,
-        Self::RankDeficient,
-        Self::StepTooLong,
-        Self::NotRun,
-        Self::NoConvergence,
-        Self::Boundary,
-        Self::IterationLimit,
-        Self::Implausible,
-        Self::BoundaryCounted,
-        Self::IterationLimitCounted,
-        Self::ImplausibleCounted,
-        Self::UnstablePredictor,
-        Self::UnstableInstruments,
-        Self::NotIdentifiable,
-        Self::NoFilter,
-    ];
-
-    /// The failures of programs, except those with a reason.
-    pub const OF_PROGRAMS: &[Self] = &[Self::Declined, Self::Timeout, Self::Crashed, Self::Malformed];
-
     /// Whether there is a model: the best that a search found, of which nothing but its being a minimum is missing, or
     /// one that contradicts what its method assumes.
     pub const fn leaves_a_model(self) -> bool {
@@ -145,74 +174,6 @@ impl FailureKind {
             self,
             Self::BoundaryCounted | Self::IterationLimitCounted | Self::ImplausibleCounted
         )
-    }
-
-    /// Returns the name that every output uses.
-    pub fn name(&self) -> &str {
-        match self {
-            Self::NonFinite => "non-finite",
-            Self::Singular => "singular",
-            Self::RankDeficient => "rank-deficient",
-            Self::StepTooLong => "step-too-long",
-            Self::NotRun => "not-run",
-            Self::NoConvergence => "no-convergence",
-            Self::Boundary => "boundary",
-            Self::IterationLimit => "iteration-limit",
-            Self::Implausible => "implausible",
-            Self::ImplausibleCounted => "implausible-counted",
-            Self::BoundaryCounted => "boundary-counted",
-            Self::IterationLimitCounted => "iteration-limit-counted",
-            Self::UnstablePredictor => "unstable-predictor",
-            Self::UnstableInstruments => "unstable-instruments",
-            Self::NotIdentifiable => "not-identifiable",
-            Self::NoFilter => "no-filter",
-            Self::Declined => "declined",
-            Self::Timeout => "timeout",
-            Self::Crashed => "crashed",
-            Self::Malformed => "malformed",
-            Self::External(reason) => reason.name(),
-        }
-    }
-
-    /// Returns what it means, in a sentence.
-    pub const fn about(&self) -> &'static str {
-        match self {
-            Self::NonFinite => "A value is not finite.",
-            Self::Singular => "A matrix is exactly singular: it has a zero row or column.",
-            Self::RankDeficient => "A matrix is singular up to rounding, or a pivot is zero.",
-            Self::StepTooLong => "Continuous time: the error by step halving is above the study's limit.",
-            Self::NotRun => "Continuous time: the disturbance of the trial makes the run too long.",
-            Self::NoConvergence => "An iteration did not converge.",
-            Self::Boundary => {
-                "A search ended at the border of stability, where the criterion still falls. The best model so far is \
-                 there; it is lost unless unfinished = \"counted\"."
-            }
-            Self::IterationLimit => {
-                "A search took all its iterations, or no step helped. The best model so far is there; it is lost \
-                 unless unfinished = \"counted\"."
-            }
-            Self::Implausible => {
-                "A model contradicts what its method assumes: a response that has not decayed at its last tap, a \
-                 variance of noise below 0. It is there, and lost unless unfinished = \"counted\"."
-            }
-            Self::ImplausibleCounted => "As implausible, in a study that counts such models.",
-            Self::BoundaryCounted => "As boundary, in a study that counts such models.",
-            Self::IterationLimitCounted => "As iteration-limit, in a study that counts such models.",
-            Self::UnstablePredictor => "The predictor of a model is not stable.",
-            Self::UnstableInstruments => "The model whose output makes the instruments is unstable.",
-            Self::NotIdentifiable => {
-                "The record does not distinguish the parameters: their information is singular up to rounding."
-            }
-            Self::NoFilter => {
-                "No Kalman filter: its Riccati equation has no stabilising solution, or no noise has a finite \
-                 likelihood."
-            }
-            Self::Declined => "A program declined the record.",
-            Self::Timeout => "A program did not answer in time.",
-            Self::Crashed => "A program ended, or closed its output.",
-            Self::Malformed => "A program's reply violates the protocol.",
-            Self::External(_) => "A program failed for a reason of its own.",
-        }
     }
 }
 

@@ -35,71 +35,9 @@ impl UnknownName {
 /// A list of so many names is read whole.
 const FEW: usize = 12;
 
-/// The name of a thing elsewhere, in lower case but for single letters, and its name here.
-const ELSEWHERE: &[(&str, &str)] = &[
-    ("N", "window"),
-    ("n", "order"),
-    ("samples", "window"),
-    ("nsamples", "window"),
-    ("length", "window"),
-    ("K", "horizon"),
-    ("record", "horizon"),
-    ("na", "order"),
-    ("nx", "order"),
-    ("snr", "eta"),
-    ("snr_db", "eta"),
-    ("snrdb", "eta"),
-    ("noise_level", "eta"),
-    ("noiselevel", "eta"),
-    ("nsr", "eta"),
-    ("sigma", "eta"),
-    ("std", "eta"),
-    ("M", "trials"),
-    ("runs", "trials"),
-    ("repeats", "trials"),
-    ("replications", "trials"),
-    ("nsim", "trials"),
-    ("monte_carlo", "trials"),
-    ("estimators", "methods"),
-    ("models", "methods"),
-    ("metrics", "measures"),
-    ("systems", "plants"),
-    ("system", "plant"),
-    ("rbs", "signs"),
-    ("rgs", "gaussian"),
-    ("normal", "gaussian"),
-    ("white", "gaussian"),
-    ("ssest", "pem"),
-    ("tfest", "srivc"),
-    ("procest", "srivc"),
-    ("ivx", "iv4"),
-    ("na", "orders"),
-    ("nb", "orders"),
-    ("nk", "orders"),
-    ("dt", "Ts"),
-    ("method", "estimator"),
-    ("type", "estimator"),
-    ("algorithm", "estimator"),
-    ("method", "hold"),
-    ("type", "law"),
-    ("controller", "feedbacks"),
-    ("controllers", "feedbacks"),
-    ("feedback", "feedbacks"),
-    ("input", "inputs"),
-    ("excitation", "input"),
-    ("k", "gain"),
-    ("order", "register"),
-    ("bits", "register"),
-    ("rmse", "e_a"),
-    ("mse", "e_a"),
-    ("fit", "fit_fresh"),
-    ("interpolate", "longest-run"),
-    ("linear", "longest-run"),
-    ("drop", "longest-run"),
-    ("segments", "longest-run"),
-    ("omit", "longest-run"),
-    ("skip", "longest-run"),
-];
+/// The names here, each with its names elsewhere, in lower case but for single letters. A name elsewhere that has several
+/// here is the first that is valid.
+const ELSEWHERE: &str = include_str!("names/elsewhere.txt");
 
 /// The meaning of the name here, where the one from elsewhere means something that is not equal to it.
 const NOT_EQUAL: &[(&str, &str)] = &[
@@ -119,8 +57,9 @@ pub fn here<'a>(given: &str, valid: &[&'a str]) -> Option<&'a str> {
     let folded = given.to_lowercase();
     // N and n are two things.
     let is = |other: &str| other == given || (other.len() > 1 && other == folded);
-    let mut elsewhere = ELSEWHERE.iter().filter(|(other, _)| is(other));
-    elsewhere.find_map(|(_, here)| valid.iter().copied().find(|name| name == here))
+    let names = ELSEWHERE.lines().filter_map(|line| line.split_once(": "));
+    let mut names = names.filter(|(_, others)| others.split(' ').any(&is));
+    names.find_map(|(here, _)| valid.iter().copied().find(|name| *name == here))
 }
 
 /// The names to write instead: the name here of a thing from elsewhere, or the valid names after the nearest one, if
