@@ -1,6 +1,5 @@
 //! Polynomials in q^-1, `c_0 + c_1 q^-1 + ...`, as filters of signals that are zero before k = 0.
 
-use crate::real::with_fma;
 use faer::c64;
 
 /// Reads coefficients such as `1,-0.5`; `None` if one of them is not a number.
