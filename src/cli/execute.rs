@@ -50,6 +50,8 @@ pub(super) fn results(
     Ok((text, verdicts))
 }
 
+/// The flag of the folder, before a message about it.
+pub(super) const OUT: &str = "--out ";
 /// The most kinds of failures of an output in the line of a run.
 const KINDS_SHOWN: usize = 10;
 
@@ -102,7 +104,7 @@ impl Overwrite {
             return Ok(());
         }
         let checked = ResultsFolder::refuse_foreign(folder);
-        checked.map_err(|error| refused("--out ", error.into()))
+        checked.map_err(|error| refused(OUT, error.into()))
     }
 }
 
@@ -126,7 +128,6 @@ pub(super) struct Executed {
 /// Runs a study in a folder, with a progress bar on a terminal. `figures` are written with the results.
 pub(super) fn execute(
     path: &Path,
-    flag: &str,
     experiment: &Experiment,
     rule: TrialRule,
     options: RunOptions,
@@ -142,8 +143,8 @@ pub(super) fn execute(
         |event| display.show(&event),
         |change| note(&told(change)),
     );
-    taken_over.map_err(|error| ended(error, flag, options))?;
-    let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
+    taken_over.map_err(|error| ended(error, OUT, options))?;
+    let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(OUT, e))?;
     match campaign.looks_elsewhere() {
         0 => {}
         looks => note(&format!(
@@ -152,7 +153,7 @@ pub(super) fn execute(
             path.display()
         )),
     }
-    let beside = campaign.replaced_beside().map_err(|e| refused(flag, e))?;
+    let beside = campaign.replaced_beside().map_err(|e| refused(OUT, e))?;
     if let Some(beside) = beside.filter(|_| files::is_there(&path.join(MANIFEST))) {
         replaces(path, &beside);
     }

@@ -22,13 +22,15 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
-    if !arguments.names.is_empty() {
-        let texts: Vec<String> = arguments.names.iter().copied().map(described).collect();
-        return print(&texts.join("\n"));
+    let names = match arguments.names.as_slice() {
+        [] => EstimatorName::ALL,
+        names => names,
+    };
+    let mut texts: Vec<String> = names.iter().copied().map(described).collect();
+    if arguments.names.is_empty() {
+        texts.push(filled("command: ", PROGRAMS, 2));
     }
-    let texts: Vec<String> = EstimatorName::ALL.iter().copied().map(described).collect();
-    let programs = filled("command: ", PROGRAMS, 2);
-    print(&format!("{}\n{programs}", texts.join("\n")))
+    print(&texts.join("\n"))
 }
 
 /// Describes an estimator and its options.

@@ -44,9 +44,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         entries.extend(claims_json(&study));
     }
     if arguments.paper != Paper::Nikolov {
-        let bobtsov = bobtsov::Bobtsov::run(arguments, path)?;
-        text.push(bobtsov.text(path));
-        entries.extend(bobtsov.json());
+        let studies = bobtsov::run(arguments, path)?;
+        text.push(bobtsov::text(&studies, path));
+        entries.extend(studies.iter().flat_map(claims_json));
     }
     show(arguments.format, || text.join("\n\n"), || entries)
 }
@@ -93,7 +93,7 @@ fn nikolov(arguments: &Arguments, path: &Path) -> Result<Option<Study>, Error> {
             .collect()
     };
     need::ask(&experiment, &rule, options.threads, path, arguments.anyway)?;
-    execute(path, "--out ", &experiment, rule, options, figures)?;
+    execute(path, &experiment, rule, options, figures)?;
     Study::read(path).map(Some).map_err(failed)
 }
 

@@ -160,7 +160,7 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<(), Error> {
     if experiment.file.timing {
         timing::check(&path).map_err(|e| cannot_write(&e))?;
     }
-    let executed = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new());
+    let executed = execute(&path, &experiment, rule, options, |_| Vec::new());
     programs::conclude(&experiment, &path);
     let Executed { summary, stop, speed } = executed?;
     match speed {
@@ -189,12 +189,10 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<(), Error> {
 /// Says that all trials were there. A program that was edited is not seen unless it says another version.
 fn nothing_computed(experiment: &Experiment, path: &Path) {
     let path = path.display();
-    if experiment.programs.is_empty() {
-        note(&format!("nothing to compute: all trials are in {path}"));
+    let more = if experiment.programs.is_empty() {
+        ""
     } else {
-        note(&format!(
-            "nothing to compute: all trials are in {path}; if a program has changed since, give it another \
-             \"version\", or choose another --out"
-        ));
-    }
+        "; if a program has changed since, give it another \"version\", or choose another --out"
+    };
+    note(&format!("nothing to compute: all trials are in {path}{more}"));
 }

@@ -63,12 +63,8 @@ impl StudyArguments {
                 .and_then(|file| file.with_samples(&self.file))
                 .map_err(|e| Error::Input(format!("--set {e}")))?;
         }
-        if let Some(seed) = self.seed {
-            file.seed = seed;
-        }
-        if let Some(store) = self.store {
-            file.store = store;
-        }
+        file.seed = self.seed.unwrap_or(file.seed);
+        file.store = self.store.unwrap_or(file.store);
         if !self.method.is_empty() {
             let (chosen, left_out) = file
                 .only(&self.method)
@@ -81,9 +77,7 @@ impl StudyArguments {
                 ));
             }
         }
-        if let Some(engine) = self.engine {
-            file.engine = engine;
-        }
+        file.engine = self.engine.unwrap_or(file.engine);
         if let Some(trials) = self.trials {
             file.trials = TrialRule::Fixed(trials);
         }

@@ -5,7 +5,7 @@ use super::groups;
 use super::output::{Format, WIDTH, print, print_json};
 use super::study_arguments::StudyArguments;
 use crate::number::uncertain;
-use crate::study::file::{Key, Settings};
+use crate::study::file::Key;
 use crate::study::{Cell, Experiment, FoundTheory as Found};
 use crate::text::visible;
 use crate::theory::{Missing, SmoothMeasure, Theory};
@@ -52,31 +52,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the settings of a cell.
-fn settings(cell: &Settings) -> Value {
-    serde_json::to_value(cell).unwrap_or_default()
-}
-
 fn of_cell_as_json(experiment: &Experiment, cell: &Cell, found: &Found) -> Value {
-    let settings = settings(&cell.settings);
     match found {
         Err(why) => {
             let outputs = experiment.outputs();
-            let outputs: Vec<Value> = outputs
-                .iter()
-                .map(|output| of_output_as_json(&output.label(), None))
-                .collect();
-            let bounds = json!({ "shared": null, "separate": null });
-            json!({ "settings": settings, "outputs": outputs, "bounds": bounds, "why": why.to_string() })
+            let outputs = outputs.iter().map(|output| of_output_as_json(&output.label(), None));
+            json!({
+                "settings": cell.settings,
+                "outputs": outputs.collect::<Vec<Value>>(),
+                "bounds": { "shared": null, "separate": null },
+                "why": why.to_string(),
+            })
         }
         Ok(theory) => {
             let outputs = theory.outputs.iter();
-            let outputs: Vec<Value> = outputs
-                .map(|(label, theory)| of_output_as_json(label, Some(theory)))
-                .collect();
+            let outputs = outputs.map(|(label, theory)| of_output_as_json(label, Some(theory)));
             json!({
-                "settings": settings,
-                "outputs": outputs,
+                "settings": cell.settings,
+                "outputs": outputs.collect::<Vec<Value>>(),
                 "bounds": {
                     "shared": of_bound_as_json(&theory.shared),
                     "separate": of_bound_as_json(&theory.separate),
@@ -174,15 +167,10 @@ fn heading(cells: &[usize], settings: &[String]) -> String {
 fn table(found: &Found) -> String {
     let mut text = String::new();
     match found {
-        Err(why) => {
-            let line = format!("  no theory: {why}\n");
-            text.push_str(&line);
-        }
+        Err(why) => text.extend([format!("  no theory: {why}\n")]),
         Ok(theory) => {
-            text.push_str(&row(
-                "output",
-                &["limit", "e_a", "median", "e_b", "e_h", "trace"].map(str::to_owned),
-            ));
+            let head = ["limit", "e_a", "median", "e_b", "e_h", "trace"];
+            text += &row("output", &head.map(str::to_owned));
             let bounds = [
                 ("optimal IV", &theory.optimal_instruments),
                 ("bound: shared", &theory.shared),
@@ -220,9 +208,8 @@ fn line(label: &str, theory: &Result<Theory, Missing>) -> String {
         Ok(theory) => theory,
     };
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| uncertain(v, 0.0));
-    let figure = |measure| theory.figure(measure);
-    let rms = |measure| number(figure(measure).map(|figure| figure.sqrt_n_rms));
-    let of_a = figure(SmoothMeasure::Ea);
+    let rms = |measure| number(theory.figure(measure).map(|figure| figure.sqrt_n_rms));
+    let of_a = theory.figure(SmoothMeasure::Ea);
     let limit = of_a.filter(|_| !theory.is_consistent).map(|a| a.limit);
     let values = [
         number(limit),

@@ -11,7 +11,6 @@ use crate::study::file::Key;
 use crate::study::{ContinuousCell, Experiment, Source};
 use crate::text::{rounded, visible};
 use faer::{Mat, c64};
-use std::fmt::Write as _;
 
 /// The largest number of plants shown.
 const SHOWN: usize = 8;
@@ -55,8 +54,7 @@ pub(super) fn plants(experiment: &Experiment) -> String {
     });
     let mut text: String = lines.collect();
     if more > 0 {
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "          and {more} more plants");
+        text.extend([format!("          and {more} more plants\n")]);
     }
     text
 }

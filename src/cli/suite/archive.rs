@@ -83,8 +83,7 @@ pub(super) fn add(arguments: &Add) -> Result<(), Error> {
             word(&out)
         ),
     };
-    page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside, &out)
+    page::conclude(&suite, &beside, &out)
 }
 
 fn text(path: &Path) -> Result<String, Error> {

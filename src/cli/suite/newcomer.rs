@@ -72,8 +72,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
             word(&out)
         ),
     };
-    page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside, &out)
+    page::conclude(&suite, &beside, &out)
 }
 
 /// The one method of a file.

@@ -165,9 +165,20 @@ pub(super) fn refused(error: &ResultsError) -> Error {
     Error::Input(format!("suite: {error}"))
 }
 
-/// Writes the page of a run into its folder, beside the studies.
-pub(super) fn write(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
-    write_page(suite, beside, &Shipped::new(suite, beside.part, Some(out))?, out)
+/// Writes the page of a run into its folder, beside the studies, and prints the first tables as text: the ranking, and
+/// the newcomer beside the others with the reasons for its lost runs.
+pub(super) fn conclude(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
+    let more = Shipped::new(suite, beside.part, Some(out))?;
+    write_page(suite, beside, &more, out)?;
+    let tables = more.page(suite, beside, false, suite_tables);
+    let tables = tables
+        .iter()
+        .filter(|of| FIRST.contains(&&*of.name))
+        .map(|of| &of.table);
+    for table in tables.filter(|table| !table.rows.is_empty()) {
+        print(&format!("\n{}{}", filled("", &table.caption, 0), table.text()))?;
+    }
+    Ok(())
 }
 
 fn write_page(suite: &Suite, beside: &Beside<'_>, more: &Shipped, out: &Path) -> Result<(), Error> {
@@ -176,18 +187,4 @@ fn write_page(suite: &Suite, beside: &Beside<'_>, more: &Shipped, out: &Path) ->
     let files = more.page(suite, beside, has_studies, suite_page);
     write_report(out, &files).map_err(|error| cannot_write(&error))?;
     print(&format!("the page is {}\n", visible(out.join("report.html").display())))
-}
-
-/// Prints the first tables as text: the ranking, and the newcomer beside the others with the reasons for its lost runs.
-pub(super) fn print_scores(suite: &Suite, beside: &Beside<'_>, out: &Path) -> Result<(), Error> {
-    let more = Shipped::new(suite, beside.part, Some(out))?;
-    let tables = more.page(suite, beside, false, suite_tables);
-    let shown = tables.iter().filter(|of| FIRST.contains(&&*of.name));
-    for table in shown.map(|of| &of.table) {
-        if table.rows.is_empty() {
-            continue;
-        }
-        print(&format!("\n{}{}", filled("", &table.caption, 0), table.text()))?;
-    }
-    Ok(())
 }

@@ -53,24 +53,20 @@ impl Part {
 
     /// Returns the flags that choose it.
     pub(super) fn flags(&self) -> String {
+        let division = self.division.iter().map(|of| format!(" --contest {of}"));
+        let edition = self.edition.iter().map(|edition| format!(" --edition {edition}"));
         let only = self.only.iter().map(|name| format!(" --only {name}"));
-        let first = self.first.map(|first| format!(" --first {first}"));
-        let first = first.unwrap_or_default();
-        let division = self.division.map(|of| format!(" --contest {of}"));
-        let division = division.unwrap_or_default();
-        let only = only.collect::<String>();
-        let edition = self.edition.as_ref();
-        let edition = edition.map_or_else(String::new, |edition| format!(" --edition {edition}"));
-        format!("--tier {}{division}{edition}{only}{first}", self.tier)
+        let first = self.first.iter().map(|first| format!(" --first {first}"));
+        let flags: String = division.chain(edition).chain(only).chain(first).collect();
+        format!("--tier {}{flags}", self.tier)
     }
 
     /// Returns the default folder of results.
     pub(super) fn folder(&self) -> String {
-        let division = self.division.map(|of| format!("{of}-"));
-        let division = division.unwrap_or_default();
-        let edition = self.edition.as_ref();
-        let edition = edition.map_or_else(String::new, |edition| format!("{edition}-"));
-        format!("results/suite-{division}{edition}{}", self.tier)
+        let division = self.division.iter().map(|of| format!("{of}-"));
+        let edition = self.edition.iter().map(|edition| format!("{edition}-"));
+        let part: String = division.chain(edition).collect();
+        format!("results/suite-{part}{}", self.tier)
     }
 }
 

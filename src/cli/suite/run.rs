@@ -1,5 +1,6 @@
 //! `asobench suite run`: every method on every scenario of a tier, each study an ordinary one in a folder of its own.
 
+use super::newcomer::started;
 use super::page::{self, Beside};
 use super::part::{How, Part, competitors, write, wrong};
 use crate::cli::cluster::word;
@@ -45,8 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         part,
         command: format!("asobench suite scores {} {}", word(&out), part.flags()),
     };
-    page::write(&suite, &beside, &out)?;
-    page::print_scores(&suite, &beside, &out)
+    page::conclude(&suite, &beside, &out)
 }
 
 /// Computes the results of some methods in a folder, and writes them there, one file for each. `own`: the experiment
@@ -125,14 +125,10 @@ fn in_folder(
     trials: u64,
 ) -> Result<Vec<(String, Vec<ScenarioResults>)>, Error> {
     how.overwrite.check(folder)?;
-    let (experiment, introduced) = match own {
-        None => (experiment, None),
-        Some(path) => {
-            let (file, introduced) = programs::introduced(experiment.file, path, &how.consent)?;
-            (Experiment::new(file).map_err(failed)?, introduced)
-        }
+    let experiment = match own {
+        None => experiment,
+        Some(path) => started(experiment, path, &how.consent)?,
     };
-    programs::take_over(&experiment, introduced.as_ref());
     let overwrite = how.overwrite.overwrite;
     if !overwrite {
         programs::same_versions(&experiment, folder)?;
@@ -143,7 +139,7 @@ fn in_folder(
         ..RunOptions::default()
     };
     let rule = TrialRule::Fixed(trials);
-    let executed = execute(folder, "--out ", &experiment, rule, options, |_| Vec::new());
+    let executed = execute(folder, &experiment, rule, options, |_| Vec::new());
     programs::conclude(&experiment, folder);
     executed?;
     let pages = [Study::read(folder).map_err(failed)?];
