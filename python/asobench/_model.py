@@ -71,6 +71,20 @@ class Continuous(NamedTuple):
     """A pole is fixed at 0."""
 
 
+class Findings(NamedTuple):
+    """What an estimate found beside the numbers of its model."""
+
+    loss: float
+    condition: float
+    iterations: int | None
+    minima: int | None
+    status: str | None
+    singular_values: list[float]
+    has_start: bool
+    continuous: tuple[list[float], list[float], list[float], float, str, float] | None
+    offsets: list[tuple[float, float]]
+
+
 class ResidualTests(NamedTuple):
     """P-values of the tests of residuals, each at 1 %; NaN where a test could not be made."""
 
@@ -195,18 +209,11 @@ class Model:
             n.shift,
             n.x0,
         )
-        found = (
-            n.loss,
-            n.condition,
-            n.iterations,
-            n.minima,
-            n.status,
-            n.singular_values,
-            n.x0 is not None,
-            n.continuous,
-            n.offsets,
-        )
-        return _restore, (parts, found, self.estimator, self._options, self._record)
+        return _restore, (parts, n.findings(), self.estimator, self._options, self._record)
+
+    @cached_property
+    def _found(self) -> Findings:
+        return Findings(*self._native.findings())
 
     # The polynomials.
 
@@ -267,7 +274,7 @@ class Model:
     @property
     def status(self) -> str:
         """``"ok"``, or why a search ended before a minimum, such as ``"boundary"``."""
-        return self._native.status or "ok"
+        return self._found.status or "ok"
 
     @property
     def names(self) -> list[str]:
@@ -303,32 +310,32 @@ class Model:
     @property
     def loss(self) -> float:
         """The mean squared prediction error over the record."""
-        return self._native.loss
+        return self._found.loss
 
     @property
     def condition(self) -> float:
         """The condition number of the last equations that were solved."""
-        return self._native.condition
+        return self._found.condition
 
     @property
     def iterations(self) -> int | None:
         """Of a method that iterates."""
-        return self._native.iterations
+        return self._found.iterations
 
     @property
     def minima(self) -> int | None:
         """How many distinct minima a search from several starts found."""
-        return self._native.minima
+        return self._found.minima
 
     @property
     def singular_values(self) -> Vector:
         """Of a subspace method, largest first; they hint at the order."""
-        return self._native.singular_values
+        return np.array(self._found.singular_values)
 
     @property
     def continuous(self) -> Continuous | None:
         """The model in continuous time, of an estimator that has one."""
-        found = self._native.continuous
+        found = self._found.continuous
         if found is None:
             return None
         numerator, denominator, covariance, ts, hold, dead_time = found
@@ -355,7 +362,7 @@ class Model:
     @property
     def offsets(self) -> list[Offset]:
         """The constant of y in each record, if it was estimated (``offset="estimate"``)."""
-        return [Offset(*offset) for offset in self._native.offsets]
+        return [Offset(*offset) for offset in self._found.offsets]
 
     # Properties that follow from the polynomials.
 
@@ -681,7 +688,7 @@ def _restore(
     parts: tuple[Any, ...], found: tuple[Any, ...], estimator: str, options: dict[str, Any], record: Any
 ) -> Model:
     """A pickled model."""
-    native = Native(*parts).with_findings(*found)
+    native = Native(*parts).with_findings(found)
     model = Model.__new__(Model)
     model._set(native, estimator, options, record)
     return model

@@ -7,6 +7,18 @@ from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
 VERSION: str
+Continuous = tuple[list[float], list[float], list[float], float, str, float]
+Findings = tuple[
+    float,
+    float,
+    int | None,
+    int | None,
+    str | None,
+    list[float],
+    bool,
+    Continuous | None,
+    list[tuple[float, float]],
+]
 
 class Native:
     def __init__(
@@ -22,32 +34,14 @@ class Native:
         shift: int,
         x0: Any | None,
     ) -> None: ...
-    def with_findings(
-        self,
-        loss: float,
-        condition: float,
-        iterations: int | None,
-        minima: int | None,
-        status: str | None,
-        singular_values: Any,
-        start: bool,
-        continuous: Any,
-        offsets: list[tuple[float, float]],
-    ) -> Native: ...
+    def with_findings(self, findings: Findings) -> Native: ...
+    def findings(self) -> Findings: ...
     delay: int
     orders: str
     shift: int
     noise_variance: float
-    loss: float
-    condition: float
-    iterations: int | None
-    minima: int | None
     unstable: bool
-    status: str | None
-    singular_values: Vector
     x0: Vector | None
-    offsets: list[tuple[float, float]]
-    continuous: tuple[list[float], list[float], list[float], float, str, float] | None
     def polynomials(self) -> list[Vector]: ...
     def params(self) -> Vector: ...
     def se(self) -> Vector | None: ...

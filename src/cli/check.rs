@@ -12,7 +12,6 @@ use crate::study::file::{Axis, Key, TrialRule};
 use crate::study::{Disk, Experiment, Forecast, check_results, done};
 use crate::text::visible;
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -81,10 +80,9 @@ fn results(folder: &Path) -> Result<(), Error> {
     print(&format!("{}: {names}\n", visible(folder.display())))
 }
 
-/// Appends a line to the output.
-fn line(text: &mut String, name: &str, value: &str) {
-    // Writing to a string does not fail.
-    let _ = writeln!(text, "{name:<9} {}", visible(value));
+/// A line of the output.
+fn line(name: &str, value: &str) -> String {
+    format!("{name:<9} {}\n", visible(value))
 }
 
 /// Returns what the file asks for.
@@ -96,22 +94,20 @@ fn size(arguments: &Arguments, experiment: &Experiment, rule: &TrialRule) -> Str
     } else {
         file.title.clone()
     };
-    line(&mut text, "title", &title);
+    text += &line("title", &title);
     if !file.question.is_empty() {
-        line(&mut text, "question", &file.question);
+        text += &line("question", &file.question);
     }
-    let cells = format!("{}{}", experiment.cells.len(), axes(experiment));
-    line(&mut text, "cells", &cells);
+    text += &line("cells", &format!("{}{}", experiment.cells.len(), axes(experiment)));
     let outputs = experiment.outputs();
     let labels: Vec<String> = outputs.iter().map(crate::estimator::Output::label).collect();
-    let outputs = format!("{}: {}", labels.len(), shortened(&labels));
-    line(&mut text, "outputs", &outputs);
+    text += &line("outputs", &format!("{}: {}", labels.len(), shortened(&labels)));
     for (i, (orders, names)) in orders(experiment).iter().enumerate() {
         let name = if i == 0 { "orders" } else { "" };
-        line(&mut text, name, &format!("{orders}: {}", shortened(names)));
+        text += &line(name, &format!("{orders}: {}", shortened(names)));
     }
-    line(&mut text, "trials", &trials(experiment, rule));
-    line(&mut text, "stores", &file.store.to_string());
+    text += &line("trials", &trials(experiment, rule));
+    text += &line("stores", &file.store.to_string());
     text
 }
 
@@ -139,14 +135,12 @@ fn orders(experiment: &Experiment) -> Vec<(String, Vec<String>)> {
 /// Returns the number of trials in words.
 fn trials(experiment: &Experiment, rule: &TrialRule) -> String {
     let (least, most) = rule.extent();
-    let mut text = format!("{} in each cell", span((least, most)));
+    let all = format!("{} in each cell", span((least, most)));
     let alike = experiment.cells.iter().filter(|cell| cell.is_deterministic());
-    let alike = alike.count();
-    if most > 1 && alike > 0 {
-        // Writing to a string does not fail.
-        let _ = write!(text, ", but 1 in the {alike} without random numbers");
+    match alike.count() {
+        alike @ 1.. if most > 1 => format!("{all}, but 1 in the {alike} without random numbers"),
+        _ => all,
     }
-    text
 }
 
 /// Returns the trials of all cells if so many are asked for in each.
@@ -175,23 +169,24 @@ fn estimates(experiment: &Experiment, rule: &TrialRule, folder: &Path, setup: f6
     );
     if experiment.file.timing {
         let more = duration(timing::duration(experiment, forecast.seconds_per_trial()));
-        // Writing to a string does not fail.
-        let _ = write!(time, ", then about {more} for the times of the methods, on one thread");
+        time.extend([format!(
+            ", then about {more} for the times of the methods, on one thread"
+        )]);
     }
     let memory = |trials: u64| amount(program + forecast.memory(trials, threads));
     let memory = span((memory(least), memory(most)));
     let memory = format!("about {memory}{}", free(room.memory));
     let disk = [least, most].map(|trials| forecast.disk(trials));
     let mut text = String::new();
-    line(&mut text, "time", &time);
-    line(&mut text, "memory", &memory);
-    line(&mut text, "disk", &(room_taken(disk) + &free(room.disk)));
+    text += &line("time", &time);
+    text += &line("memory", &memory);
+    text += &line("disk", &(room_taken(disk) + &free(room.disk)));
     if done.trials > 0 {
         let there = format!("{} trials, {}", done.trials, amount(done.bytes as f64));
-        line(&mut text, "there", &there);
+        text += &line("there", &there);
     }
     if let Some(beyond) = need.beyond(&room) {
-        line(&mut text, "warning", &beyond);
+        text += &line("warning", &beyond);
     }
     Ok(text)
 }

@@ -3,8 +3,9 @@
 use super::error::{Error, bad_input, failed};
 use super::execute;
 use super::output::note;
+use crate::files::is_there;
 use crate::study::cluster::{ClusterError, Collection, ShardPlan, Status};
-use crate::study::{BlockError, CampaignError, RunError};
+use crate::study::{BlockError, CampaignError, Experiment, RunError};
 use crate::text::shell_word;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -28,7 +29,7 @@ pub(super) fn refused(error: impl Into<ClusterError>) -> Error {
             let advice = "remove this file, then its trials are taken or computed again";
             Error::Input(format!("--out {error}; {advice}"))
         }
-        ClusterError::Campaign(error) => execute::refused("--out ", error),
+        ClusterError::Campaign(error) => execute::refused(execute::OUT, error),
         error @ (ClusterError::File(_) | ClusterError::Block(_) | ClusterError::Run(_)) => failed(error),
         error => bad_input(error),
     }
@@ -46,22 +47,27 @@ pub(super) fn word(path: &Path) -> String {
     shell_word(path.display())
 }
 
-/// Returns the folders of a command; the plan's default folder if none are given.
-pub(super) fn folders(plan: &Path, given: &[PathBuf]) -> Vec<PathBuf> {
-    match given {
-        [] => vec![ShardPlan::default_folder(plan)],
-        given => given.to_vec(),
+/// Collects what is in the folders of a command, or if none are given in the plan's default one, and says what was found
+/// and not used. With `may_lack` the default folder need not exist yet.
+pub(super) fn collected(
+    (plan, given): (&Path, &[PathBuf]),
+    experiment: &Experiment,
+    verify: bool,
+    may_lack: bool,
+) -> Result<Collection, Error> {
+    let default = [ShardPlan::default_folder(plan)];
+    let mut folders = if given.is_empty() { &default } else { given };
+    if may_lack && folders == default && !is_there(&default[0]) {
+        folders = &[];
     }
-}
-
-/// Says what was found and not used.
-pub(super) fn note_refused(found: &Collection) {
+    let found = Collection::from_folders(folders, experiment, verify).map_err(refused)?;
     for line in found.refused.iter().take(LINES) {
         note(line);
     }
     if let Some(more @ 1..) = found.refused.len().checked_sub(LINES) {
         note(&format!("{more} more, not taken"));
     }
+    Ok(found)
 }
 
 /// Returns the lines that say how to compute what is missing: as a job if the plan has a job script.
@@ -75,7 +81,7 @@ pub(super) fn again(path: &Path, plan: &ShardPlan, status: &Status) -> String {
     };
     let array = status.array();
     let first = array.split([',', '-']).next().unwrap_or_default();
-    let again = match (first, crate::files::is_there(&script)) {
+    let again = match (first, is_there(&script)) {
         ("", _) => String::new(),
         (_, true) => format!("run again: sbatch --array={array} {}\n", word(&script)),
         (_, false) => format!(

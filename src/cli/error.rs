@@ -19,9 +19,6 @@ pub(super) enum Error {
     /// Stopped before the end, or trials are missing, and the same command resumes: [`super::exit_code::AGAIN`].
     #[error("{0}")]
     Again(String),
-    /// Standard output failed: [`super::exit_code::FAILED`].
-    #[error("cannot write to standard output: {0}")]
-    Output(std::io::Error),
     /// An exit code that is not 0, of which all has been said.
     #[error("exit code {0}")]
     Told(u8),

@@ -7,6 +7,7 @@ use super::output::{note, show};
 use crate::estimator::EstimatorName;
 use crate::files::Kind;
 use crate::observer::Gain;
+use arguments::refuse;
 use load::load;
 use one_estimator::estimate;
 use orders::{orders, ranges};
@@ -123,16 +124,9 @@ fn tables(arguments: &Arguments, mut report: Report, (order, delay): (Span, Span
         [one] => Some(one),
         _ => None,
     };
-    let drawn = [
-        ("--plot", !arguments.plot.is_empty()),
-        ("--report", arguments.report.is_some()),
-    ];
-    for (flag, given) in drawn {
-        if given && one.is_none() {
-            return Err(Error::Input(format!(
-                "{flag}: of a range of orders with one estimator; expected one"
-            )));
-        }
+    if one.is_none() {
+        let [plot, page, _] = arguments.drawn();
+        refuse(&[plot, page], "of a range of orders with one estimator; expected one")?;
     }
     report.tell_in_unit_of_file();
     hints::warn_of_offset(&report, &estimators);

@@ -49,6 +49,8 @@ pub(super) fn results(
     Ok((text, verdicts))
 }
 
+/// The flag of the folder, before a message about it.
+pub(super) const OUT: &str = "--out ";
 /// The most kinds of failures of an output in the line of a run.
 const KINDS_SHOWN: usize = 10;
 
@@ -101,7 +103,7 @@ impl Overwrite {
             return Ok(());
         }
         let checked = ResultsFolder::refuse_foreign(folder);
-        checked.map_err(|error| refused("--out ", error.into()))
+        checked.map_err(|error| refused(OUT, error.into()))
     }
 }
 
@@ -125,7 +127,6 @@ pub(super) struct Executed {
 /// Runs a study in a folder, with a progress bar on a terminal. `figures` are written with the results.
 pub(super) fn execute(
     path: &Path,
-    flag: &str,
     experiment: &Experiment,
     rule: TrialRule,
     options: RunOptions,
@@ -135,8 +136,8 @@ pub(super) fn execute(
     let mut display = progress::Display::new(experiment.cells.len());
     let on_event = |event| display.show(&event);
     take_over(path, experiment, options, &stop, on_event, |change| note(&told(change)))
-        .map_err(|error| ended(error, flag, options))?;
-    let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(flag, e))?;
+        .map_err(|error| ended(error, OUT, options))?;
+    let campaign = Campaign::open(path, experiment, rule, options).map_err(|e| refused(OUT, e))?;
     match campaign.looks_elsewhere() {
         0 => {}
         looks => note(&format!(
@@ -145,7 +146,7 @@ pub(super) fn execute(
             path.display()
         )),
     }
-    let beside = campaign.replaced_beside().map_err(|e| refused(flag, e))?;
+    let beside = campaign.replaced_beside().map_err(|e| refused(OUT, e))?;
     if let Some(beside) = beside.filter(|_| files::is_there(&path.join(MANIFEST))) {
         replaces(path, &beside);
     }

@@ -17,7 +17,7 @@ pub(super) const INTERRUPTED: u8 = 130;
 impl Error {
     pub(super) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
-            Self::Failed(_) | Self::Output(_) => FAILED,
+            Self::Failed(_) => FAILED,
             Self::Input(_) | Self::Usage(_) => BAD_INPUT,
             Self::Again(_) => AGAIN,
             Self::Interrupted(_) => INTERRUPTED,

@@ -1,12 +1,12 @@
 //! `asobench merge`: merges what the shards of a plan left into results.
 
-use super::cluster::{self, folders, refused, word};
+use super::cluster::{self, refused, word};
 use super::error::Error;
 use super::execute::{Overwrite, replaces, results, threads};
 use super::output::{note, print_with_verdicts};
 use super::progress;
 use super::study_arguments::mark_added;
-use crate::study::cluster::{Collection, MergeOptions, Merged, ShardPlan, merge};
+use crate::study::cluster::{MergeOptions, Merged, ShardPlan, merge};
 use std::path::{Path, PathBuf};
 
 /// Merge the shards' results: the same bytes as `run` on one machine. Any
@@ -40,7 +40,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let out = arguments.out.clone();
     let out = out.unwrap_or_else(|| Path::new("results").join(ShardPlan::name_of(path)));
     mark_added(&mut experiment.file, &out);
-    let folders = folders(path, &arguments.folders);
     let stop = progress::stop_flag()?;
     let options = MergeOptions {
         threads: threads(arguments.threads),
@@ -48,8 +47,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         mix_instructions: arguments.mix_instructions,
         overwrite: arguments.overwrite.overwrite.then_some(replaces),
     };
-    let found = Collection::from_folders(&folders, &experiment, true).map_err(refused)?;
-    cluster::note_refused(&found);
+    let found = cluster::collected((path, &arguments.folders), &experiment, true, false)?;
     let merged = merge((&plan, &experiment), &found, &out, options, &stop);
     let merged = merged.map_err(refused)?;
     note(&format!("{} blocks, {} bytes", found.read.0, found.read.1));

@@ -1,11 +1,10 @@
 //! `asobench new`: writes a commented experiment file.
 
 use super::error::Error;
-use super::output::note;
+use super::output::{Lines, note};
 use crate::files;
 use crate::study::file::{Key, Scalar, StudyKind};
 use crate::text::shell_word;
-use std::fmt::Write as _;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
@@ -29,25 +28,23 @@ fn content(kind: StudyKind) -> String {
         StudyKind::Continuous => CONTINUOUS,
         StudyKind::Discrete => DISCRETE,
     };
-    let mut text = text.to_owned();
     let (_, settings) = text.split_once("\n[settings]\n").unwrap_or_default();
     let (settings, _) = settings.split_once("\n\n").unwrap_or_default();
-    let settings = settings.to_owned();
+    let mut all = Lines(text.to_owned());
     let given = |key: &Key| settings.lines().any(|line| line.starts_with(&format!("{key} = ")));
     for key in Key::ALL.iter().filter(|key| key.is_of(kind) && !given(key)) {
         let value = match key.default_of(kind) {
             None => {
                 // The two keys exclude each other.
-                let _ = writeln!(text, "# Instead of window: {key} = 20 ({})", key.about());
+                all.line(format_args!("# Instead of window: {key} = 20 ({})", key.about()));
                 continue;
             }
             Some(Scalar::Number(number)) => number.to_string(),
             Some(Scalar::Text(text)) => format!("\"{text}\""),
         };
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "# {:<32} # {}", format!("{key} = {value}"), key.about());
+        all.line(format_args!("# {:<32} # {}", format!("{key} = {value}"), key.about()));
     }
-    text
+    all.0
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {

@@ -4,6 +4,7 @@ use super::colour;
 use super::error::{Error, failed};
 use crate::names::named_enum;
 use crate::text::{beginning, visible, visible_json, visible_lines, wrap};
+use std::fmt::Display;
 
 named_enum! {
     /// The form of the output.
@@ -21,6 +22,27 @@ pub(super) const WIDTH: usize = 80;
 /// Returns a paragraph as lines, of which all but the first begin with `indent`.
 pub(super) fn wrapped(text: &str, indent: &str) -> String {
     wrap(text, WIDTH, indent)
+}
+
+/// Text for people that grows by lines.
+#[derive(Default)]
+pub(super) struct Lines(pub(super) String);
+
+impl Lines {
+    /// Appends text.
+    pub(super) fn add(&mut self, text: &str) {
+        self.0 += text;
+    }
+
+    /// Appends a line.
+    pub(super) fn line(&mut self, line: impl Display) {
+        self.0.extend([line.to_string(), "\n".to_owned()]);
+    }
+
+    /// Appends a paragraph, as [`wrapped`] makes it.
+    pub(super) fn paragraph(&mut self, text: &str, indent: &str) {
+        self.0 += &wrapped(text, indent);
+    }
 }
 
 /// Prints lines to standard output. This, [`print_json`] and [`note`] are the only places that print. They make
@@ -59,7 +81,9 @@ fn write_out(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
     let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
     match written {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::Output(error)),
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(failed(format!("cannot write to standard output: {error}")))
+        }
         _ => Ok(()),
     }
 }

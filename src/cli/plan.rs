@@ -1,6 +1,6 @@
 //! `asobench plan`: decides which shard of a study computes which trials.
 
-use super::cluster::{self, folders, parse_time, refused, word};
+use super::cluster::{collected, parse_time, refused, word};
 use super::error::{Error, bad_input, failed};
 use super::execute::threads;
 use super::need::duration;
@@ -8,8 +8,7 @@ use super::output::print;
 use super::programs::{self, Consent};
 use super::progress;
 use super::study_arguments::StudyArguments;
-use crate::files::is_there;
-use crate::study::cluster::{Collection, ShardPlan, next_targets};
+use crate::study::cluster::{ShardPlan, next_targets};
 use crate::study::file::TrialRule;
 use crate::study::{Experiment, Forecast, Span};
 use crate::text::count;
@@ -171,13 +170,7 @@ fn wanted(
     path: &Path,
     from: &[PathBuf],
 ) -> Result<(Vec<u64>, Vec<Span>), Error> {
-    let mut from = folders(path, from);
-    // The default folder need not exist yet.
-    if from == folders(path, &[]) {
-        from.retain(|folder| is_there(folder));
-    }
-    let found = Collection::from_folders(&from, experiment, true).map_err(refused)?;
-    cluster::note_refused(&found);
+    let found = collected((path, from), experiment, true, true)?;
     let stop = progress::stop_flag()?;
     next_targets(experiment, rule, &found, (threads(None), &stop)).map_err(refused)
 }

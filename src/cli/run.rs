@@ -151,7 +151,7 @@ fn run_one(arguments: &Arguments, prepared: Prepared<'_>) -> Result<(), Error> {
     if experiment.file.timing {
         timing::check(&path).map_err(|e| cannot_write(&e))?;
     }
-    let executed = execute(&path, "--out ", &experiment, rule, options, |_| Vec::new());
+    let executed = execute(&path, &experiment, rule, options, |_| Vec::new());
     programs::conclude(&experiment, &path);
     let Executed { summary, stop, speed } = executed?;
     match speed {

@@ -1,12 +1,11 @@
 //! `asobench schema`: prints the meaning of every key of an experiment file, for editors and as a page.
 
 use super::error::Error;
-use super::output::{print, print_json};
+use super::output::{Lines, print, print_json};
 use crate::estimator::EstimatorName;
 use crate::study::Measure;
 use crate::study::file::{Key, StudyKind, schema};
 use serde_json::Value;
-use std::fmt::Write as _;
 
 /// Print the JSON schema of experiment files, for editors
 #[derive(clap::Args)]
@@ -35,7 +34,7 @@ the guides; [methods.md](methods.md) says what each method computes.
 
 /// Returns the page: sections for the keys of the file, settings, measures, the tables of the schema, and the methods.
 fn page(schema: &Value) -> String {
-    let mut text = HEAD.to_owned();
+    let mut text = Lines(HEAD.to_owned());
     section(&mut text, "The file", &schema["properties"], &[]);
     for (title, kind) in [
         ("Settings", StudyKind::Discrete),
@@ -66,33 +65,33 @@ fn page(schema: &Value) -> String {
     for method in EstimatorName::ALL {
         options(&mut text, *method);
     }
-    text
+    text.0
 }
 
 /// Appends a section for the options of a method.
-fn options(text: &mut String, method: EstimatorName) {
-    let _ = write!(text, "\n## Method `{method}`\n\n{}\n", cell(method.about()));
+fn options(text: &mut Lines, method: EstimatorName) {
+    text.line(format_args!("\n## Method `{method}`\n\n{}", cell(method.about())));
     for (i, option) in method.options().iter().enumerate() {
         if i == 0 {
-            text.push_str("\n| option | default | meaning |\n|---|---|---|\n");
+            text.line("\n| option | default | meaning |\n|---|---|---|");
         }
         let default = match &option.default {
             Value::Null => String::new(),
             value => format!("`{value}`"),
         };
         let about = cell(&option.about);
-        let _ = writeln!(text, "| `{}` | {} | {about} |", option.key, cell(&default));
+        text.line(format_args!("| `{}` | {} | {about} |", option.key, cell(&default)));
     }
 }
 
 /// Appends a section for a table of the file: what it is, and its keys.
-fn table(text: &mut String, title: &str, definition: &Value) {
+fn table(text: &mut Lines, title: &str, definition: &Value) {
     let required = definition["required"].as_array().into_iter().flatten();
     let required: Vec<&str> = required.filter_map(Value::as_str).collect();
     section(text, title, &definition["properties"], &required);
     if let Some(about) = definition["description"].as_str() {
-        let place = text.rfind("| key |").unwrap_or(text.len());
-        text.insert_str(place, &format!("{}\n\n", cell(about)));
+        let place = text.0.rfind("| key |").unwrap_or(text.0.len());
+        text.0.insert_str(place, &format!("{}\n\n", cell(about)));
     }
 }
 
@@ -109,12 +108,10 @@ fn title(name: &str) -> String {
 }
 
 /// Appends a table of keys.
-fn section(text: &mut String, title: &str, properties: &Value, required: &[&str]) {
-    // Writing to a string does not fail.
-    let _ = write!(
-        text,
-        "\n## {title}\n\n| key | type | default | meaning |\n|---|---|---|---|\n"
-    );
+fn section(text: &mut Lines, title: &str, properties: &Value, required: &[&str]) {
+    text.line(format_args!(
+        "\n## {title}\n\n| key | type | default | meaning |\n|---|---|---|---|"
+    ));
     for (key, of) in properties.as_object().into_iter().flatten() {
         if of.get("const").is_some() {
             continue;
@@ -126,32 +123,33 @@ fn section(text: &mut String, title: &str, properties: &Value, required: &[&str]
             Some(value) => format!("`{}`", value.to_string().replace("\",\"", "\", \"")),
         };
         let about = cell(of["description"].as_str().unwrap_or_default());
-        let _ = writeln!(text, "| `{key}` | {} | {} | {about} |", kind(of), cell(&default));
+        text.line(format_args!(
+            "| `{key}` | {} | {} | {about} |",
+            kind(of),
+            cell(&default)
+        ));
     }
 }
 
-fn settings(text: &mut String, title: &str, kind: StudyKind) {
-    let _ = write!(
-        text,
+fn settings(text: &mut Lines, title: &str, kind: StudyKind) {
+    text.line(format_args!(
         "\n## {title}\n\nA number or a text each; a list, or a range such as `{{ linspace = [0, 1, 5] }}`, makes an \
-         axis of the grid.\n\n| key | default | meaning |\n|---|---|---|\n"
-    );
+         axis of the grid.\n\n| key | default | meaning |\n|---|---|---|"
+    ));
     for key in Key::ALL.iter().filter(|key| key.is_of(kind)) {
         let default = key.default_of(kind);
         let default = default.map_or_else(String::new, |value| format!("`{}`", serde_json::json!(value)));
-        let _ = writeln!(text, "| `{key}` | {default} | {} |", cell(key.about()));
+        text.line(format_args!("| `{key}` | {default} | {} |", cell(key.about())));
     }
 }
 
-fn measures(text: &mut String, title: &str, kind: StudyKind) {
-    let _ = write!(text, "\n## {title}\n\n| measure | unit | meaning |\n|---|---|---|\n");
+fn measures(text: &mut Lines, title: &str, kind: StudyKind) {
+    text.line(format_args!(
+        "\n## {title}\n\n| measure | unit | meaning |\n|---|---|---|"
+    ));
     for measure in Measure::ALL.iter().filter(|measure| measure.is_of(kind)) {
-        let _ = writeln!(
-            text,
-            "| `{measure}` | {} | {} |",
-            measure.entry().unit,
-            cell(measure.about())
-        );
+        let (unit, about) = (measure.entry().unit, cell(measure.about()));
+        text.line(format_args!("| `{measure}` | {unit} | {about} |"));
     }
 }
 

@@ -1,11 +1,10 @@
 //! `asobench status`: prints which trials of a plan are computed.
 
-use super::cluster::{self, folders, refused, word};
+use super::cluster::{self, refused, word};
 use super::error::Error;
 use super::exit_code::AGAIN;
 use super::output::print;
-use crate::study::cluster::{Collection, PlaceStatus, ShardPlan, Status};
-use std::fmt::Write as _;
+use crate::study::cluster::{PlaceStatus, ShardPlan, Status};
 use std::path::PathBuf;
 
 /// Show how much of a plan is computed, by shard and by cell, and print the command that computes the
@@ -24,14 +23,9 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let path = &arguments.plan;
     let (plan, experiment) = ShardPlan::read(path).map_err(refused)?;
-    let mut folders = folders(path, &arguments.folders);
-    if arguments.folders.is_empty() {
-        // No folder exists before the first shard has run.
-        folders.retain(|folder| crate::files::is_there(folder));
-    }
-    let found = Collection::from_folders(&folders, &experiment, arguments.verify);
-    let found = found.map_err(refused)?;
-    cluster::note_refused(&found);
+    // No folder exists before the first shard has run.
+    let (given, may_lack) = (&arguments.folders, arguments.folders.is_empty());
+    let found = cluster::collected((path, given), &experiment, arguments.verify, may_lack)?;
     let status = Status::new(&plan, &found);
     let mut text = table("shard", 1, &status.shards);
     text += &table("cell", 0, &status.cells);
@@ -39,8 +33,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
         text += "By the names of files; --verify reads them.\n";
     }
     let code = if status.is_complete() {
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "all there: asobench merge {}", word(path));
+        text.extend([format!("all there: asobench merge {}\n", word(path))]);
         Ok(())
     } else {
         text += &cluster::again(path, &plan, &status);
@@ -58,8 +51,7 @@ fn table(name: &str, first: usize, places: &[PlaceStatus]) -> String {
     let mut text: String = lines.take(cluster::LINES).collect();
     let lacking = lacking.count();
     if let Some(more @ 1..) = lacking.checked_sub(cluster::LINES) {
-        // Writing to a string does not fail.
-        let _ = writeln!(text, "  and {more} more");
+        text.extend([format!("  and {more} more\n")]);
     }
     let not_begun = places
         .iter()

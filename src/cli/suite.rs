@@ -8,7 +8,6 @@ mod part;
 mod published;
 mod recorded;
 mod run;
-#[allow(clippy::format_push_string, reason = "lines of a terminal")]
 mod show;
 mod times;
 

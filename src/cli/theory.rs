@@ -64,10 +64,10 @@ fn of_cell_as_json(experiment: &Experiment, cell: &Cell, found: &Found) -> Value
         }
         Ok(theory) => {
             let outputs = theory.outputs.iter();
-            let outputs: Vec<Value> = outputs.map(|(label, of)| of_output_as_json(label, Some(of))).collect();
+            let outputs = outputs.map(|(label, of)| of_output_as_json(label, Some(of)));
             json!({
-                "settings": settings,
-                "outputs": outputs,
+                "settings": cell.settings,
+                "outputs": outputs.collect::<Vec<Value>>(),
                 "bounds": {
                     "shared": of_bound_as_json(&theory.shared),
                     "separate": of_bound_as_json(&theory.separate),
@@ -192,9 +192,8 @@ fn line(label: &str, theory: &Result<Theory, Missing>) -> String {
         Ok(theory) => theory,
     };
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| uncertain(v, 0.0));
-    let figure = |measure| theory.figure(measure);
-    let rms = |measure| number(figure(measure).map(|figure| figure.sqrt_n_rms));
-    let of_a = figure(SmoothMeasure::Ea);
+    let rms = |measure| number(theory.figure(measure).map(|figure| figure.sqrt_n_rms));
+    let of_a = theory.figure(SmoothMeasure::Ea);
     let limit = of_a.filter(|_| !theory.is_consistent).map(|a| a.limit);
     let values = [
         number(limit),

@@ -27,6 +27,22 @@ pub(crate) struct Native(pub(crate) Fitted);
 /// time.
 type Continuous = (Vec<f64>, Vec<f64>, Vec<f64>, f64, String, f64);
 
+/// What an estimate found beside the numbers of its model: the loss, the condition, iterations, minima, the kind of
+/// failure of a search that left its best model or of the initial state, singular values, whether there is an initial
+/// state, the model in continuous time of which this is the sampled one, and the constant of y in each record with its
+/// standard error.
+type Findings = (
+    f64,
+    f64,
+    Option<usize>,
+    Option<usize>,
+    Option<String>,
+    Vec<f64>,
+    bool,
+    Option<Continuous>,
+    Vec<(f64, f64)>,
+);
+
 #[expect(clippy::needless_pass_by_value, reason = "what map_err hands on")]
 fn unknown(error: UnknownName) -> PyErr {
     refused(error.to_string())
@@ -97,19 +113,8 @@ impl Native {
     }
 
     /// The model with what an estimate found beside its numbers.
-    #[expect(clippy::too_many_arguments, reason = "what an estimate found")]
-    fn with_findings(
-        &self,
-        loss: f64,
-        condition: f64,
-        iterations: Option<usize>,
-        minima: Option<usize>,
-        status: Option<&str>,
-        singular_values: Vec<f64>,
-        start: bool,
-        continuous: Option<Continuous>,
-        offsets: Vec<(f64, f64)>,
-    ) -> PyResult<Self> {
+    fn with_findings(&self, findings: Findings) -> PyResult<Self> {
+        let (loss, condition, iterations, minima, status, singular_values, start, continuous, offsets) = findings;
         let mut pass = self.0.pass.clone();
         if let Some((numerator, denominator, covariance, step, hold, dead_time)) = continuous {
             pass.continuous = ContinuousModel {
@@ -130,7 +135,7 @@ impl Native {
         if !start {
             pass.progress = Progress::Parameters;
         }
-        let kind: Option<FailureKind> = status.map(str::parse).transpose().map_err(unknown)?;
+        let kind: Option<FailureKind> = status.map(|kind| kind.parse()).transpose().map_err(unknown)?;
         pass.failure = kind.map(Failure::from);
         let (model, shift) = (self.0.model.clone(), self.0.shift);
         Ok(Self(Fitted { pass, model, shift }))
@@ -163,62 +168,8 @@ impl Native {
     }
 
     #[getter]
-    fn loss(&self) -> f64 {
-        self.0.pass.loss
-    }
-
-    #[getter]
-    fn condition(&self) -> f64 {
-        self.0.pass.condition
-    }
-
-    #[getter]
-    fn iterations(&self) -> Option<usize> {
-        self.0.pass.iterations
-    }
-
-    #[getter]
-    fn minima(&self) -> Option<usize> {
-        self.0.pass.minima
-    }
-
-    #[getter]
     fn unstable(&self) -> bool {
         self.0.pass.unstable
-    }
-
-    /// The kind of failure of a search that left its best model, or of the initial state.
-    #[getter]
-    fn status(&self) -> Option<&str> {
-        let failure: Option<&Failure> = self.0.pass.failure.as_ref();
-        failure.map(|failure| failure.kind.name())
-    }
-
-    /// The model in continuous time of which this is the sampled one.
-    #[getter]
-    fn continuous(&self) -> Option<Continuous> {
-        let ContinuousModel {
-            numerator,
-            denominator,
-            covariance,
-            step,
-            hold,
-            dead_time,
-        } = self.0.pass.continuous.clone();
-        let parts = (
-            numerator,
-            denominator,
-            covariance,
-            step,
-            hold.name().to_owned(),
-            dead_time,
-        );
-        (!parts.0.is_empty()).then_some(parts)
-    }
-
-    #[getter]
-    fn singular_values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.0.pass.singular_values.clone())
     }
 
     #[getter]
@@ -227,11 +178,28 @@ impl Native {
         known.then(|| vector(py, self.0.pass.x0.clone()))
     }
 
-    /// The constant of y in each record, if it was estimated, with its standard error.
-    #[getter]
-    fn offsets(&self) -> Vec<(f64, f64)> {
-        let offsets = self.0.pass.offsets.iter();
-        offsets.map(|offset| (offset.value, offset.se)).collect()
+    fn findings(&self) -> Findings {
+        let pass = self.0.pass.clone();
+        let ContinuousModel {
+            numerator,
+            denominator,
+            covariance,
+            step,
+            hold,
+            dead_time,
+        } = pass.continuous;
+        let hold = hold.name().to_owned();
+        (
+            pass.loss,
+            pass.condition,
+            pass.iterations,
+            pass.minima,
+            pass.failure.map(|failure| failure.kind.name().to_owned()),
+            pass.singular_values,
+            pass.progress == Progress::InitialState,
+            (!numerator.is_empty()).then_some((numerator, denominator, covariance, step, hold, dead_time)),
+            pass.offsets.iter().map(|offset| (offset.value, offset.se)).collect(),
+        )
     }
 
     /// The parameters, in the order A, B, C, D, F.

@@ -3,6 +3,7 @@
 use super::drawing::Drawing;
 use super::flags::OptionFlags;
 use super::span::{Given, Span};
+use crate::cli::error::Error;
 use crate::cli::files::page_path;
 use crate::cli::output::Format;
 use crate::data::Detrend;
@@ -140,12 +141,29 @@ impl Arguments {
         }
     }
 
+    /// The flags of pictures, of the page and of the states, each with whether it was given.
+    pub(super) fn drawn(&self) -> [(&'static str, bool); 3] {
+        [
+            ("--plot", !self.plot.is_empty()),
+            ("--report", self.report.is_some()),
+            ("--states", self.states.is_some()),
+        ]
+    }
+
     /// Whether all estimators take the signals before the record as zero.
     pub(super) fn begins_at_rest(&self) -> bool {
         self.estimator.iter().all(|name| {
             let options = name.parse(self.options.taken_by(*name));
             options.is_ok_and(|options| options.begins_at_rest())
         })
+    }
+}
+
+/// Refuses the first flag that was given.
+pub(super) fn refuse(flags: &[(&str, bool)], why: &str) -> Result<(), Error> {
+    match flags.iter().find(|(_, given)| *given) {
+        Some((flag, _)) => Err(Error::Input(format!("{flag}: {why}"))),
+        None => Ok(()),
     }
 }
 

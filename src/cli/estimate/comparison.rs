@@ -1,12 +1,11 @@
 //! Several models of a record in one table, best first.
 
 use super::report::{Estimate, PartReport, Report};
-use crate::cli::output::wrapped;
+use crate::cli::output::Lines;
 use crate::estimator::Criterion;
 use crate::metric::Fit;
 use crate::text::shell_word;
 use std::cmp::Ordering;
-use std::fmt::{self, Write};
 
 /// The FIT that counts: on the samples for validation; on the window where there are none; of several records together.
 fn fit(estimate: &Estimate, report: &Report) -> Option<Fit> {
@@ -93,7 +92,7 @@ fn grows(estimate: &Estimate, report: &Report) -> bool {
 }
 
 /// Writes models in their order, and why the first is the best.
-pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) -> fmt::Result {
+pub(super) fn write(text: &mut Lines, report: &Report, ranked: &[&Estimate]) {
     let orders = |estimate: &Estimate| {
         let known = estimate.last().known_model();
         known.map_or("-".to_owned(), |model| model.orders().to_string())
@@ -104,10 +103,9 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
     let names = widest("method".len(), &|estimate| estimate.name.name().len());
     let shapes = widest("orders".len(), &|estimate| orders(estimate).len());
     let (method, shape) = ("method", "orders");
-    writeln!(
-        text,
+    text.line(format_args!(
         "\n{method:<names$} {shape:<shapes$}  FIT % 1 step        BIC white? status"
-    )?;
+    ));
     for estimate in ranked {
         let told = |fit: Option<f64>| match fit.filter(|fit| fit.is_finite()) {
             None => "-".to_owned(),
@@ -115,8 +113,7 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
             Some(fit) => format!("{fit:.0e}"),
         };
         let fit = fit(estimate, report);
-        writeln!(
-            text,
+        text.line(format_args!(
             "{:<names$} {:<shapes$} {:>6} {:>6} {:>10} {:<6} {}",
             estimate.name.name(),
             orders(estimate),
@@ -129,10 +126,10 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
                 Some(false) => "NO",
             },
             status(estimate)
-        )?;
+        ));
     }
-    writeln!(text)?;
-    text.push_str(&wrapped(&reason(report, ranked), ""));
+    text.line("");
+    text.paragraph(&reason(report, ranked), "");
     let begun = ranked.iter().filter(|of| of.start_chance.is_some());
     let begun: Vec<&str> = begun.map(|of| of.name.name()).collect();
     if !begun.is_empty() {
@@ -140,13 +137,12 @@ pub(super) fn write(text: &mut String, report: &Report, ranked: &[&Estimate]) ->
             "The record does not begin at rest: the start is fitted with {}.",
             begun.join(", ")
         );
-        text.push_str(&wrapped(&line, ""));
+        text.paragraph(&line, "");
     }
     let best = ranked.first().and_then(|of| fit(of, report));
     if best.is_some_and(|fit| fit.simulated <= 0.0) {
-        text.push_str(&wrapped(USELESS, ""));
+        text.paragraph(USELESS, "");
     }
-    Ok(())
 }
 
 /// Where the first FIT is not above 0.
@@ -155,12 +151,10 @@ const USELESS: &str = "No model simulates y there better than its mean does (FIT
                        --validate).";
 
 /// The hints on the model that is not printed whole.
-pub(super) fn hints(best: &Estimate) -> String {
-    let lines = best.hints.iter().map(|hint| {
-        let line = format!("hint on {}: {hint}", best.name);
-        wrapped(&line, "  ")
-    });
-    lines.collect()
+pub(super) fn hints(text: &mut Lines, best: &Estimate) {
+    for hint in &best.hints {
+        text.paragraph(&format!("hint on {}: {hint}", best.name), "  ");
+    }
 }
 
 /// Says what the order of the table is by, and how far the first is from the second.
@@ -234,8 +228,7 @@ pub(super) fn command(without: &[&str]) -> String {
                 words.next();
             }
         } else {
-            // Writing to a string cannot fail.
-            let _ = write!(command, " {}", shell_word(word));
+            command.extend([" ", &shell_word(word)]);
         }
     }
     command

@@ -73,28 +73,20 @@ static FLAGS: LazyLock<Vec<Flag>> = LazyLock::new(|| {
             Value::String(text) => format!(" [default: {text}]"),
             other => format!(" [default: {other}]"),
         };
+        let letters = match key {
+            ORDERS => "; also letter by letter, --na 2 --nb 2 --nk 1, or in MATLAB's order, 2,2,1 or \"[2 2 1]\"",
+            _ => "",
+        };
+        let (names, about) = (names.join(", "), about.trim_end_matches('.'));
         Some(Flag {
             key,
             long: key.replace('_', "-"),
-            help: format!("{}: {}{others}{default}", names.join(", "), about.trim_end_matches('.')),
+            help: format!("{names}: {about}{others}{default}{letters}"),
             schema,
         })
     };
     let keys = option_keys().iter().map(String::as_str);
-    let with_letters = |mut flag: Flag| {
-        if flag.key == ORDERS {
-            flag.help.push_str(
-                "; also letter by letter, --na 2 --nb 2 --nk 1, or in MATLAB's order, 2,2,1 or \
-                \"[2 2 1]\"",
-            );
-        }
-        flag
-    };
-    let mut flags: Vec<Flag> = keys
-        .filter(|key| !OWN.contains(key))
-        .filter_map(flag)
-        .map(with_letters)
-        .collect();
+    let mut flags: Vec<Flag> = keys.filter(|key| !OWN.contains(key)).filter_map(flag).collect();
     // One flag for what the file has under two keys.
     let state = flags.iter().position(|flag| flag.key == STATE);
     if let Some(state) = state.map(|at| flags.remove(at))

@@ -2,11 +2,11 @@
 
 use super::arguments::{Arguments, RecordArguments};
 use super::hints;
-use super::record::{self, Recognised};
+use super::record;
 use super::report::{Clock, MOST_EXCITED, Report, Validation};
 use super::unit::in_own_unit;
 use crate::cli::error::{Error, bad_input};
-use crate::data::csv::Record;
+use crate::data::csv::{Record, Table};
 use crate::data::{Detrend, Rounding, Trend};
 use crate::diagnosis::FeedbackTest;
 use crate::estimator::{SetupError, excitation_order};
@@ -15,17 +15,17 @@ use crate::plant::ORDER_LIMIT;
 use crate::text::rounded;
 
 /// Checks and detrends a record.
-pub(super) fn load(arguments: &Arguments, orders: Orders, recognised: Recognised) -> Result<Report, Error> {
+pub(super) fn load(arguments: &Arguments, orders: Orders, table: Table) -> Result<Report, Error> {
     let path = arguments.record.file.display();
     let bad = |message: String| Error::Input(format!("{path}: {message}"));
-    let Recognised {
+    let Table {
         mut record,
         lines,
-        clock,
+        times,
         form,
         ..
-    } = recognised;
-    let clock = clock_of(arguments, clock)?;
+    } = table;
+    let clock = clock_of(arguments, times)?;
     let rows = record.y.len();
     // The samples that the equations look back, and one row per parameter.
     let needed = orders.reach().saturating_add(orders.na.saturating_add(orders.nb));
@@ -142,9 +142,10 @@ pub(super) fn check_moves(arguments: &Arguments, record: &Record, window: usize)
 }
 
 /// Returns the times of the samples: by `--ts`, or by a column of times, with which it must agree.
-pub(super) fn clock_of(arguments: &Arguments, column: Option<Clock>) -> Result<Option<Clock>, Error> {
+pub(super) fn clock_of(arguments: &Arguments, times: Option<[f64; 2]>) -> Result<Option<Clock>, Error> {
     // Of times that are rounded, the mean step has an error of about one part in the samples.
     const AGREES: f64 = 0.01;
+    let column = times.map(|[start, step]| Clock { start, step });
     let Some(step) = arguments.ts else {
         if arguments.hz && column.is_none() {
             return Err(bad_input(
@@ -182,8 +183,8 @@ fn validation(
             none",
         ));
     }
-    let recognised = record::read(path, &arguments.record)?;
-    let Recognised { mut record, .. } = recognised.whole(path, "--validate")?;
+    let table = record::read(path, &arguments.record)?;
+    let Table { mut record, .. } = record::whole(table, path, "--validate")?;
     let signals = [&mut record.u, &mut record.y];
     for (values, trend) in signals.into_iter().zip(trends) {
         for value in values.iter_mut() {

@@ -1,13 +1,13 @@
 //! `asobench observe`: the states of a record, by an observer of a model that is fitted to it.
 
+use super::arguments::refuse;
 use super::one_estimator::estimate;
 use super::outputs::{state_columns, write_csv, write_page, write_picture, wrote};
 use super::report::{Estimate, Report};
-use super::text::fact;
 use super::{hints, load::load, orders, record, text, words};
 use crate::cli::error::{Error, bad_input};
 use crate::cli::files::{check_output, write_whole};
-use crate::cli::output::{show, wrapped};
+use crate::cli::output::{Lines, show};
 use crate::estimator::{EstimatorName, Progress};
 use crate::files::{Kind, numbers_as_parquet};
 use crate::number::plus_minus;
@@ -76,13 +76,10 @@ fn fitted(arguments: &Arguments) -> Result<(Report, EstimatorName), Error> {
         of.gain = gain.clone();
     }
     orders::understand(&mut of)?;
-    if orders::ranges(&of).is_some() {
-        orders::refuse("--order", true)?;
-    }
+    refuse(&[("--order", orders::ranges(&of).is_some())], orders::ONE_MODEL)?;
     let orders = orders::orders(&of)?;
-    let recognised = record::read(&of.record.file, &of.record)?;
-    let recognised = recognised.whole(&of.record.file, "observe")?;
-    let mut report = load(&of, orders, recognised)?;
+    let table = record::read(&of.record.file, &of.record)?;
+    let mut report = load(&of, orders, record::whole(table, &of.record.file, "observe")?)?;
     let model = estimate(&of, name, &report)?;
     report.estimates.push(model);
     Ok((report, name))
@@ -268,7 +265,8 @@ impl Observed<'_> {
     fn text(&self) -> String {
         let Self { report, .. } = self;
         let estimate = self.estimate();
-        let mut text = wrapped(
+        let mut text = Lines::default();
+        text.paragraph(
             &format!(
                 "{}: {}, window {} of {} samples, detrend {}",
                 visible(report.file.display()),
@@ -279,25 +277,22 @@ impl Observed<'_> {
             ),
             "",
         );
-        text += &words::record(report);
-        if let Some(unit) = report.unit_in_words() {
-            text += &wrapped(&unit, "");
-        }
-        text.extend([format!("\n{}\n", words::heading(estimate))]);
+        text.record(report);
+        text.line(format_args!("\n{}", words::heading(estimate)));
         // No standard errors are printed here.
         let hints = estimate.hints.iter();
-        let hints = hints.filter(|hint| !hint.starts_with(hints::ASSUMED));
-        text.extend(hints.map(|hint| fact("hint", hint)));
+        text.facts("hint", hints.filter(|hint| !hint.starts_with(hints::ASSUMED)));
         let fitted = &estimate.last().fitted;
-        text += &text::equation(&fitted.model);
-        let offsets = words::offsets(&fitted.pass);
-        text.extend(offsets.map(|(name, offset)| fact(&name, plus_minus(offset.value, offset.se))));
-        text.extend(words::start(estimate).map(|start| fact("start", start)));
+        text.equation(&fitted.model);
+        for (name, offset) in words::offsets(&fitted.pass) {
+            text.fact(&name, plus_minus(offset.value, offset.se));
+        }
+        text.facts("start", words::start(estimate));
         if let Some(fit) = &estimate.fit {
             let [simulated, one_step] = [fit.window.simulated, fit.window.one_step].map(text::percent);
-            text += &fact("FIT %, window", format!("{simulated} simulated, {one_step} one-step"));
+            text.fact("FIT %, window", format!("{simulated} simulated, {one_step} one-step"));
         }
-        text += &wrapped(&format!("\nobserver {}", self.about()), "  ");
+        text.paragraph(&format!("\nobserver {}", self.about()), "  ");
         for (name, values) in self.numbers() {
             let widest = values.iter().map(|cell| cell.chars().count()).max();
             let each = match self.states.order {
@@ -305,15 +300,16 @@ impl Observed<'_> {
                 n @ 2..=4 if values.len() == n * n => n,
                 _ => 4,
             };
-            text += &text::cells(name, &values, each);
+            text.cells(name, &values, each);
         }
-        text += &fact("innovations", self.innovations());
+        text.fact("innovations", self.innovations());
         if !self.states.deviations.is_empty() {
-            text += &fact("bands", BANDS);
+            text.fact("bands", BANDS);
         }
-        text.extend(self.remark().map(|remark| fact("hint", remark)));
-        text.extend([format!("\n{}", wrapped(&self.form(), ""))]);
-        text
+        text.facts("hint", self.remark());
+        text.line("");
+        text.paragraph(&self.form(), "");
+        text.0
     }
 
     /// Says what the states are of.

@@ -1,7 +1,7 @@
 //! The orders that the flags ask for, and whether flags and estimators fit each other.
 
-use super::arguments::{Arguments, RecordArguments};
-use super::drawing::Kind;
+use super::arguments::{Arguments, RecordArguments, refuse};
+use super::drawing::{Drawing, Kind};
 use super::flags::{LETTERS, ORDERS};
 use super::span::{Given, Span, list, words};
 use crate::cli::error::{Error, bad_input};
@@ -13,6 +13,9 @@ use crate::observer::Gain;
 /// Orders of a single model, as they are given.
 pub(super) const ORDERS_EXPECTED: &str =
     "expected --order n, or --orders na=...,nb=...,nk=... where the estimators take it";
+
+/// Why a flag is refused that has no meaning for a table of several models.
+pub(super) const ONE_MODEL: &str = "needs a single model; expected one --order and one --delay";
 
 /// Reads the orders as they were given: those of MATLAB's order and those letter by letter become `--orders`, and
 /// without
@@ -171,15 +174,15 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
             return bad(format!("{ORDERS_EXPECTED}; asobench estimate compares orders"));
         };
         if let Some((order, delay)) = ranges(arguments) {
-            refuse("--states", arguments.states.is_some())?;
-            refuse("--gain", arguments.gain != Gain::default())?;
-            for drawing in &arguments.plot {
-                refuse(&format!("--plot {}", drawing.kind), drawing.kind != Kind::Output)?;
+            let [.., states] = arguments.drawn();
+            refuse(&[states, ("--gain", arguments.gain != Gain::default())], ONE_MODEL)?;
+            for Drawing { kind, .. } in &arguments.plot {
+                refuse(&[(&format!("--plot {kind}"), *kind != Kind::Output)], ONE_MODEL)?;
             }
             for of_table in of_tables(estimator)? {
                 // The table of arx is of least squares over common equations.
                 if let (EstimatorName::Arx, Some(flag)) = (of_table, options.first()) {
-                    refuse(&flag, true)?;
+                    refuse(&[(&flag, true)], ONE_MODEL)?;
                 }
                 if let Some(message) = options.useless(&[of_table]) {
                     return bad(message);
@@ -191,11 +194,7 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
         return Ok(Orders::arx(order.last, order.last, delay));
     }
     let others = [("--order", order.is_some()), ("--delay", delay.is_some())];
-    for (flag, given) in others {
-        if given {
-            return bad(format!("{flag}: cannot be given together with --orders"));
-        }
-    }
+    refuse(&others, "cannot be given together with --orders")?;
     if let Some(name) = estimator.iter().find(|name| !name.takes("orders")) {
         return bad(format!(
             "--orders: estimator '{name}' takes --order and --delay instead; expected --estimator arx or another one \
@@ -212,16 +211,6 @@ pub(super) fn orders(arguments: &Arguments) -> Result<Orders, Error> {
 pub(super) fn delayed(orders: Orders, nk: usize) -> Orders {
     let nb = orders.nb + usize::from(nk == 0);
     Orders { nb, nk, ..orders }
-}
-
-/// Refuses a flag that has no meaning for a table of several models.
-pub(super) fn refuse(flag: &str, given: bool) -> Result<(), Error> {
-    if given {
-        return Err(Error::Input(format!(
-            "{flag}: needs a single model; expected one --order and one --delay"
-        )));
-    }
-    Ok(())
 }
 
 /// Returns the estimators of tables of several models, each one once: those that take orders; the default ones are

@@ -230,18 +230,19 @@ fn parameters(report: &PassReport) -> Table {
     table
 }
 
+/// The columns of a [`pair`].
+fn with_error(title: &str, unit: &str, of_error: &str) -> [Column; 2] {
+    [
+        Column::number(title, unit),
+        Column::number("its standard error", of_error),
+    ]
+}
+
 /// Returns poles and zeros, and the static gain.
 fn roots(precision: &Precision) -> Table {
-    let columns = vec![
-        Column::text("what"),
-        Column::number("real part", ""),
-        Column::number("its standard error", ""),
-        Column::number("imaginary part", ""),
-        Column::number("its standard error", ""),
-        Column::number("modulus", ""),
-        Column::number("its standard error", ""),
-    ];
-    let mut table = Table::new("Poles, zeros and static gain", columns);
+    let parts = ["real part", "imaginary part", "modulus"].map(|part| with_error(part, "", ""));
+    let columns = [Column::text("what")].into_iter().chain(parts.into_iter().flatten());
+    let mut table = Table::new("Poles, zeros and static gain", columns.collect());
     for (name, roots) in [("pole", &precision.poles), ("zero", &precision.zeros)] {
         for Root { at, error } in roots {
             let parts = [(at.re, error.re), (at.im, error.im), (at.norm(), error.modulus)];
@@ -256,15 +257,15 @@ fn roots(precision: &Precision) -> Table {
 
 /// Returns the poles in continuous time.
 fn modes(modes: &[Mode], unit: Frequency) -> Table {
-    let columns = vec![
-        Column::number("natural frequency", unit.to_string()),
-        Column::number("its standard error", ""),
-        Column::number("damping", ""),
-        Column::number("its standard error", ""),
-        Column::number("time constant", "s"),
-        Column::number("its standard error", "s"),
+    let columns = [
+        with_error("natural frequency", &unit.to_string(), ""),
+        with_error("damping", "", ""),
+        with_error("time constant", "s", "s"),
     ];
-    let mut table = Table::new("Poles in continuous time, a pair as one", columns);
+    let mut table = Table::new(
+        "Poles in continuous time, a pair as one",
+        columns.into_iter().flatten().collect(),
+    );
     for mode in modes {
         let time = mode.time_constant.unwrap_or(f64::NAN);
         let numbers = [

@@ -1,6 +1,6 @@
 //! `asobench estimate record.csv` without an order: several methods at orders that the record chooses, in one table.
 
-use super::arguments::{Arguments, Part};
+use super::arguments::{Arguments, Part, refuse};
 use super::load::load;
 use super::one_estimator::estimate;
 use super::record;
@@ -9,7 +9,7 @@ use super::scan::{Ranges, STRONG, StartChoice, scan_from_start};
 use super::span::{Given, Span};
 use super::{comparison, hints, orders, words};
 use crate::cli::error::Error;
-use crate::cli::output::{show, wrapped};
+use crate::cli::output::{Lines, show};
 use crate::cli::progress::Steps;
 use crate::data::csv::Record;
 use crate::diagnosis::LoopVerdict;
@@ -17,7 +17,6 @@ use crate::estimator::{Criterion, EstimatorName, OrderComparison};
 use crate::model::Orders;
 use crate::text::{count, visible};
 use serde_json::{Map, Value, json};
-use std::fmt::{self, Write};
 
 /// The methods: an equation error, an output error, two models of the noise, and a subspace method with the weighting
 /// that the record favours.
@@ -51,19 +50,13 @@ pub(super) fn is_asked(arguments: &Arguments) -> bool {
 
 /// Fits all methods, and prints the table.
 pub(super) fn run(mut arguments: Arguments) -> Result<(), Error> {
-    let drawn = [
-        ("--plot", !arguments.plot.is_empty()),
-        ("--report", arguments.report.is_some()),
-        ("--states", arguments.states.is_some()),
-        ("MORE.csv", !arguments.more.is_empty()),
-        ("--details", arguments.details),
-    ];
-    if let Some((flag, _)) = drawn.iter().find(|(_, given)| *given) {
-        return Err(Error::Input(format!(
-            "{flag}: needs a single model; {}",
-            orders::ORDERS_EXPECTED
-        )));
-    }
+    let [plot, report, states] = arguments.drawn();
+    let (more, details) = (!arguments.more.is_empty(), arguments.details);
+    let of_one_model = [plot, report, states, ("MORE.csv", more), ("--details", details)];
+    refuse(
+        &of_one_model,
+        &format!("needs a single model; {}", orders::ORDERS_EXPECTED),
+    )?;
     let chosen = match arguments.estimator.as_slice() {
         [] => METHODS.to_vec(),
         names => orders::of_tables(names)?,
@@ -71,13 +64,13 @@ pub(super) fn run(mut arguments: Arguments) -> Result<(), Error> {
     if let Some(message) = arguments.options.useless(&chosen) {
         return Err(Error::Input(message));
     }
-    let recognised = record::read(&arguments.record.file, &arguments.record)?;
-    let recognised = recognised.whole(&arguments.record.file, "a comparison of methods")?;
+    let file = &arguments.record.file;
+    let table = record::whole(record::read(file, &arguments.record)?, file, "a comparison of methods")?;
     let is_default = arguments.record.window.is_none() && arguments.validate.is_none();
     if is_default {
         arguments.record.window = Some(Part::Percent(WINDOW));
     }
-    let rows = recognised.record.y.len();
+    let rows = table.record.y.len();
     let window = arguments.record.window.map_or(rows, |part| part.of(rows));
     let largest = (window / SAMPLES).max(1);
     let order = Span {
@@ -86,7 +79,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<(), Error> {
     };
     let delay = arguments.record.delay.unwrap_or(Span { first: 1, last: 1 });
     let orders = Orders::arx(order.last, order.last, delay.last);
-    let mut report = load(&arguments, orders, recognised)?;
+    let mut report = load(&arguments, orders, table)?;
     let is_delay_free = arguments.record.delay.is_none();
     let nk = if delay.is_range() {
         delay_of(&report, delay).0
@@ -197,15 +190,18 @@ fn row(
     arguments.record.delay = Some(one(nk));
     report.orders = Orders::arx(n, n, nk);
     let estimate = estimate(arguments, method, report)?;
-    // Writing to a string cannot fail.
-    let mut command = comparison::command(&["--estimator", "--delay", "--format"]);
-    if is_default {
-        let _ = write!(command, " --window {WINDOW}%");
-    }
-    let _ = write!(command, " --estimator {method} --order {n}");
-    if nk != 1 {
-        let _ = write!(command, " --delay {nk}");
-    }
+    let command = comparison::command(&["--estimator", "--delay", "--format"]);
+    let window = if is_default {
+        format!(" --window {WINDOW}%")
+    } else {
+        String::new()
+    };
+    let delay = if nk == 1 {
+        String::new()
+    } else {
+        format!(" --delay {nk}")
+    };
+    let command = format!("{command}{window} --estimator {method} --order {n}{delay}");
     Ok(Ok(Row {
         n,
         nk,
@@ -236,12 +232,7 @@ struct Panel<'a> {
 
 impl Panel<'_> {
     fn text(&self) -> String {
-        let mut text = String::new();
-        self.write(&mut text).expect("writing to a string does not fail");
-        text
-    }
-
-    fn write(&self, text: &mut String) -> fmt::Result {
+        let mut text = Lines::default();
         let Self {
             report,
             order,
@@ -263,38 +254,38 @@ impl Panel<'_> {
             report.record.y.len(),
             report.detrend
         );
-        text.push_str(&wrapped(&about, ""));
-        text.push_str(&words::record(report));
+        text.paragraph(&about, "");
+        text.add(&words::record(report));
         let ranked: Vec<&Estimate> = self.rows.iter().map(|row| &row.estimate).collect();
         if !ranked.is_empty() {
-            comparison::write(text, report, &ranked)?;
+            comparison::write(&mut text, report, &ranked);
         }
         for (method, reason) in &self.without {
             let reason = reason
                 .as_ref()
                 .map_or_else(String::new, |reason| format!(" ({reason})"));
-            text.push_str(&wrapped(&format!("No model at any order: {method}{reason}"), "  "));
+            text.paragraph(&format!("No model at any order: {method}{reason}"), "  ");
         }
         if let Some((nk, lead)) = self.later {
             let line = format!(
                 "hint: the BIC of long ARX models is lower by {lead:.0} with a delay of {nk} than of 1: --delay \
                  {DELAYS}"
             );
-            text.push_str(&wrapped(&line, "  "));
+            text.paragraph(&line, "  ");
         }
         let Some(best) = self.rows.first() else {
-            return Ok(());
+            return text.0;
         };
         if report
             .feedback
             .is_some_and(|test| test.verdict() == LoopVerdict::Feedback)
         {
-            text.push_str(&wrapped(&format!("hint: {}", hints::LOOP), "  "));
+            text.paragraph(&format!("hint: {}", hints::LOOP), "  ");
         }
-        text.push_str(&comparison::hints(&best.estimate));
+        comparison::hints(&mut text, &best.estimate);
         if !best.estimate.name.takes("offset") {
             let can_fit = self.rows.iter().find(|row| row.estimate.name.takes("offset"));
-            text.push_str(&can_fit.map_or_else(String::new, |row| comparison::hints(&row.estimate)));
+            can_fit.inspect(|row| comparison::hints(&mut text, &row.estimate));
         }
         if best.n == order.last && order.is_range() {
             let line = format!(
@@ -303,9 +294,10 @@ impl Panel<'_> {
                 best.estimate.name,
                 2 * best.n
             );
-            text.push_str(&wrapped(&line, "  "));
+            text.paragraph(&line, "  ");
         }
-        writeln!(text, "All of the first model:\n  {}", best.command)
+        text.line(format_args!("All of the first model:\n  {}", best.command));
+        text.0
     }
 
     fn json(&self) -> Value {

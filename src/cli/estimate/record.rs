@@ -1,44 +1,28 @@
 //! Reads the user's records, and says what was recognised in them.
 
 use super::arguments::RecordArguments;
-use super::report::Clock;
 use crate::cli::error::Error;
 use crate::cli::output::note;
-use crate::data::csv::{Kept, LikeTimes, ReadOptions, Record, RecordError, Segment, Table};
+use crate::data::csv::{Kept, LikeTimes, ReadOptions, RecordError, Segment, Table};
 use crate::files;
 use crate::text::shell_word;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// A record as it is used, and what was recognised in its file.
-pub(super) struct Recognised {
-    pub(super) record: Record,
-    /// The line of each sample in the file.
-    pub(super) lines: Vec<u64>,
-    /// The times of the samples, if a column has them.
-    pub(super) clock: Option<Clock>,
-    /// The form of the file and the names of its columns, where they are not the plain ones.
-    pub(super) form: Vec<String>,
-    /// The runs between gaps, which follow each other; empty if there is one.
-    pub(super) segments: Vec<Segment>,
-}
-
-impl Recognised {
-    /// Returns a record without gaps, as a flag needs it.
-    pub(super) fn whole(self, path: &Path, flag: &str) -> Result<Self, Error> {
-        if self.segments.is_empty() {
-            return Ok(self);
-        }
-        let (path, parts) = (path.display(), self.segments.len());
-        Err(Error::Input(format!(
-            "{path}: {parts} parts between gaps, but {flag} needs one; expected --missing longest-run, or one \
-             model of all parts: asobench estimate with --estimator oe and --order n"
-        )))
+/// Returns a record without gaps, as a flag needs it.
+pub(super) fn whole(table: Table, path: &Path, flag: &str) -> Result<Table, Error> {
+    if table.segments.is_empty() {
+        return Ok(table);
     }
+    let (path, parts) = (path.display(), table.segments.len());
+    Err(Error::Input(format!(
+        "{path}: {parts} parts between gaps, but {flag} needs one; expected --missing longest-run, or one \
+         model of all parts: asobench estimate with --estimator oe and --order n"
+    )))
 }
 
 /// Reads a record without the samples that `--skip` leaves out, and prints a line on what is not plain.
-pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognised, Error> {
+pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Table, Error> {
     let file = path.display();
     let bad = |message: String| Error::Input(format!("{file}: {message}"));
     let options = ReadOptions {
@@ -56,7 +40,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         let chosen = [&arguments.input, &arguments.output];
         column.contains(',') && chosen.into_iter().flatten().any(|of| of == column)
     };
-    let table = table.map_err(|error| match error {
+    let mut table = table.map_err(|error| match error {
         RecordError::NotThere { column, .. } if is_several(&column) => Error::Input(format!(
             "{file}: --{flag} {column}: one {flag}; this program is for single-input single-output systems",
             flag = if arguments.input.as_ref() == Some(&column) {
@@ -68,15 +52,15 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
         error => bad(format!("{error}{}", ways_on(&error))),
     })?;
     let Table {
-        mut record,
-        mut lines,
+        record,
+        lines,
         times,
-        mut form,
+        form,
         kept,
         like_times,
-        mut segments,
-    } = table;
-    form.extend(kept.map(|kept| part(kept, record.y.len())));
+        segments,
+    } = &mut table;
+    form.extend(kept.take().map(|kept| part(kept, record.y.len())));
     if !segments.is_empty() {
         form.push(format!(
             "{} parts between gaps, {} rows",
@@ -87,7 +71,7 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     if !form.is_empty() {
         note(&format!("{file}: {}", form.join(", ")));
     }
-    if let Some(like_times) = like_times {
+    if let Some(like_times) = like_times.take() {
         note(&of_times(like_times));
     }
     let (skip, samples) = (arguments.skip, record.y.len());
@@ -100,18 +84,9 @@ pub(super) fn read(path: &Path, arguments: &RecordArguments) -> Result<Recognise
     record.y.drain(..skip);
     record.r.drain(..skip.min(record.r.len()));
     lines.drain(..skip.min(lines.len()));
-    skip_segments(&mut segments, skip);
-    let clock = times.map(|[first, step]| Clock {
-        start: first + skip as f64 * step,
-        step,
-    });
-    Ok(Recognised {
-        record,
-        lines,
-        clock,
-        form,
-        segments,
-    })
+    skip_segments(segments, skip);
+    *times = times.map(|[first, step]| [first + skip as f64 * step, step]);
+    Ok(table)
 }
 
 /// Leaves out the first samples; the lines stay those of the whole part.

@@ -10,18 +10,17 @@ use super::one_estimator::run;
 use super::orders::delayed;
 use super::report::{Estimate, Fits, Report};
 use super::span::Span;
-use super::words;
 use crate::cli::error::{Error, bad_input};
 use crate::cli::groups;
-use crate::cli::output::wrapped;
+use crate::cli::output::Lines;
 use crate::estimator::{ArxOptions, Criterion, EstimatorName, MethodOptions, OrderComparison, Progress, SetupError};
 use crate::metric::Fit;
 use crate::model::Orders;
 use crate::text::visible;
 use serde_json::{Map, Value, json};
-use std::fmt::{self, Write};
 
 /// One model of the table.
+#[derive(Default)]
 struct Row {
     n: usize,
     orders: Orders,
@@ -71,7 +70,12 @@ fn scan(
     } else {
         let mut rows: Vec<Row> = Vec::new();
         for (n, nk) in both {
-            let mut row = Row::new(n, Orders::arx(n, n, nk));
+            let orders = Orders::arx(n, n, nk);
+            let mut row = Row {
+                n,
+                orders,
+                ..Row::default()
+            };
             row.fit(report, estimator, of_order(estimator, given, n, nk)?)?;
             row.loss = row.own_loss;
             row.judge(report.window);
@@ -210,8 +214,12 @@ fn regressions(report: &Report, both: impl Iterator<Item = (usize, usize)>) -> R
     let mut rows = Vec::new();
     for candidate in comparison.candidates() {
         let orders = candidate.orders;
-        let mut row = Row::new(orders.na, orders);
-        row.loss = candidate.loss.ok().map(|loss| loss * square);
+        let mut row = Row {
+            n: orders.na,
+            orders,
+            loss: candidate.loss.ok().map(|loss| loss * square),
+            ..Row::default()
+        };
         row.judge(comparison.equations());
         let options = ArxOptions {
             orders: Some(orders),
@@ -225,21 +233,6 @@ fn regressions(report: &Report, both: impl Iterator<Item = (usize, usize)>) -> R
 }
 
 impl Row {
-    fn new(n: usize, orders: Orders) -> Self {
-        Self {
-            n,
-            orders,
-            loss: None,
-            theta: Vec::new(),
-            own_loss: None,
-            own: None,
-            window_fit: None,
-            validation_fit: None,
-            criteria: vec![None; Criterion::ALL.len()],
-            refused: None,
-        }
-    }
-
     /// Whether the residuals are no larger than the rounding of the record's numbers.
     fn fits_to_rounding(&self) -> bool {
         let own = self.own.as_ref().and_then(|own| own.last().residuals.as_ref());
@@ -319,17 +312,15 @@ impl Scan {
 
     /// Returns the table as text, with what may be done about the record.
     pub(super) fn text(&self, report: &Report, hint: Option<&str>) -> String {
-        let mut text = String::new();
-        let written = self.write(&mut text, report);
-        written.expect("writing to a string does not fail");
-        for line in self
-            .choice()
-            .into_iter()
-            .chain(hint.map(|hint| format!("hint: {hint}")))
-        {
-            text.push_str(&wrapped(&line, "  "));
+        let mut text = Lines::default();
+        self.write(&mut text, report);
+        for line in &self.choice() {
+            text.paragraph(line, "  ");
         }
-        text
+        if let Some(hint) = hint {
+            text.paragraph(&format!("hint: {hint}"), "  ");
+        }
+        text.0
     }
 
     /// Returns the model that BIC chooses, for hints on its start.
@@ -383,30 +374,22 @@ impl Scan {
         }
         let [order, delay] = self.ranges;
         let chosen = &self.rows[best];
-        let mut edges = Vec::new();
-        if order.is_range() && chosen.n == order.last {
-            edges.push(format!(
-                "n = {} is the largest of the range: widen it, --order {}:{}",
-                order.last,
-                order.first,
-                2 * order.last
+        let ranges = [
+            ("n", "order", order, chosen.n),
+            ("nk", "delay", delay, chosen.orders.nk),
+        ];
+        for (name, flag, Span { first, last }, at) in ranges.into_iter().filter(|of| of.2.is_range()) {
+            let (end, wider) = if at == last {
+                ("largest", format!("{first}:{}", 2 * last))
+            } else if at == first && flag == "delay" && first > 1 {
+                ("smallest", format!("1:{last}"))
+            } else {
+                continue;
+            };
+            lines.push(format!(
+                "{name} = {at} is the {end} of the range: widen it, --{flag} {wider}"
             ));
         }
-        if delay.is_range() && chosen.orders.nk == delay.last {
-            edges.push(format!(
-                "nk = {} is the largest of the range: widen it, --delay {}:{}",
-                delay.last,
-                delay.first,
-                2 * delay.last
-            ));
-        }
-        if delay.first > 1 && delay.is_range() && chosen.orders.nk == delay.first {
-            edges.push(format!(
-                "nk = {} is the smallest of the range: widen it, --delay 1:{}",
-                delay.first, delay.last
-            ));
-        }
-        lines.extend(edges);
         lines
     }
 
@@ -460,11 +443,10 @@ impl Scan {
         }
     }
 
-    fn write(&self, text: &mut String, report: &Report) -> fmt::Result {
+    fn write(&self, text: &mut Lines, report: &Report) {
         let (models, equations, detrend) = (self.models(), self.equations, report.detrend);
         if report.parts.is_empty() {
-            writeln!(
-                text,
+            text.line(format_args!(
                 "{}: {models} over the same {equations} equations,\nk = {} ... {}; \
                  window {} of {} samples, detrend {detrend}",
                 visible(report.file.display()),
@@ -472,29 +454,19 @@ impl Scan {
                 report.window - 1,
                 report.window,
                 report.record.y.len(),
-            )?;
+            ));
         } else {
-            writeln!(
-                text,
+            text.line(format_args!(
                 "{} records, {} samples: {models}\nover the same {equations} equations; detrend {detrend} of each file",
                 report.parts.len(),
                 report.window
-            )?;
+            ));
         }
-        text.push_str(&words::record(report));
-        if let Some(unit) = report.unit_in_words() {
-            text.push_str(&wrapped(&unit, ""));
-        }
-        writeln!(
-            text,
-            "\n  n nk        V         AIC        AICc         BIC         FPE  FIT %  valid."
-        )?;
+        text.record(report);
+        text.line("\n  n nk        V         AIC        AICc         BIC         FPE  FIT %  valid.");
         for (i, row) in self.rows.iter().enumerate() {
-            write!(text, "{:>3} {:>2}", row.n, row.orders.nk)?;
-            match row.loss {
-                Some(loss) => write!(text, " {loss:>11.4e}")?,
-                None => write!(text, " {:>11}", "-")?,
-            }
+            let loss = row.loss.map_or("-".to_owned(), |loss| format!("{loss:.4e}"));
+            let mut line = format!("{:>3} {:>2} {loss:>11}", row.n, row.orders.nk);
             for ((criterion, value), best) in Criterion::ALL.iter().zip(&row.criteria).zip(&self.best) {
                 let star = if *best == Some(i) { "*" } else { " " };
                 let number = match value {
@@ -502,7 +474,7 @@ impl Scan {
                     Some(value) if *criterion == Criterion::Fpe => format!("{value:.4e}"),
                     Some(value) => format!("{value:.2}"),
                 };
-                write!(text, " {number:>10}{star}")?;
+                line.extend([format!(" {number:>10}{star}")]);
             }
             let star = if self.best_fit == Some(i) { "*" } else { "" };
             let percent = |fit: Option<f64>| match fit {
@@ -511,8 +483,8 @@ impl Scan {
                 None => "-".to_owned(),
             };
             let (window, validation) = (percent(row.window_fit), percent(row.validation_fit));
-            let line = format!(" {window:>6} {validation:>7}{star}");
-            writeln!(text, "{}", line.trim_end())?;
+            line.extend([format!(" {window:>6} {validation:>7}{star}")]);
+            text.line(line.trim_end());
         }
         let on = match (&report.validation, report.parts.is_empty()) {
             (_, false) => "",
@@ -523,10 +495,9 @@ impl Scan {
             EstimatorName::Arx => ", its own equations",
             _ => "",
         };
-        writeln!(
-            text,
+        text.line(format_args!(
             "\n* the smallest value of each criterion{on}.\n\
              V: mean squared residual; FIT: of the simulated output{whose}."
-        )
+        ));
     }
 }

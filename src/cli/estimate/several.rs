@@ -1,13 +1,13 @@
 //! Several records of one plant: `asobench estimate a.csv b.csv c.csv`.
 
-use super::arguments::Arguments;
+use super::arguments::{Arguments, refuse};
 use super::load::{check_moves, check_order, clock_of, subtract};
-use super::record::{self, Recognised};
+use super::record;
 use super::report::{Clock, MOST_EXCITED, Part, Report};
 use super::unit::in_own_unit;
 use crate::cli::error::{Error, bad_input};
 use crate::cli::output::note;
-use crate::data::csv::Record;
+use crate::data::csv::{Record, Table};
 use crate::data::{Detrend, Rounding, Trend};
 use crate::diagnosis::FeedbackTest;
 use crate::estimator::excitation_order;
@@ -15,27 +15,14 @@ use crate::model::Orders;
 use crate::text::rounded;
 use std::path::{Path, PathBuf};
 
-/// Refuses the flags of one record.
-fn check(arguments: &Arguments) -> Result<(), Error> {
-    let of_one = [
-        ("--window", arguments.record.window.is_some()),
-        ("--validate", arguments.validate.is_some()),
-        ("--plot", !arguments.plot.is_empty()),
-        ("--report", arguments.report.is_some()),
-        ("--states", arguments.states.is_some()),
-    ];
-    match of_one.iter().find(|(_, given)| *given) {
-        None => Ok(()),
-        Some((flag, _)) => Err(Error::Input(format!(
-            "{flag}: is for one record; expected it without further records and without gaps"
-        ))),
-    }
-}
-
 /// Reads the further records, and subtracts from each file its own trend. They follow each other in the report's
 /// record, each part between gaps by itself.
-pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> Result<Report, Error> {
-    check(arguments)?;
+pub(super) fn load(arguments: &Arguments, orders: Orders, first: Table) -> Result<Report, Error> {
+    let [plot, report, states] = arguments.drawn();
+    let window = ("--window", arguments.record.window.is_some());
+    let validate = ("--validate", arguments.validate.is_some());
+    let why = "is for one record; expected it without further records and without gaps";
+    refuse(&[window, validate, plot, report, states], why)?;
     check_order(orders)?;
     let files: Vec<&PathBuf> = [&arguments.record.file].into_iter().chain(&arguments.more).collect();
     let mut all = Record::default();
@@ -47,7 +34,7 @@ pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> 
             None => record::read(file, &arguments.record)?,
         };
         form.append(&mut found.form);
-        clocks.push(clock_of(arguments, found.clock)?);
+        clocks.push(clock_of(arguments, found.times)?);
         let own = Rounding::of(&found.record.u, &found.record.y);
         rounding = Rounding {
             u: rounding.u.max(own.u),
@@ -106,12 +93,12 @@ pub(super) fn load(arguments: &Arguments, orders: Orders, first: Recognised) -> 
 fn cut(
     file: &Path,
     orders: Orders,
-    found: Recognised,
+    found: Table,
     parts: &mut Vec<Part>,
     all: &mut Record,
     rounding: Rounding,
 ) -> Result<(), Error> {
-    let Recognised { record, segments, .. } = found;
+    let Table { record, segments, .. } = found;
     let whole = [(None, record.y.len())];
     let own = segments.iter().map(|of| (Some(of.lines), of.samples));
     let own: Vec<_> = match segments.as_slice() {

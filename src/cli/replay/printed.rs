@@ -1,7 +1,7 @@
 //! All that one trial computes, printed by stage.
 
 use crate::cli::error::{Error, failed};
-use crate::cli::output::{Format, show, wrapped};
+use crate::cli::output::{Format, Lines, show};
 use crate::data::Realisation;
 use crate::estimator::auxiliary::AuxiliaryModel;
 use crate::estimator::information::Information;
@@ -13,8 +13,7 @@ use crate::study::{
     read_manifest, read_results, stage_twelve,
 };
 use crate::text::{number, visible};
-use serde_json::{Map, Value, json};
-use std::fmt::{self, Write as _};
+use serde_json::{Value, json};
 use std::path::Path;
 
 /// The uses of a replay.
@@ -143,13 +142,7 @@ impl<'a> Replay<'a> {
     }
 
     pub(super) fn print(&self, options: &Options<'_>) -> Result<(), Error> {
-        let text = || {
-            let mut text = String::new();
-            let written = self.write(&mut text, options);
-            written.expect("writing to a string does not fail");
-            text
-        };
-        show(options.format, text, || self.json())?;
+        show(options.format, || self.text(options), || self.json())?;
         self.stored.as_ref().map(|_| ()).map_err(failed)
     }
 
@@ -172,28 +165,28 @@ impl<'a> Replay<'a> {
         }
     }
 
-    fn write(&self, text: &mut String, options: &Options<'_>) -> fmt::Result {
+    fn text(&self, options: &Options<'_>) -> String {
+        let mut text = Lines::default();
         let folder = options.folder;
         let (settings, meaning) = self.head();
         let name = match self.cell.claim.as_str() {
             "" => self.index.to_string(),
             claim => format!("{}, {}", self.index, visible(claim)),
         };
-        writeln!(
-            text,
+        text.line(format_args!(
             "Cell {name} ({settings}), trial {}, seed {}\n{meaning}\n\nRows",
             self.trial, self.seed
-        )?;
+        ));
         for (output, row) in &self.rows {
             let status = row.failure.map_or_else(|| "ok".to_owned(), |f| f.to_string());
             let name = match self.cell.source {
                 Source::Discrete(_) => format!("{} pass {}", output.estimator, output.pass),
                 Source::Continuous(_) => output.label(),
             };
-            writeln!(text, "  {}: {status}", visible(name))?;
+            text.line(format_args!("  {}: {status}", visible(name)));
             for &figure in Measure::ALL {
                 if !row[figure].is_nan() {
-                    writeln!(text, "    {:<20} {:>24?}", figure.name(), row[figure])?;
+                    text.line(format_args!("    {:<20} {:>24?}", figure.name(), row[figure]));
                 }
             }
         }
@@ -206,45 +199,39 @@ impl<'a> Replay<'a> {
             Ok(Some(false)) => "These rows DIFFER from those stored in",
         };
         let line = format!("{equal} {}.", visible(folder.display()));
-        text.push('\n');
-        text.push_str(&wrapped(&line, ""));
+        text.line("");
+        text.paragraph(&line, "");
         if let (Ok(Some(false)), Some(method)) = (&self.stored, &self.may_differ) {
             let line = format!("Those of '{method}' may: it says that it is not deterministic.");
-            writeln!(text, "{}", visible(line))?;
+            text.line(visible(line));
         }
         for (title, vectors) in &self.stages {
-            writeln!(text, "\n{}", visible(title))?;
+            text.line(format_args!("\n{}", visible(title)));
             for (name, values) in vectors {
-                writeln!(text, "  {name}")?;
+                text.line(format_args!("  {name}"));
                 let is_whole = options.samples || values.len() <= LONG;
                 let shown = if is_whole { values.len() } else { IN_LINE };
                 for line in values[..shown].chunks(IN_LINE) {
                     let line: Vec<String> = line.iter().map(|v| format!("{v:>24?}")).collect();
-                    writeln!(text, "  {}", line.join(" "))?;
+                    text.line(format_args!("  {}", line.join(" ")));
                 }
                 if !is_whole {
                     let more = values.len() - shown;
-                    writeln!(text, "  ... {more} more; --samples prints them")?;
+                    text.line(format_args!("  ... {more} more; --samples prints them"));
                 }
             }
         }
-        Ok(())
+        text.0
     }
 
     fn json(&self) -> Value {
-        let stages: Vec<Value> = self
-            .stages
-            .iter()
-            .map(|(title, vectors)| {
-                let mut stage = Map::new();
-                stage.insert("stage".to_owned(), json!(title));
-                for (name, values) in vectors {
-                    stage.insert(name.clone(), json!(values));
-                }
-                Value::Object(stage)
-            })
-            .collect();
-        let rows: Vec<Value> = self.rows.iter().map(|(_, row)| self.row_json(row)).collect();
+        let stage = |(title, vectors): &Stage| {
+            let mut stage = json!({ "stage": title });
+            for (name, values) in vectors {
+                stage[name] = json!(values);
+            }
+            stage
+        };
         let mut cell = json!({ "index": self.index, "claim": self.cell.claim });
         if let Some(of) = self.cell.discrete() {
             cell["eta"] = json!(of.eta);
@@ -256,25 +243,25 @@ impl<'a> Replay<'a> {
             "cell": cell,
             "trial": self.trial,
             "seed": self.seed,
-            "stages": stages,
-            "rows": rows,
+            "stages": self.stages.iter().map(stage).collect::<Vec<Value>>(),
+            "rows": self.rows.iter().map(|(output, row)| self.row_json(output, row)).collect::<Vec<Value>>(),
             "equal_to_stored": self.stored.as_ref().ok().copied().flatten(),
         })
     }
 
-    fn row_json(&self, row: &Row) -> Value {
-        let (output, _) = &self.rows[row.output];
-        let mut object = Map::new();
-        object.insert("estimator".to_owned(), json!(output.estimator));
-        object.insert("pass".to_owned(), json!(output.pass));
-        object.insert("status".to_owned(), json!(row.status()));
-        object.insert("unstable".to_owned(), json!(row.unstable));
-        object.insert("unstable_so_far".to_owned(), json!(row.unstable_so_far));
+    fn row_json(&self, output: &Output, row: &Row) -> Value {
+        let mut entry = json!({
+            "estimator": output.estimator,
+            "pass": output.pass,
+            "status": row.status(),
+            "unstable": row.unstable,
+            "unstable_so_far": row.unstable_so_far,
+        });
         let kind = self.cell.kind();
         for &figure in Measure::ALL.iter().filter(|of| of.is_of(kind)) {
-            object.insert(figure.name().to_owned(), json!(row[figure]));
+            entry[figure.name()] = json!(row[figure]);
         }
-        Value::Object(object)
+        entry
     }
 }
 

@@ -89,7 +89,7 @@ impl Arguments {
             figures: names,
             ..RunOptions::default()
         };
-        execute(path, "--out ", experiment, rule, options, figures)?;
+        execute(path, experiment, rule, options, figures)?;
         Study::read(path).map_err(failed)
     }
 }

@@ -7,7 +7,6 @@ use crate::cli::output::print;
 use crate::number::uncertain;
 use crate::report::html::{CellText, Column, Table};
 use crate::suite::{Estimated, PublishedTable, Reproduced, published};
-use std::fmt::Write as _;
 
 /// Reproduce the published Monte-Carlo tables of the suite's systems: printed beside ours, with both standard errors
 #[derive(clap::Args)]
@@ -94,13 +93,12 @@ fn shown(of: &PublishedTable, found: &[Reproduced]) -> String {
     if !found.iter().all(Reproduced::agrees) {
         for row in found {
             if let Some(error) = row.of_one_input {
-                let _ = writeln!(
-                    text,
-                    "{}: means differ by {:.1} standard errors; if the printed runs had one input, by {:.1}",
+                text.extend([format!(
+                    "{}: means differ by {:.1} standard errors; if the printed runs had one input, by {:.1}\n",
                     row.name,
                     row.apart(row.printed.0.error),
                     row.apart(error)
-                );
+                )]);
             }
         }
         let why = of.why.as_deref().unwrap_or("not known");

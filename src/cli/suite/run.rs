@@ -121,7 +121,7 @@ fn in_folder(
         ..RunOptions::default()
     };
     let rule = TrialRule::Fixed(trials);
-    let executed = execute(folder, "--out ", &experiment, rule, options, |_| Vec::new());
+    let executed = execute(folder, &experiment, rule, options, |_| Vec::new());
     programs::conclude(&experiment, folder);
     executed?;
     let pages = [Study::read(folder).map_err(failed)?];

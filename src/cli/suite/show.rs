@@ -32,7 +32,7 @@ pub(super) fn list(part: &Part) -> Result<(), Error> {
         let head = format!("{:<17} p = {:<3}", scenario.name, scenario.free);
         let mut words = scenario.hard.join(", ");
         if scenario.separate < 0.995 {
-            words += &format!("; separate polynomials: at most {:.2}", scenario.separate);
+            words.extend([format!("; separate polynomials: at most {:.2}", scenario.separate)]);
         }
         text += &filled(&head, &words, 25);
     }
@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut text = String::new();
     if let Some(first) = suite.studies.first() {
         let file = first.file();
-        text += &format!("{}: {}\n", first.entry.system, file.title);
+        text.extend([format!("{}: {}\n", first.entry.system, file.title)]);
         text += &filled("", &file.question, 0);
         text += &filled("Source: ", &file.source, 0);
     }
@@ -66,7 +66,7 @@ fn described(study: &SuiteStudy, suite: &Suite) -> String {
     );
     for (key, value) in &study.file().settings {
         let value = serde_json::to_string(value).unwrap_or_default();
-        text += &format!("  {key} = {value}\n");
+        text.extend([format!("  {key} = {value}\n")]);
     }
     for scenario in &study.scenarios {
         text += &filled(
@@ -78,9 +78,9 @@ fn described(study: &SuiteStudy, suite: &Suite) -> String {
             4,
         );
     }
-    let seed = suite.manifest.seed;
-    text + &format!(
-        "  seed = {seed}; suite/{}.toml has the plant and its noises\n",
-        entry.system
-    )
+    let (seed, system) = (suite.manifest.seed, &entry.system);
+    text.extend([format!(
+        "  seed = {seed}; suite/{system}.toml has the plant and its noises\n"
+    )]);
+    text
 }

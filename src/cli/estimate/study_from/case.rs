@@ -54,7 +54,7 @@ impl Case {
             return Err(Error::Input(RANGE.to_owned()));
         }
         let file = &estimator.record.file;
-        let found = record::read(file, &estimator.record)?.whole(file, "study-from")?;
+        let found = record::whole(record::read(file, &estimator.record)?, file, "study-from")?;
         let mut report = load(estimator, orders(estimator)?, found)?;
         check_unit(&report)?;
         hints::warn_of_offset(&report, &[name]);
