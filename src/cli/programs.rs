@@ -97,6 +97,14 @@ pub(super) fn introduced(
     Ok((file, Some(experiment)))
 }
 
+/// The experiment of a user's file, its programs started and told apart by their version.
+pub(super) fn started(experiment: Experiment, path: &Path, consent: &Consent) -> Result<Experiment, Error> {
+    let (file, introduced) = introduced(experiment.file, path, consent)?;
+    let experiment = Experiment::new(file).map_err(failed)?;
+    take_over(&experiment, introduced.as_ref());
+    Ok(experiment)
+}
+
 /// Returns the problem of the first cell; `None` in continuous time, where no method is a program.
 fn problem(experiment: &Experiment) -> Option<Problem<'_>> {
     let cell = experiment.cells[0].discrete()?;

@@ -117,14 +117,6 @@ fn of_program(path: &Path) -> Option<Vec<String>> {
     ])
 }
 
-/// The experiment of a user's file, its programs started and told apart by their version.
-pub(super) fn started(experiment: Experiment, path: &Path, consent: &Consent) -> Result<Experiment, Error> {
-    let (file, introduced) = programs::introduced(experiment.file, path, consent)?;
-    let experiment = Experiment::new(file).map_err(failed)?;
-    programs::take_over(&experiment, introduced.as_ref());
-    Ok(experiment)
-}
-
 /// Runs the method on the first record of each study, a record in a message. One at least must leave a model; two
 /// faults of a program without one end the test.
 fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, consent: &Consent) -> Result<(), Error> {
@@ -141,7 +133,7 @@ fn smoke(suite: &Suite, competitor: &Competitor, path: &Path, consent: &Consent)
                 .map_or("declined".to_owned(), |(_, reason)| reason.clone()),
             (Some(experiment), _) => {
                 let experiment = match &at_work {
-                    None => started(experiment, path, consent)?,
+                    None => programs::started(experiment, path, consent)?,
                     Some(before) => {
                         programs::take_over(&experiment, Some(before));
                         experiment

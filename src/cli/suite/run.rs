@@ -1,6 +1,5 @@
 //! `asobench suite run`: every method on every scenario of a tier, each study an ordinary one in a folder of its own.
 
-use super::newcomer::started;
 use super::page::{self, Beside};
 use super::part::{How, Part, competitors, write, wrong};
 use crate::cli::cluster::word;
@@ -127,7 +126,7 @@ fn in_folder(
     how.overwrite.check(folder)?;
     let experiment = match own {
         None => experiment,
-        Some(path) => started(experiment, path, &how.consent)?,
+        Some(path) => programs::started(experiment, path, &how.consent)?,
     };
     let overwrite = how.overwrite.overwrite;
     if !overwrite {

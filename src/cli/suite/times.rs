@@ -1,10 +1,10 @@
 //! `asobench suite times`: times of the methods, apart from their results.
 
-use super::newcomer::{method, started};
+use super::newcomer::method;
 use super::part::{Part, TIMES, competitors, write, wrong};
 use crate::cli::error::{Error, failed};
 use crate::cli::output::{note, print};
-use crate::cli::programs::Consent;
+use crate::cli::programs::{Consent, started};
 use crate::lanes::Isa;
 use crate::number::uncertain_within;
 use crate::report::html::{CellText, Column, Table};
