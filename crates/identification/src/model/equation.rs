@@ -35,7 +35,7 @@ impl LinearModel {
             if name == "B" || polynomial.len() > 1 {
                 let power = |i: usize| if i == 0 { String::new() } else { format!("q^-{i}") };
                 let terms = polynomial.iter().enumerate().map(|(i, c)| (*c, power(i)));
-                text += &format!("\n{name} = {}", sum(terms, digits));
+                text = format!("{text}\n{name} = {}", sum(terms, digits));
             }
         }
         text

@@ -104,7 +104,7 @@ impl Signal {
     }
 
     /// The part that comes from some sources.
-    fn from_sources(&self, are_meant: impl Fn(usize) -> bool) -> Self {
+    fn part_from(&self, are_meant: impl Fn(usize) -> bool) -> Self {
         let parts = self.parts.iter().filter(|part| are_meant(part.source));
         Self {
             parts: parts.cloned().collect(),
@@ -114,7 +114,7 @@ impl Signal {
     /// The part that comes from one source.
     #[must_use]
     pub fn from_source(&self, source: usize) -> Self {
-        self.from_sources(|of| of == source)
+        self.part_from(|of| of == source)
     }
 
     /// Returns the signal from rest if every source is this sequence.
@@ -135,7 +135,7 @@ impl Signal {
     /// The part that comes from white sources.
     #[must_use]
     pub fn from_white(&self, sources: &[Source]) -> Self {
-        self.from_sources(|of| sources[of].spectrum.is_none())
+        self.part_from(|of| sources[of].spectrum.is_none())
     }
 
     /// The lags `sign x(k-first) ... sign x(k-first-count+1)` of the signal x.

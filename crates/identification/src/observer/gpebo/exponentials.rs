@@ -50,8 +50,8 @@ const fn power(i: u64) -> [u64; 2] {
 /// Returns the product of two numbers in units of 2^-127, the second below 1.
 const fn product(a: u128, b: u128) -> u128 {
     const LOW: u128 = u64::MAX as u128;
-    let middle = (a >> 64) * (b & LOW) + (a & LOW) * (b >> 64) + ((a & LOW) * (b & LOW) >> 64);
-    ((a >> 64) * (b >> 64) << 1) + (middle >> 63)
+    let middle = (a >> 64) * (b & LOW) + (a & LOW) * (b >> 64) + (((a & LOW) * (b & LOW)) >> 64);
+    (((a >> 64) * (b >> 64)) << 1) + (middle >> 63)
 }
 
 /// Returns the number that a word of the source stands for: its upper half, the lower half being zero.
