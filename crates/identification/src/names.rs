@@ -65,6 +65,9 @@ pub fn here<'a>(given: &str, valid: &[&'a str]) -> Option<&'a str> {
 /// The names to write instead: the name here of a thing from elsewhere, or the valid names after the nearest one, if
 /// one is near.
 fn way_on(given: &str, valid: &[String]) -> String {
+    if valid.is_empty() {
+        return "; there are none".to_owned();
+    }
     // The time grows with the square of the length, and no longer text is a name.
     if given.len() > NAME_LIMIT {
         return format!("; expected {}", listed(given, valid));
@@ -229,3 +232,14 @@ macro_rules! named_table {
 }
 #[doc(hidden)]
 pub use named_table;
+
+#[cfg(test)]
+mod tests {
+    use super::UnknownName;
+
+    #[test]
+    fn where_nothing_has_a_name_none_is_expected() {
+        let error = UnknownName::new("covariances", "x", [""; 0]);
+        assert_eq!(error.to_string(), "unknown covariances 'x'; there are none");
+    }
+}
