@@ -177,7 +177,7 @@ impl<'a> Rows<'a> {
         };
         let rows = kept.map_or(run.y.len(), |kept| kept.rows);
         if used * LEAST_SHARE < rows {
-            return Err(RecordError::ShortRun(used, rows));
+            return Err(RecordError::ShortRun { samples: used, rows });
         }
         if falls {
             segments.reverse();

@@ -122,9 +122,14 @@ pub enum RecordError {
     /// A quoted cell goes on over rows.
     #[error("line {0}: a quote that begins here goes on over line ends and separators; expected its end")]
     OpenQuote(u64),
-    /// There is a row, in the first line, above the header, in the second.
-    #[error("line {0}: numbers above the header in line {1}")]
-    DataAbove(u64, u64),
+    /// There is a row above the header.
+    #[error("line {line}: numbers above the header in line {header}")]
+    DataAbove {
+        /// The row's line.
+        line: u64,
+        /// The header's line.
+        header: u64,
+    },
     /// A sample is missing.
     #[error("line {}, column {}: a sample is missing ('{}')", .0.line, .0.column, .0.text)]
     Missing(Place),
@@ -163,12 +168,17 @@ pub enum RecordError {
         /// Whether the newest sample is the first.
         falls: bool,
     },
-    /// The longest part at equal steps is a small share of the table: its samples, the rows of the table.
+    /// The longest part at equal steps is a small share of the table.
     #[error(
-        "the longest part at equal steps has {0} of {1} rows; expected at least a tenth of them: steps are \
+        "the longest part at equal steps has {samples} of {rows} rows; expected at least a tenth of them: steps are \
          unequal throughout"
     )]
-    ShortRun(usize, usize),
+    ShortRun {
+        /// The samples of the part.
+        samples: usize,
+        /// The rows of the table.
+        rows: usize,
+    },
     /// The file has a header and no rows.
     #[error("no samples after the header")]
     NoSamples,

@@ -272,7 +272,10 @@ impl Start {
             .iter()
             .find(|line| line.is_data() && line.cells.len() >= cells.len())
         {
-            return Err(RecordError::DataAbove(line.number, start.number));
+            return Err(RecordError::DataAbove {
+                line: line.number,
+                header: start.number,
+            });
         }
         if let Some(line) = above.iter().find(|line| line.runs_on) {
             return Err(RecordError::OpenQuote(line.number));
