@@ -71,7 +71,7 @@ fn placed(error: CascadeError) -> FileError {
             FileError::key(format_args!("observers[{}]", number - 1), mistake)
         }
         CascadeError::Signal { source, .. } => FileError::key(Key::Disturbance, source),
-        other => FileError::key("continuous", other),
+        CascadeError::Setting(mistake) => FileError::key("continuous", mistake),
     }
 }
 

@@ -126,23 +126,22 @@ impl Work<'_> {
             } = block;
             let trials = span.len();
             let failures = tally.outputs.iter().map(|output| output.outcomes.failed()).sum();
-            let whole = match encoded {
-                Some(encoded) => write(encoded?, None, &mut file)?,
-                None => {
-                    let mut ready = Vec::new();
-                    let until = ..=(span.cell, span.trials.start);
-                    if let Some((_, of_span)) = waiting.range_mut(until).next_back() {
-                        of_span.add(span.trials, tally);
-                        if of_span.left == 0 {
-                            ready = of_span.take();
-                        }
+            let whole = if let Some(encoded) = encoded {
+                write(encoded?, None, &mut file)?
+            } else {
+                let mut ready = Vec::new();
+                let until = ..=(span.cell, span.trials.start);
+                if let Some((_, of_span)) = waiting.range_mut(until).next_back() {
+                    of_span.add(span.trials, tally);
+                    if of_span.left == 0 {
+                        ready = of_span.take();
                     }
-                    if written.elapsed() > LONGEST_WAIT {
-                        ready.extend(take_all(&mut waiting));
-                        written = Instant::now();
-                    }
-                    write_tallies(ready, &mut file)?
                 }
+                if written.elapsed() > LONGEST_WAIT {
+                    ready.extend(take_all(&mut waiting));
+                    written = Instant::now();
+                }
+                write_tallies(ready, &mut file)?
             };
             spent.storage += watch.lap();
             on_event(Event::Block {
