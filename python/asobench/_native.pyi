@@ -9,15 +9,7 @@ Vector = NDArray[np.float64]
 VERSION: str
 Continuous = tuple[list[float], list[float], list[float], float, str, float]
 Findings = tuple[
-    float,
-    float,
-    int | None,
-    int | None,
-    str | None,
-    list[float],
-    bool,
-    Continuous | None,
-    list[tuple[float, float]],
+    float, float, int | None, int | None, str | None, list[float], bool, Continuous | None, list[tuple[float, float]]
 ]
 
 class Native:
