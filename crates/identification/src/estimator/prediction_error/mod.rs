@@ -194,20 +194,18 @@ impl PredictionError {
             other.estimate(seen, std::slice::from_mut(pass));
             pass.failure.is_none().then(|| rescaled(&pass.model))
         };
-        let mut given: Vec<Vec<f64>> = Vec::new();
-        if !self.other_is_refuge {
-            given.extend(of_other());
-        }
-        given.extend(start.map(rescaled));
+        let is_refuge = self.other_is_refuge;
+        let mut given = Vec::from_iter(start.map(rescaled));
         let (u, y) = self.rescaled.record();
-        let mut found = self.search.run(u, y, gain, &given);
+        let other = || if is_refuge { None } else { of_other() };
+        let mut found = self.search.run(u, y, gain, &given, other);
         if found.failure.is_some()
-            && self.other_is_refuge
+            && is_refuge
             && let Some(theta) = of_other()
         {
             given.push(theta);
             let before = found.iterations;
-            found = self.search.run(u, y, gain, &given);
+            found = self.search.run(u, y, gain, &given, || None);
             found.iterations += before;
         }
         self.found = Some(found);

@@ -113,30 +113,39 @@ impl Search {
         self.found.len()
     }
 
-    /// Searches for the lowest minimum of a record, in which B is in units of `gain`, from the models given too.
-    pub(super) fn run(&mut self, u: &[f64], y: &[f64], gain: f64, given: &[Vec<f64>]) -> Found {
+    /// Searches for the lowest minimum of a record, in which B is in units of `gain`, from the models given too. The
+    /// model of `other` is a start if the search has not ended when its turn comes.
+    pub(super) fn run(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        gain: f64,
+        given: &[Vec<f64>],
+        other: impl FnOnce() -> Option<Vec<f64>>,
+    ) -> Found {
         self.found.clear();
         self.unfinished = None;
         let mut failed = FailureKind::NotIdentifiable;
         let (mut drawn, mut searches, mut iterations) = (0, 0, 0);
         let mut agree = true;
         self.starts.begin(gain);
-        let mut models = given.iter();
+        let (mut models, mut other) = (given.iter(), Some(other));
         loop {
             let lowest = self.found.iter().min_by(|a, b| a.found.sum.total_cmp(&b.found.sum));
             let best = lowest.or(self.unfinished.as_ref());
             let best = best.map(|point| point.theta.as_slice());
-            // A search from a given model comes first: it would be screened after others.
-            let given = models.next();
-            let start = match given {
-                Some(theta) => theta.as_slice(),
-                None => match self.starts.next(u, y, best) {
-                    Some(theta) => theta,
-                    None => break,
-                },
+            let of_other = other
+                .take_if(|_| self.starts.is_turn_of_other())
+                .and_then(|other| other());
+            let of_other = of_other.as_deref();
+            let given = of_other.or_else(|| models.next().map(Vec::as_slice));
+            let Some(start) = given.or_else(|| self.starts.next(u, y, best)) else {
+                break;
             };
+            // No minimum that is known by then ends the search from the other method's model.
+            let minima = if of_other.is_some() { &[] } else { self.found.as_slice() };
             let mut screen = Screen {
-                minima: &self.found,
+                minima,
                 stopped: None,
                 difference: Vec::new(),
             };
@@ -259,7 +268,7 @@ mod tests {
                 truth.simulate(&u, &mut y);
                 let noise = normal(64, trial, Purpose::NoiseDrive, n);
                 y.iter_mut().zip(noise).for_each(|(y, noise)| *y += 0.4 * noise);
-                let found = [&mut short, &mut whole].map(|search| search.run(&u, &y, 1.0, &[]));
+                let found = [&mut short, &mut whole].map(|search| search.run(&u, &y, 1.0, &[], || None));
                 assert!(
                     found[0].failure.is_none() && found[1].failure.is_none(),
                     "{orders} {trial}"

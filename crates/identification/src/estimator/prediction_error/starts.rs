@@ -34,6 +34,10 @@ const SLOW_DRAWS: usize = 8;
 /// samples.
 const ENOUGH: usize = 12;
 
+/// Up to this order and from so many samples on they are enough without another method's model too: it leads no lower
+/// there (`no_subspace_model_leads_lower_at_order_2`). At higher orders, and in shorter records, it sometimes does.
+const ENOUGH_ALONE: (usize, usize) = (2, 300);
+
 /// Weighted solutions of null-space fitting.
 const REFINEMENTS: usize = 3;
 
@@ -131,6 +135,8 @@ pub(super) struct Starts {
     recipes: Vec<Recipe>,
     /// How many of them are enough if all lead to one minimum.
     enough: Option<usize>,
+    /// How many come before the model of another method: those that may be enough without it, or none.
+    before_other: usize,
     /// The true model if it is the only start.
     truth: Option<LinearModel>,
     /// The unit of B in the record.
@@ -161,9 +167,11 @@ impl Starts {
             recipes.iter().filter(|recipe| recipe.is_independent()).count()
         });
         recipes.extend((0..random).map(Recipe::Drawn));
+        let alone = orders.na.max(orders.nf) <= ENOUGH_ALONE.0 && window >= ENOUGH_ALONE.1;
         Self {
             recipes,
             enough,
+            before_other: enough.filter(|_| alone).unwrap_or(0),
             truth: None,
             gain: 1.0,
             instrumental: Instrumental::new(orders, window),
@@ -225,6 +233,11 @@ impl Starts {
     pub(super) fn was_drawn(&self) -> bool {
         let kinds = kinds_of_draws(self.orders);
         matches!(self.recipes[self.turn - 1], Recipe::Drawn(number) if number % kinds == 0)
+    }
+
+    /// Returns whether it is the turn of another method's model.
+    pub(super) fn is_turn_of_other(&self) -> bool {
+        self.turn >= self.before_other
     }
 
     /// Returns whether the independent starts end here, each of which led to one of the `searches`, so that a minimum
