@@ -129,20 +129,27 @@ impl Waiting {
 
     /// Adds e_x(k) of a pack of so many trials, for the lanes whose bits are set.
     pub(crate) fn add(&mut self, errors: &[[f64; MOST_LANES]], lanes: usize, counted: u8) {
-        let at = self.count;
+        // The compiler must know how many lanes there are; the next pack overwrites those that are too many.
         with_fma(
             #[inline(always)]
-            || {
-                for (errors, bins) in errors.iter().zip(self.bins.chunks_exact_mut(WAITING)) {
-                    let bins = &mut bins[at..at + lanes];
-                    for (lane, (error, to)) in errors.iter().zip(bins).enumerate() {
-                        let counted = counted >> lane & 1 == 1 && !error.is_nan();
-                        *to = if counted { bin(*error) } else { BINS } as u16;
-                    }
-                }
+            || match lanes {
+                ..=4 => self.put::<4>(errors, counted),
+                _ => self.put::<MOST_LANES>(errors, counted),
             },
         );
         self.count += lanes;
+    }
+
+    #[inline(always)]
+    fn put<const LANES: usize>(&mut self, errors: &[[f64; MOST_LANES]], counted: u8) {
+        let at = self.count;
+        for (errors, bins) in errors.iter().zip(self.bins.chunks_exact_mut(WAITING)) {
+            let bins = &mut bins[at..at + LANES];
+            for lane in 0..LANES {
+                let counted = counted >> lane & 1 == 1 && !errors[lane].is_nan();
+                bins[lane] = if counted { bin(errors[lane]) } else { BINS } as u16;
+            }
+        }
     }
 }
 
